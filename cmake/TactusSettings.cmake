@@ -1,0 +1,67 @@
+# Compilers, flags and the optional CUDA language. Every target gets them through `tactus_settings`.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  set(CMAKE_CUDA_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+set(TACTUS_WITH_CUDA OFF)
+if(TACTUS_CUDA)
+  include(CheckLanguage)
+  if(NOT CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX} AND EXISTS /usr/local/cuda/bin/nvcc)
+    set(CMAKE_CUDA_COMPILER /usr/local/cuda/bin/nvcc)
+  endif()
+  check_language(CUDA)
+  if(CMAKE_CUDA_COMPILER)
+    # Set before enable_language: CMake's own guess is an architecture nobody here has.
+    set(CMAKE_CUDA_ARCHITECTURES 90-real CACHE STRING "CUDA architectures to build")
+    set(CMAKE_CUDA_STANDARD 20)
+    enable_language(CUDA)
+    # CMake 3.25 does not know nvcc's C++20 flag.
+    foreach(kind STANDARD EXTENSION)
+      if(NOT CMAKE_CUDA20_${kind}_COMPILE_OPTION)
+        set(CMAKE_CUDA20_${kind}_COMPILE_OPTION "-std=c++20")
+      endif()
+    endforeach()
+    find_package(CUDAToolkit REQUIRED)
+    set(TACTUS_WITH_CUDA ON)
+  endif()
+endif()
+
+execute_process(COMMAND git -C ${CMAKE_SOURCE_DIR} describe --always --dirty --abbrev=10
+                OUTPUT_VARIABLE TACTUS_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT TACTUS_COMMIT)
+  set(TACTUS_COMMIT "unknown")
+endif()
+
+find_package(TBB REQUIRED)
+
+add_library(tactus_settings INTERFACE)
+target_compile_features(tactus_settings INTERFACE cxx_std_20)
+target_include_directories(tactus_settings INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src>
+                                                     $<INSTALL_INTERFACE:include>)
+target_compile_definitions(tactus_settings INTERFACE $<$<BOOL:${TACTUS_WITH_CUDA}>:TACTUS_WITH_CUDA=1>
+                                                     $<$<BOOL:${TACTUS_CHECKED}>:TACTUS_CHECKED=1>)
+# One answer on every device: no contraction the source did not ask for (ARCHITECTURE.md, "One answer").
+target_compile_options(tactus_settings INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -fno-trapping-math -fno-math-errno -fopenmp-simd -march=${TACTUS_ARCH}>
+  $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false --expt-relaxed-constexpr -Xcompiler=-fopenmp-simd,-ffp-contract=off>)
+
+# Warnings are ours, not our users': only in this build. (-Wrestrict: false alarms on std::string in g++ 12, PR 105651.)
+add_library(tactus_warnings INTERFACE)
+target_compile_options(tactus_warnings INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Werror -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict>
+  $<$<COMPILE_LANGUAGE:CUDA>:-Werror=cross-execution-space-call -Xcompiler=-Wall,-Wextra>)
+add_link_options(-Wl,--no-undefined)
+if(TACTUS_ARCH STREQUAL "x86-64-v3")
+  add_link_options(-Wl,-z,x86-64-v3)
+endif()

@@ -1,0 +1,39 @@
+#pragma once
+/// Errors: one message that names the thing, the value and what was expected.
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tactus {
+
+/// What the command line answers with: `usage` ends the program with 2, `failure` with 1.
+enum class ErrorKind : std::uint8_t { usage, failure };
+
+/// Thrown by every public function that is handed something it can't use. Nothing was changed or written.
+class Error : public std::runtime_error {
+ public:
+  explicit Error(const std::string& message, ErrorKind kind = ErrorKind::failure)
+      : std::runtime_error(message), kind_(kind) {}
+  ErrorKind kind() const { return kind_; }
+
+ private:
+  ErrorKind kind_;
+};
+
+/// An error in what the user asked for (flag, scene key, figure name): exit code 2.
+inline Error usage_error(const std::string& message) { return Error(message, ErrorKind::usage); }
+
+/// The known spelling nearest to `word` (Damerau-Levenshtein), or "" when none is within a third of its
+/// length.
+std::string nearest_spelling(std::string_view word, std::span<const std::string> known);
+
+/// "; did you mean 'x'?" or, where nothing is near, "; known: a, b, c".
+std::string suggestion(std::string_view word, std::span<const std::string> known);
+
+/// "3.4 GB", "512 B": for messages.
+std::string bytes_text(double bytes);
+
+}  // namespace tactus

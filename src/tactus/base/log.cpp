@@ -1,0 +1,27 @@
+#include "tactus/base/log.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace tactus {
+namespace {
+spdlog::logger& logger() {
+  static spdlog::logger instance = [] {
+    spdlog::logger made("tactus", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    made.set_pattern("%^%l%$: %v");
+    return made;
+  }();
+  return instance;
+}
+}  // namespace
+
+void set_log_level(LogLevel level) {
+  static constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::off, spdlog::level::warn,
+                                                          spdlog::level::info, spdlog::level::debug};
+  logger().set_level(kLevels[static_cast<int>(level)]);
+}
+void log_warning(std::string_view message) { logger().warn("{}", message); }
+void log_info(std::string_view message) { logger().info("{}", message); }
+void log_debug(std::string_view message) { logger().debug("{}", message); }
+
+}  // namespace tactus

@@ -1,0 +1,65 @@
+#include "tactus/base/timing.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+
+double percentile(std::vector<double> samples, double p) {
+  if (samples.empty()) return 0;
+  std::sort(samples.begin(), samples.end());
+  const double at = p / 100.0 * static_cast<double>(samples.size() - 1);
+  const auto low = static_cast<std::size_t>(at);
+  const std::size_t high = std::min(low + 1, samples.size() - 1);
+  return samples[low] + (at - static_cast<double>(low)) * (samples[high] - samples[low]);
+}
+
+void Timings::add(const std::string& stage, double begin_s, double end_s, int track) {
+  const std::lock_guard lock(mutex_);
+  auto [it, fresh] = samples_ms_.try_emplace(stage);
+  if (fresh) order_.push_back(stage);
+  it->second.push_back((end_s - begin_s) * 1e3);
+  if (keep_trace_) events_.push_back({stage, begin_s, end_s, track});
+}
+
+double Timings::last_ms(const std::string& stage) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = samples_ms_.find(stage);
+  return it == samples_ms_.end() ? 0 : it->second.back();
+}
+
+double Timings::percentile_ms(const std::string& stage, double p) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = samples_ms_.find(stage);
+  return it == samples_ms_.end() ? 0 : percentile(it->second, p);
+}
+
+std::vector<std::string> Timings::stages() const {
+  const std::lock_guard lock(mutex_);
+  return order_;
+}
+
+void Timings::write_trace(const std::string& path) const {
+  const std::lock_guard lock(mutex_);
+  std::ofstream out(path);
+  out << "[";
+  const double start_s = events_.empty() ? 0 : events_.front().begin_s;
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    const Event& e = events_[i];
+    out << (i == 0 ? "\n" : ",\n") << R"({"name":")" << e.stage << R"(","ph":"X","pid":0,"tid":)" << e.track
+        << R"(,"ts":)" << (e.begin_s - start_s) * 1e6 << R"(,"dur":)" << (e.end_s - e.begin_s) * 1e6 << "}";
+  }
+  out << "\n]\n";
+  if (!out) throw Error("trace file '" + path + "': cannot write it");
+}
+
+void Timings::clear() {
+  const std::lock_guard lock(mutex_);
+  order_.clear();
+  samples_ms_.clear();
+  events_.clear();
+}
+
+}  // namespace tactus

@@ -1,0 +1,31 @@
+// Stands in for the CUDA backend in a build without nvcc: there are no devices, and whoever asks is told why.
+#include "tactus/base/error.h"
+#include "tactus/compute/cuda/cuda_backend.h"
+
+namespace tactus::cuda {
+namespace {
+[[noreturn]] void absent() { throw Error(status_text()); }
+}  // namespace
+
+int device_count() { return 0; }
+std::string status_text() { return "this build has no CUDA (it was made without nvcc)"; }
+std::vector<DeviceInfo> list_devices() { return {}; }
+std::unique_ptr<Device> open_device(DeviceSpec) { absent(); }
+void* create_stream(int) { absent(); }
+void destroy_stream(void*) noexcept {}
+void* create_event(int) { absent(); }
+void destroy_event(void*) noexcept {}
+void record_event(int, void*, void*) { absent(); }
+void wait_event(int, void*, void*) { absent(); }
+void synchronize(int, void*) { absent(); }
+void copy(int, void*, const void*, std::size_t, void*) { absent(); }
+void fill(int, void*, unsigned char, std::size_t, void*) { absent(); }
+void begin_capture(int, void*) { absent(); }
+void* end_capture(int, void*) { absent(); }
+void launch_graph(int, void*, void*) { absent(); }
+void destroy_graph(void*) noexcept {}
+std::size_t algorithm_scratch_bytes(int) { absent(); }
+void exclusive_scan(int, void*, std::size_t, const int*, int*, int, void*) { absent(); }
+void compact(int, void*, std::size_t, const int*, int*, int*, int, void*) { absent(); }
+void sort_pairs(int, void*, std::size_t, unsigned*, int*, unsigned*, int*, int, int, void*) { absent(); }
+}  // namespace tactus::cuda

@@ -1,0 +1,43 @@
+#pragma once
+/// The CUDA runtime behind plain functions, so that g++ builds without nvcc. Without CUDA: stubs that say
+/// why.
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tactus/compute/device.h"
+
+namespace tactus::cuda {
+
+int device_count();
+std::string status_text();
+std::vector<DeviceInfo> list_devices();
+std::unique_ptr<Device> open_device(DeviceSpec spec);
+
+void* create_stream(int ordinal);
+void destroy_stream(void* stream) noexcept;
+void* create_event(int ordinal);
+void destroy_event(void* event) noexcept;
+void record_event(int ordinal, void* event, void* stream);
+void wait_event(int ordinal, void* stream, void* event);
+void synchronize(int ordinal, void* stream);
+void copy(int ordinal, void* to, const void* from, std::size_t bytes, void* stream);
+void fill(int ordinal, void* what, unsigned char byte, std::size_t bytes, void* stream);
+
+void begin_capture(int ordinal, void* stream);
+void* end_capture(int ordinal, void* stream);  ///< an instantiated graph
+void launch_graph(int ordinal, void* graph, void* stream);
+void destroy_graph(void* graph) noexcept;
+
+/// Bytes of scratch that the algorithms below need for n elements.
+std::size_t algorithm_scratch_bytes(int n);
+void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const int* in, int* out, int n,
+                    void* stream);
+/// Ascending indices of the non-zero flags.
+void compact(int ordinal, void* scratch, std::size_t scratch_bytes, const int* flags, int* out,
+             int* out_count, int n, void* stream);
+void sort_pairs(int ordinal, void* scratch, std::size_t scratch_bytes, unsigned* keys, int* values,
+                unsigned* keys2, int* values2, int n, int key_bits, void* stream);
+
+}  // namespace tactus::cuda

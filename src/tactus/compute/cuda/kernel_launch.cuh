@@ -1,0 +1,82 @@
+#pragma once
+/// Included by a folder's kernels.cu, which lists its kernels: `TACTUS_CUDA_KERNEL(HullPyramid,
+/// ClassifyBricks);` Nothing else may be compiled by nvcc.
+#include <cuda_runtime.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tactus/compute/cuda/cuda_check.h"
+#include "tactus/compute/kernel.h"
+
+namespace tactus {
+
+/// One block on a GPU: a thread a lane.
+template <int kThreads>
+class CudaBlock {
+ public:
+  template <class T>
+  struct PerThread {
+    T value;
+    __device__ T& operator[](int) { return value; }
+    __device__ const T& operator[](int) const { return value; }
+  };
+  __device__ explicit CudaBlock(Index index) : index_(index) {}
+  __device__ Index index() const { return index_; }
+  template <class F>
+  __device__ void for_each_thread(F&& f) const {
+    f(static_cast<int>(threadIdx.x));
+    __syncthreads();
+  }
+
+ private:
+  Index index_;
+};
+
+namespace detail {
+
+template <class K, std::size_t kSize, std::size_t kAlign>
+void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel);
+
+template <class K>
+__global__ void __launch_bounds__(256) for_kernel(const __grid_constant__ K kernel, Count count) {
+  const Index n = count.get();
+  const Index stride = static_cast<Index>(gridDim.x * blockDim.x);
+  for (Index i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x); i < n; i += stride) kernel(i);
+}
+
+template <class K>
+__global__ void __launch_bounds__(K::kThreads) block_kernel(const __grid_constant__ K kernel, Count count) {
+  __shared__ typename K::Shared shared;
+  const Index n = count.get();
+  for (Index i = static_cast<Index>(blockIdx.x); i < n; i += static_cast<Index>(gridDim.x)) {
+    kernel(CudaBlock<K::kThreads>(i), shared);
+  }
+}
+
+/// Launches are sized for the capacity; where the count is only known on the device, a few blocks per
+/// multiprocessor stride over it.
+inline Index grid_size(Index work, bool on_device) {
+  return on_device ? std::min<Index>(work, 132 * 16) : work;
+}
+
+template <class K, std::size_t kSize, std::size_t kAlign>
+void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel) {
+  static_assert(sizeof(K) == kSize && alignof(K) == kAlign);
+  const auto stream = static_cast<cudaStream_t>(cuda_stream);
+  if constexpr (requires { typename K::Shared; }) {
+    block_kernel<K>
+        <<<grid_size(count.capacity, count.device_count != nullptr), K::kThreads, 0, stream>>>(kernel, count);
+  } else {
+    for_kernel<K><<<grid_size((count.capacity + 255) / 256, count.device_count != nullptr), 256, 0, stream>>>(
+        kernel, count);
+  }
+  cuda::check(cudaGetLastError(), name, __FILE__, __LINE__);
+}
+
+}  // namespace detail
+}  // namespace tactus
+
+#define TACTUS_CUDA_KERNEL(K)                                                                            \
+  template void tactus::detail::launch_cuda<K, sizeof(K), alignof(K)>(void*, const char*, tactus::Count, \
+                                                                      const K&)

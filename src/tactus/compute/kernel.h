@@ -1,0 +1,70 @@
+#pragma once
+/// What a kernel is. Two kinds, both plain structs with a call operator, written once for every device:
+///
+///   struct Scale {                       // "for" kernel: one call per index, in any order
+///     View<float> x;
+///     float factor;
+///     TACTUS_HD void operator()(Index i) const { x[i] *= factor; }
+///   };
+///
+///   struct RowSum {                      // "block" kernel: kThreads threads that share memory
+///     static constexpr int kThreads = 64;
+///     struct Shared { float partial[64]; };
+///     template <class Block> TACTUS_HD void operator()(const Block& b, Shared& s) const {
+///       b.for_each_thread([&](int t) { s.partial[t] = ...; });   // barrier after each
+///       b.for_each_thread([&](int t) { ... });
+///     }
+///   };
+///
+/// Block offers: `b.index()`, `b.for_each_thread(f)` (all threads must reach it) and, for values kept between
+/// two phases, `typename Block::template PerThread<T>`. Kernel headers hold maths only; the folder's
+/// kernels.cu lists the structs so that nvcc makes them, too.
+#include "tactus/compute/view.h"
+
+namespace tactus {
+
+/// How many indices a launch covers: known to the host, or read on the device, at most `capacity`.
+struct Count {
+  Index capacity = 0;
+  const Index* device_count = nullptr;  ///< device memory; nullptr: exactly `capacity`
+  TACTUS_HD constexpr Count(Index n)
+      : capacity(n) {}  // NOLINT: implicit on purpose, parallel_for(name, n, ...)
+  TACTUS_HD constexpr Count(View<const Index> count, Index cap) : capacity(cap), device_count(count.data()) {}
+  TACTUS_HD constexpr Index get() const {
+    return device_count == nullptr ? capacity : (*device_count < capacity ? *device_count : capacity);
+  }
+};
+
+/// One block on the CPU: its threads are the lanes of a loop.
+template <int kThreads>
+class CpuBlock {
+ public:
+  template <class T>
+  struct PerThread {
+    T value[kThreads];
+    T& operator[](int t) { return value[t]; }
+    const T& operator[](int t) const { return value[t]; }
+  };
+  explicit CpuBlock(Index index) : index_(index) {}
+  Index index() const { return index_; }
+  template <class F>
+  void for_each_thread(F&& f) const {
+#pragma omp simd
+    for (int t = 0; t < kThreads; ++t) f(t);
+  }
+
+ private:
+  Index index_;
+};
+
+template <class K>
+concept ForKernel = requires(const K k, Index i) {
+  k(i);
+};
+template <class K>
+concept BlockKernel = requires {
+  K::kThreads;
+  typename K::Shared;
+};
+
+}  // namespace tactus

@@ -1,0 +1,52 @@
+#pragma once
+/// The devices a program runs on, each with its stream. Solvers loop over the parts of a set; one device is a
+/// set of one.
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tactus/compute/exec_context.h"
+
+namespace tactus {
+
+class DeviceSet {
+ public:
+  /// Opens what `parse_devices` makes of the text. `seed`: order of the queues of virtual devices (0: fixed
+  /// order).
+  explicit DeviceSet(std::string_view devices = "auto", std::uint64_t seed = 0);
+
+  int count() const { return static_cast<int>(contexts_.size()); }
+  ExecContext& context(int part) { return *contexts_[static_cast<std::size_t>(part)]; }
+  Device& device(int part) { return *devices_[static_cast<std::size_t>(part)]; }
+  /// As the user wrote it: "cpu:3".
+  const std::string& name() const { return name_; }
+  bool is_cuda() const { return devices_.front()->is_cuda(); }
+
+  /// body(ctx, part) for every part, in order; the work it submits runs concurrently on real devices.
+  template <class F>
+  void for_each_part(F&& body) {
+    for (int part = 0; part < count(); ++part) body(context(part), part);
+  }
+  void synchronize();
+
+ private:
+  std::string name_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::vector<std::unique_ptr<ExecContext>> contexts_;
+};
+
+/// One T for each part of a device set.
+template <class T>
+using Parts = std::vector<T>;
+
+/// A range of layers [begin, end) of a grid.
+struct Slab {
+  Index begin = 0, end = 0;
+  Index count() const { return end - begin; }
+};
+/// Cuts `layers` into `parts` slabs whose sizes differ by at most one; empty slabs come last.
+std::vector<Slab> split_evenly(Index layers, int parts);
+
+}  // namespace tactus

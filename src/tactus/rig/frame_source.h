@@ -1,0 +1,51 @@
+#pragma once
+/// What cameras deliver, and the one interface behind which data sets, videos and synthetic rigs stand.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tactus/geom/camera.h"
+#include "tactus/geom/image.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+/// The fixed part of a recording: cameras (undistorted) and the space they watch.
+struct Rig {
+  std::vector<Camera> cameras;         ///< of the silhouettes
+  std::optional<Camera> depth_camera;  ///< time-of-flight
+  Box3f workspace_m;                   ///< what is reconstructed
+};
+
+/// What the rig saw at one trigger tick.
+struct FrameSet {
+  std::int64_t tick = 0;
+  double time_s = 0;
+  std::vector<BitMask>
+      silhouettes;  ///< one per camera, undistorted; an empty mask (0x0): this camera missed the tick
+  std::vector<ColorImage> colors;         ///< one per camera, or none
+  DepthImage depth_m;                     ///< radial [m]; empty without a depth camera
+  std::optional<double> truth_volume_m3;  ///< synthetic sources only
+};
+
+enum class NextFrame : std::uint8_t {
+  success,
+  bad_frame,  ///< this tick is unusable (reason in `status`); the next may be fine
+  no_more_data,
+};
+
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  virtual const Rig& rig() const = 0;
+  /// Number of frames when it is known beforehand.
+  virtual std::optional<int> frame_count() const = 0;
+  /// Fills `frame` (its memory is reused) with the next set.
+  virtual NextFrame next(FrameSet& frame) = 0;
+  /// Why the last frame was bad, or what is odd about it ("camera 'cam2': the mask is all white"); empty when
+  /// all is well.
+  virtual std::string status() const = 0;
+};
+
+}  // namespace tactus

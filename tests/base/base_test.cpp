@@ -1,0 +1,66 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tactus/base/error.h"
+#include "tactus/base/timing.h"
+#include "tactus/base/vec.h"
+
+namespace tactus {
+namespace {
+
+TEST(Math, SinCosMatchesLibm) {
+  // Taylor remainders at pi/4: x^11/11! = 1.8e-9 and x^12/12! = 1e-10; the rest is rounding of a few ulp
+  // of 1.
+  for (float x = -40; x < 40; x += 0.00317F) {
+    const SinCos r = sin_cos(x);
+    EXPECT_NEAR(r.sin, std::sin(static_cast<double>(x)), 4e-7) << x;
+    EXPECT_NEAR(r.cos, std::cos(static_cast<double>(x)), 4e-7) << x;
+  }
+}
+
+TEST(Math, ExpMatchesLibm) {
+  // r <= ln2/2: truncation r^7/7! = 1.2e-7 relative at most, plus 2 ulp.
+  for (float x = -80; x < 80; x += 0.0171F) {
+    const double truth = std::exp(static_cast<double>(x));
+    EXPECT_NEAR(exp(x) / truth, 1.0, 4e-7) << x;
+  }
+}
+
+TEST(Math, FloorToIntOnBothSidesOfZero) {
+  EXPECT_EQ(floor_to_int(-0.5F), -1);
+  EXPECT_EQ(floor_to_int(-2.F), -2);
+  EXPECT_EQ(floor_to_int(2.99F), 2);
+}
+
+TEST(Vec, InverseTimesMatrixIsIdentity) {
+  const Mat3d m{{{2, 1, 0}, {-1, 3, .5}, {.25, 0, 1}}};
+  const Mat3d one = inverse(m) * m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) EXPECT_NEAR(one(i, j), i == j ? 1 : 0, 1e-14);
+  }
+}
+
+TEST(Vec, QuaternionRotatesLikeRodrigues) {
+  const Mat3f R = rotation_matrix(axis_angle({0, 0, 1}, kPi / 2));
+  const Vec3f y = R * Vec3f{1, 0, 0};
+  EXPECT_NEAR(y.x, 0, 1e-6);
+  EXPECT_NEAR(y.y, 1, 1e-6);
+}
+
+TEST(Error, NearestSpelling) {
+  const std::string known[] = {"resolution", "cameras", "bodies"};
+  EXPECT_EQ(nearest_spelling("resoluton", known), "resolution");
+  EXPECT_EQ(nearest_spelling("camreas", known), "cameras");
+  EXPECT_EQ(nearest_spelling("xyz", known), "");
+  EXPECT_EQ(bytes_text(1.25e10), "12.5 GB");
+}
+
+TEST(Timing, Percentiles) {
+  EXPECT_DOUBLE_EQ(percentile({3, 1, 2}, 50), 2);
+  EXPECT_DOUBLE_EQ(percentile({0, 10}, 99), 9.9);
+  EXPECT_DOUBLE_EQ(percentile({}, 50), 0);
+}
+
+}  // namespace
+}  // namespace tactus

@@ -1,0 +1,162 @@
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+
+#include "compute/compute_test_kernels.h"
+#include "support/device_sets.h"
+#include "tactus/base/math.h"
+#include "tactus/multi_device/device_set.h"
+
+namespace tactus {
+namespace {
+
+class Compute : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+};
+TACTUS_INSTANTIATE_DEVICES(Compute);
+
+std::vector<float> ramp(Index n) {
+  std::vector<float> x(static_cast<std::size_t>(n));
+  std::mt19937 random(7);
+  for (float& v : x) v = std::uniform_real_distribution<float>(-2, 2)(random);
+  return x;
+}
+
+TEST_P(Compute, ForKernelGivesTheBitsOfThePlainLoop) {
+  DeviceSet devices(GetParam(), 3);
+  const std::vector<float> x = ramp(10'007);
+  devices.for_each_part([&](ExecContext& ctx, int) {
+    const Buffer<float> in = to_device(ctx, x);
+    Buffer<float> out(ctx.device(), in.size());
+    ctx.parallel_for("affine", in.size(), test::Affine{in.view(), out.view(), 1.7F, -0.3F});
+    const std::vector<float> y = to_host(ctx, out.view());
+    for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(y[i], fma(1.7F, x[i], -0.3F) / (1.F + x[i] * x[i]));
+  });
+}
+
+TEST_P(Compute, BlockKernelSharesMemoryBetweenPhases) {
+  DeviceSet devices(GetParam(), 3);
+  const std::vector<float> x = ramp(64 * 50);
+  devices.for_each_part([&](ExecContext& ctx, int) {
+    Buffer<float> data = to_device(ctx, x);
+    ctx.parallel_for("reverse", 50, test::ReverseRuns{data.view()});
+    const std::vector<float> y = to_host(ctx, data.view());
+    for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(y[i], x[i / 64 * 64 + 63 - i % 64]);
+  });
+}
+
+TEST_P(Compute, CountOnTheDeviceLimitsALaunch) {
+  DeviceSet devices(GetParam(), 3);
+  ExecContext& ctx = devices.context(0);
+  const Buffer<Index> count = to_device(ctx, std::vector<Index>{100});
+  const Buffer<float> in = to_device(ctx, ramp(5000));
+  Buffer<float> out = to_device(ctx, std::vector<float>(5000, -9.F));
+  ctx.parallel_for("affine", Count(count.view(), 5000), test::Affine{in.view(), out.view(), 1.F, 0.F});
+  const std::vector<float> y = to_host(ctx, out.view());
+  EXPECT_NE(y[99], -9.F);
+  EXPECT_EQ(y[100], -9.F);
+}
+
+TEST_P(Compute, ScanCompactSort) {
+  DeviceSet devices(GetParam(), 3);
+  ExecContext& ctx = devices.context(0);
+  std::mt19937 random(11);
+  std::vector<Index> flags(70'001);
+  for (Index& f : flags) f = static_cast<Index>(random() % 3 == 0);
+  const Buffer<Index> in = to_device(ctx, flags);
+  Buffer<Index> scanned(ctx.device(), in.size()), chosen(ctx.device(), in.size()),
+      chosen_count(ctx.device(), 1);
+  ctx.exclusive_scan("scan", in.view(), scanned.view());
+  ctx.compact("compact", in.view(), chosen.view(), chosen_count.view());
+  std::vector<Index> expected_scan(flags.size()), expected_chosen;
+  std::exclusive_scan(flags.begin(), flags.end(), expected_scan.begin(), 0);
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    if (flags[i] != 0) expected_chosen.push_back(static_cast<Index>(i));
+  }
+  EXPECT_EQ(to_host(ctx, scanned.view()), expected_scan);
+  ASSERT_EQ(to_host(ctx, chosen_count.view())[0], static_cast<Index>(expected_chosen.size()));
+  EXPECT_EQ(to_host(ctx, chosen.view().part(0, static_cast<Index>(expected_chosen.size()))), expected_chosen);
+
+  std::vector<std::uint32_t> keys(20'000);
+  std::vector<Index> values(keys.size());
+  for (auto& k : keys) k = static_cast<std::uint32_t>(random() % 5000);
+  std::iota(values.begin(), values.end(), 0);
+  Buffer<std::uint32_t> k1 = to_device(ctx, keys), k2(ctx.device(), k1.size());
+  Buffer<Index> v1 = to_device(ctx, values), v2(ctx.device(), k1.size());
+  ctx.sort_pairs("sort", k1.view(), v1.view(), k2.view(), v2.view(), 24);
+  std::stable_sort(values.begin(), values.end(), [&](Index a, Index b) {
+    return keys[static_cast<std::size_t>(a)] < keys[static_cast<std::size_t>(b)];
+  });
+  EXPECT_EQ(to_host(ctx, v1.view()), values);
+}
+
+TEST_P(Compute, SumIsOneFixedTree) {
+  DeviceSet devices(GetParam(), 3);
+  ExecContext& ctx = devices.context(0);
+  DeviceSet reference("cpu");
+  const std::vector<float> x = ramp(100'003);
+  const auto sum_on = [&](ExecContext& c) {
+    const Buffer<float> in = to_device(c, x);
+    Buffer<float> out(c.device(), 1), scratch(c.device(), in.size() / 256 + 8);
+    c.sum("sum", in.view(), out.view(), scratch.view());
+    return to_host(c, out.view())[0];
+  };
+  const float sum = sum_on(ctx);
+  EXPECT_EQ(sum, sum_on(reference.context(0)));
+  // Pairwise summation: error <= log2(n) eps sum|x| = 17 * 6e-8 * 1e5.
+  EXPECT_NEAR(sum, std::accumulate(x.begin(), x.end(), 0.0), 0.11);
+}
+
+TEST_P(Compute, GraphReplaysOnNewContents) {
+  DeviceSet devices(GetParam(), 3);
+  ExecContext& ctx = devices.context(0);
+  Buffer<float> data = to_device(ctx, ramp(640));
+  const auto body = [&] { ctx.parallel_for("reverse", 10, test::ReverseRuns{data.view()}); };
+  Graph graph = ctx.capture(body);
+  const std::vector<float> before = to_host(ctx, data.view());
+  ctx.launch(graph);
+  EXPECT_EQ(to_host(ctx, data.view())[0], before[63]);
+  ctx.launch(graph);
+  EXPECT_EQ(to_host(ctx, data.view()), before);
+}
+
+TEST(VirtualDevices, AMissingWaitIsSeen) {
+  // Part 1 copies what part 0 makes. With the event it is always right; without it some order shows stale
+  // memory.
+  int wrong_without = 0, wrong_with = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    for (const bool with_wait : {false, true}) {
+      DeviceSet devices("cpu:2", seed);
+      ExecContext& a = devices.context(0);
+      ExecContext& b = devices.context(1);
+      Buffer<float> made(a.device(), 256), got(b.device(), 256);
+      Event done;
+      a.fill_bytes(made.view(), 0);
+      a.record(done);
+      if (with_wait) b.wait(done);
+      b.copy(made.const_view(), got.view());
+      const bool wrong = !(to_host(b, got.view())[0] == 0.F);
+      (with_wait ? wrong_with : wrong_without) += wrong ? 1 : 0;
+      devices.synchronize();
+    }
+  }
+  EXPECT_EQ(wrong_with, 0);
+  EXPECT_GT(wrong_without, 0);
+}
+
+TEST(Devices, BadNamesAreExplained) {
+  for (const char* bad : {"cpuu", "cpu:0", "cpu:x", "gpu", "cuda:99", ""}) {
+    try {
+      parse_devices(bad);
+      ADD_FAILURE() << bad << " was accepted";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::usage);
+      EXPECT_NE(std::string(e.what()).find("here are: cpu"), std::string::npos) << e.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tactus
