@@ -1,4 +1,5 @@
 #pragma once
+#include "tactus/base/math.h"
 #include "tactus/compute/kernel.h"
 
 namespace tactus::test {
