@@ -124,12 +124,12 @@ class ExecContext {
 
   /// Copies between memories. Host spans must stay valid and unchanged until `synchronize`.
   template <class T>
-  void upload(std::span<const T> from, View<T> to) {
+  void upload(std::span<const std::type_identity_t<T>> from, View<T> to) {
     check_copy(from.size(), to.size());
     copy_bytes(to.data(), from.data(), from.size_bytes(), CopyKind::upload);
   }
   template <class T>
-  void download(View<const T> from, std::span<T> to) {
+  void download(View<const T> from, std::span<std::type_identity_t<T>> to) {
     check_copy(static_cast<std::size_t>(from.size()), static_cast<Index>(to.size()));
     copy_bytes(to.data(), from.data(), to.size_bytes(), CopyKind::download);
   }

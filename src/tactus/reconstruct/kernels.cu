@@ -1,0 +1,16 @@
+#include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/reconstruct/mesh_kernels.h"
+
+TACTUS_CUDA_KERNEL(tactus::PadSilhouettes);
+TACTUS_CUDA_KERNEL(tactus::SumCellRows);
+TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
+TACTUS_CUDA_KERNEL(tactus::ClassifyBricks);
+TACTUS_CUDA_KERNEL(tactus::AssignSlots);
+TACTUS_CUDA_KERNEL(tactus::BrickSigns);
+TACTUS_CUDA_KERNEL(tactus::CountBrickMesh);
+TACTUS_CUDA_KERNEL(tactus::EmitVertices);
+TACTUS_CUDA_KERNEL(tactus::EmitTriangles);
+TACTUS_CUDA_KERNEL(tactus::CollectCounts);
+TACTUS_CUDA_KERNEL(tactus::GatherVertices);
+TACTUS_CUDA_KERNEL(tactus::GatherTriangles);
+TACTUS_CUDA_KERNEL(tactus::SumCounts);

@@ -1,0 +1,340 @@
+#pragma once
+/// Marching cubes over active bricks: one vertex per crossed grid edge, shared by all its triangles, on the
+/// silhouette itself. Everything is numbered in global order of bricks, rows and axes, so parts of a device
+/// set agree by themselves.
+#include "tactus/geom/marching_cubes.h"
+#include "tactus/reconstruct/hull_kernels.h"
+
+namespace tactus {
+
+struct Triangle {
+  Index v[3];
+  friend bool operator==(const Triangle&, const Triangle&) = default;
+};
+
+/// What the mesh passes read: signs and numbering of the active bricks.
+struct BrickTable {
+  HullGrid grid;
+  View<const Index> active_bricks, slot;
+  View<const std::uint8_t> rows;          ///< kBrickRows per slot
+  View<const std::uint32_t> sub_cameras;  ///< 8 per slot
+
+  TACTUS_HD Index slot_of(Vec3i brick) const {
+    return grid.holds(brick) ? slot[grid.brick_index(brick)] : kOutsideBrick;
+  }
+};
+
+/// Signs of the 9^3 nodes that the cells of a brick touch: bit x of row z*9+y.
+struct PaddedSigns {
+  Index neighbour[8];  ///< slots of the bricks at (dx,dy,dz), bit by bit; negative: uniform
+  std::uint32_t row[81];
+
+  template <class Block>
+  TACTUS_HD void load(const Block& b, const BrickTable& table) {
+    const Vec3i brick = table.grid.brick_at(table.active_bricks[b.index()]);
+    b.for_each_thread([&](int t) {
+      if (t < 8) neighbour[t] = table.slot_of(brick + Vec3i{t & 1, t >> 1 & 1, t >> 2});
+    });
+    for (int first = 0; first < 81; first += 64) {
+      b.for_each_thread([&](int t) {
+        const int r = first + t;
+        if (r >= 81) return;
+        const int y = r % 9, z = r / 9, side = (y >> 3) * 2 + (z >> 3) * 4;
+        const auto bits_of = [&](Index s) -> std::uint32_t {
+          return s >= 0 ? table.rows[s * kBrickRows + (z & 7) * kBrick + (y & 7)]
+                        : (s == kInsideBrick ? 0xFFU : 0U);
+        };
+        row[r] = bits_of(neighbour[side]) | (bits_of(neighbour[side + 1]) & 1U) << 8;
+      });
+    }
+  }
+  TACTUS_HD std::uint32_t at(int y, int z) const { return row[z * 9 + y]; }
+  /// Crossed edges owned by the nodes of a row: along x in byte 0, y in byte 1, z in byte 2.
+  TACTUS_HD std::uint32_t crossings(int y, int z) const {
+    const std::uint32_t r = at(y, z);
+    return ((r ^ r >> 1) & 0xFFU) | ((r ^ at(y + 1, z)) & 0xFFU) << 8 | ((r ^ at(y, z + 1)) & 0xFFU) << 16;
+  }
+  /// Cells of a row with corners of both signs.
+  TACTUS_HD std::uint32_t surface_cells(int y, int z) const {
+    const std::uint32_t a = at(y, z), c = at(y + 1, z), d = at(y, z + 1), e = at(y + 1, z + 1);
+    const std::uint32_t any = a | c | d | e, all = a & c & d & e;
+    return (any | any >> 1) & ~(all & all >> 1) & 0xFFU;
+  }
+  /// Sign pattern of a cell, as marching cubes numbers it.
+  TACTUS_HD std::uint32_t cell_signs(int x, int y, int z) const {
+    return (at(y, z) >> x & 3U) | (at(y + 1, z) >> x & 3U) << 2 | (at(y, z + 1) >> x & 3U) << 4 |
+           (at(y + 1, z + 1) >> x & 3U) << 6;
+  }
+};
+
+TACTUS_HD inline int popcount(std::uint32_t x) {
+#if defined(__CUDA_ARCH__)
+  return __popc(x);
+#else
+  return __builtin_popcount(x);
+#endif
+}
+TACTUS_HD inline int lowest_bit(std::uint32_t x) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(x)) - 1;
+#else
+  return __builtin_ctz(x);
+#endif
+}
+
+/// Counts vertices and triangles of each active brick, and numbers them within the brick, row by row.
+struct CountBrickMesh {
+  BrickTable table;
+  View<const CellCase> cases;
+  View<std::uint32_t> crossings;  ///< out: kBrickRows per slot
+  View<std::uint32_t>
+      row_start;  ///< out: kBrickRows per slot: first vertex | first triangle << 16, within the brick
+  View<Index> vertex_count, triangle_count;  ///< out, per slot
+
+  static constexpr int kThreads = 64;
+  struct Shared {
+    PaddedSigns signs;
+    std::uint32_t count[64];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    s.signs.load(b, table);
+    const Index first = b.index() * kBrickRows;
+    b.for_each_thread([&](int t) {
+      const int y = t & 7, z = t >> 3;
+      const std::uint32_t crossed = s.signs.crossings(y, z);
+      crossings[first + t] = crossed;
+      std::uint32_t triangles = 0;
+      for (std::uint32_t cells = s.signs.surface_cells(y, z); cells != 0; cells &= cells - 1) {
+        triangles += cases[static_cast<Index>(s.signs.cell_signs(lowest_bit(cells), y, z))].triangle_count;
+      }
+      s.count[t] = static_cast<std::uint32_t>(popcount(crossed)) | triangles << 16;
+    });
+    b.for_each_thread([&](int t) {
+      if (t != 0) return;
+      std::uint32_t sum = 0;
+      for (int r = 0; r < 64; ++r) {
+        const std::uint32_t count = s.count[r];
+        s.count[r] = sum;
+        sum += count;
+      }
+      vertex_count[b.index()] = static_cast<Index>(sum & 0xFFFFU);
+      triangle_count[b.index()] = static_cast<Index>(sum >> 16);
+    });
+    b.for_each_thread([&](int t) { row_start[first + t] = s.count[t]; });
+  }
+};
+
+/// Positions of a brick's vertices: where the edge leaves the first silhouette (method: smallest t over the
+/// cameras).
+struct EmitVertices {
+  BrickTable table;
+  View<const HullCamera> cameras;
+  View<const std::uint32_t> bits;
+  View<const std::uint32_t> crossings, row_start;
+  View<const Index> vertex_start;  ///< scanned counts, per slot
+  Vec3f origin_m;                  ///< of padded node 0
+  float voxel_size_m;
+  View<Vec3f> positions_m;  ///< out
+
+  static constexpr int kThreads = 64;
+  static constexpr float kEdgeMargin =
+      1e-3F;  ///< vertices stay this far (in edge lengths) from the grid's nodes
+  struct Shared {
+    std::uint16_t edge[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index first_row = b.index() * kBrickRows;
+    const Index begin = vertex_start[b.index()];
+    const Index count = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
+    b.for_each_thread([&](int t) {
+      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
+      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
+        const int bit = lowest_bit(left);
+        s.edge[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
+      }
+    });
+    const Vec3i brick = kBrick * table.grid.brick_at(table.active_bricks[b.index()]);
+    for (Index first = 0; first < count; first += kThreads) {
+      b.for_each_thread([&](int t) {
+        if (first + t >= count) return;
+        const int edge = s.edge[first + t];
+        positions_m[begin + first + t] = origin_m + voxel_size_m * vertex_on_edge(b.index(), brick, edge);
+      });
+    }
+  }
+
+  /// In padded node units.
+  TACTUS_HD Vec3f vertex_on_edge(Index slot, Vec3i brick, int edge) const {
+    const int axis = edge >> 9, row = edge >> 3 & 63, x = edge & 7, y = row & 7, z = row >> 3;
+    const Vec3i low = brick + Vec3i{x, y, z};
+    Vec3i high = low;
+    high[axis] += 1;
+    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
+    const Vec3i inner = low_inside ? low : high, outer = low_inside ? high : low;
+    const std::uint32_t candidates = table.sub_cameras[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
+    const float t = is_padding(outer)
+                        ? kEdgeMargin
+                        : leave_parameter(vec_cast<float>(inner), vec_cast<float>(outer), candidates);
+    return vec_cast<float>(inner) + t * vec_cast<float>(outer - inner);
+  }
+
+  TACTUS_HD bool is_padding(Vec3i node) const {
+    const Vec3i last = table.grid.last_node;
+    return node.x <= 0 || node.y <= 0 || node.z <= 0 || node.x >= last.x || node.y >= last.y ||
+           node.z >= last.z;
+  }
+
+  /// Smallest parameter in (0,1) at which the way from an inside to an outside node leaves a silhouette.
+  TACTUS_HD float leave_parameter(Vec3f inner, Vec3f outer, std::uint32_t candidates) const {
+    float t = 1;
+    for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
+      const HullCamera& c = cameras[lowest_bit(left)];
+      const Vec3f from = project_node(c, inner), to = project_node(c, outer);
+      if (sample_silhouette(c, bits.data(), to) < 0) t = min(t, leave_silhouette(c, from, to, t));
+    }
+    return clamp(t, kEdgeMargin, 1 - kEdgeMargin);
+  }
+
+  /// Walks the projected edge pixel by pixel to the first background sample, then refines to sub-pixel.
+  /// Homogeneous image points are linear in the 3D parameter, so t = s z_i / (z_j (1-s) + s z_i) of the image
+  /// parameter s is built in.
+  TACTUS_HD float leave_silhouette(const HullCamera& c, Vec3f from, Vec3f to, float limit) const {
+    const float du = abs(from.x / from.z - to.x / to.z), dv = abs(from.y / from.z - to.y / to.z);
+    const float pixels = from.z > 1e-6F && to.z > 1e-6F ? min(max(du, dv), 255.F) : 16.F;
+    const Index steps = static_cast<Index>(pixels) + 1;
+    const float step = 1.F / static_cast<float>(steps);
+    const auto value_at = [&](float t) { return sample_silhouette(c, bits.data(), from + t * (to - from)); };
+    float inside_t = 0, inside_value = 0.5F, outside_t = 1, outside_value = -0.5F;
+    for (Index k = 1; k <= steps; ++k) {
+      const float t = static_cast<float>(k) * step;
+      const float value = value_at(t);
+      if (value < 0 || k == steps) {
+        outside_t = t;
+        outside_value = min(value, -1e-6F);
+        break;
+      }
+      if (t >= limit) return limit;  // another camera carved earlier
+      inside_t = t;
+      inside_value = value;
+    }
+    for (int i = 0; i < 3; ++i) {
+      const float t = 0.5F * (inside_t + outside_t), value = value_at(t);
+      if (value < 0) {
+        outside_t = t;
+        outside_value = value;
+      } else {
+        inside_t = t;
+        inside_value = value;
+      }
+    }
+    return inside_t + (outside_t - inside_t) * (inside_value / (inside_value - outside_value));
+  }
+};
+
+/// Triangles of a brick, as numbers of vertices in this part's own order.
+struct EmitTriangles {
+  BrickTable table;
+  View<const CellCase> cases;
+  View<const std::uint32_t> crossings, row_start;
+  View<const Index> vertex_start, triangle_start;  ///< scanned counts, per slot
+  View<Triangle> triangles;                        ///< out
+
+  static constexpr int kThreads = 64;
+  struct Shared {
+    PaddedSigns signs;
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    s.signs.load(b, table);
+    b.for_each_thread([&](int t) {
+      const int y = t & 7, z = t >> 3;
+      Index at = triangle_start[b.index()] + static_cast<Index>(row_start[b.index() * kBrickRows + t] >> 16);
+      for (std::uint32_t cells = s.signs.surface_cells(y, z); cells != 0; cells &= cells - 1) {
+        const int x = lowest_bit(cells);
+        const CellCase& cell = cases[static_cast<Index>(s.signs.cell_signs(x, y, z))];
+        for (int k = 0; k < cell.triangle_count; ++k, ++at) {
+          if (at >= triangles.size()) return;
+          triangles[at] = {vertex(s.signs, x, y, z, cell.edge[3 * k]),
+                           vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
+                           vertex(s.signs, x, y, z, cell.edge[3 * k + 2])};
+        }
+      }
+    });
+  }
+
+  /// Number of the vertex on edge `e` of the cell at (x, y, z) of the brick.
+  TACTUS_HD Index vertex(const PaddedSigns& signs, int x, int y, int z, int e) const {
+    const int corner = edge_corner(e), axis = e >> 2;
+    x += corner & 1;
+    y += corner >> 1 & 1;
+    z += corner >> 2;
+    const Index owner = signs.neighbour[(x >> 3) | (y >> 3) << 1 | (z >> 3) << 2];
+    if (owner < 0) return 0;  // only after an overflow of slots, which the status reports
+    const Index row = owner * kBrickRows + (z & 7) * kBrick + (y & 7);
+    const std::uint32_t before = (1U << (8 * axis + (x & 7))) - 1U;
+    return vertex_start[owner] + static_cast<Index>(row_start[row] & 0xFFFFU) +
+           popcount(crossings[row] & before);
+  }
+};
+
+/// Number of vertices, triangles and active bricks of one part: what the others and the report need.
+struct PartCounts {
+  Index vertices = 0, triangles = 0, active_bricks = 0;
+};
+struct CollectCounts {
+  View<const Index> own_count, active_count, vertex_start, triangle_start;
+  View<PartCounts> out;
+  TACTUS_HD void operator()(Index) const {
+    // Beyond the capacity there are no counts to trust: the numbers of bricks tell the host what was missing.
+    const Index own = min(own_count[0], vertex_start.size() - 1);
+    out[0] = {vertex_start[own], triangle_start[own], active_count[0]};
+  }
+};
+
+/// Brings a part's vertices and triangles behind those of the parts before it, into one mesh.
+struct GatherVertices {
+  View<const Vec3f> part;
+  View<const PartCounts> counts;  ///< of all parts, on the gathering device
+  Index part_index;
+  View<Vec3f> all;
+  TACTUS_HD void operator()(Index i) const {
+    Index base = 0;
+    for (Index p = 0; p < part_index; ++p) base += counts[p].vertices;
+    if (i < counts[part_index].vertices && base + i < all.size()) all[base + i] = part[i];
+  }
+};
+struct GatherTriangles {
+  View<const Triangle> part;
+  View<const PartCounts> counts;
+  Index part_index;
+  View<Triangle> all;
+  TACTUS_HD void operator()(Index i) const {
+    Index base = 0, vertex_base = 0;
+    for (Index p = 0; p < part_index; ++p) {
+      base += counts[p].triangles;
+      vertex_base += counts[p].vertices;
+    }
+    if (i >= counts[part_index].triangles || base + i >= all.size()) return;
+    const Triangle t = part[i];
+    all[base + i] = {t.v[0] + vertex_base, t.v[1] + vertex_base, t.v[2] + vertex_base};
+  }
+};
+struct SumCounts {
+  View<const PartCounts> parts;
+  View<PartCounts> total;
+  TACTUS_HD void operator()(Index) const {
+    PartCounts sum;
+    for (Index p = 0; p < parts.size(); ++p) {
+      sum.vertices += parts[p].vertices;
+      sum.triangles += parts[p].triangles;
+      sum.active_bricks += parts[p].active_bricks;
+    }
+    total[0] = sum;
+  }
+};
+
+}  // namespace tactus

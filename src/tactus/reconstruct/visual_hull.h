@@ -1,0 +1,74 @@
+#pragma once
+/// The visual hull of silhouettes as a closed triangle mesh: Shao et al. 2019, "3D reconstruction of real
+/// objects", with coarse-to-fine classification and vertices on the silhouettes themselves. Cost follows the
+/// surface.
+#include <memory>
+#include <span>
+#include <string>
+
+#include "tactus/geom/camera.h"
+#include "tactus/geom/image.h"
+#include "tactus/geom/mesh.h"
+#include "tactus/multi_device/device_set.h"
+#include "tactus/reconstruct/mesh_kernels.h"
+
+namespace tactus {
+
+struct HullOptions {
+  Box3f workspace_m;      ///< what is reconstructed, world frame
+  Index resolution = 64;  ///< voxels along the longest side of the workspace; voxels are cubes
+  Index max_active_bricks =
+      0;  ///< capacity of 8^3-voxel bricks that hold surface, per device; 0: from the resolution
+  Index max_vertices = 0;   ///< 0: from the resolution
+  Index max_triangles = 0;  ///< 0: twice max_vertices
+};
+
+/// A mesh in the memory of the first device; counts are on the device, too.
+struct DeviceMesh {
+  View<const Vec3f> positions_m;
+  View<const Triangle> triangles;
+  View<const PartCounts> counts;  ///< one
+  /// For launches over all vertices or triangles.
+  Count vertex_count() const;
+  Count triangle_count() const;
+};
+
+/// How the last frame went.
+struct HullReport {
+  Index vertices = 0, triangles = 0, active_bricks = 0;
+  std::string
+      overflow;  ///< empty, or what was too small and which option cures it; the mesh is then incomplete
+};
+
+class VisualHull {
+ public:
+  /// @throws Error: no or more than 32 cameras, a bad camera, an empty workspace, a resolution that is not
+  /// positive or that needs more memory than there is (with the memory it would need).
+  VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options);
+  ~VisualHull();
+  VisualHull(VisualHull&&) noexcept;
+
+  /// Sends one silhouette per camera to every device. An empty mask (0x0) is a camera that missed the tick:
+  /// it carves nothing. Asynchronous; the masks are copied before it returns. @throws Error when a size
+  /// contradicts its camera.
+  void upload(std::span<const BitMask> silhouettes);
+  /// Finds which nodes are inside every silhouette. Asynchronous.
+  void carve();
+  /// Makes the mesh of what `carve` found. Asynchronous.
+  void extract();
+
+  DeviceMesh mesh() const;
+  /// Waits for the frame.
+  HullReport report();
+  /// Waits for the frame and copies its mesh to the host (without normals).
+  TriangleMesh download();
+
+  float voxel_size_m() const;
+  Vec3i voxel_count() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tactus
