@@ -121,6 +121,15 @@ void ExecContext::submit(const char* name, std::function<void()> work) {
     work();
 }
 
+void ExecContext::finish_profiled(const char* name, double begin_s) noexcept {
+  try {
+    synchronize();
+    profile_->add(name, begin_s, now_s());
+  } catch (const Error&) {
+    profile_ = nullptr;  // the failure comes back at the caller's own synchronize
+  }
+}
+
 void* ExecContext::scratch(std::size_t bytes) {
   if (static_cast<std::size_t>(scratch_.size()) < bytes) {
     synchronize();
@@ -130,6 +139,7 @@ void* ExecContext::scratch(std::size_t bytes) {
 }
 
 void ExecContext::exclusive_scan(const char* name, View<const Index> in, View<Index> out) {
+  const KernelTimer timer(*this, name);
   check_copy(static_cast<std::size_t>(in.size()), out.size());
   if (!device_.is_cuda()) return submit(name, [in, out] { scan_on_cpu(in, out); });
   const std::size_t bytes = cuda::algorithm_scratch_bytes(in.size());
@@ -137,6 +147,7 @@ void ExecContext::exclusive_scan(const char* name, View<const Index> in, View<In
 }
 
 void ExecContext::compact(const char* name, View<const Index> flags, View<Index> out, View<Index> out_count) {
+  const KernelTimer timer(*this, name);
   if (!device_.is_cuda())
     return submit(name, [flags, out, out_count] { compact_on_cpu(flags, out, out_count); });
   const std::size_t bytes = cuda::algorithm_scratch_bytes(flags.size());
@@ -146,6 +157,7 @@ void ExecContext::compact(const char* name, View<const Index> flags, View<Index>
 
 void ExecContext::sort_pairs(const char* name, View<std::uint32_t> keys, View<Index> values,
                              View<std::uint32_t> keys_scratch, View<Index> values_scratch, int key_bits) {
+  const KernelTimer timer(*this, name);
   if (!device_.is_cuda()) {
     return submit(name, [=] { sort_on_cpu(keys, values, keys_scratch, values_scratch, key_bits); });
   }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "tactus/base/timing.h"
 #include "tactus/compute/buffer.h"
 #include "tactus/compute/kernel.h"
 
@@ -96,6 +97,7 @@ class ExecContext {
   template <class K>
   void parallel_for(const char* name, Count count, const K& kernel) {
     if (count.capacity <= 0) return;
+    const KernelTimer timer(*this, name);
 #if defined(TACTUS_WITH_CUDA)
     if (device_.is_cuda()) {
       detail::launch_cuda<K, sizeof(K), alignof(K)>(stream_, name, count, kernel);
@@ -158,8 +160,27 @@ class ExecContext {
   /// Memory for the library's own algorithms, at least `bytes`; grows only outside frames.
   void* scratch(std::size_t bytes);
   void* cuda_stream() const { return stream_; }
+  /// From now on every kernel and algorithm is waited for and timed under its name; nullptr: no longer.
+  void profile(Timings* timings) { profile_ = timings; }
 
  private:
+  /// Times one submission when profiling.
+  class KernelTimer {
+   public:
+    KernelTimer(ExecContext& ctx, const char* name)
+        : ctx_(ctx), name_(name), begin_s_(ctx.profile_ != nullptr ? now_s() : 0) {}
+    ~KernelTimer() {
+      if (ctx_.profile_ != nullptr) ctx_.finish_profiled(name_, begin_s_);
+    }
+    KernelTimer(const KernelTimer&) = delete;
+    KernelTimer& operator=(const KernelTimer&) = delete;
+
+   private:
+    ExecContext& ctx_;
+    const char* name_;
+    double begin_s_;
+  };
+  void finish_profiled(const char* name, double begin_s) noexcept;
   enum class CopyKind : std::uint8_t { upload, download, device };
   static void check_copy(std::size_t from, Index to);
   void copy_bytes(void* to, const void* from, std::size_t bytes, CopyKind kind);
@@ -172,6 +193,7 @@ class ExecContext {
   int queue_ = -1;          ///< queue of the virtual scheduler
   std::vector<std::function<void()>>* recording_ = nullptr;
   Buffer<std::uint8_t> scratch_;
+  Timings* profile_ = nullptr;
 };
 
 /// Copies a view to a vector: for tests, exporters, the ends of a frame. Synchronizes.

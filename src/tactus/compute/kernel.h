@@ -52,6 +52,15 @@ class CpuBlock {
 #pragma omp simd
     for (int t = 0; t < kThreads; ++t) f(t);
   }
+  template <class F>
+  void for_threads(int count, F&& f) const {
+#pragma omp simd
+    for (int t = 0; t < count; ++t) f(t);
+  }
+  template <class F>
+  void on_one_thread(F&& f) const {
+    f();
+  }
 
  private:
   Index index_;

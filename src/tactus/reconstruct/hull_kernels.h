@@ -41,17 +41,10 @@ struct ClassifyBricks {
 
   static constexpr int kThreads = 64;
   struct Shared {
-    Footprint verdict[kMaxCameras];
+    std::uint32_t verdict[kMaxCameras];  ///< of the whole block: 0 mixed, 1 inside, 2 outside
     std::uint32_t mixed;
     bool outside;
   };
-
-  /// Closed box of the nodes [first, first + extent].
-  TACTUS_HD Footprint look(Index camera, Vec3i first, Index extent) const {
-    const float half = 0.5F * static_cast<float>(extent);
-    return classify_footprint(cameras[camera], cells.data(), vec_cast<float>(first) + Vec3f{half, half, half},
-                              {half, half, half});
-  }
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
@@ -59,41 +52,55 @@ struct ClassifyBricks {
                       b.index() / (blocks.x * blocks.y)};
     const Vec3i first{block.x * kBlockBricks, block.y * kBlockBricks,
                       block.z * kBlockBricks + grid.layer_begin};
-    b.for_each_thread([&](int t) {
-      if (t < cameras.size()) s.verdict[t] = look(t, kBrick * first, kBrick * kBlockBricks);
+    b.for_threads(cameras.size(), [&](int t) {
+      const Footprint f = look(cameras[t], first, kBrick * kBlockBricks);
+      s.verdict[t] = f.outside ? 2U : (f.inside ? 1U : 0U);
     });
-    b.for_each_thread([&](int t) {
-      if (t != 0) return;
+    b.on_one_thread([&] {
       s.mixed = 0;
       s.outside = false;
       for (Index c = 0; c < cameras.size(); ++c) {
-        s.outside = s.outside || s.verdict[c] == Footprint::outside;
-        s.mixed |= s.verdict[c] == Footprint::mixed ? 1U << c : 0U;
+        s.outside = s.outside || s.verdict[c] == 2;
+        s.mixed |= s.verdict[c] == 0 ? 1U << c : 0U;
       }
     });
-    b.for_each_thread([&](int t) {
-      const Vec3i brick = first + Vec3i{t & 3, t >> 2 & 3, t >> 4};
-      if (grid.holds(brick)) classify_brick(brick, s.outside, s.mixed);
-    });
+    classify_bricks(b, s, first);
   }
 
-  TACTUS_HD void classify_brick(Vec3i brick, bool outside, std::uint32_t candidates) const {
-    const Vec3i node = kBrick * brick;
-    std::uint32_t mixed = 0;
-    for (Index c = 0; c < cameras.size() && !outside; ++c) {
-      if ((candidates >> c & 1U) == 0) continue;
-      const Footprint f = look(c, node, kBrick);
-      outside = f == Footprint::outside;
-      mixed |= f == Footprint::mixed ? 1U << c : 0U;
+  /// Closed box of the nodes [8 brick, 8 brick + extent].
+  TACTUS_HD Footprint look(const HullCamera& camera, Vec3i brick, Index extent) const {
+    const float half = 0.5F * static_cast<float>(extent);
+    return classify_footprint(camera, cells.data(), vec_cast<float>(kBrick * brick) + Vec3f{half, half, half},
+                              half);
+  }
+
+  template <class Block>
+  TACTUS_HD void classify_bricks(const Block& b, const Shared& s, Vec3i first) const {
+    typename Block::template PerThread<std::uint32_t> mixed, outside;
+    const auto brick_of = [first](int t) { return first + Vec3i{t & 3, t >> 2 & 3, t >> 4}; };
+    b.for_each_thread([&](int t) {
+      mixed[t] = 0;
+      outside[t] = s.outside ? 1U : 0U;
+    });
+    for (Index c = 0; c < cameras.size() && !s.outside; ++c) {
+      if ((s.mixed >> c & 1U) == 0) continue;
+      const HullCamera camera = cameras[c];
+      b.for_each_thread([&](int t) {
+        const Footprint f = look(camera, brick_of(t), kBrick);
+        outside[t] |= f.outside ? 1U : 0U;
+        mixed[t] |= f.inside ? 0U : 1U << c;
+      });
     }
-    const bool at_padding = node.x == 0 || node.y == 0 || node.z == 0 ||
-                            node.x + kBrick >= grid.last_node.x || node.y + kBrick >= grid.last_node.y ||
-                            node.z + kBrick >= grid.last_node.z;
-    const bool is_active = !outside && (mixed != 0 || at_padding);
-    const Index i = grid.brick_index(brick);
-    active[i] = is_active ? 1 : 0;
-    slot[i] = outside ? kOutsideBrick : kInsideBrick;
-    brick_cameras[i] = mixed;
+    b.for_each_thread([&](int t) {
+      const Vec3i brick = brick_of(t), node = kBrick * brick;
+      if (!grid.holds(brick)) return;
+      const bool at_padding = min(node.x, min(node.y, node.z)) == 0 || node.x + kBrick >= grid.last_node.x ||
+                              node.y + kBrick >= grid.last_node.y || node.z + kBrick >= grid.last_node.z;
+      const Index i = grid.brick_index(brick);
+      active[i] = outside[t] == 0 && (mixed[t] != 0 || at_padding) ? 1 : 0;
+      slot[i] = outside[t] != 0 ? kOutsideBrick : kInsideBrick;
+      brick_cameras[i] = mixed[t];
+    });
   }
 };
 
@@ -124,8 +131,7 @@ struct BrickSigns {
 
   static constexpr int kThreads = 64;
   struct Shared {
-    std::uint32_t mixed[64], outside[64];
-    std::uint32_t sub_mixed[8];
+    std::uint32_t sub_mixed[8], sub_outside[8];
     std::uint32_t inside[8][64];  ///< per sub-brick and node: 0 or 1
   };
 
@@ -134,58 +140,51 @@ struct BrickSigns {
     const Index brick = active_bricks[b.index()];
     const Vec3i first = kBrick * grid.brick_at(brick);
     find_sub_cameras(b, s, first, brick_cameras[brick]);
-    for (int sub = 0; sub < 8; ++sub)
-      carve_sub_brick(b, s, first + Vec3i{(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4}, sub);
+    for (int sub = 0; sub < 8; ++sub) carve_sub_brick(b, s, first + sub_brick_node(sub), sub);
     b.for_each_thread([&](int t) {
       const int y = t & 7, z = t >> 3, in_sub = (y & 3) * 4 + (z & 3) * 16;
       const std::uint32_t* low = s.inside[(y >> 2) * 2 + (z >> 2) * 4] + in_sub;
       const std::uint32_t* high = s.inside[(y >> 2) * 2 + (z >> 2) * 4 + 1] + in_sub;
-      std::uint32_t row = 0;
-      for (int x = 0; x < 4; ++x) row |= low[x] << x | high[x] << (x + 4);
+      const std::uint32_t row = low[0] | low[1] << 1 | low[2] << 2 | low[3] << 3 | high[0] << 4 |
+                                high[1] << 5 | high[2] << 6 | high[3] << 7;
       rows[b.index() * kBrickRows + t] = static_cast<std::uint8_t>(row);
     });
   }
 
  private:
+  TACTUS_HD static Vec3i sub_brick_node(int sub) {
+    return {(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4};
+  }
+
   template <class Block>
   TACTUS_HD void find_sub_cameras(const Block& b, Shared& s, Vec3i first, std::uint32_t candidates) const {
-    // Eight threads share the cameras of one sub-brick.
-    b.for_each_thread([&](int t) {
-      const int sub = t >> 3;
-      const Vec3f center =
-          vec_cast<float>(first + Vec3i{(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4}) + Vec3f{2, 2, 2};
-      std::uint32_t mixed = 0, outside = 0;
-      for (Index c = t & 7; c < cameras.size(); c += 8) {
-        if ((candidates >> c & 1U) == 0) continue;
-        const Footprint f = classify_footprint(cameras[c], cells.data(), center, {2, 2, 2});
-        mixed |= f == Footprint::mixed ? 1U << c : 0U;
-        outside |= f == Footprint::outside ? 1U : 0U;
-      }
-      s.mixed[t] = mixed;
-      s.outside[t] = outside;
-    });
-    b.for_each_thread([&](int t) {
-      if (t >= 8) return;
-      std::uint32_t mixed = 0, outside = 0;
-      for (int k = 8 * t; k < 8 * t + 8; ++k) {
-        mixed |= s.mixed[k];
-        outside |= s.outside[k];
-      }
-      // An outside sub-brick holds no crossing; any inside flag of its nodes is overruled below.
-      s.sub_mixed[t] = outside != 0 ? 0U : mixed;
-      s.outside[t] = outside;
+    b.for_threads(8, [&](int t) { s.sub_mixed[t] = s.sub_outside[t] = 0; });
+    for (Index c = 0; c < cameras.size(); ++c) {
+      if ((candidates >> c & 1U) == 0) continue;
+      const HullCamera camera = cameras[c];
+      b.for_threads(8, [&](int t) {
+        const Footprint f = classify_footprint(
+            camera, cells.data(), vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
+        s.sub_mixed[t] |= f.inside ? 0U : 1U << c;
+        s.sub_outside[t] |= f.outside ? 1U : 0U;
+      });
+    }
+    // An outside sub-brick holds no crossing.
+    b.for_threads(8, [&](int t) {
+      s.sub_mixed[t] = s.sub_outside[t] != 0 ? 0U : s.sub_mixed[t];
       sub_cameras[b.index() * 8 + t] = s.sub_mixed[t];
     });
   }
 
   template <class Block>
   TACTUS_HD void carve_sub_brick(const Block& b, Shared& s, Vec3i first, int sub) const {
-    const std::uint32_t start = s.outside[sub] != 0 ? 0U : 1U;
+    const std::uint32_t start = s.sub_outside[sub] != 0 ? 0U : 1U;
     const Vec3i last = grid.last_node;
+    std::uint32_t* inside = s.inside[sub];
     b.for_each_thread([&](int t) {
       const Index x = first.x + (t & 3), y = first.y + (t >> 2 & 3), z = first.z + (t >> 4);
       const bool real = (x > 0) & (y > 0) & (z > 0) & (x < last.x) & (y < last.y) & (z < last.z);
-      s.inside[sub][t] = real ? start : 0U;
+      inside[t] = real ? start : 0U;
     });
     for (Index c = 0; c < cameras.size(); ++c) {
       if ((s.sub_mixed[sub] >> c & 1U) == 0) continue;
@@ -195,7 +194,7 @@ struct BrickSigns {
         const Vec3f node{static_cast<float>(first.x + (t & 3)), static_cast<float>(first.y + (t >> 2 & 3)),
                          static_cast<float>(first.z + (t >> 4))};
         const float value = sample_silhouette(camera, words, project_node(camera, node));
-        s.inside[sub][t] &= value >= 0.F ? 1U : 0U;
+        inside[t] &= value >= 0.F ? 1U : 0U;
       });
     }
   }

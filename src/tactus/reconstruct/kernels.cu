@@ -1,8 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/reconstruct/mesh_kernels.h"
 
-TACTUS_CUDA_KERNEL(tactus::PadSilhouettes);
-TACTUS_CUDA_KERNEL(tactus::SumCellRows);
+TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
 TACTUS_CUDA_KERNEL(tactus::ClassifyBricks);
 TACTUS_CUDA_KERNEL(tactus::AssignSlots);

@@ -139,46 +139,75 @@ struct EmitVertices {
 
   static constexpr int kThreads = 64;
   static constexpr float kEdgeMargin =
-      1e-3F;  ///< vertices stay this far (in edge lengths) from the grid's nodes
+      1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
+  static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
   struct Shared {
-    std::uint16_t edge[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
+    std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
+    // The ways from the inside to the outside nodes of up to 64 edges, in padded node units.
+    float inner_x[kThreads], inner_y[kThreads], inner_z[kThreads], step_x[kThreads], step_y[kThreads],
+        step_z[kThreads];
+    std::uint32_t cameras[kThreads];  ///< that carve near the edge
+    float leave[kThreads];            ///< smallest parameter at which a silhouette is left so far
+    float end_value[kThreads];        ///< of one camera's silhouette at the outside node
+    int carved[kThreads];             ///< edges whose outside node this camera carves
+    int carved_count;
+  };
+  /// Those edges in one image. Homogeneous image points are linear in the 3D parameter, so the perspective
+  /// formula t = s z_i / (z_j (1-s) + s z_i) of the image parameter s is built in.
+  template <class Block>
+  struct Walks {
+    typename Block::template PerThread<float> from_x, from_y, from_z, step_x, step_y, step_z;
+    typename Block::template PerThread<float> inside_t, inside_value, outside_t, outside_value;
+    TACTUS_HD Vec3f at(int t, float parameter) const {
+      return {fma(parameter, step_x[t], from_x[t]), fma(parameter, step_y[t], from_y[t]),
+              fma(parameter, step_z[t], from_z[t])};
+    }
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index first_row = b.index() * kBrickRows;
-    const Index begin = vertex_start[b.index()];
-    const Index count = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
+    const Index first_row = b.index() * kBrickRows, begin = vertex_start[b.index()];
+    const Index total = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
     b.for_each_thread([&](int t) {
       Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
       for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
         const int bit = lowest_bit(left);
-        s.edge[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
+        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
       }
     });
     const Vec3i brick = kBrick * table.grid.brick_at(table.active_bricks[b.index()]);
-    for (Index first = 0; first < count; first += kThreads) {
-      b.for_each_thread([&](int t) {
-        if (first + t >= count) return;
-        const int edge = s.edge[first + t];
-        positions_m[begin + first + t] = origin_m + voxel_size_m * vertex_on_edge(b.index(), brick, edge);
+    std::uint32_t any_camera = 0;
+    for (int sub = 0; sub < 8; ++sub) any_camera |= table.sub_cameras[b.index() * 8 + sub];
+    for (Index first = 0; first < total; first += kThreads) {
+      const int count = min(total - first, Index{kThreads});
+      b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
+      for (std::uint32_t left = any_camera; left != 0; left &= left - 1)
+        carve_edges(b, s, count, brick, lowest_bit(left));
+      b.for_threads(count, [&](int t) {
+        const float leave = clamp(s.leave[t], kEdgeMargin, 1 - kEdgeMargin);
+        const Vec3f node{fma(leave, s.step_x[t], s.inner_x[t]), fma(leave, s.step_y[t], s.inner_y[t]),
+                         fma(leave, s.step_z[t], s.inner_z[t])};
+        positions_m[begin + first + t] = origin_m + voxel_size_m * node;
       });
     }
   }
 
-  /// In padded node units.
-  TACTUS_HD Vec3f vertex_on_edge(Index slot, Vec3i brick, int edge) const {
-    const int axis = edge >> 9, row = edge >> 3 & 63, x = edge & 7, y = row & 7, z = row >> 3;
-    const Vec3i low = brick + Vec3i{x, y, z};
-    Vec3i high = low;
-    high[axis] += 1;
+  TACTUS_HD void load_edge(Shared& s, int t, Index slot, Vec3i brick, int code) const {
+    const int axis = code >> 9, row = code >> 3 & 63, x = code & 7, y = row & 7, z = row >> 3;
+    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
     const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
-    const Vec3i inner = low_inside ? low : high, outer = low_inside ? high : low;
-    const std::uint32_t candidates = table.sub_cameras[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
-    const float t = is_padding(outer)
-                        ? kEdgeMargin
-                        : leave_parameter(vec_cast<float>(inner), vec_cast<float>(outer), candidates);
-    return vec_cast<float>(inner) + t * vec_cast<float>(outer - inner);
+    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
+    const bool padding =
+        is_padding(outer);  // the box's own boundary: the surface closes just off the last node
+    const std::uint32_t near = table.sub_cameras[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
+    s.inner_x[t] = static_cast<float>(inner.x);
+    s.inner_y[t] = static_cast<float>(inner.y);
+    s.inner_z[t] = static_cast<float>(inner.z);
+    s.step_x[t] = static_cast<float>(outer.x - inner.x);
+    s.step_y[t] = static_cast<float>(outer.y - inner.y);
+    s.step_z[t] = static_cast<float>(outer.z - inner.z);
+    s.cameras[t] = padding ? 0U : near;
+    s.leave[t] = padding ? 0.F : 1.F;
   }
 
   TACTUS_HD bool is_padding(Vec3i node) const {
@@ -187,50 +216,89 @@ struct EmitVertices {
            node.z >= last.z;
   }
 
-  /// Smallest parameter in (0,1) at which the way from an inside to an outside node leaves a silhouette.
-  TACTUS_HD float leave_parameter(Vec3f inner, Vec3f outer, std::uint32_t candidates) const {
-    float t = 1;
-    for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
-      const HullCamera& c = cameras[lowest_bit(left)];
-      const Vec3f from = project_node(c, inner), to = project_node(c, outer);
-      if (sample_silhouette(c, bits.data(), to) < 0) t = min(t, leave_silhouette(c, from, to, t));
-    }
-    return clamp(t, kEdgeMargin, 1 - kEdgeMargin);
+  /// Pixels that an edge of this brick may cross in the camera's image: as many samples find the first
+  /// background pixel.
+  TACTUS_HD static int steps_along(const HullCamera& c, Vec3i brick) {
+    const Vec3f h = project_node(c, vec_cast<float>(brick) + Vec3f{4, 4, 4});
+    const float nearest = h.z - 5 * (abs(c.row[2].x) + abs(c.row[2].y) + abs(c.row[2].z));
+    if (!(nearest > 0.1F * h.z)) return 64;  // the camera stands in the brick
+    const auto largest = [](Vec3f row) { return max(abs(row.x), max(abs(row.y), abs(row.z))); };
+    const float pixels =
+        max(largest(c.row[0] - (h.x / h.z) * c.row[2]), largest(c.row[1] - (h.y / h.z) * c.row[2])) / nearest;
+    return min(static_cast<int>(pixels) + 1, 256);
   }
 
-  /// Walks the projected edge pixel by pixel to the first background sample, then refines to sub-pixel.
-  /// Homogeneous image points are linear in the 3D parameter, so t = s z_i / (z_j (1-s) + s z_i) of the image
-  /// parameter s is built in.
-  TACTUS_HD float leave_silhouette(const HullCamera& c, Vec3f from, Vec3f to, float limit) const {
-    const float du = abs(from.x / from.z - to.x / to.z), dv = abs(from.y / from.z - to.y / to.z);
-    const float pixels = from.z > 1e-6F && to.z > 1e-6F ? min(max(du, dv), 255.F) : 16.F;
-    const Index steps = static_cast<Index>(pixels) + 1;
-    const float step = 1.F / static_cast<float>(steps);
-    const auto value_at = [&](float t) { return sample_silhouette(c, bits.data(), from + t * (to - from)); };
-    float inside_t = 0, inside_value = 0.5F, outside_t = 1, outside_value = -0.5F;
-    for (Index k = 1; k <= steps; ++k) {
-      const float t = static_cast<float>(k) * step;
-      const float value = value_at(t);
-      if (value < 0 || k == steps) {
-        outside_t = t;
-        outside_value = min(value, -1e-6F);
-        break;
+  /// Finds the edges whose outside node lies outside this camera's silhouette, and walks those.
+  template <class Block>
+  TACTUS_HD void carve_edges(const Block& b, Shared& s, int count, Vec3i brick, int number) const {
+    const HullCamera c = cameras[number];
+    const std::uint32_t* words = bits.data();
+    b.for_threads(count, [&](int t) {
+      const Vec3f outer{s.inner_x[t] + s.step_x[t], s.inner_y[t] + s.step_y[t], s.inner_z[t] + s.step_z[t]};
+      s.end_value[t] =
+          (s.cameras[t] >> number & 1U) != 0 ? sample_silhouette(c, words, project_node(c, outer)) : 1.F;
+    });
+    b.on_one_thread([&] {
+      int carved = 0;
+      for (int t = 0; t < count; ++t) {
+        s.carved[carved] = t;
+        carved += s.end_value[t] < 0 ? 1 : 0;
       }
-      if (t >= limit) return limit;  // another camera carved earlier
-      inside_t = t;
-      inside_value = value;
+      s.carved_count = carved;
+    });
+    if (s.carved_count > 0) walk(b, s, s.carved_count, c, steps_along(c, brick));
+    b.for_threads(0, [](int) {});  // nobody counts anew before all have walked
+  }
+
+  /// Walks projected edges pixel by pixel to the first background sample, then refines to sub-pixel.
+  template <class Block>
+  TACTUS_HD void walk(const Block& b, Shared& s, int count, const HullCamera& c, int steps) const {
+    const std::uint32_t* words = bits.data();
+    const float stride = 1.F / static_cast<float>(steps);
+    Walks<Block> w;
+    b.for_threads(count, [&](int t) {
+      const int e = s.carved[t];
+      const Vec3f inner{s.inner_x[e], s.inner_y[e], s.inner_z[e]};
+      const Vec3f from = project_node(c, inner),
+                  to = project_node(c, inner + Vec3f{s.step_x[e], s.step_y[e], s.step_z[e]});
+      w.from_x[t] = from.x;
+      w.from_y[t] = from.y;
+      w.from_z[t] = from.z;
+      w.step_x[t] = to.x - from.x;
+      w.step_y[t] = to.y - from.y;
+      w.step_z[t] = to.z - from.z;
+      w.outside_t[t] = 1;
+      w.outside_value[t] = s.end_value[e];
+    });
+    for (int k = steps - 1; k > 0;
+         --k) {  // from the far end: the background sample seen last is the first on the way
+      const float at = static_cast<float>(k) * stride;
+      b.for_threads(count, [&](int t) {
+        const float value = sample_silhouette(c, words, w.at(t, at));
+        w.outside_t[t] = value < 0 ? at : w.outside_t[t];
+        w.outside_value[t] = value < 0 ? value : w.outside_value[t];
+      });
     }
-    for (int i = 0; i < 3; ++i) {
-      const float t = 0.5F * (inside_t + outside_t), value = value_at(t);
-      if (value < 0) {
-        outside_t = t;
-        outside_value = value;
-      } else {
-        inside_t = t;
-        inside_value = value;
-      }
+    b.for_threads(count, [&](int t) {
+      w.inside_t[t] = max(w.outside_t[t] - stride, 0.F);
+      w.inside_value[t] = 0.5F;
+    });
+    for (int i = 0; i < kBisections; ++i) {
+      b.for_threads(count, [&](int t) {
+        const float middle = 0.5F * (w.inside_t[t] + w.outside_t[t]);
+        const float value = sample_silhouette(c, words, w.at(t, middle));
+        const bool outside = value < 0;
+        w.outside_t[t] = outside ? middle : w.outside_t[t];
+        w.outside_value[t] = outside ? value : w.outside_value[t];
+        w.inside_t[t] = outside ? w.inside_t[t] : middle;
+        w.inside_value[t] = outside ? w.inside_value[t] : value;
+      });
     }
-    return inside_t + (outside_t - inside_t) * (inside_value / (inside_value - outside_value));
+    b.for_threads(count, [&](int t) {
+      const float share = w.inside_value[t] / (w.inside_value[t] - w.outside_value[t]);
+      float& leave = s.leave[s.carved[t]];
+      leave = min(leave, fma(w.outside_t[t] - w.inside_t[t], share, w.inside_t[t]));
+    });
   }
 };
 

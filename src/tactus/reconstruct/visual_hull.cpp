@@ -8,14 +8,15 @@
 namespace tactus {
 namespace {
 
-constexpr Index kCellRowPixels = SumCellRows::kMaxCells;
+constexpr Index kCellRowPixels = PrepareSilhouettes::kMaxCells;
 constexpr Index kMaxCells = 65535;  // both halves of a summed cell must hold the count
 
 /// Where the masks of all cameras lie, and which rows and columns the passes over them visit.
 struct SilhouetteLayout {
   std::vector<HullCamera> cameras;
-  std::vector<Vec2i> bit_rows, cell_rows, cell_columns;
-  Index raw_words = 0, bit_words = 0, cell_words = 0;
+  std::vector<Vec2i> cell_rows, cell_columns;
+  Index raw_words = kMaskLanes, bit_words = 0,
+        cell_words = 0;  // lanes may read beyond either end of the raw masks
 };
 
 /// Largest Index, so that sizes computed in 64 bits can be refused by name.
@@ -23,6 +24,8 @@ void check_index(std::int64_t value, const char* what) {
   if (value > (std::int64_t{1} << 31) - 1)
     throw Error(std::string(what) + ": more elements than can be indexed");
 }
+
+Index round_up(Index n, Index step) { return ceil_div(n, step) * step; }
 
 HullCamera device_camera(const Camera& camera, Vec3d origin_m, double voxel_size_m) {
   const Mat3d KR = camera.intrinsics() * camera.T_cam_world.R;
@@ -42,7 +45,7 @@ void lay_out(SilhouetteLayout& layout, HullCamera camera, const std::string& nam
   const Index padded_width = camera.width_px + 2, padded_height = camera.height_px + 2;
   camera.raw_row_words = ceil_div(camera.width_px, 32);
   camera.raw_begin = layout.raw_words;
-  camera.bits_row_words = (padded_width - 1) / 16 + 1;
+  camera.bits_row_words = round_up((padded_width - 1) / 16 + 1, 2 * kMaskLanes);
   camera.bits_begin = layout.bit_words;
   camera.cell_shift = 2;
   const auto cells_along = [&](Index pixels) { return ceil_div(pixels, 1 << camera.cell_shift); };
@@ -55,11 +58,11 @@ void lay_out(SilhouetteLayout& layout, HullCamera camera, const std::string& nam
   }
   camera.cells_width = cells_along(padded_width);
   camera.cells_height = cells_along(padded_height);
+  camera.cells_row = round_up(camera.cells_width, kMaskLanes) + 8;
   camera.cells_begin = layout.cell_words;
   layout.raw_words += camera.raw_row_words * camera.height_px;
   layout.bit_words += camera.bits_row_words * padded_height;
-  layout.cell_words += (camera.cells_width + 1) * (camera.cells_height + 1);
-  for (Index y = 0; y < padded_height; ++y) layout.bit_rows.push_back({number, y});
+  layout.cell_words += camera.cells_row * (camera.cells_height + 1);
   for (Index y = 0; y < camera.cells_height; ++y) layout.cell_rows.push_back({number, y});
   for (Index x = 0; x <= camera.cells_width; x += SumCellColumns::kThreads)
     layout.cell_columns.push_back({number, x});
@@ -91,7 +94,7 @@ struct Part {
   Vec3i blocks{};
   Capacity capacity{};
   Buffer<HullCamera> cameras;
-  Buffer<Vec2i> bit_rows, cell_rows, cell_columns;
+  Buffer<Vec2i> cell_rows, cell_columns;
   Buffer<CellCase> cases;
   Buffer<std::uint32_t> raw, bits, cells;
   HostBuffer<std::uint32_t> staging;
@@ -199,12 +202,11 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   check_index(bricks, "bricks");
 
   part.cameras = to_device(ctx, layout.cameras);
-  part.bit_rows = to_device(ctx, layout.bit_rows);
   part.cell_rows = to_device(ctx, layout.cell_rows);
   part.cell_columns = to_device(ctx, layout.cell_columns);
   part.cases = to_device(ctx, make_marching_cubes_table());
-  part.staging = HostBuffer<std::uint32_t>(device, layout.raw_words);
-  part.raw = Buffer<std::uint32_t>(device, layout.raw_words);
+  part.staging = HostBuffer<std::uint32_t>(device, layout.raw_words + kMaskLanes);
+  part.raw = Buffer<std::uint32_t>(device, layout.raw_words + kMaskLanes);
   part.bits = Buffer<std::uint32_t>(device, layout.bit_words);
   part.cells = Buffer<std::uint32_t>(device, layout.cell_words);
   part.active = Buffer<Index>(device, bricks);
@@ -265,10 +267,9 @@ void VisualHull::carve() {
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     Part& part = m.parts[static_cast<std::size_t>(p)];
     const Part& in = part;
-    ctx.parallel_for("hull/pad_silhouettes", in.bit_rows.size(),
-                     PadSilhouettes{in.cameras.view(), in.raw.view(), in.bit_rows.view(), part.bits.view()});
-    ctx.parallel_for("hull/sum_cell_rows", in.cell_rows.size(),
-                     SumCellRows{in.cameras.view(), in.bits.view(), in.cell_rows.view(), part.cells.view()});
+    ctx.parallel_for("hull/prepare_silhouettes", in.cell_rows.size(),
+                     PrepareSilhouettes{in.cameras.view(), in.raw.view(), in.cell_rows.view(),
+                                        part.bits.view(), part.cells.view()});
     ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
                      SumCellColumns{in.cameras.view(), in.cell_columns.view(), part.cells.view()});
     ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,

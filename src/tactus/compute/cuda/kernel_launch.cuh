@@ -29,6 +29,17 @@ class CudaBlock {
     __syncthreads();
   }
 
+  template <class F>
+  __device__ void for_threads(int count, F&& f) const {
+    if (static_cast<int>(threadIdx.x) < count) f(static_cast<int>(threadIdx.x));
+    __syncthreads();
+  }
+  template <class F>
+  __device__ void on_one_thread(F&& f) const {
+    if (threadIdx.x == 0) f();
+    __syncthreads();
+  }
+
  private:
   Index index_;
 };
