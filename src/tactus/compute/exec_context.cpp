@@ -131,11 +131,10 @@ void ExecContext::finish_profiled(const char* name, double begin_s) noexcept {
 }
 
 void* ExecContext::scratch(std::size_t bytes) {
-  if (static_cast<std::size_t>(scratch_.size()) < bytes) {
-    synchronize();
-    scratch_ = Buffer<std::uint8_t>(device_, static_cast<std::int64_t>(bytes));
+  if (scratch_.empty() || static_cast<std::size_t>(scratch_.back().size()) < bytes) {
+    scratch_.emplace_back(device_, static_cast<std::int64_t>(bytes));
   }
-  return scratch_.view().data();
+  return scratch_.back().view().data();
 }
 
 void ExecContext::exclusive_scan(const char* name, View<const Index> in, View<Index> out) {

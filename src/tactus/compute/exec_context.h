@@ -162,6 +162,7 @@ class ExecContext {
   void* cuda_stream() const { return stream_; }
   /// From now on every kernel and algorithm is waited for and timed under its name; nullptr: no longer.
   void profile(Timings* timings) { profile_ = timings; }
+  bool is_profiling() const { return profile_ != nullptr; }
 
  private:
   /// Times one submission when profiling.
@@ -192,7 +193,8 @@ class ExecContext {
   void* stream_ = nullptr;  ///< cudaStream_t on CUDA
   int queue_ = -1;          ///< queue of the virtual scheduler
   std::vector<std::function<void()>>* recording_ = nullptr;
-  Buffer<std::uint8_t> scratch_;
+  std::vector<Buffer<std::uint8_t>>
+      scratch_;  ///< the last one is in use; graphs may still hold the ones before
   Timings* profile_ = nullptr;
 };
 

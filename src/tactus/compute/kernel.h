@@ -57,6 +57,26 @@ class CpuBlock {
 #pragma omp simd
     for (int t = 0; t < count; ++t) f(t);
   }
+  /// Groups of kGroup threads work on g = 0 .. count-1 where select(g): f(g, t in 0 .. kGroup-1).
+  template <int kGroup, class S, class F>
+  void for_groups(int count, S&& select, F&& f) const {
+    for (int g = 0; g < count; ++g) {
+      if (!select(g)) continue;
+#pragma omp simd
+      for (int t = 0; t < kGroup; ++t) f(g, t);
+    }
+  }
+  /// Writes the t in 0 .. count-1 (count <= kThreads) with chosen(t) to out, ascending, and their number to
+  /// out_count; all three in shared memory.
+  template <class P>
+  void compact(int count, P&& chosen, int* out, int* out_count) const {
+    int n = 0;
+    for (int t = 0; t < count; ++t) {
+      out[n] = t;
+      n += chosen(t) ? 1 : 0;
+    }
+    *out_count = n;
+  }
   template <class F>
   void on_one_thread(F&& f) const {
     f();

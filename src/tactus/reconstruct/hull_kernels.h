@@ -129,10 +129,10 @@ struct BrickSigns {
   View<std::uint8_t> rows;          ///< out: kBrickRows per slot
   View<std::uint32_t> sub_cameras;  ///< out: 8 per slot: cameras that carve within each 4^3 sub-brick
 
-  static constexpr int kThreads = 64;
+  static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
     std::uint32_t sub_mixed[8], sub_outside[8];
-    std::uint32_t inside[8][64];  ///< per sub-brick and node: 0 or 1
+    std::uint32_t inside[8][kSubNodes];  ///< per sub-brick and node: 0 or 1
   };
 
   template <class Block>
@@ -140,8 +140,8 @@ struct BrickSigns {
     const Index brick = active_bricks[b.index()];
     const Vec3i first = kBrick * grid.brick_at(brick);
     find_sub_cameras(b, s, first, brick_cameras[brick]);
-    for (int sub = 0; sub < 8; ++sub) carve_sub_brick(b, s, first + sub_brick_node(sub), sub);
-    b.for_each_thread([&](int t) {
+    carve(b, s, first, brick_cameras[brick]);
+    b.for_threads(kBrickRows, [&](int t) {
       const int y = t & 7, z = t >> 3, in_sub = (y & 3) * 4 + (z & 3) * 16;
       const std::uint32_t* low = s.inside[(y >> 2) * 2 + (z >> 2) * 4] + in_sub;
       const std::uint32_t* high = s.inside[(y >> 2) * 2 + (z >> 2) * 4 + 1] + in_sub;
@@ -177,25 +177,30 @@ struct BrickSigns {
   }
 
   template <class Block>
-  TACTUS_HD void carve_sub_brick(const Block& b, Shared& s, Vec3i first, int sub) const {
-    const std::uint32_t start = s.sub_outside[sub] != 0 ? 0U : 1U;
+  TACTUS_HD void carve(const Block& b, Shared& s, Vec3i first, std::uint32_t candidates) const {
     const Vec3i last = grid.last_node;
-    std::uint32_t* inside = s.inside[sub];
-    b.for_each_thread([&](int t) {
-      const Index x = first.x + (t & 3), y = first.y + (t >> 2 & 3), z = first.z + (t >> 4);
-      const bool real = (x > 0) & (y > 0) & (z > 0) & (x < last.x) & (y < last.y) & (z < last.z);
-      inside[t] = real ? start : 0U;
-    });
+    const auto node_of = [first](int sub, int t) {
+      return first + sub_brick_node(sub) + Vec3i{t & 3, t >> 2 & 3, t >> 4};
+    };
+    b.template for_groups<kSubNodes>(
+        8, [](int) { return true; },
+        [&](int sub, int t) {
+          const Vec3i n = node_of(sub, t);
+          const bool real =
+              (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
+          s.inside[sub][t] = real & (s.sub_outside[sub] == 0) ? 1U : 0U;
+        });
     for (Index c = 0; c < cameras.size(); ++c) {
-      if ((s.sub_mixed[sub] >> c & 1U) == 0) continue;
+      if ((candidates >> c & 1U) == 0) continue;
       const HullCamera camera = cameras[c];
       const std::uint32_t* words = bits.data();
-      b.for_each_thread([&](int t) {
-        const Vec3f node{static_cast<float>(first.x + (t & 3)), static_cast<float>(first.y + (t >> 2 & 3)),
-                         static_cast<float>(first.z + (t >> 4))};
-        const float value = sample_silhouette(camera, words, project_node(camera, node));
-        inside[t] &= value >= 0.F ? 1U : 0U;
-      });
+      b.template for_groups<kSubNodes>(
+          8, [&](int sub) { return (s.sub_mixed[sub] >> c & 1U) != 0; },
+          [&](int sub, int t) {
+            const float value =
+                sample_silhouette(camera, words, project_node(camera, vec_cast<float>(node_of(sub, t))));
+            s.inside[sub][t] &= value >= 0.F ? 1U : 0U;
+          });
     }
   }
 };

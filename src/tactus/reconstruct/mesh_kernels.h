@@ -137,13 +137,13 @@ struct EmitVertices {
   float voxel_size_m;
   View<Vec3f> positions_m;  ///< out
 
-  static constexpr int kThreads = 64;
+  static constexpr int kThreads = 256;
   static constexpr float kEdgeMargin =
       1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
   static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
   struct Shared {
     std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
-    // The ways from the inside to the outside nodes of up to 64 edges, in padded node units.
+    // The ways from the inside to the outside nodes of up to kThreads edges, in padded node units.
     float inner_x[kThreads], inner_y[kThreads], inner_z[kThreads], step_x[kThreads], step_y[kThreads],
         step_z[kThreads];
     std::uint32_t cameras[kThreads];  ///< that carve near the edge
@@ -168,7 +168,7 @@ struct EmitVertices {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index first_row = b.index() * kBrickRows, begin = vertex_start[b.index()];
     const Index total = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
-    b.for_each_thread([&](int t) {
+    b.for_threads(kBrickRows, [&](int t) {
       Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
       for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
         const int bit = lowest_bit(left);
@@ -238,14 +238,8 @@ struct EmitVertices {
       s.end_value[t] =
           (s.cameras[t] >> number & 1U) != 0 ? sample_silhouette(c, words, project_node(c, outer)) : 1.F;
     });
-    b.on_one_thread([&] {
-      int carved = 0;
-      for (int t = 0; t < count; ++t) {
-        s.carved[carved] = t;
-        carved += s.end_value[t] < 0 ? 1 : 0;
-      }
-      s.carved_count = carved;
-    });
+    b.compact(
+        count, [&](int t) { return s.end_value[t] < 0; }, s.carved, &s.carved_count);
     if (s.carved_count > 0) walk(b, s, s.carved_count, c, steps_along(c, brick));
     b.for_threads(0, [](int) {});  // nobody counts anew before all have walked
   }

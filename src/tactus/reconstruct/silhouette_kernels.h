@@ -143,25 +143,37 @@ struct PrepareSilhouettes {
   }
 };
 
-/// Sums the rows downwards. One block is 32 columns of one camera.
+/// Sums the rows downwards. One block is 32 columns of one camera, each cut into strips that are summed side
+/// by side.
 struct SumCellColumns {
   View<const HullCamera> cameras;
   View<const Vec2i> columns;  ///< (camera, first column)
   View<std::uint32_t> cells;
 
-  static constexpr int kThreads = 32;
-  struct Shared {};
+  static constexpr int kColumns = 32, kStrips = 8, kThreads = kColumns * kStrips;
+  struct Shared {
+    std::uint32_t sum[kStrips][kColumns];
+  };
 
   template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared&) const {
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Vec2i at = columns[b.index()];
-    const HullCamera& c = cameras[at.x];
-    b.for_each_thread([&](int t) {
-      const Index column = at.y + t;
-      if (column > c.cells_width) return;
-      std::uint32_t* cell = cells.data() + c.cells_begin + column;
+    const HullCamera c = cameras[at.x];
+    std::uint32_t* table = cells.data() + c.cells_begin + at.y;
+    const Index strip_rows = ceil_div(c.cells_height + 1, kStrips);
+    const auto all = [](int) { return true; };
+    b.template for_groups<kColumns>(kStrips, all, [&](int strip, int t) {
+      const Index end = min((strip + 1) * strip_rows, c.cells_height + 1);
       std::uint32_t sum = 0;
-      for (Index r = 0; r <= c.cells_height; ++r, cell += c.cells_row) *cell = sum += *cell;
+      for (Index r = strip * strip_rows; r < end; ++r) sum += table[r * c.cells_row + t];
+      s.sum[strip][t] = sum;
+    });
+    b.template for_groups<kColumns>(kStrips, all, [&](int strip, int t) {
+      const Index end = min((strip + 1) * strip_rows, c.cells_height + 1);
+      std::uint32_t sum = 0;
+      for (int before = 0; before < strip; ++before) sum += s.sum[before][t];
+      for (Index r = strip * strip_rows; r < end; ++r)
+        table[r * c.cells_row + t] = sum += table[r * c.cells_row + t];
     });
   }
 };

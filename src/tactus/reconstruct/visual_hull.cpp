@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "tactus/base/error.h"
 
@@ -64,7 +66,7 @@ void lay_out(SilhouetteLayout& layout, HullCamera camera, const std::string& nam
   layout.bit_words += camera.bits_row_words * padded_height;
   layout.cell_words += camera.cells_row * (camera.cells_height + 1);
   for (Index y = 0; y < camera.cells_height; ++y) layout.cell_rows.push_back({number, y});
-  for (Index x = 0; x <= camera.cells_width; x += SumCellColumns::kThreads)
+  for (Index x = 0; x <= camera.cells_width; x += SumCellColumns::kColumns)
     layout.cell_columns.push_back({number, x});
   layout.cameras.push_back(camera);
 }
@@ -87,6 +89,20 @@ Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t br
   return c;
 }
 
+/// A stage that is recorded on its second run and replayed from then on (GPU only; others just run).
+class Replay {
+ public:
+  void run(ExecContext& ctx, const std::function<void()>& stage) {
+    if (!ctx.device().is_cuda() || ctx.is_profiling() || runs_++ == 0) return stage();
+    if (!graph_) graph_ = ctx.capture(stage);
+    ctx.launch(*graph_);
+  }
+
+ private:
+  int runs_ = 0;
+  std::optional<Graph> graph_;
+};
+
 /// All memory of one device, and what runs there.
 struct Part {
   HullGrid grid{};
@@ -106,6 +122,7 @@ struct Part {
   Buffer<Triangle> triangles;
   Buffer<PartCounts> counts;
   Event done;
+  Replay carve, extract;
 
   BrickTable table() const {
     return {grid, active_bricks.view(), slot.view(), rows.view(), sub_cameras.view()};
@@ -129,6 +146,8 @@ struct VisualHull::Impl {
 
   Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options);
   void allocate(Part& part, ExecContext& ctx, const HullOptions& options) const;
+  void carve(ExecContext& ctx, Part& part);
+  void extract(ExecContext& ctx, Part& part);
   void gather();
   bool welds() const { return parts.size() > 1; }
 };
@@ -266,55 +285,63 @@ void VisualHull::carve() {
   Impl& m = *impl_;
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     Part& part = m.parts[static_cast<std::size_t>(p)];
-    const Part& in = part;
-    ctx.parallel_for("hull/prepare_silhouettes", in.cell_rows.size(),
-                     PrepareSilhouettes{in.cameras.view(), in.raw.view(), in.cell_rows.view(),
-                                        part.bits.view(), part.cells.view()});
-    ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
-                     SumCellColumns{in.cameras.view(), in.cell_columns.view(), part.cells.view()});
-    ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
-                     ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(),
-                                    part.active.view(), part.slot.view(), part.brick_cameras.view()});
-    ctx.compact("hull/compact", in.active.view(), part.active_bricks.view(), part.active_count.view());
-    ctx.fill_bytes(part.own_count.view(), 0);
-    const Count active(in.active_count.view(), in.capacity.bricks);
-    ctx.parallel_for("hull/assign_slots", active,
-                     AssignSlots{in.grid, in.own.end, in.capacity.bricks, in.active_bricks.view(),
-                                 in.active_count.view(), part.slot.view(), part.own_count.view()});
-    ctx.parallel_for(
-        "hull/signs", active,
-        BrickSigns{in.grid, in.cameras.view(), in.cells.view(), in.bits.view(), in.active_bricks.view(),
-                   in.brick_cameras.view(), part.rows.view(), part.sub_cameras.view()});
+    part.carve.run(ctx, [&] { m.carve(ctx, part); });
   });
+}
+
+void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
+  const Part& in = part;
+  ctx.parallel_for("hull/prepare_silhouettes", in.cell_rows.size(),
+                   PrepareSilhouettes{in.cameras.view(), in.raw.view(), in.cell_rows.view(), part.bits.view(),
+                                      part.cells.view()});
+  ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
+                   SumCellColumns{in.cameras.view(), in.cell_columns.view(), part.cells.view()});
+  ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
+                   ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(), part.active.view(),
+                                  part.slot.view(), part.brick_cameras.view()});
+  ctx.compact("hull/compact", in.active.view(), part.active_bricks.view(), part.active_count.view());
+  ctx.fill_bytes(part.own_count.view(), 0);
+  const Count active(in.active_count.view(), in.capacity.bricks);
+  ctx.parallel_for("hull/assign_slots", active,
+                   AssignSlots{in.grid, in.own.end, in.capacity.bricks, in.active_bricks.view(),
+                               in.active_count.view(), part.slot.view(), part.own_count.view()});
+  ctx.parallel_for(
+      "hull/signs", active,
+      BrickSigns{in.grid, in.cameras.view(), in.cells.view(), in.bits.view(), in.active_bricks.view(),
+                 in.brick_cameras.view(), part.rows.view(), part.sub_cameras.view()});
 }
 
 void VisualHull::extract() {
   Impl& m = *impl_;
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     Part& part = m.parts[static_cast<std::size_t>(p)];
-    const Part& in = part;
-    const Count active(in.active_count.view(), in.capacity.bricks),
-        own(in.own_count.view(), in.capacity.bricks);
-    ctx.fill_bytes(part.vertex_start.view(), 0);
-    ctx.fill_bytes(part.triangle_start.view(), 0);
-    ctx.parallel_for("mesh/count", active,
-                     CountBrickMesh{in.table(), in.cases.view(), part.crossings.view(), part.row_start.view(),
-                                    part.vertex_start.view(), part.triangle_start.view()});
-    ctx.exclusive_scan("mesh/scan_vertices", in.vertex_start.view(), part.vertex_start.view());
-    ctx.exclusive_scan("mesh/scan_triangles", in.triangle_start.view(), part.triangle_start.view());
-    ctx.parallel_for(
-        "mesh/vertices", own,
-        EmitVertices{in.table(), in.cameras.view(), in.bits.view(), in.crossings.view(), in.row_start.view(),
-                     in.vertex_start.view(), m.origin_m, m.voxel_size_m, part.positions_m.view()});
-    ctx.parallel_for("mesh/triangles", own,
-                     EmitTriangles{in.table(), in.cases.view(), in.crossings.view(), in.row_start.view(),
-                                   in.vertex_start.view(), in.triangle_start.view(), part.triangles.view()});
-    ctx.parallel_for("mesh/collect", 1,
-                     CollectCounts{in.own_count.view(), in.active_count.view(), in.vertex_start.view(),
-                                   in.triangle_start.view(), part.counts.view()});
+    part.extract.run(ctx, [&] { m.extract(ctx, part); });
     ctx.record(part.done);
   });
   if (m.welds()) m.gather();
+}
+
+void VisualHull::Impl::extract(ExecContext& ctx, Part& part) {
+  const Part& in = part;
+  const Count active(in.active_count.view(), in.capacity.bricks),
+      own(in.own_count.view(), in.capacity.bricks);
+  ctx.fill_bytes(part.vertex_start.view(), 0);
+  ctx.fill_bytes(part.triangle_start.view(), 0);
+  ctx.parallel_for("mesh/count", active,
+                   CountBrickMesh{in.table(), in.cases.view(), part.crossings.view(), part.row_start.view(),
+                                  part.vertex_start.view(), part.triangle_start.view()});
+  ctx.exclusive_scan("mesh/scan_vertices", in.vertex_start.view(), part.vertex_start.view());
+  ctx.exclusive_scan("mesh/scan_triangles", in.triangle_start.view(), part.triangle_start.view());
+  ctx.parallel_for(
+      "mesh/vertices", own,
+      EmitVertices{in.table(), in.cameras.view(), in.bits.view(), in.crossings.view(), in.row_start.view(),
+                   in.vertex_start.view(), origin_m, voxel_size_m, part.positions_m.view()});
+  ctx.parallel_for("mesh/triangles", own,
+                   EmitTriangles{in.table(), in.cases.view(), in.crossings.view(), in.row_start.view(),
+                                 in.vertex_start.view(), in.triangle_start.view(), part.triangles.view()});
+  ctx.parallel_for("mesh/collect", 1,
+                   CollectCounts{in.own_count.view(), in.active_count.view(), in.vertex_start.view(),
+                                 in.triangle_start.view(), part.counts.view()});
 }
 
 void VisualHull::Impl::gather() {

@@ -34,6 +34,32 @@ class CudaBlock {
     if (static_cast<int>(threadIdx.x) < count) f(static_cast<int>(threadIdx.x));
     __syncthreads();
   }
+  template <int kGroup, class S, class F>
+  __device__ void for_groups(int count, S&& select, F&& f) const {
+    static_assert(kThreads % kGroup == 0);
+    for (int g = static_cast<int>(threadIdx.x) / kGroup; g < count; g += kThreads / kGroup) {
+      if (select(g)) f(g, static_cast<int>(threadIdx.x) % kGroup);
+    }
+    __syncthreads();
+  }
+  template <class P>
+  __device__ void compact(int count, P&& chosen, int* out, int* out_count) const {
+    static_assert(kThreads % 32 == 0);
+    __shared__ int warp_count[kThreads / 32];
+    const int t = static_cast<int>(threadIdx.x), warp = t / 32, lane = t % 32;
+    const bool is_chosen = t < count && chosen(t);
+    const unsigned votes = __ballot_sync(~0U, is_chosen);
+    if (lane == 0) warp_count[warp] = __popc(votes);
+    __syncthreads();
+    int at = __popc(votes & ((1U << lane) - 1U)), total = 0;
+    for (int w = 0; w < kThreads / 32; ++w) {
+      at += w < warp ? warp_count[w] : 0;
+      total += warp_count[w];
+    }
+    if (is_chosen) out[at] = t;
+    if (t == 0) *out_count = total;
+    __syncthreads();
+  }
   template <class F>
   __device__ void on_one_thread(F&& f) const {
     if (threadIdx.x == 0) f();
