@@ -11,7 +11,7 @@ constexpr float kHit_m = FigureTracer::kHit_m;
 /// step of length f(t) jumps over a dip d at t + x, then f(t) <= d + x, so at its end f <= d + (f(t) - x) <=
 /// 2 d. One more for rounding: samples above this are no evidence of a hit.
 constexpr float kNear_m = 3 * kHit_m;
-constexpr Index kTile = 32, kBlock = 8;
+constexpr Index kTile = 32, kBlock = 8, kPixelsWide = 4, kPixelsHigh = 2;
 
 /// Where a ray may meet the bounding spheres of a shape: [begin, end], begin > end for nowhere.
 struct Span {
@@ -58,21 +58,21 @@ float FigureTracer::first_hit_m(const FigureShape& shape, float x_px, float y_px
   return 0;
 }
 
-FigureTracer::Cones FigureTracer::make_cones(Index x_px, Index y_px, Index size_px, Index columns) const {
+FigureTracer::Cones FigureTracer::make_cones(Index x_px, Index y_px, Size size, Index columns) const {
   Cones cones;
   Float8 x0, y0;
   for (Index i = 0; i < 8; ++i) {
-    const Index x = x_px + size_px * (i % columns), y = y_px + size_px * (i / columns);
+    const Index x = x_px + size.width_px * (i % columns), y = y_px + size.height_px * (i / columns);
     if (x < width_px_ && y < height_px_) cones.live |= 1U << i;
     x0.set(i, static_cast<float>(x));
     y0.set(i, static_cast<float>(y));
   }
-  const float last = static_cast<float>(size_px - 1);
-  cones.axis = direction(x0 + Float8(0.5F * last), y0 + Float8(0.5F * last));
+  const auto right = static_cast<float>(size.width_px - 1), bottom = static_cast<float>(size.height_px - 1);
+  cones.axis = direction(x0 + Float8(0.5F * right), y0 + Float8(0.5F * bottom));
   cones.tangent = 0.F;
   for (int corner = 0; corner < 4; ++corner) {
     const Vec3<Float8> d =
-        direction(x0 + Float8((corner & 1) ? last : 0.F), y0 + Float8((corner & 2) ? last : 0.F));
+        direction(x0 + Float8((corner & 1) ? right : 0.F), y0 + Float8((corner & 2) ? bottom : 0.F));
     const Float8 along = dot(d, cones.axis);
     const Vec3<Float8> across = d - along * cones.axis;
     cones.tangent = max(cones.tangent, sqrt(dot(across, across)) / along);
@@ -118,74 +118,128 @@ void FigureTracer::trace_cones(const FigureShape& shape, Cones& cones) const {
   cones.mixed = stopped & candidates & ~cones.full;
 }
 
-unsigned FigureTracer::trace_row(const FigureShape& shape, Index x_px, Index y_px, float begin_m, float end_m,
-                                 unsigned limbs, Float8& hit_m) const {
-  const auto x0 = static_cast<float>(x_px);
-  Float8 x(x0);
-  for (int i = 0; i < 8; ++i) x.set(i, x0 + static_cast<float>(i));
-  const Vec3<Float8> d = direction(x, Float8(static_cast<float>(y_px)));
+unsigned FigureTracer::find_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure) const {
+  const Vec3<Float8>& d = rays.direction;
   const auto distance_m = [&](const Float8& t) {
     return shape.distance_m(
         Vec3<Float8>{Float8(eye_m_.x) + t * d.x, Float8(eye_m_.y) + t * d.y, Float8(eye_m_.z) + t * d.z},
-        limbs);
+        rays.limbs);
   };
-  const auto columns = static_cast<unsigned>(std::min<Index>(8, width_px_ - x_px));
-  unsigned moving = (1U << columns) - 1, near = 0;
-  Float8 t(begin_m);
-  for (int i = 0; i < 64 && moving; ++i) {
-    const Float8 f = distance_m(t);
-    const unsigned close = moving & less_bits(f, Float8(kNear_m));
-    near |= close;
-    moving &= ~close;
-    t = select(moving, t + f, t);
-    moving &= ~less_bits(Float8(end_m), t);
+  // Everything before t is known to be no hit. `fall` is the loss of distance per way at t.
+  Float8 t = rays.begin_m, f = distance_m(t), fall(0.F), longest(1e3F);
+  const Float8 end_m(rays.end_m), near_m(kNear_m);
+  unsigned moving = rays.live & ~less_bits(end_m, t), hit = moving & less_bits(f, Float8(-kHit_m)), near = 0;
+  moving &= ~hit;
+  for (int i = 0; i < 48 && moving; ++i) {
+    near |= moving & less_bits(f, near_m);
+    moving &= ~near;
+    // In turn the longest step that will probably prove the way empty, and one that may end well inside.
+    Float8 step = Float8(1.9F) * f / (Float8(1.F) + max(fall, Float8(-0.5F)));
+    if (i & 1) step = Float8(1.2F) * f / max(fall, Float8(0.02F)) + Float8(2e-5F);
+    step = max(min(step, longest), f);
+    const Float8 g = distance_m(t + step);
+    hit |= moving & less_bits(g, Float8(-kHit_m));
+    moving &= ~hit;
+    // Passed: the balls at both ends cover the way between, or the step was no longer than the first one.
+    const unsigned passed = moving & (less_bits(step + near_m, f + g) | ~less_bits(f, step));
+    fall = select(passed, (f - g) / step, fall);
+    t = select(passed, t + step, t);
+    longest = select(passed, Float8(1e3F), (i & 1) ? Float8(1e3F) : f);
+    f = select(passed, g, f);
+    moving &= ~less_bits(end_m, t);
   }
-  unsigned unsure = near | moving, hit = 0;
-  hit_m = t;
-  if (near) {  // clearly inside a tenth of a millimetre later: a hit on every way of tracing
-    hit = near & less_bits(distance_m(t + Float8(1e-4F)), Float8(-kHit_m));
-    unsure &= ~hit;
-  }
-  for (; unsure; unsure &= unsure - 1) {  // grazing rays: ask the definition
-    const int i = std::countr_zero(unsure);
-    const float z = first_hit_m(shape, x[i], static_cast<float>(y_px));
-    if (z > 0) hit |= 1U << i;
-    hit_m.set(i, z);
-  }
+  unsure = near | moving;
   return hit;
 }
 
-void FigureTracer::set_block(Index x_px, Index y_px, Index size_px, BitMask* mask) const {
-  const auto columns = static_cast<unsigned>(std::min(size_px, width_px_ - x_px));
+unsigned FigureTracer::find_first_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure,
+                                       Float8& hit_m) const {
+  const Vec3<Float8>& d = rays.direction;
+  const auto distance_m = [&](const Float8& t) {
+    return shape.distance_m(
+        Vec3<Float8>{Float8(eye_m_.x) + t * d.x, Float8(eye_m_.y) + t * d.y, Float8(eye_m_.z) + t * d.z},
+        rays.limbs);
+  };
+  Float8 t = rays.begin_m;
+  unsigned moving = rays.live, near = 0;
+  for (int i = 0; i < 64 && moving; ++i) {
+    const Float8 f = distance_m(t);
+    near |= moving & less_bits(f, Float8(kNear_m));
+    moving &= ~near;
+    t = select(moving, t + f, t);
+    moving &= ~less_bits(Float8(rays.end_m), t);
+  }
+  hit_m = t;
+  unsigned hit = 0;
+  if (near) {  // clearly inside a tenth of a millimetre later: a hit on every way of tracing
+    hit = near & less_bits(distance_m(t + Float8(1e-4F)), Float8(-kHit_m));
+  }
+  unsure = (near | moving) & ~hit;
+  return hit;
+}
+
+void FigureTracer::trace_pixels(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent,
+                                int lane, BitMask* mask, DepthImage* distance_m) const {
+  Float8 x, y;
+  Rays rays;
+  rays.live = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Index column = x_px + i % kPixelsWide, row = y_px + i / kPixelsWide;
+    if (column < width_px_ && row < height_px_) rays.live |= 1U << i;
+    x.set(i, static_cast<float>(column));
+    y.set(i, static_cast<float>(row));
+  }
+  rays.direction = direction(x, y);
+  // A ray at an angle to the axis reaches the plane at t after at most t sqrt(1 + a^2).
+  const float a = parent.tangent[lane];
+  rays.begin_m = parent.begin_m[lane];
+  rays.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+  rays.limbs = parent.limbs;
+  unsigned unsure = 0;
+  Float8 hit_m;
+  unsigned hit = distance_m ? find_first_hits(shape, rays, unsure, hit_m) : find_hits(shape, rays, unsure);
+  for (; unsure; unsure &= unsure - 1) {  // grazing rays: ask the definition
+    const int i = std::countr_zero(unsure);
+    hit_m.set(i, first_hit_m(shape, x[i], y[i]));
+    if (hit_m[i] > 0) hit |= 1U << i;
+  }
+  for (unsigned bits = hit; bits; bits &= bits - 1) {
+    const int i = std::countr_zero(bits);
+    const Index column = x_px + i % kPixelsWide, row = y_px + i / kPixelsWide;
+    if (mask) mask->set(column, row);
+    if (distance_m) (*distance_m)(column, row) = hit_m[i];
+  }
+}
+
+void FigureTracer::set_pixels(Index x_px, Index y_px, Size size, BitMask& mask) const {
+  const auto columns = static_cast<unsigned>(std::min(size.width_px, width_px_ - x_px));
   const std::uint32_t bits = (columns == 32 ? ~0U : (1U << columns) - 1) << (x_px & 31);
-  const Index end = std::min(y_px + size_px, height_px_);
+  const Index end = std::min(y_px + size.height_px, height_px_);
   for (Index y = y_px; y < end; ++y)
-    mask->words[static_cast<std::size_t>(y * mask->words_per_row() + (x_px >> 5))] |= bits;
+    mask.words[static_cast<std::size_t>(y * mask.words_per_row() + (x_px >> 5))] |= bits;
 }
 
 void FigureTracer::trace_block(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent,
                                int lane, BitMask* mask, DepthImage* distance_m) const {
+  constexpr Size kSize{kPixelsWide, kPixelsHigh};
+  constexpr Index kColumns = kBlock / kPixelsWide;
+  Cones cones = make_cones(x_px, y_px, kSize, kColumns);
   // Limbs whose spheres the block's cone doesn't meet can't change a sign in it.
   const Vec3f axis{parent.axis.x[lane], parent.axis.y[lane], parent.axis.z[lane]};
   const float a = parent.tangent[lane];
-  unsigned limbs = 0;
+  cones.limbs = 0;
   for (std::size_t i = 0; i < shape.limbs().size(); ++i) {
-    const bool meets = relation(shape.limbs()[i], eye_m_, axis, a, shape.seam_m() + 1e-4F).meets;
-    if (meets) limbs |= 1U << i;
+    if (relation(shape.limbs()[i], eye_m_, axis, a, shape.seam_m() + 1e-4F).meets) cones.limbs |= 1U << i;
   }
-  // A ray at an angle to the axis reaches the plane at t after at most t sqrt(1 + a^2).
-  const float end_m = parent.end_m[lane] * sqrt(1 + a * a);
-  const Index rows = std::min(kBlock, height_px_ - y_px);
-  for (Index y = y_px; y < y_px + rows; ++y) {
-    Float8 hit_m;
-    const unsigned hit = trace_row(shape, x_px, y, parent.begin_m[lane], end_m, limbs, hit_m);
-    if (mask)
-      mask->words[static_cast<std::size_t>(y * mask->words_per_row() + (x_px >> 5))] |= hit << (x_px & 31);
-    if (!distance_m) continue;
-    for (unsigned bits = hit; bits; bits &= bits - 1) {
-      const int i = std::countr_zero(bits);
-      (*distance_m)(x_px + i, y) = hit_m[i];
-    }
+  cones.begin_m = parent.begin_m[lane];
+  cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+  trace_cones(shape, cones);
+  for (int i = 0; i < 8; ++i) {
+    const Index x = x_px + kPixelsWide * (i % kColumns), y = y_px + kPixelsHigh * (i / kColumns);
+    const bool full = (cones.full >> i & 1U) != 0;
+    if (full && !distance_m) set_pixels(x, y, kSize, *mask);
+    if ((cones.mixed >> i & 1U) || (full && distance_m))
+      trace_pixels(shape, x, y, cones, i, mask, distance_m);
   }
 }
 
@@ -194,7 +248,7 @@ void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, 
   constexpr Index kColumns = kTile / kBlock;
   for (Index half = 0; half < 2; ++half) {
     const Index y0 = y_px + 2 * kBlock * half;
-    Cones cones = make_cones(x_px, y0, kBlock, kColumns);
+    Cones cones = make_cones(x_px, y0, {kBlock, kBlock}, kColumns);
     // The parent's empty part ends at a plane, which rays beside its axis reach later.
     const float a = parent.tangent[lane];
     cones.begin_m = parent.begin_m[lane];
@@ -203,7 +257,7 @@ void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, 
     for (int i = 0; i < 8; ++i) {
       const Index x = x_px + kBlock * (i % kColumns), y = y0 + kBlock * (i / kColumns);
       const bool full = (cones.full >> i & 1U) != 0;
-      if (full && !distance_m) set_block(x, y, kBlock, mask);
+      if (full && !distance_m) set_pixels(x, y, {kBlock, kBlock}, *mask);
       if ((cones.mixed >> i & 1U) || (full && distance_m))
         trace_block(shape, x, y, cones, i, mask, distance_m);
     }
@@ -214,7 +268,7 @@ void FigureTracer::trace_strip(const FigureShape& shape, Index strip, BitMask* m
                                DepthImage* distance_m) const {
   const Index y = strip * kTile;
   for (Index x0 = 0; x0 < width_px_; x0 += 8 * kTile) {
-    Cones cones = make_cones(x0, y, kTile, 8);
+    Cones cones = make_cones(x0, y, {kTile, kTile}, 8);
     for (int i = 0; i < 8; ++i) {
       Span span;
       for (const FigureShape::Limb& limb : shape.limbs()) {
@@ -230,7 +284,7 @@ void FigureTracer::trace_strip(const FigureShape& shape, Index strip, BitMask* m
     for (int i = 0; i < 8; ++i) {
       const Index x = x0 + kTile * i;
       const bool full = (cones.full >> i & 1U) != 0;
-      if (full && !distance_m) set_block(x, y, kTile, mask);
+      if (full && !distance_m) set_pixels(x, y, {kTile, kTile}, *mask);
       if ((cones.mixed >> i & 1U) || (full && distance_m))
         trace_tile(shape, x, y, cones, i, mask, distance_m);
     }

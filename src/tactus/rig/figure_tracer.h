@@ -43,23 +43,39 @@ class FigureTracer {
   /// Eight tiles and what is known about them: lanes of a packet.
   struct Cones {
     Vec3<Float8> axis;
-    Float8 tangent;                ///< of half the opening
-    Float8 begin_m, end_m;         ///< the cone is empty before and after
-    unsigned live = 0;             ///< tiles that contain pixels
-    unsigned full = 0, mixed = 0;  ///< result; the others are empty
-    unsigned limbs = FigureShape::kAllLimbs;
+    Float8 tangent;                           ///< of half the opening
+    Float8 begin_m, end_m;                    ///< the cone is empty before and after
+    unsigned live = 0;                        ///< tiles that contain pixels
+    unsigned full = 0, mixed = 0;             ///< result; the others are empty
+    unsigned limbs = FigureShape::kAllLimbs;  ///< the others are nowhere near
   };
-  /// Tiles of `size_px` beside each other from (x_px, y_px) on, `columns` in a row.
-  Cones make_cones(Index x_px, Index y_px, Index size_px, Index columns) const;
+  struct Size {
+    Index width_px, height_px;
+  };
+  /// Eight tiles beside each other from (x_px, y_px) on, `columns` in a row.
+  Cones make_cones(Index x_px, Index y_px, Size size, Index columns) const;
   void trace_cones(const FigureShape& shape, Cones& cones) const;
+  /// What is inside tile `lane` of `parent`: a tile of 32x32 pixels, a block of 8x8 in it, 4x2 pixels in
+  /// that.
   void trace_tile(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
                   BitMask* mask, DepthImage* distance_m) const;
   void trace_block(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
                    BitMask* mask, DepthImage* distance_m) const;
-  /// Bits of the pixels x_px..x_px+7 of row y_px that are hit; where, in `hit_m`.
-  unsigned trace_row(const FigureShape& shape, Index x_px, Index y_px, float begin_m, float end_m,
-                     unsigned limbs, Float8& hit_m) const;
-  void set_block(Index x_px, Index y_px, Index size_px, BitMask* mask) const;
+  void trace_pixels(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
+                    BitMask* mask, DepthImage* distance_m) const;
+  /// Eight rays; a ray may start late and end early where a cone proved the rest empty.
+  struct Rays {
+    Vec3<Float8> direction;
+    Float8 begin_m;
+    float end_m;
+    unsigned live;
+    unsigned limbs;
+  };
+  /// Bits of the rays that hit for certain, and in `unsure` of those that `first_hit_m` must decide.
+  unsigned find_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure) const;
+  /// The same with the places in `hit_m`.
+  unsigned find_first_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure, Float8& hit_m) const;
+  void set_pixels(Index x_px, Index y_px, Size size, BitMask& mask) const;
 
   Index width_px_, height_px_;
   Vec3f eye_m_;
