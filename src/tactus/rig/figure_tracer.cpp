@@ -11,6 +11,8 @@ constexpr float kHit_m = FigureTracer::kHit_m;
 /// step of length f(t) jumps over a dip d at t + x, then f(t) <= d + x, so at its end f <= d + (f(t) - x) <=
 /// 2 d. One more for rounding: samples above this are no evidence of a hit.
 constexpr float kNear_m = 3 * kHit_m;
+/// Most steps of a packet of rays before each of those left is asked alone.
+constexpr int kPacketSteps = 160;
 constexpr Index kTile = 32, kBlock = 8, kPixelsWide = 4, kPixelsHigh = 2;
 
 /// Where a ray may meet the bounding spheres of a shape: [begin, end], begin > end for nowhere.
@@ -130,12 +132,16 @@ unsigned FigureTracer::find_hits(const FigureShape& shape, const Rays& rays, uns
   const Float8 end_m(rays.end_m), near_m(kNear_m);
   unsigned moving = rays.live & ~less_bits(end_m, t), hit = moving & less_bits(f, Float8(-kHit_m)), near = 0;
   moving &= ~hit;
-  for (int i = 0; i < 48 && moving; ++i) {
+  for (int i = 0; i < kPacketSteps && moving; ++i) {
     near |= moving & less_bits(f, near_m);
     moving &= ~near;
-    // In turn the longest step that will probably prove the way empty, and one that may end well inside.
-    Float8 step = Float8(1.9F) * f / (Float8(1.F) + max(fall, Float8(-0.5F)));
-    if (i & 1) step = Float8(1.2F) * f / max(fall, Float8(0.02F)) + Float8(2e-5F);
+    // The longest step that will probably prove the way empty; in turn with, for rays that approach, one that
+    // may end well inside.
+    Float8 step = Float8(1.9F) * f / (Float8(1.F) + max(fall, Float8(-0.6F)));
+    if (i & 1) {
+      const Float8 inside = Float8(1.2F) * f / max(fall, Float8(0.02F)) + Float8(2e-5F);
+      step = select(less_bits(Float8(0.02F), fall), inside, step);
+    }
     step = max(min(step, longest), f);
     const Float8 g = distance_m(t + step);
     hit |= moving & less_bits(g, Float8(-kHit_m));
@@ -148,7 +154,14 @@ unsigned FigureTracer::find_hits(const FigureShape& shape, const Rays& rays, uns
     f = select(passed, g, f);
     moving &= ~less_bits(end_m, t);
   }
-  unsure = near | moving;
+  // A ray that came near and wasn't seen inside yet: any inner point further on will do.
+  unsigned open = near | moving;
+  for (float ahead_m = 2e-4F; ahead_m < 0.02F && open; ahead_m *= 3) {
+    const unsigned inside = open & less_bits(distance_m(t + Float8(ahead_m)), Float8(-kHit_m));
+    hit |= inside;
+    open &= ~inside;
+  }
+  unsure = open;
   return hit;
 }
 
@@ -162,7 +175,7 @@ unsigned FigureTracer::find_first_hits(const FigureShape& shape, const Rays& ray
   };
   Float8 t = rays.begin_m;
   unsigned moving = rays.live, near = 0;
-  for (int i = 0; i < 64 && moving; ++i) {
+  for (int i = 0; i < kPacketSteps && moving; ++i) {
     const Float8 f = distance_m(t);
     near |= moving & less_bits(f, Float8(kNear_m));
     moving &= ~near;
