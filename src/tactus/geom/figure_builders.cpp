@@ -163,8 +163,9 @@ FigureParts build_rabbit(const FigureOptions& options) {
   for (const float s : {1.F, -1.F}) {  // left and right
     FigureParts::Limb ear;
     ear.blend_m = 0.02F;
-    ear.cones = {cone({-0.115F, 0.17F, 0.045F * s}, {-0.06F, 0.3F, 0.085F * s}, 0.026F, 0.045F),
-                 cone({-0.06F, 0.3F, 0.085F * s}, {0.0F, 0.42F, 0.115F * s}, 0.045F, 0.018F)};
+    ear.cones = {cone({-0.125F, 0.15F, 0.04F * s}, {-0.095F, 0.24F, 0.062F * s}, 0.03F, 0.042F),
+                 cone({-0.095F, 0.24F, 0.062F * s}, {-0.055F, 0.33F, 0.085F * s}, 0.042F, 0.044F),
+                 cone({-0.055F, 0.33F, 0.085F * s}, {-0.005F, 0.435F, 0.11F * s}, 0.044F, 0.02F)};
     FigureParts::Limb hind;  // thigh and long foot
     hind.blend_m = 0.04F;
     hind.cones = {cone({0.1F, -0.23F, 0.13F * s}, {0.02F, -0.3F, 0.15F * s}, 0.11F, 0.075F),
@@ -178,7 +179,7 @@ FigureParts build_rabbit(const FigureOptions& options) {
   FigureParts::Limb tail;
   tail.cones = {ball({0.285F, -0.26F, 0}, 0.07F)};
   parts.limbs.push_back(tail);
-  scale_parts(parts, options.scale);
+  scale_parts(parts, 0.9F * options.scale);  // fills 4.5 % of the cube
   move_rigidly(
       parts, options, 4,
       [](float a) {

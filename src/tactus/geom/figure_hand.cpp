@@ -9,7 +9,7 @@ namespace tactus {
 namespace {
 
 /// Benchmark size over life size.
-constexpr float kEnlarged = 3.3F;
+constexpr float kEnlarged = 3.5F;
 
 /// A finger: where its first joint sits in the palm's frame (x to the thumb, y to the fingers, z out of the
 /// palm), the fan angle, and for its three bones length and radii [mm].
@@ -106,7 +106,7 @@ FigureParts::Limb palm_limb() {
 /// Upright, the palm towards +z, or coming down palm first, to bend its fingers as it presses.
 HandPosture posture_at(double time_s, double period_s, const FigureOptions& options, float unit_m) {
   if (!options.moving) {
-    // 84 mm from the wrist is the middle between the end of the forearm and the middle finger's tip.
+    // 76 mm from the wrist is the middle between the end of the forearm and the middle finger's tip.
     return {
         0.1F, 0.14F, 0.1F, 0.12F, {Mat3f::identity(), options.offset_m + Vec3f{0, 0.5F - 76 * unit_m, 0}}};
   }

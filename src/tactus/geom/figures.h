@@ -68,7 +68,9 @@ class FigureShape {
     for (int i = 1; i < limb.plane_count; ++i)
       d = max(d, planes_[static_cast<std::size_t>(limb.first_plane + i)].distance_m(p_m));
     if (limb.shell >= 0) d = max(d, shells_[static_cast<std::size_t>(limb.shell)].distance_m(p_m));
-    return d;
+    // Planes alone underrate far points; the sphere holds the body and makes its own bound exact.
+    const Vec3<T> q{p_m.x - T(limb.center_m.x), p_m.y - T(limb.center_m.y), p_m.z - T(limb.center_m.z)};
+    return max(d, sqrt(dot(q, q)) - T(limb.radius_m));
   }
 
   float seam_m_ = 0, inverse_4_seam_ = 0;
@@ -80,8 +82,8 @@ class FigureShape {
 
 struct FigureOptions {
   bool moving = false;
-  /// Size over that of the benchmarks, where `hand` and `rabbit` are about 0.85 m tall and fill a 1 m cube.
-  /// A life-size hand is 0.31. Motion keeps its speed.
+  /// Size over that of the benchmarks, where `hand` (0.9 m) and `rabbit` (0.78 m) fill a 1 m cube.
+  /// A life-size hand is 1 / 3.5. Motion keeps its speed.
   float scale = 1;
   /// Shift in the world. Without: still figures are centred in the cube of 1 m (x, z in [-0.5, 0.5], y in
   /// [0, 1]); the moving hand's lowest point over time is at y = 0.2 m.

@@ -24,13 +24,13 @@ Rig make_synthetic_rig(const SyntheticRigOptions& options = {});
 struct SyntheticOptions {
   /// One of figure_names(), or such a name with "-still" or "-moving", which then decides `moving`.
   std::string figure = "hand";
-  FigureOptions shape;        ///< moving, scale, offset
-  double fps = 30;            ///< frame i shows the figure at i / fps; in (0, 10000]
-  std::optional<int> frames;  ///< none: without end
-  bool colors = false;        ///< shaded pictures: for viewing, about 20 times the cost of the silhouettes
+  FigureOptions shape{};        ///< moving, scale, offset
+  double fps = 30;              ///< frame i shows the figure at i / fps; in (0, 10000]
+  std::optional<int> frames{};  ///< none: without end
+  bool colors = false;          ///< shaded pictures: for viewing, about 20 times the cost of the silhouettes
   bool depth = true;
   bool truth = true;  ///< volume of the figure: once when still, every frame when moving (tens of ms)
-  SyntheticRigOptions rig;
+  SyntheticRigOptions rig{};
 };
 
 /// Deterministic: the same options give the same bits. Silhouettes and depth are exact (no noise, no lens
