@@ -1,0 +1,307 @@
+#include "tactus/rig/figure_tracer.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace tactus {
+namespace {
+
+constexpr float kHit_m = FigureTracer::kHit_m;
+/// A ray that passes the figure at <= kHit_m shows a sample <= 2 kHit_m on every way of sphere tracing: if a
+/// step of length f(t) jumps over a dip d at t + x, then f(t) <= d + x, so at its end f <= d + (f(t) - x) <=
+/// 2 d. One more for rounding: samples above this are no evidence of a hit.
+constexpr float kNear_m = 3 * kHit_m;
+/// Most steps of a packet of rays before each of those left is asked alone.
+constexpr int kPacketSteps = 160;
+constexpr Index kTile = 32, kBlock = 8, kPixelsWide = 4, kPixelsHigh = 2;
+
+/// Where a ray may meet the bounding spheres of a shape: [begin, end], begin > end for nowhere.
+struct Span {
+  float begin_m = 1e9F, end_m = -1e9F;
+};
+
+struct Relation {
+  Span span;
+  bool meets = false;
+};
+/// How a cone (or a ray, tangent 0) lies to the bounding sphere of a limb, widened by `margin_m`.
+Relation relation(const FigureShape::Limb& limb, Vec3f eye_m, Vec3f axis, float tangent, float margin_m) {
+  const Vec3f c = limb.center_m - eye_m;
+  const float r = limb.radius_m + margin_m;
+  const float along = dot(c, axis);
+  const float across = length(c - along * axis);
+  const bool meets = along > -r && (across - along * tangent) <= r * sqrt(1 + tangent * tangent);
+  return {{std::max(along - r, 0.F), along + r}, meets};
+}
+
+}  // namespace
+
+FigureTracer::FigureTracer(const Camera& camera) : width_px_(camera.width_px), height_px_(camera.height_px) {
+  check_camera(camera);
+  eye_m_ = vec_cast<float>(camera.center_world());
+  M_ = mat_cast<float>(transpose(camera.T_cam_world.R) * inverse(camera.intrinsics()));
+}
+
+float FigureTracer::first_hit_m(const FigureShape& shape, float x_px, float y_px) const {
+  const Vec3f d = direction(x_px, y_px);
+  Span span;
+  for (const FigureShape::Limb& limb : shape.limbs()) {
+    const Relation r = relation(limb, eye_m_, d, 0, shape.seam_m() + 1e-4F);
+    if (!r.meets) continue;
+    span = {std::min(span.begin_m, r.span.begin_m), std::max(span.end_m, r.span.end_m)};
+  }
+  constexpr int kMostSteps = 4000;  // only a ray that grazes a plane along its whole length comes near
+  float t = span.begin_m;
+  for (int i = 0; i < kMostSteps && t <= span.end_m; ++i) {
+    const float f = shape.distance_m(eye_m_ + t * d);
+    if (f <= kHit_m) return t;
+    t += f;
+  }
+  return 0;
+}
+
+FigureTracer::Cones FigureTracer::make_cones(Index x_px, Index y_px, Size size, Index columns) const {
+  Cones cones;
+  Float8 x0, y0;
+  for (Index i = 0; i < 8; ++i) {
+    const Index x = x_px + size.width_px * (i % columns), y = y_px + size.height_px * (i / columns);
+    if (x < width_px_ && y < height_px_) cones.live |= 1U << i;
+    x0.set(i, static_cast<float>(x));
+    y0.set(i, static_cast<float>(y));
+  }
+  const auto right = static_cast<float>(size.width_px - 1), bottom = static_cast<float>(size.height_px - 1);
+  cones.axis = direction(x0 + Float8(0.5F * right), y0 + Float8(0.5F * bottom));
+  cones.tangent = 0.F;
+  for (int corner = 0; corner < 4; ++corner) {
+    const Vec3<Float8> d =
+        direction(x0 + Float8((corner & 1) ? right : 0.F), y0 + Float8((corner & 2) ? bottom : 0.F));
+    const Float8 along = dot(d, cones.axis);
+    const Vec3<Float8> across = d - along * cones.axis;
+    cones.tangent = max(cones.tangent, sqrt(dot(across, across)) / along);
+  }
+  cones.tangent = cones.tangent * Float8(1.0001F) + Float8(1e-6F);  // rounding
+  return cones;
+}
+
+void FigureTracer::trace_cones(const FigureShape& shape, Cones& cones) const {
+  const Float8 one(1.F), zero(0.F), margin(2 * kNear_m), a = cones.tangent;
+  const auto point = [&](const Float8& t) {
+    return Vec3<Float8>{Float8(eye_m_.x) + t * cones.axis.x, Float8(eye_m_.y) + t * cones.axis.y,
+                        Float8(eye_m_.z) + t * cones.axis.z};
+  };
+  // Empty as far as balls on the axis reach: a ball of radius f at t covers the cone up to t + s where
+  // s^2 + (a (t + s))^2 = f^2.
+  Float8 t = cones.begin_m;
+  unsigned moving = cones.live & ~less_bits(cones.end_m, t);
+  const unsigned candidates = moving;
+  unsigned stopped = 0;
+  for (int i = 0; i < 64 && moving; ++i) {
+    const Float8 f = shape.distance_m(point(t), cones.limbs) - margin;
+    const Float8 r = a * t, a2 = one + a * a;
+    const Float8 s = (sqrt(max(f * f * a2 - r * r, zero)) - a * r) / a2;
+    const unsigned stop = moving & (less_bits(f, r) | less_bits(s, Float8(0.1F) * r + Float8(1e-4F)));
+    stopped |= stop;
+    moving &= ~stop;
+    t = select(moving, t + s, t);
+    moving &= ~less_bits(cones.end_m, t);
+  }
+  stopped |= moving;  // out of steps: undecided
+  cones.begin_m = t;
+  // Full where a ball inside the figure spans the whole cone. Depth -r can't be nearer than f + r.
+  unsigned searching = stopped & candidates;
+  for (int i = 0; i < 8 && searching; ++i) {
+    const Float8 f = shape.distance_m(point(t), cones.limbs);
+    const Float8 r = a * t + margin;
+    cones.full |= searching & less_bits(f + r, zero);
+    searching &= ~cones.full;
+    t = select(searching, t + max(f + r, Float8(0.2F) * r), t);
+    searching &= ~less_bits(cones.end_m, t);
+  }
+  cones.mixed = stopped & candidates & ~cones.full;
+}
+
+unsigned FigureTracer::find_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure) const {
+  const Vec3<Float8>& d = rays.direction;
+  const auto distance_m = [&](const Float8& t) {
+    return shape.distance_m(
+        Vec3<Float8>{Float8(eye_m_.x) + t * d.x, Float8(eye_m_.y) + t * d.y, Float8(eye_m_.z) + t * d.z},
+        rays.limbs);
+  };
+  // Everything before t is known to be no hit. `fall` is the loss of distance per way at t.
+  Float8 t = rays.begin_m, f = distance_m(t), fall(0.F), longest(1e3F);
+  const Float8 end_m(rays.end_m), near_m(kNear_m);
+  unsigned moving = rays.live & ~less_bits(end_m, t), hit = moving & less_bits(f, Float8(-kHit_m)), near = 0;
+  moving &= ~hit;
+  for (int i = 0; i < kPacketSteps && moving; ++i) {
+    near |= moving & less_bits(f, near_m);
+    moving &= ~near;
+    // The longest step that will probably prove the way empty; in turn with, for rays that approach, one that
+    // may end well inside.
+    Float8 step = Float8(1.9F) * f / (Float8(1.F) + max(fall, Float8(-0.6F)));
+    if (i & 1) {
+      const Float8 inside = Float8(1.2F) * f / max(fall, Float8(0.02F)) + Float8(2e-5F);
+      step = select(less_bits(Float8(0.02F), fall), inside, step);
+    }
+    step = max(min(step, longest), f);
+    const Float8 g = distance_m(t + step);
+    hit |= moving & less_bits(g, Float8(-kHit_m));
+    moving &= ~hit;
+    // Passed: the balls at both ends cover the way between, or the step was no longer than the first one.
+    const unsigned passed = moving & (less_bits(step + near_m, f + g) | ~less_bits(f, step));
+    fall = select(passed, (f - g) / step, fall);
+    t = select(passed, t + step, t);
+    longest = select(passed, Float8(1e3F), (i & 1) ? Float8(1e3F) : f);
+    f = select(passed, g, f);
+    moving &= ~less_bits(end_m, t);
+  }
+  // A ray that came near and wasn't seen inside yet: any inner point further on will do.
+  unsigned open = near | moving;
+  for (float ahead_m = 2e-4F; ahead_m < 0.02F && open; ahead_m *= 3) {
+    const unsigned inside = open & less_bits(distance_m(t + Float8(ahead_m)), Float8(-kHit_m));
+    hit |= inside;
+    open &= ~inside;
+  }
+  unsure = open;
+  return hit;
+}
+
+unsigned FigureTracer::find_first_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure,
+                                       Float8& hit_m) const {
+  const Vec3<Float8>& d = rays.direction;
+  const auto distance_m = [&](const Float8& t) {
+    return shape.distance_m(
+        Vec3<Float8>{Float8(eye_m_.x) + t * d.x, Float8(eye_m_.y) + t * d.y, Float8(eye_m_.z) + t * d.z},
+        rays.limbs);
+  };
+  Float8 t = rays.begin_m;
+  unsigned moving = rays.live, near = 0;
+  for (int i = 0; i < kPacketSteps && moving; ++i) {
+    const Float8 f = distance_m(t);
+    near |= moving & less_bits(f, Float8(kNear_m));
+    moving &= ~near;
+    t = select(moving, t + f, t);
+    moving &= ~less_bits(Float8(rays.end_m), t);
+  }
+  hit_m = t;
+  unsigned hit = 0;
+  if (near) {  // clearly inside a tenth of a millimetre later: a hit on every way of tracing
+    hit = near & less_bits(distance_m(t + Float8(1e-4F)), Float8(-kHit_m));
+  }
+  unsure = (near | moving) & ~hit;
+  return hit;
+}
+
+void FigureTracer::trace_pixels(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent,
+                                int lane, BitMask* mask, DepthImage* distance_m) const {
+  Float8 x, y;
+  Rays rays;
+  rays.live = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Index column = x_px + i % kPixelsWide, row = y_px + i / kPixelsWide;
+    if (column < width_px_ && row < height_px_) rays.live |= 1U << i;
+    x.set(i, static_cast<float>(column));
+    y.set(i, static_cast<float>(row));
+  }
+  rays.direction = direction(x, y);
+  // A ray at an angle to the axis reaches the plane at t after at most t sqrt(1 + a^2).
+  const float a = parent.tangent[lane];
+  rays.begin_m = parent.begin_m[lane];
+  rays.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+  rays.limbs = parent.limbs;
+  unsigned unsure = 0;
+  Float8 hit_m;
+  unsigned hit = distance_m ? find_first_hits(shape, rays, unsure, hit_m) : find_hits(shape, rays, unsure);
+  for (; unsure; unsure &= unsure - 1) {  // grazing rays: ask the definition
+    const int i = std::countr_zero(unsure);
+    hit_m.set(i, first_hit_m(shape, x[i], y[i]));
+    if (hit_m[i] > 0) hit |= 1U << i;
+  }
+  for (unsigned bits = hit; bits; bits &= bits - 1) {
+    const int i = std::countr_zero(bits);
+    const Index column = x_px + i % kPixelsWide, row = y_px + i / kPixelsWide;
+    if (mask) mask->set(column, row);
+    if (distance_m) (*distance_m)(column, row) = hit_m[i];
+  }
+}
+
+void FigureTracer::set_pixels(Index x_px, Index y_px, Size size, BitMask& mask) const {
+  const auto columns = static_cast<unsigned>(std::min(size.width_px, width_px_ - x_px));
+  const std::uint32_t bits = (columns == 32 ? ~0U : (1U << columns) - 1) << (x_px & 31);
+  const Index end = std::min(y_px + size.height_px, height_px_);
+  for (Index y = y_px; y < end; ++y)
+    mask.words[static_cast<std::size_t>(y * mask.words_per_row() + (x_px >> 5))] |= bits;
+}
+
+void FigureTracer::trace_block(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent,
+                               int lane, BitMask* mask, DepthImage* distance_m) const {
+  constexpr Size kSize{kPixelsWide, kPixelsHigh};
+  constexpr Index kColumns = kBlock / kPixelsWide;
+  Cones cones = make_cones(x_px, y_px, kSize, kColumns);
+  // Limbs whose spheres the block's cone doesn't meet can't change a sign in it.
+  const Vec3f axis{parent.axis.x[lane], parent.axis.y[lane], parent.axis.z[lane]};
+  const float a = parent.tangent[lane];
+  cones.limbs = 0;
+  for (std::size_t i = 0; i < shape.limbs().size(); ++i) {
+    if (relation(shape.limbs()[i], eye_m_, axis, a, shape.seam_m() + 1e-4F).meets) cones.limbs |= 1U << i;
+  }
+  cones.begin_m = parent.begin_m[lane];
+  cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+  trace_cones(shape, cones);
+  for (int i = 0; i < 8; ++i) {
+    const Index x = x_px + kPixelsWide * (i % kColumns), y = y_px + kPixelsHigh * (i / kColumns);
+    const bool full = (cones.full >> i & 1U) != 0;
+    if (full && !distance_m) set_pixels(x, y, kSize, *mask);
+    if ((cones.mixed >> i & 1U) || (full && distance_m))
+      trace_pixels(shape, x, y, cones, i, mask, distance_m);
+  }
+}
+
+void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
+                              BitMask* mask, DepthImage* distance_m) const {
+  constexpr Index kColumns = kTile / kBlock;
+  for (Index half = 0; half < 2; ++half) {
+    const Index y0 = y_px + 2 * kBlock * half;
+    Cones cones = make_cones(x_px, y0, {kBlock, kBlock}, kColumns);
+    // The parent's empty part ends at a plane, which rays beside its axis reach later.
+    const float a = parent.tangent[lane];
+    cones.begin_m = parent.begin_m[lane];
+    cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+    trace_cones(shape, cones);
+    for (int i = 0; i < 8; ++i) {
+      const Index x = x_px + kBlock * (i % kColumns), y = y0 + kBlock * (i / kColumns);
+      const bool full = (cones.full >> i & 1U) != 0;
+      if (full && !distance_m) set_pixels(x, y, {kBlock, kBlock}, *mask);
+      if ((cones.mixed >> i & 1U) || (full && distance_m))
+        trace_block(shape, x, y, cones, i, mask, distance_m);
+    }
+  }
+}
+
+void FigureTracer::trace_strip(const FigureShape& shape, Index strip, BitMask* mask,
+                               DepthImage* distance_m) const {
+  const Index y = strip * kTile;
+  for (Index x0 = 0; x0 < width_px_; x0 += 8 * kTile) {
+    Cones cones = make_cones(x0, y, {kTile, kTile}, 8);
+    for (int i = 0; i < 8; ++i) {
+      Span span;
+      for (const FigureShape::Limb& limb : shape.limbs()) {
+        const Relation r = relation(limb, eye_m_, {cones.axis.x[i], cones.axis.y[i], cones.axis.z[i]},
+                                    cones.tangent[i], shape.seam_m() + 1e-4F);
+        if (!r.meets) continue;
+        span = {std::min(span.begin_m, r.span.begin_m), std::max(span.end_m, r.span.end_m)};
+      }
+      cones.begin_m.set(i, span.begin_m);
+      cones.end_m.set(i, span.end_m);
+    }
+    trace_cones(shape, cones);
+    for (int i = 0; i < 8; ++i) {
+      const Index x = x0 + kTile * i;
+      const bool full = (cones.full >> i & 1U) != 0;
+      if (full && !distance_m) set_pixels(x, y, {kTile, kTile}, *mask);
+      if ((cones.mixed >> i & 1U) || (full && distance_m))
+        trace_tile(shape, x, y, cones, i, mask, distance_m);
+    }
+  }
+}
+
+}  // namespace tactus
