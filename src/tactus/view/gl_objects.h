@@ -1,0 +1,86 @@
+#pragma once
+/// OpenGL objects that free themselves. Internal to view/; a context is current wherever they are used.
+#include <epoxy/gl.h>
+
+#include <cstddef>
+#include <initializer_list>
+#include <string>
+#include <utility>
+
+namespace tactus {
+
+/// An object name and the call that deletes it.
+template <auto kDelete>
+class GlName {
+ public:
+  GlName() = default;
+  explicit GlName(GLuint name) : name_(name) {}
+  GlName(GlName&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+  GlName& operator=(GlName&& other) noexcept {
+    std::swap(name_, other.name_);
+    return *this;
+  }
+  ~GlName() {
+    if (name_ != 0) kDelete(name_);
+  }
+  GLuint get() const { return name_; }
+
+ private:
+  GLuint name_ = 0;
+};
+
+inline void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
+inline void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
+inline void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
+inline void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
+inline void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
+inline void delete_program(GLuint name) { glDeleteProgram(name); }
+
+using GlTexture = GlName<delete_texture>;
+using GlRenderbuffer = GlName<delete_renderbuffer>;
+using GlFramebuffer = GlName<delete_framebuffer>;
+using GlVertexArray = GlName<delete_vertex_array>;
+
+/// A buffer that is filled anew each frame; its room grows by doubling and never shrinks.
+class GlStreamBuffer {
+ public:
+  GlStreamBuffer();
+  /// Returns whether the buffer's name has changed, so that vertex arrays must be told.
+  bool upload(const void* data, std::size_t bytes);
+  GLuint get() const { return name_.get(); }
+
+ private:
+  GlName<delete_buffer> name_;
+  std::size_t capacity_ = 0;
+};
+
+/// A linked program. @throws Error with the driver's log: a driver that can't compile ours.
+class GlProgram {
+ public:
+  GlProgram(const char* what, std::initializer_list<const char*> vertex,
+            std::initializer_list<const char*> fragment);
+  GLuint get() const { return name_.get(); }
+  GLint operator[](const char* uniform) const { return glGetUniformLocation(name_.get(), uniform); }
+
+ private:
+  GlName<delete_program> name_;
+};
+
+/// A square depth map that is drawn into and then sampled.
+struct GlDepthMap {
+  GlTexture texture;
+  GlFramebuffer framebuffer;
+  GLsizei side_px = 0;
+  /// `compare`: sampled as a shadow (GL_LEQUAL), else as a depth. Outside the map is far away.
+  GlDepthMap(GLsizei side, bool compare);
+};
+
+/// What the picture is drawn into, and the single-sampled copy that is read back.
+struct GlPictureTarget {
+  GlRenderbuffer color, depth, resolved_color;
+  GlFramebuffer framebuffer, resolved;
+  /// @throws Error when the driver refuses the size or the number of samples.
+  GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei samples);
+};
+
+}  // namespace tactus

@@ -1,0 +1,63 @@
+#pragma once
+/// 4x4 matrices as OpenGL wants them. Internal to view/.
+#include <array>
+#include <cmath>
+
+#include "tactus/base/vec.h"
+
+namespace tactus {
+
+/// Column by column.
+struct Mat4 {
+  std::array<float, 16> m{};
+  float& operator()(int row, int column) { return m[static_cast<std::size_t>(4 * column + row)]; }
+  float operator()(int row, int column) const { return m[static_cast<std::size_t>(4 * column + row)]; }
+  friend Mat4 operator*(const Mat4& a, const Mat4& b) {
+    Mat4 r;
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        for (int k = 0; k < 4; ++k) r(i, j) += a(i, k) * b(k, j);
+      }
+    }
+    return r;
+  }
+};
+
+inline Mat4 to_mat4(const Rigidf& T) {
+  Mat4 r;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) r(i, j) = T.R(i, j);
+    r(i, 3) = T.t[i];
+  }
+  r(3, 3) = 1;
+  return r;
+}
+
+inline Mat4 perspective(float fov_rad, float aspect, float near_m, float far_m) {
+  Mat4 r;
+  const float f = 1 / std::tan(0.5F * fov_rad);
+  r(0, 0) = f / aspect;
+  r(1, 1) = f;
+  r(2, 2) = (far_m + near_m) / (near_m - far_m);
+  r(2, 3) = 2 * far_m * near_m / (near_m - far_m);
+  r(3, 2) = -1;
+  return r;
+}
+
+/// Looks along -`toward` at a box of `half_m` around `center_m`; the image of the box is [-1, 1]^3.
+inline Mat4 orthographic(Vec3f center_m, Vec3f toward, Vec3f half_m) {
+  const Vec3f back = normalized(toward, {0, 1, 0});
+  const Vec3f right = normalized(cross(std::abs(back.y) > 0.95F ? Vec3f{0, 0, 1} : Vec3f{0, 1, 0}, back));
+  const Mat3f R{{(1 / half_m.x) * right, (1 / half_m.y) * cross(back, right), (-1 / half_m.z) * back}};
+  return to_mat4({R, -(R * center_m)});
+}
+
+/// Clip space [-1, 1]^3 to texture space [0, 1]^3.
+inline Mat4 clip_to_texture() {
+  Mat4 r;
+  for (int i = 0; i < 3; ++i) r(i, i) = r(i, 3) = 0.5F;
+  r(3, 3) = 1;
+  return r;
+}
+
+}  // namespace tactus

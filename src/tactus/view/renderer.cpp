@@ -1,0 +1,387 @@
+#include "tactus/view/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tactus/base/error.h"
+#include "tactus/view/gl_context.h"
+#include "tactus/view/gl_objects.h"
+#include "tactus/view/projection.h"
+#include "tactus/view/shaders.h"
+
+namespace tactus {
+namespace {
+
+constexpr GLsizei kSkyMapPx = 256;
+
+float to_linear(float srgb) {
+  return srgb <= 0.04045F ? srgb / 12.92F : std::pow((srgb + 0.055F) / 1.055F, 2.4F);
+}
+Vec3f to_linear(Vec3f c) { return {to_linear(c.x), to_linear(c.y), to_linear(c.z)}; }
+
+const RendererOptions& checked(const RendererOptions& o) {
+  const auto in_range = [](const char* name, Index value, Index low, Index high) {
+    if (value < low || value > high) {
+      throw Error(std::string("renderer: ") + name + " is " + std::to_string(value) + ", expected " +
+                  std::to_string(low) + " to " + std::to_string(high));
+    }
+  };
+  in_range("width_px", o.width_px, 16, 8192);
+  in_range("height_px", o.height_px, 16, 8192);
+  if (o.shadow_map_px != 0) in_range("shadow_map_px", o.shadow_map_px, 64, 8192);
+  if (o.samples != 1 && o.samples != 2 && o.samples != 4 && o.samples != 8)
+    throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 1, 2, 4 or 8");
+  return o;
+}
+
+void check_mesh(const ViewMesh& view) {
+  const std::size_t vertices = view.mesh.positions_m.size();
+  if (!view.mesh.normals.empty() && view.mesh.normals.size() != vertices) {
+    throw Error("mesh '" + view.name + "': " + std::to_string(view.mesh.normals.size()) + " normals for " +
+                std::to_string(vertices) + " vertices");
+  }
+  std::uint32_t largest = 0;  // a negative index is huge as unsigned
+  for (const auto& t : view.mesh.triangles) {
+    for (const Index v : t) largest = std::max(largest, static_cast<std::uint32_t>(v));
+  }
+  if (!view.mesh.triangles.empty() && largest >= vertices) {
+    throw Error("mesh '" + view.name + "': a triangle has vertex " +
+                std::to_string(static_cast<Index>(largest)) + ", expected 0 to " +
+                std::to_string(static_cast<std::int64_t>(vertices) - 1));
+  }
+}
+
+/// A mesh on the GPU. Slots are reused from frame to frame.
+struct MeshSlot {
+  GlStreamBuffer positions, normals, indices;
+  GlVertexArray array;
+  GLsizei index_count = 0;
+
+  MeshSlot() {
+    GLuint name = 0;
+    glCreateVertexArrays(1, &name);
+    array = GlVertexArray(name);
+    for (const GLuint i : {0U, 1U}) {
+      glVertexArrayAttribFormat(name, i, 3, GL_FLOAT, GL_FALSE, 0);
+      glVertexArrayAttribBinding(name, i, i);
+    }
+    glEnableVertexArrayAttrib(name, 0);
+  }
+  void upload(const TriangleMesh& mesh) {
+    if (positions.upload(mesh.positions_m.data(), mesh.positions_m.size() * sizeof(Vec3f)))
+      glVertexArrayVertexBuffer(array.get(), 0, positions.get(), 0, sizeof(Vec3f));
+    if (normals.upload(mesh.normals.data(), mesh.normals.size() * sizeof(Vec3f)))
+      glVertexArrayVertexBuffer(array.get(), 1, normals.get(), 0, sizeof(Vec3f));
+    if (indices.upload(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0])))
+      glVertexArrayElementBuffer(array.get(), indices.get());
+    (mesh.normals.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 1);
+    index_count = static_cast<GLsizei>(3 * mesh.triangles.size());
+  }
+  void draw() const {
+    glBindVertexArray(array.get());
+    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+  }
+};
+
+/// A line as the shader reads it.
+struct LineInstance {
+  Vec3f from, to, color;
+  float width_px;
+};
+static_assert(sizeof(LineInstance) == 40);
+
+struct LineSlot {
+  GlStreamBuffer buffer;
+  GlVertexArray array;
+  std::vector<LineInstance> lines;
+
+  LineSlot() {
+    GLuint name = 0;
+    glCreateVertexArrays(1, &name);
+    array = GlVertexArray(name);
+    for (const GLuint i : {0U, 1U, 2U}) {
+      glVertexArrayAttribFormat(name, i, i == 2 ? 4 : 3, GL_FLOAT, GL_FALSE, 12 * i);
+      glVertexArrayAttribBinding(name, i, 0);
+      glEnableVertexArrayAttrib(name, i);
+    }
+    glVertexArrayBindingDivisor(name, 0, 1);
+  }
+  void upload(const std::vector<ViewLine>& in) {
+    lines.clear();
+    for (const ViewLine& l : in) lines.push_back({l.from_m, l.to_m, to_linear(l.color), l.width_px});
+    if (buffer.upload(lines.data(), lines.size() * sizeof(LineInstance)))
+      glVertexArrayVertexBuffer(array.get(), 0, buffer.get(), 0, sizeof(LineInstance));
+  }
+  void draw() const {
+    glBindVertexArray(array.get());
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(lines.size()));
+  }
+};
+
+/// Where everything is, and the matrices that follow from it.
+struct Layout {
+  Box3f box;  ///< of the meshes
+  Vec3f sun;
+  float radius_m, reach_m, ground_radius_m, near_m, sky_half_m;
+  Vec3f ground_center;
+  Mat4 view_proj, sun_clip, sky_clip;
+};
+
+/// Bounds of everything that has some, else a small box around the camera's target.
+Box3f mesh_bounds(const ViewScene& scene, const ViewCamera& camera) {
+  bool any = false;
+  Box3f box;
+  for (const ViewMesh& view : scene.meshes) {
+    if (view.mesh.positions_m.empty()) continue;
+    const Box3f b = bounds(view.mesh);
+    box = any ? Box3f{min(box.min, b.min), max(box.max, b.max)} : b;
+    any = true;
+  }
+  if (any) return box;
+  const float r = 0.25F * camera.distance_m;
+  return {camera.target_m - Vec3f{r, r, r}, camera.target_m + Vec3f{r, r, r}};
+}
+
+Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
+  Layout l;
+  l.box = mesh_bounds(scene, camera);
+  l.sun = normalized(scene.sun, {0, 1, 0});
+  const Vec3f center = l.box.center(), eye = camera.eye_m();
+  l.radius_m = max(0.5F * length(l.box.extent()), 1e-4F);
+  const float across = max(l.box.extent().x, l.box.extent().z);
+  l.reach_m = 0.09F * max(across, l.radius_m);
+  l.ground_center = {center.x, scene.ground_height_m, center.z};
+  l.ground_radius_m = 3.F * max(l.radius_m, 0.6F * camera.distance_m);
+  float far_m = length(eye - center) + 2 * l.ground_radius_m;
+  for (const ViewLine& line : scene.lines)
+    far_m = max(far_m, 1.01F * max(length(line.from_m - eye), length(line.to_m - eye)));
+  l.near_m = 0.02F * camera.distance_m;
+  l.view_proj = perspective(camera.fov_rad, aspect, l.near_m, far_m) * to_mat4(camera.T_cam_world());
+  const float r = 1.02F * l.radius_m;
+  l.sun_clip = orthographic(center, l.sun, {r, r, r});
+  l.sky_half_m = 0.52F * across + 1e-4F;
+  l.sky_clip = orthographic(center, {0, 1, 0}, {l.sky_half_m, l.sky_half_m, r});
+  return l;
+}
+
+void set(const GlProgram& program, const char* name, float value) {
+  glProgramUniform1f(program.get(), program[name], value);
+}
+void set(const GlProgram& program, const char* name, bool value) {
+  glProgramUniform1i(program.get(), program[name], value ? 1 : 0);
+}
+void set(const GlProgram& program, const char* name, Vec3f value) {
+  glProgramUniform3f(program.get(), program[name], value.x, value.y, value.z);
+}
+void set(const GlProgram& program, const char* name, const Mat4& value) {
+  glProgramUniformMatrix4fv(program.get(), program[name], 1, GL_FALSE, value.m.data());
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+  explicit Impl(const RendererOptions& o) : options(checked(o)) {
+    const GlContext::Current current(context);
+    gl = std::make_unique<Objects>(options);
+  }
+  ~Impl() {
+    const GlContext::Current current(context);
+    gl.reset();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  struct Objects {
+    explicit Objects(const RendererOptions& o)
+        : picture(o.width_px, o.height_px, o.samples),
+          sun_map(std::max(o.shadow_map_px, 64), true),
+          sky_map(kSkyMapPx, false) {
+      GLuint name = 0;
+      glCreateVertexArrays(1, &name);
+      no_attributes = GlVertexArray(name);
+    }
+    GlProgram surface{"surface", {shaders::kSurfaceVertex}, {shaders::kLight, shaders::kSurfaceFragment}};
+    GlProgram ground{"ground", {shaders::kGroundVertex}, {shaders::kLight, shaders::kGroundFragment}};
+    GlProgram background{
+        "background", {shaders::kBackgroundVertex}, {shaders::kLight, shaders::kBackgroundFragment}};
+    GlProgram depth{"depth", {shaders::kSurfaceVertex}, {shaders::kDepthFragment}};
+    GlProgram line{"line", {shaders::kLineVertex}, {shaders::kLineFragment}};
+    GlProgram wire{"wire", {shaders::kSurfaceVertex}, {shaders::kWireFragment}};
+    GlPictureTarget picture;
+    GlDepthMap sun_map, sky_map;
+    GlVertexArray no_attributes;
+    std::vector<MeshSlot> meshes;
+    LineSlot lines;
+  };
+
+  void upload(const ViewScene& scene) {
+    while (gl->meshes.size() < scene.meshes.size()) gl->meshes.emplace_back();
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].upload(scene.meshes[i].mesh);
+    gl->lines.upload(scene.lines);
+  }
+
+  void draw_depth(const ViewScene& scene, const GlDepthMap& map, const Mat4& clip, float slope) {
+    glBindFramebuffer(GL_FRAMEBUFFER, map.framebuffer.get());
+    glViewport(0, 0, map.side_px, map.side_px);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glUseProgram(gl->depth.get());
+    set(gl->depth, "view_proj", clip);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(slope, 2 * slope);
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].draw();
+    glDisable(GL_POLYGON_OFFSET_FILL);
+  }
+
+  void set_light(const GlProgram& program, const Layout& l, Vec3f eye) {
+    set(program, "view_proj", l.view_proj);
+    set(program, "eye", eye);
+    set(program, "sun", l.sun);
+    set(program, "sun_matrix", clip_to_texture() * l.sun_clip);
+    set(program, "sky_matrix", clip_to_texture() * l.sky_clip);
+    const float sky_range = 2.04F * l.radius_m;
+    set(program, "sky_top_m", l.box.center().y + 0.5F * sky_range);
+    set(program, "sky_depth_m", sky_range);
+    set(program, "reach", l.reach_m);
+    set(program, "sky_step", l.reach_m / (2 * l.sky_half_m));
+    set(program, "shadows", options.shadow_map_px > 0);
+    set(program, "occlusion", options.ambient_occlusion);
+    set(program, "shadow_step", 0.008F);
+    const auto map_px = static_cast<float>(std::max(options.shadow_map_px, 64));
+    set(program, "shadow_bias_m", l.radius_m * (0.004F + 3 / map_px));
+    glProgramUniform2f(program.get(), program["picture_px"], static_cast<float>(options.width_px),
+                       static_cast<float>(options.height_px));
+  }
+
+  void draw_surface(const ViewMesh& view, const MeshSlot& slot) {
+    const Material& m = view.material;
+    set(gl->surface, "albedo", to_linear(m.color));
+    set(gl->surface, "roughness", clamp(m.roughness, 0.05F, 1.F));
+    set(gl->surface, "specular", clamp(m.specular, 0.F, 1.F));
+    set(gl->surface, "softness", clamp(m.softness, 0.F, 1.F));
+    set(gl->surface, "opacity", clamp(m.opacity, 0.F, 1.F));
+    set(gl->surface, "flat_shaded", view.mesh.normals.empty());
+    glUseProgram(gl->surface.get());
+    (m.two_sided ? glDisable : glEnable)(GL_CULL_FACE);
+    slot.draw();
+    if (m.wireframe > 0) {
+      glUseProgram(gl->wire.get());
+      set(gl->wire, "strength", clamp(m.wireframe, 0.F, 1.F));
+      glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+      glEnable(GL_POLYGON_OFFSET_LINE);
+      glPolygonOffset(-1, -1);
+      glEnable(GL_BLEND);
+      slot.draw();
+      glDisable(GL_BLEND);
+      glDisable(GL_POLYGON_OFFSET_LINE);
+      glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    }
+    glDisable(GL_CULL_FACE);
+  }
+
+  /// Depth first, so that only the layer nearest to the eye is blended.
+  void draw_translucent(const ViewMesh& view, const MeshSlot& slot) {
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    draw_surface(view, slot);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glEnable(GL_BLEND);
+    draw_surface(view, slot);
+    glDisable(GL_BLEND);
+  }
+
+  void draw_picture(const ViewScene& scene, const ViewCamera& camera, const Layout& l) {
+    glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
+    glViewport(0, 0, options.width_px, options.height_px);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glBindTextureUnit(0, gl->sun_map.texture.get());
+    glBindTextureUnit(1, gl->sky_map.texture.get());
+    for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
+      set_light(*p, l, camera.eye_m());
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+      if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], gl->meshes[i]);
+    }
+    glBindVertexArray(gl->no_attributes.get());
+    if (scene.ground && camera.eye_m().y > scene.ground_height_m) {
+      glUseProgram(gl->ground.get());
+      set(gl->ground, "ground_center", l.ground_center);
+      set(gl->ground, "ground_radius_m", l.ground_radius_m);
+      set(gl->ground, "tile_m", max(scene.ground_tile_m, 1e-4F));
+      glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    }
+    glUseProgram(gl->background.get());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    if (!scene.lines.empty()) {
+      set(gl->line, "near_m", l.near_m);
+      glUseProgram(gl->line.get());
+      glEnable(GL_BLEND);
+      gl->lines.draw();
+      glDisable(GL_BLEND);
+    }
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+      if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], gl->meshes[i]);
+    }
+  }
+
+  void read_back(ColorImage& image) {
+    const Index w = options.width_px, h = options.height_px;
+    glBlitNamedFramebuffer(gl->picture.framebuffer.get(), gl->picture.resolved.get(), 0, 0, w, h, 0, 0, w, h,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, gl->picture.resolved.get());
+    rgba.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4);
+    glReadPixels(0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    image.width_px = w;
+    image.height_px = h;
+    image.pixels.resize(rgba.size() / 4);
+    for (Index y = 0; y < h; ++y) {  // OpenGL's rows go up
+      const std::uint8_t* from = rgba.data() + static_cast<std::size_t>(h - 1 - y) * static_cast<std::size_t>(w) * 4;
+      Rgb8* to = &image(0, y);
+      for (Index x = 0; x < w; ++x, from += 4) to[x] = {from[0], from[1], from[2]};
+    }
+  }
+
+  RendererOptions options;
+  GlContext context;
+  std::unique_ptr<Objects> gl;
+  std::vector<std::uint8_t> rgba;
+};
+
+Renderer::Renderer(const RendererOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+ColorImage Renderer::render(const ViewScene& scene, const ViewCamera& camera) {
+  ColorImage image;
+  render(scene, camera, image);
+  return image;
+}
+
+void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image) {
+  for (const ViewMesh& view : scene.meshes) check_mesh(view);
+  Impl& impl = *impl_;
+  const Layout layout = lay_out(
+      scene, camera, static_cast<float>(impl.options.width_px) / static_cast<float>(impl.options.height_px));
+  const GlContext::Current current(impl.context);
+  impl.upload(scene);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  glEnable(GL_FRAMEBUFFER_SRGB);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  if (impl.options.shadow_map_px > 0) impl.draw_depth(scene, impl.gl->sun_map, layout.sun_clip, 1.5F);
+  if (impl.options.ambient_occlusion) impl.draw_depth(scene, impl.gl->sky_map, layout.sky_clip, 0);
+  impl.draw_picture(scene, camera, layout);
+  impl.read_back(image);
+}
+
+const std::string& Renderer::description() const { return impl_->context.description(); }
+
+std::string Renderer::why_unavailable() {
+  try {
+    const GlContext context;
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+}  // namespace tactus

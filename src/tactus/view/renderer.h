@@ -1,0 +1,47 @@
+#pragma once
+/// Pictures without a screen: OpenGL 4.5 through EGL, on a GPU or on Mesa's software driver.
+#include <memory>
+#include <string>
+
+#include "tactus/geom/image.h"
+#include "tactus/view/scene.h"
+#include "tactus/view/view_camera.h"
+
+namespace tactus {
+
+struct RendererOptions {
+  Index width_px = 1280, height_px = 720;  ///< 16 to 8192
+  int samples = 4;                         ///< per pixel, against jagged edges: 1, 2, 4 or 8
+  Index shadow_map_px = 1024;              ///< side of the key light's shadow map, 64 to 8192; 0: no shadows
+  bool ambient_occlusion = true;           ///< darken what lies under and beside other surfaces
+};
+
+/// Draws snapshots into images. Buffers live as long as the renderer and grow by doubling, so drawing a scene
+/// of the same size again allocates nothing on the GPU. One thread at a time, not always the same one.
+class Renderer {
+ public:
+  /// @throws Error for an option out of its range (naming it), or with the reason when there is no
+  /// OpenGL 4.5.
+  explicit Renderer(const RendererOptions& options = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// The picture of `scene`, sRGB.
+  /// @throws Error when a mesh has an index out of its range or as many normals as neither 0 nor its
+  /// vertices.
+  ColorImage render(const ViewScene& scene, const ViewCamera& camera);
+  /// The same into `image`, whose memory is reused.
+  void render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image);
+
+  /// The driver's name and version, for reports.
+  const std::string& description() const;
+  /// Empty when pictures can be drawn here, else the reason.
+  static std::string why_unavailable();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,217 @@
+#pragma once
+/// The renderer's shaders (GLSL 4.50). Internal to view/. Light is linear; the frame buffer encodes sRGB.
+
+namespace tactus::shaders {
+
+inline constexpr const char* kVersion = "#version 450 core\n";
+
+/// Light shared by surfaces and ground. `sun_map` holds depths from the sun, `sky_map` depths from straight
+/// above: the first casts the shadow, the second tells how much of the sky neighbouring surfaces hide.
+inline constexpr const char* kLight = R"(
+uniform vec3 eye;
+uniform vec3 sun;
+uniform mat4 sun_matrix;
+uniform mat4 sky_matrix;
+uniform float sky_top_m;
+uniform float sky_depth_m;
+uniform float reach;
+uniform float sky_step;
+uniform float shadow_step;
+uniform float shadow_bias_m;
+uniform bool shadows;
+uniform bool occlusion;
+uniform vec2 picture_px;
+layout(binding = 0) uniform sampler2DShadow sun_map;
+layout(binding = 1) uniform sampler2D sky_map;
+
+const vec3 key_light = vec3(2.75, 2.60, 2.40);
+const vec3 fill_light = vec3(0.34, 0.40, 0.50);
+const vec3 sky_light = vec3(0.74, 0.80, 0.88);
+const vec3 ground_light = vec3(0.42, 0.38, 0.35);
+
+// A disc of nine taps, each filtered 2x2 by the hardware.
+const vec2 disc[9] = vec2[](vec2(0, 0), vec2(0.9, 0.35), vec2(-0.35, 0.9), vec2(-0.9, -0.35), vec2(0.35, -0.9),
+                            vec2(0.45, 1.6), vec2(-1.6, 0.45), vec2(-0.45, -1.6), vec2(1.6, -0.45));
+
+float sun_visibility(vec3 p, vec3 n) {
+  if (!shadows) return 1.0;
+  vec3 q = (sun_matrix * vec4(p + shadow_bias_m * n, 1)).xyz;
+  if (any(greaterThan(abs(q - 0.5), vec3(0.5)))) return 1.0;
+  float sum = 0;
+  for (int i = 0; i < 9; ++i) sum += textureLod(sun_map, vec3(q.xy + shadow_step * disc[i], q.z), 0.0);
+  return sum / 9.0;
+}
+
+float sky_visibility(vec3 p) {
+  if (!occlusion) return 1.0;
+  vec2 q = (sky_matrix * vec4(p, 1)).xy;
+  if (any(greaterThan(abs(q - 0.5), vec2(0.6)))) return 1.0;
+  float hidden = 0;
+  for (int i = 0; i < 9; ++i) {
+    float top = sky_top_m - sky_depth_m * textureLod(sky_map, q + sky_step * disc[i], 0.0).r;
+    float above = top - p.y;
+    hidden += smoothstep(0.02 * reach, reach, above) * exp(-above / (5.0 * reach));
+  }
+  return 1.0 - 0.85 * hidden / 9.0;
+}
+
+vec3 background() {
+  vec2 at = gl_FragCoord.xy / picture_px;
+  vec2 from_light = (at - vec2(0.5, 0.62)) * vec2(1.0, 0.9);
+  float vignette = smoothstep(0.15, 0.85, length(from_light));
+  return mix(vec3(0.86, 0.875, 0.89), vec3(0.52, 0.55, 0.59), vignette);
+}
+
+// Reinhard with white at 3: highlights roll off, mid tones keep their hue.
+vec3 tone(vec3 c) { return c * (1.0 + c / 9.0) / (1.0 + c); }
+)";
+
+inline constexpr const char* kSurfaceVertex = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+uniform mat4 view_proj;
+out vec3 p;
+out vec3 n;
+invariant gl_Position;
+void main() {
+  p = position;
+  n = normal;
+  gl_Position = view_proj * vec4(position, 1);
+}
+)";
+
+inline constexpr const char* kSurfaceFragment = R"(
+in vec3 p;
+in vec3 n;
+uniform vec3 albedo;
+uniform float roughness;
+uniform float specular;
+uniform float softness;
+uniform float opacity;
+uniform bool flat_shaded;
+layout(location = 0) out vec4 color;
+
+float highlight(vec3 N, vec3 V, vec3 L) {  // GGX (Walter et al. 2007), visibility after Karis
+  vec3 H = normalize(V + L);
+  float a = roughness * roughness, a2 = a * a;
+  float nh = max(dot(N, H), 0.0), nl = max(dot(N, L), 0.0), nv = max(dot(N, V), 1e-3);
+  float d = nh * nh * (a2 - 1.0) + 1.0;
+  float k = 0.5 * a;
+  float visibility = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+  float h = 1.0 - max(dot(V, H), 0.0);
+  float fresnel = specular + (1.0 - specular) * h * h * h * h * h;
+  return fresnel * visibility * nl * a2 / (3.14159 * d * d);
+}
+
+// Light that enters and leaves elsewhere: wraps around the terminator, first where the surface absorbs least.
+vec3 diffuse(float cosine) {
+  vec3 wrap = softness * mix(vec3(0.25), vec3(0.75), albedo);
+  return clamp((cosine + wrap) / (1.0 + wrap), 0.0, 1.0);
+}
+
+void main() {
+  vec3 V = normalize(eye - p);
+  vec3 N = flat_shaded ? normalize(cross(dFdx(p), dFdy(p))) : normalize(n);
+  if (flat_shaded ? dot(N, V) < 0.0 : !gl_FrontFacing) N = -N;
+  float lit = sun_visibility(p, N);
+  float open = sky_visibility(p);
+  vec3 side = normalize(vec3(V.x - 0.9 * sun.x, 0.35, V.z - 0.9 * sun.z) + 0.05 * V);
+  vec3 c = key_light * diffuse(dot(N, sun)) * mix(lit, 1.0, 0.12 * softness);
+  c += fill_light * diffuse(dot(N, side)) * mix(open, 1.0, 0.4);
+  c += mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.55 * open;
+  c *= albedo;
+  float facing = max(dot(N, V), 0.0);
+  float edge = pow(1.0 - facing, 4.0);
+  vec3 mirrored = reflect(-V, N);
+  float bright = smoothstep(-0.3, 0.9, mirrored.y);
+  c += (specular + (1.0 - roughness) * 0.35 * edge) * mix(ground_light, sky_light, bright) * open;
+  c += softness * edge * 0.35 * albedo * sky_light;
+  c += key_light * highlight(N, V, sun) * lit + fill_light * highlight(N, V, side) * open;
+  color = vec4(tone(c), mix(opacity, 1.0, 0.6 * edge));
+}
+)";
+
+inline constexpr const char* kGroundVertex = R"(
+uniform mat4 view_proj;
+uniform vec3 ground_center;
+uniform float ground_radius_m;
+out vec3 p;
+void main() {
+  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+  p = ground_center + ground_radius_m * vec3(corner.x, 0, -corner.y);
+  gl_Position = view_proj * vec4(p, 1);
+}
+)";
+
+inline constexpr const char* kGroundFragment = R"(
+in vec3 p;
+uniform vec3 ground_center;
+uniform float ground_radius_m;
+uniform float tile_m;
+layout(location = 0) out vec4 color;
+void main() {
+  float away = length(p.xz - ground_center.xz) / ground_radius_m;
+  float there = 1.0 - smoothstep(0.25, 0.95, away);
+  vec2 tile = p.xz / tile_m;
+  vec2 width = fwidth(tile);
+  float fine = 1.0 - smoothstep(0.15, 0.6, max(width.x, width.y));
+  vec2 to_line = abs(fract(tile + 0.5) - 0.5);
+  vec2 line = 1.0 - smoothstep(0.5 * width, 1.5 * width + 0.008, to_line);
+  vec2 odd = step(0.5, fract(0.5 * tile));
+  float pattern = 1.0 + fine * (0.035 * (abs(odd.x - odd.y) - 0.5) - 0.09 * max(line.x, line.y));
+  float lit = mix(1.0, sun_visibility(p, vec3(0, 1, 0)), there);
+  float open = mix(1.0, sky_visibility(p), there);
+  vec3 shade = vec3(0.30, 0.33, 0.38) * open + vec3(0.70, 0.67, 0.62) * lit * mix(open, 1.0, 0.7);
+  color = vec4(mix(background(), vec3(0.74, 0.735, 0.72) * pattern * shade, there), 1);
+}
+)";
+
+/// One triangle that covers the picture, at the far plane.
+inline constexpr const char* kBackgroundVertex = R"(
+void main() {
+  gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 1, 1);
+}
+)";
+inline constexpr const char* kBackgroundFragment = R"(
+layout(location = 0) out vec4 color;
+void main() { color = vec4(background(), 1); }
+)";
+
+inline constexpr const char* kDepthFragment = "void main() {}\n";
+
+/// One instance a line: a quad along it, so that width does not depend on the driver.
+inline constexpr const char* kLineVertex = R"(
+layout(location = 0) in vec3 from;
+layout(location = 1) in vec3 to;
+layout(location = 2) in vec4 color_width;
+uniform mat4 view_proj;
+uniform vec2 picture_px;
+uniform float near_m;
+out vec3 line_color;
+void main() {
+  vec4 a = view_proj * vec4(from, 1), b = view_proj * vec4(to, 1);
+  if (a.w < near_m && b.w < near_m) { gl_Position = vec4(0, 0, 2, 1); return; }
+  if (a.w < near_m) a = mix(a, b, (near_m - a.w) / (b.w - a.w));
+  if (b.w < near_m) b = mix(b, a, (near_m - b.w) / (a.w - b.w));
+  vec2 along = (b.xy / b.w - a.xy / a.w) * picture_px;
+  vec2 across = length(along) > 1e-6 ? normalize(vec2(-along.y, along.x)) : vec2(1, 0);
+  vec4 end = (gl_VertexID & 1) == 0 ? a : b;
+  float side = (gl_VertexID >> 1) == 0 ? -1.0 : 1.0;
+  gl_Position = end + vec4(side * color_width.w * across / picture_px * end.w, 0, 0);
+  line_color = color_width.rgb;
+}
+)";
+inline constexpr const char* kLineFragment = R"(
+in vec3 line_color;
+layout(location = 0) out vec4 color;
+void main() { color = vec4(line_color, 0.85); }
+)";
+
+/// Edges of the triangles over a surface.
+inline constexpr const char* kWireFragment = R"(
+uniform float strength;
+layout(location = 0) out vec4 color;
+void main() { color = vec4(0.02, 0.02, 0.03, strength); }
+)";
+
+}  // namespace tactus::shaders
