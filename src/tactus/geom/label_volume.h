@@ -7,19 +7,12 @@
 
 namespace tactus {
 
-/// Voxels of one byte each. Voxel (i,j,k) fills the box from (i,j,k)*spacing to (i+1,j+1,k+1)*spacing.
+/// One byte a voxel; voxel (i,j,k) fills origin_m + voxel_size_m * [(i,j,k), (i+1,j+1,k+1)].
 struct LabelVolume {
-  Vec3i size;                        ///< voxels along x, y, z; each >= 1
-  Vec3d spacing_m;                   ///< edge lengths of a voxel [m], each > 0
-  std::vector<std::uint8_t> labels;  ///< x fastest, then y, then z; size.x*size.y*size.z of them
-
-  std::size_t index(Index x, Index y, Index z) const {
-    const auto nx = static_cast<std::size_t>(size.x), ny = static_cast<std::size_t>(size.y);
-    return (static_cast<std::size_t>(z) * ny + static_cast<std::size_t>(y)) * nx +
-           static_cast<std::size_t>(x);
-  }
-  std::uint8_t operator()(Index x, Index y, Index z) const { return labels[index(x, y, z)]; }
-  double voxel_volume_m3() const { return spacing_m.x * spacing_m.y * spacing_m.z; }
+  std::vector<std::uint8_t> labels;  ///< x fastest, then y, then z; dims.x*dims.y*dims.z of them
+  Vec3i dims{};                      ///< voxels along x, y, z; each >= 1
+  Vec3f voxel_size_m{};              ///< edge lengths of a voxel, each > 0
+  Vec3f origin_m{};                  ///< lowest corner of the volume
 };
 
 }  // namespace tactus

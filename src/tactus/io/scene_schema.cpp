@@ -8,6 +8,9 @@ namespace tactus {
 namespace {
 
 constexpr Presence kRequired = Presence::required;
+/// The built-in figures.
+const std::vector<std::string> kFigures = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
+
 constexpr Range kPosition{"m", -1000, 1000};
 
 /// Adds an element to a list of the scene; its description is used before the next is added.
@@ -34,7 +37,7 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
             {"videos", SourceKind::videos},
             {"masks", SourceKind::masks},
             {"middlebury", SourceKind::middlebury}});
-  v.word({"figure", "what the synthetic rig films"}, s.figure, figure_names());
+  v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path", "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury)"}, s.path);
   v.frames({"frames", "`A-B`, both included; `A-` to the end"}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
@@ -65,7 +68,7 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
             {"labels", ShapeKind::labels}});
   v.vector({"size_m", "edges of the box, centred on the body's origin"}, s.size_m, positive("m", 100));
   v.real({"radius_m", "radius of the sphere, centred on the body's origin"}, s.radius_m, positive("m", 100));
-  v.word({"figure", "name of a built-in figure"}, s.figure, figure_names());
+  v.word({"figure", "name of a built-in figure"}, s.figure, kFigures);
   v.path({"path", "closed mesh (.ply .obj .stl .off .gltf .glb) or label volume (.inr .inr.gz)"}, s.path);
   v.real({"unit_m", "metres per unit of length in the mesh file (0.001: millimetres)"}, s.unit_m,
          positive("m", 1000));

@@ -44,11 +44,6 @@ std::string frame_range_text(const FrameRange& range) {
   return std::to_string(range.first) + "-" + (range.last ? std::to_string(*range.last) : "");
 }
 
-const std::vector<std::string>& figure_names() {
-  static const std::vector<std::string> names = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
-  return names;
-}
-
 Mat3d PlacementDescription::rotation() const {
   return axis_rotation(2, rotation_deg.z) * axis_rotation(1, rotation_deg.y) *
          axis_rotation(0, rotation_deg.x);

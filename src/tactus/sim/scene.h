@@ -25,9 +25,6 @@ struct FrameRange {
 std::optional<FrameRange> parse_frame_range(std::string_view text);
 std::string frame_range_text(const FrameRange& range);
 
-/// The figures the synthetic rig can show and bodies can have.
-const std::vector<std::string>& figure_names();
-
 enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury };
 
 struct SourceDescription {
