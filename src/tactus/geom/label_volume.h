@@ -1,0 +1,18 @@
+#pragma once
+/// A labelled volume on the host, for example the organs of a segmented CT.
+#include <cstdint>
+#include <vector>
+
+#include "tactus/base/vec.h"
+
+namespace tactus {
+
+/// One byte a voxel; voxel (i,j,k) fills origin_m + voxel_size_m * [(i,j,k), (i+1,j+1,k+1)].
+struct LabelVolume {
+  std::vector<std::uint8_t> labels;  ///< x fastest, then y, then z; dims.x*dims.y*dims.z of them
+  Vec3i dims{};                      ///< voxels along x, y, z; each >= 1
+  Vec3f voxel_size_m{};              ///< edge lengths of a voxel, each > 0
+  Vec3f origin_m{};                  ///< lowest corner of the volume
+};
+
+}  // namespace tactus

@@ -1,0 +1,31 @@
+#pragma once
+/// Triangle meshes from and to files.
+#include <span>
+#include <string>
+
+#include "tactus/geom/image.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+/// Reads a mesh by its extension: .ply (ASCII, binary), .obj, .stl (ASCII, binary), .off, .gltf, .glb.
+/// Coordinates stay in the file's unit. Polygons become fans of triangles. glTF: all meshes of the scene in
+/// their rest pose; glTF and STL, which repeat vertices along seams, are welded.
+/// @throws Error naming the file, the line or element and the value: unreadable, unknown extension (lists
+///         the known), truncated, malformed number, index out of range, vertex not finite, no triangles.
+TriangleMesh read_mesh(const std::string& path);
+
+/// Writes a mesh by its extension: .ply or .obj. Either the whole file is there afterwards or nothing is.
+/// `colors`: one a vertex, or none; only PLY holds them.
+/// @throws Error: unknown extension (usage), path that can't be written, with the reason.
+void write_mesh(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors = {});
+/// Binary little-endian PLY: positions bit for bit, normals when there are any.
+void write_ply(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors = {});
+/// OBJ with 9 significant digits: positions come back with the same bits.
+void write_obj(const std::string& path, const TriangleMesh& mesh);
+
+/// Makes one vertex of those with exactly the same position (-0 equals 0), in order of first use. Triangles
+/// that lose a corner are dropped, normals too: they may have differed.
+TriangleMesh weld_exact(const TriangleMesh& mesh);
+
+}  // namespace tactus

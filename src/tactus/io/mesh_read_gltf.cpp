@@ -1,0 +1,283 @@
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "tactus/base/error.h"
+#include "tactus/io/mesh_reading.h"
+
+namespace tactus::mesh_reading {
+namespace {
+
+/// p -> A p + t.
+struct Affine {
+  Mat3d A = Mat3d::identity();
+  Vec3d t{};
+  Vec3d operator*(Vec3d p) const { return A * p + t; }
+  Affine operator*(const Affine& b) const { return {A * b.A, A * b.t + t}; }
+};
+
+/// From 16 numbers, column by column.
+template <class Get>
+Affine affine_of(const Get& m) {
+  Affine a;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) a.A(i, j) = m(4 * j + i);
+    a.t[i] = m(12 + i);
+  }
+  return a;
+}
+
+Affine local_transform(const tinygltf::Node& node) {
+  if (node.matrix.size() == 16)
+    return affine_of([&](int i) { return node.matrix[static_cast<std::size_t>(i)]; });
+  Affine a;
+  if (const auto& r = node.rotation; r.size() == 4)
+    a.A = rotation_matrix(Quat<double>{r[3], r[0], r[1], r[2]});
+  if (const auto& s = node.scale; s.size() == 3)
+    a.A = a.A * Mat3d{{{s[0], 0, 0}, {0, s[1], 0}, {0, 0, s[2]}}};
+  if (const auto& t = node.translation; t.size() == 3) a.t = {t[0], t[1], t[2]};
+  return a;
+}
+
+class GltfReader {
+ public:
+  GltfReader(const std::string& path, const tinygltf::Model& model)
+      : path_(path), model_(model), world_(model.nodes.size()), visited_(model.nodes.size()) {}
+
+  RawMesh read() {
+    if (!model_.scenes.empty()) {
+      const int scene = std::max(model_.defaultScene, 0);
+      for (const int root : item(model_.scenes, scene, "scene").nodes) place(root, {});
+    } else {
+      std::vector<char> child(model_.nodes.size(), 0);
+      for (const auto& node : model_.nodes) {
+        for (const int c : node.children) child[node_index(c)] = 1;
+      }
+      for (std::size_t i = 0; i < child.size(); ++i) {
+        if (!child[i]) place(static_cast<int>(i), {});
+      }
+    }
+    for (std::size_t i = 0; i < model_.nodes.size(); ++i) {  // after all joints have their place
+      if (visited_[i] && model_.nodes[i].mesh >= 0) add_mesh(i);
+    }
+    return std::move(raw_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const { throw Error(path_ + ": " + message); }
+
+  template <class T>
+  const T& item(const std::vector<T>& items, int i, const char* what) const {
+    if (i < 0 || static_cast<std::size_t>(i) >= items.size()) {
+      fail("refers to " + std::string(what) + " " + std::to_string(i) + ", but there are " +
+           std::to_string(items.size()));
+    }
+    return items[static_cast<std::size_t>(i)];
+  }
+  std::size_t node_index(int i) const {
+    item(model_.nodes, i, "node");
+    return static_cast<std::size_t>(i);
+  }
+
+  void place(int i, const Affine& parent) {
+    const std::size_t n = node_index(i);
+    if (visited_[n]) fail("node " + std::to_string(i) + " has two parents, expected a tree");
+    visited_[n] = 1;
+    world_[n] = parent * local_transform(model_.nodes[n]);
+    for (const int c : model_.nodes[n].children) place(c, world_[n]);
+  }
+
+  /// Component c of element i of an accessor.
+  class Accessor {
+   public:
+    Accessor(const GltfReader& reader, int index, const char* what, int components) {
+      const auto& a = reader.item(reader.model_.accessors, index, "accessor");
+      const std::string name = std::string(what) + " (accessor " + std::to_string(index) + ")";
+      if (a.sparse.isSparse) reader.fail(name + " is sparse, which is not supported");
+      if (tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type)) != components)
+        reader.fail(name + " has a wrong type, expected " + std::to_string(components) + " components");
+      const auto& view = reader.item(reader.model_.bufferViews, a.bufferView, "buffer view");
+      const auto& buffer = reader.item(reader.model_.buffers, view.buffer, "buffer");
+      const int stride = a.ByteStride(view),
+                size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(a.componentType));
+      if (stride <= 0 || size <= 0) reader.fail(name + " has an unknown component type or a bad stride");
+      type = a.componentType;
+      normalized = a.normalized;
+      stride_ = static_cast<std::size_t>(stride);
+      size_ = static_cast<std::size_t>(size);
+      count = a.count;
+      const std::size_t begin = view.byteOffset + a.byteOffset;
+      const std::size_t last = size_ * static_cast<std::size_t>(components);
+      if (count > buffer.data.size() ||
+          (count > 0 && begin + (count - 1) * stride_ + last > buffer.data.size()))
+        reader.fail(name + " reaches beyond its buffer of " + std::to_string(buffer.data.size()) + " bytes");
+      data_ = buffer.data.data() + begin;
+    }
+    double operator()(std::size_t i, std::size_t c) const {
+      const unsigned char* p = data_ + i * stride_ + c * size_;
+      switch (type) {
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+          return load<std::uint8_t>(p) / (normalized ? 255. : 1.);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+          return load<std::uint16_t>(p) / (normalized ? 65535. : 1.);
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+          return std::max(load<std::int8_t>(p) / (normalized ? 127. : 1.), -128.);
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+          return load<std::int16_t>(p) / (normalized ? 32767. : 1.);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+          return load<std::uint32_t>(p);
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+          return static_cast<double>(load<float>(p));
+        default:
+          return std::nan("");
+      }
+    }
+    Vec3d vec(std::size_t i) const { return {(*this)(i, 0), (*this)(i, 1), (*this)(i, 2)}; }
+    std::size_t count = 0;
+    int type = 0;
+    bool normalized = false;
+
+   private:
+    template <class T>
+    static T load(const unsigned char* p) {
+      T value;
+      std::memcpy(&value, p, sizeof value);
+      return value;
+    }
+    const unsigned char* data_ = nullptr;
+    std::size_t stride_ = 0, size_ = 0;
+  };
+
+  /// Rest pose of a skin: where each joint takes the vertices bound to it.
+  std::vector<Affine> joint_transforms(int skin_index) const {
+    const auto& skin = item(model_.skins, skin_index, "skin");
+    std::vector<Affine> joints;
+    for (const int joint : skin.joints) joints.push_back(world_[node_index(joint)]);
+    if (skin.inverseBindMatrices < 0) return joints;
+    const Accessor inverse_bind(*this, skin.inverseBindMatrices, "inverseBindMatrices", 16);
+    if (inverse_bind.count < joints.size()) fail("skin " + std::to_string(skin_index) + " lacks matrices");
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      joints[j] = joints[j] * affine_of([&](int i) { return inverse_bind(j, static_cast<std::size_t>(i)); });
+    return joints;
+  }
+
+  void add_mesh(std::size_t node) {
+    const tinygltf::Node& n = model_.nodes[node];
+    std::vector<Affine> joints;
+    if (n.skin >= 0) joints = joint_transforms(n.skin);
+    for (const auto& primitive : item(model_.meshes, n.mesh, "mesh").primitives) {
+      const bool surface = primitive.mode < 0 || primitive.mode >= TINYGLTF_MODE_TRIANGLES;
+      if (surface && primitive.attributes.contains("POSITION"))
+        add_primitive(primitive, world_[node], joints);
+    }
+  }
+
+  void add_primitive(const tinygltf::Primitive& primitive, const Affine& world,
+                     const std::vector<Affine>& joints) {
+    const auto base = static_cast<std::int64_t>(raw_.positions.size());
+    const Accessor position(*this, primitive.attributes.at("POSITION"), "POSITION", 3);
+    const bool skinned = !joints.empty() && primitive.attributes.contains("JOINTS_0") &&
+                         primitive.attributes.contains("WEIGHTS_0");
+    if (skinned) {
+      const Accessor joint(*this, primitive.attributes.at("JOINTS_0"), "JOINTS_0", 4);
+      const Accessor weight(*this, primitive.attributes.at("WEIGHTS_0"), "WEIGHTS_0", 4);
+      if (joint.count < position.count || weight.count < position.count)
+        fail("JOINTS_0 or WEIGHTS_0 has fewer elements than POSITION");
+      for (std::size_t i = 0; i < position.count; ++i)
+        raw_.positions.push_back(
+            vec_cast<float>(skinned_position(position.vec(i), joint, weight, i, joints)));
+    } else {
+      for (std::size_t i = 0; i < position.count; ++i)
+        raw_.positions.push_back(vec_cast<float>(world * position.vec(i)));
+    }
+    const bool mirrored = !skinned && determinant(world.A) < 0;
+    add_triangles(primitive, base, position.count, mirrored);
+  }
+
+  Vec3d skinned_position(Vec3d p, const Accessor& joint, const Accessor& weight, std::size_t i,
+                         const std::vector<Affine>& joints) const {
+    Vec3d sum{};
+    double total = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double w = weight(i, k);
+      if (w == 0) continue;
+      const double number = joint(i, k);
+      if (!(number >= 0 && number < static_cast<double>(joints.size()))) {
+        fail("vertex " + std::to_string(i) + " is bound to joint " + std::to_string(number) +
+             ", but there are " + std::to_string(joints.size()));
+      }
+      const auto j = static_cast<std::size_t>(number);
+      sum = sum + w * (joints[j] * p);
+      total += w;
+    }
+    return total > 0 ? (1 / total) * sum : p;
+  }
+
+  void add_triangles(const tinygltf::Primitive& primitive, std::int64_t base, std::size_t vertices,
+                     bool mirrored) {
+    std::vector<std::int64_t> index;
+    if (primitive.indices >= 0) {
+      const Accessor indices(*this, primitive.indices, "indices", 1);
+      if (indices.type == TINYGLTF_COMPONENT_TYPE_FLOAT || indices.type == TINYGLTF_COMPONENT_TYPE_DOUBLE)
+        fail("indices (accessor " + std::to_string(primitive.indices) + ") are not whole numbers");
+      for (std::size_t i = 0; i < indices.count; ++i) {
+        const auto v = static_cast<std::int64_t>(indices(i, 0));
+        if (v < 0 || v >= static_cast<std::int64_t>(vertices)) {
+          fail("face " + std::to_string(i / 3) + " refers to vertex " + std::to_string(v) +
+               ", but there are " + std::to_string(vertices) + " (counted from 0)");
+        }
+        index.push_back(base + v);
+      }
+    } else {
+      for (std::size_t i = 0; i < vertices; ++i) index.push_back(base + static_cast<std::int64_t>(i));
+    }
+    const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP,
+               fan = primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
+    for (std::size_t i = 2; i < index.size(); i += strip || fan ? 1 : 3) {
+      std::array<std::int64_t, 3> corners = {index[fan ? 0 : i - 2], index[i - 1], index[i]};
+      const bool odd = strip && i % 2 == 1;
+      if (odd != mirrored) std::swap(corners[1], corners[2]);
+      raw_.add_face(corners, static_cast<std::int64_t>(raw_.triangles.size()));
+    }
+  }
+
+  const std::string& path_;
+  const tinygltf::Model& model_;
+  std::vector<Affine> world_;
+  std::vector<char> visited_;
+  RawMesh raw_;
+};
+
+bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int,
+                  void*) {
+  return true;
+}
+
+}  // namespace
+
+RawMesh read_gltf(const std::string& path, const std::string& bytes, bool binary) {
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(ignore_image, nullptr);  // pictures aren't needed
+  tinygltf::Model model;
+  std::string error, warning;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const auto size = static_cast<unsigned>(bytes.size());
+  const bool ok =
+      binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                           reinterpret_cast<const unsigned char*>(bytes.data()), size, folder)
+             : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
+  if (!ok) {
+    std::replace(error.begin(), error.end(), '\n', ' ');
+    throw Error(path + ": not a valid glTF file: " + error);
+  }
+  for (const std::string& extension : model.extensionsRequired) {
+    if (extension.find("compression") != extension.npos)
+      throw Error(path + ": needs the glTF extension '" + extension + "', which is not supported");
+  }
+  return GltfReader(path, model).read();
+}
+
+}  // namespace tactus::mesh_reading

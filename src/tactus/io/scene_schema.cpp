@@ -1,0 +1,242 @@
+/// The one declaration of the scene file: parsing, checking and docs/scene.md all come from here.
+#include <algorithm>
+
+#include "tactus/base/error.h"
+#include "tactus/io/field_visitor.h"
+
+namespace tactus {
+namespace {
+
+constexpr Presence kRequired = Presence::required;
+/// The built-in figures.
+const std::vector<std::string> kFigures = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
+
+constexpr Range kPosition{"m", -1000, 1000};
+
+/// Adds an element to a list of the scene; its description is used before the next is added.
+template <class T>
+FieldVisitor::Append appender(std::vector<T>& items, void (*describe)(FieldVisitor&, T&)) {
+  return [&items, describe]() -> FieldVisitor::Describe {
+    T& item = items.emplace_back();
+    return [&item, describe](FieldVisitor& v) { describe(v, item); };
+  };
+}
+
+Range positive(const char* unit, double max) { return {unit, 0, max, true}; }
+
+void describe_box(FieldVisitor& v, BoxRegion& box) {
+  v.vector({"min_m", "corner with the smallest coordinates", kRequired}, box.min_m, kPosition);
+  v.vector({"max_m", "corner with the largest coordinates", kRequired}, box.max_m, kPosition);
+  const bool ok = box.min_m.x < box.max_m.x && box.min_m.y < box.max_m.y && box.min_m.z < box.max_m.z;
+  v.check(ok, "max_m", "'max_m' must be larger than 'min_m' along x, y and z");
+}
+
+void describe_source(FieldVisitor& v, SourceDescription& s) {
+  v.choice({"kind", "where frames come from", kRequired}, s.kind,
+           {{"synthetic", SourceKind::synthetic},
+            {"videos", SourceKind::videos},
+            {"masks", SourceKind::masks},
+            {"middlebury", SourceKind::middlebury}});
+  v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
+  v.path({"path", "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury)"}, s.path);
+  v.frames({"frames", "`A-B`, both included; `A-` to the end"}, s.frames);
+  v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
+                 "the recording's own; 30 for `synthetic`");
+  v.boolean({"moving", "whether the synthetic figure moves"}, s.moving);
+  v.real({"scale", "size of the synthetic figure over its natural size"}, s.scale, positive("", 100));
+  v.vector({"offset_m", "shift of the synthetic figure"}, s.offset_m, kPosition);
+  const bool synthetic = s.kind == SourceKind::synthetic;
+  v.check(synthetic || !s.path.empty(), "path",
+          "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury)");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks or middlebury");
+  for (const char* key : {"figure", "moving", "scale", "offset_m"})
+    v.only_when(synthetic, key, "'kind' is synthetic");
+}
+
+void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
+  v.integer({"resolution", "voxels along the longest side of the workspace"}, r.resolution, {"", 4, 4096});
+  v.section({"workspace_m", "box to reconstruct (default: the rig's)"},
+            [&](FieldVisitor& in) { describe_box(in, r.workspace_m.emplace()); });
+}
+
+void describe_shape(FieldVisitor& v, ShapeDescription& s) {
+  v.choice({"kind", "what the body's outline comes from", kRequired}, s.kind,
+           {{"box", ShapeKind::box},
+            {"sphere", ShapeKind::sphere},
+            {"figure", ShapeKind::figure},
+            {"mesh", ShapeKind::mesh},
+            {"labels", ShapeKind::labels}});
+  v.vector({"size_m", "edges of the box, centred on the body's origin"}, s.size_m, positive("m", 100));
+  v.real({"radius_m", "radius of the sphere, centred on the body's origin"}, s.radius_m, positive("m", 100));
+  v.word({"figure", "name of a built-in figure"}, s.figure, kFigures);
+  v.path({"path", "closed mesh (.ply .obj .stl .off .gltf .glb) or label volume (.inr .inr.gz)"}, s.path);
+  v.real({"unit_m", "metres per unit of length in the mesh file (0.001: millimetres)"}, s.unit_m,
+         positive("m", 1000));
+  v.integers({"labels", "which labels are the body (default: all but 0)"}, s.labels, {"", 1, 255});
+  const bool file = s.kind == ShapeKind::mesh || s.kind == ShapeKind::labels;
+  v.check(!file || !s.path.empty(), "path", "'shape' lacks the key 'path': the file of the mesh or labels");
+  v.check(s.kind != ShapeKind::figure || !s.figure.empty(), "figure",
+          "'shape' lacks the key 'figure': the name of a built-in figure");
+  v.only_when(s.kind == ShapeKind::box, "size_m", "'kind' is box");
+  v.only_when(s.kind == ShapeKind::sphere, "radius_m", "'kind' is sphere");
+  v.only_when(s.kind == ShapeKind::figure, "figure", "'kind' is figure");
+  v.only_when(file, "path", "'kind' is mesh or labels");
+  v.only_when(s.kind == ShapeKind::mesh, "unit_m", "'kind' is mesh");
+  v.only_when(s.kind == ShapeKind::labels, "labels", "'kind' is labels");
+}
+
+void describe_placement(FieldVisitor& v, PlacementDescription& p) {
+  v.vector({"position_m", "where the body's origin lies in the world (+Y is up)"}, p.position_m, kPosition);
+  v.vector({"rotation_deg", "turns about the world's x, then y, then z axis"}, p.rotation_deg,
+           {"deg", -360, 360});
+  v.real({"scale", "size in the world over size in the shape's coordinates"}, p.scale, positive("", 1000));
+}
+
+void describe_material(FieldVisitor& v, MaterialDescription& m) {
+  v.choice({"model", "how it deforms: fast lattice shape matching"}, m.model, {{"flsm", TissueModel::flsm}});
+  v.integer({"half_width", "half width of the regions in cubes: larger is stiffer to bend and smoother"},
+            m.half_width, {"", 1, 4});
+  v.real({"young_modulus_pa", "stiffness E; liver 3e3 to 1e4, rubber 1e6"}, m.young_modulus_pa,
+         positive("Pa", 1e9));
+  v.real({"density_kg_m3", "mass per volume; tissue and water 1000"}, m.density_kg_m3,
+         positive("kg/m^3", 30000));
+  v.real({"damping", "share of the non-rigid velocity taken away, 0 (rings) to 1"}, m.damping, {"", 0, 1});
+  v.choice(
+      {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
+      m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
+}
+
+void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame) {
+  v.choice({"frame", "`body`: the shape's own coordinates, before placement; `world`: after"}, frame,
+           {{"body", CoordinateFrame::body}, {"world", CoordinateFrame::world}});
+}
+
+void describe_fixed(FieldVisitor& v, FixedRegion& f) {
+  v.choice({"kind", "`box`, or `half_space`: everything behind a plane", kRequired}, f.kind,
+           {{"box", RegionKind::box}, {"half_space", RegionKind::half_space}});
+  describe_frame_of(v, f.frame);
+  v.vector({"min_m", "box: corner with the smallest coordinates"}, f.box.min_m, kPosition);
+  v.vector({"max_m", "box: corner with the largest coordinates"}, f.box.max_m, kPosition);
+  v.vector({"point_m", "half_space: a point on the plane"}, f.point_m, kPosition);
+  v.vector({"normal", "half_space: points away from what is fixed"}, f.normal, {"", -1000, 1000});
+  const bool box = f.kind == RegionKind::box;
+  for (const char* key : {"min_m", "max_m"}) v.only_when(box, key, "'kind' is box");
+  for (const char* key : {"point_m", "normal"}) v.only_when(!box, key, "'kind' is half_space");
+  const Vec3d extent = f.box.max_m - f.box.min_m;
+  v.check(!box || (extent.x > 0 && extent.y > 0 && extent.z > 0), "max_m",
+          "a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z");
+  v.check(box || dot(f.normal, f.normal) > 0, "normal", "'normal' is zero, expected a direction");
+}
+
+void describe_body(FieldVisitor& v, BodyDescription& b) {
+  v.text({"name", "unique name, used in results and probes", kRequired}, b.name);
+  v.section({"shape", "outline of the body", kRequired},
+            [&](FieldVisitor& in) { describe_shape(in, b.shape); });
+  v.section({"placement", "from the shape's coordinates to the world: scale, rotate, move"},
+            [&](FieldVisitor& in) { describe_placement(in, b.placement); });
+  v.real({"spacing_m", "edge of the lattice cubes in the world: smaller is finer and slower"}, b.spacing_m,
+         {"m", 0.0001, 1});
+  v.section({"material", "how it answers to forces"},
+            [&](FieldVisitor& in) { describe_material(in, b.material); });
+  v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_fixed));
+  v.vector({"colour", "red, green, blue (sRGB)"}, b.colour, {"", 0, 1});
+}
+
+void describe_contact(FieldVisitor& v, ContactDescription& c) {
+  v.real_or_auto({"sample_spacing_m", "distance of the samples on the real surface"}, c.sample_spacing_m,
+                 {"m", 0.0001, 1}, "the smallest `spacing_m` of the bodies");
+  v.real({"friction", "Coulomb's coefficient: 0 slides freely"}, c.friction, {"", 0, 10});
+  v.real({"restitution", "bounce: 0 none, 1 full"}, c.restitution, {"", 0, 1});
+}
+
+void describe_frame(FieldVisitor& v, FrameDescription& f) {
+  v.real_or_auto({"dt_s", "simulated time per frame"}, f.dt_s, positive("s", 1),
+                 "the time between frames of the source");
+  v.integer_or_auto({"substeps", "steps of the bodies per frame"}, f.substeps, {"", 1, 10000},
+                    "what the stable step of the stiffest body asks for");
+}
+
+void describe_view_camera(FieldVisitor& v, ViewCameraDescription& c) {
+  v.vector({"target_m", "what the viewer looks at"}, c.target_m, kPosition);
+  v.vector_or_auto({"eye_m", "where the viewer stands"}, c.eye_m, kPosition,
+                   "on the orbit of the next three keys");
+  v.real({"distance_m", "from target to eye"}, c.distance_m, positive("m", 1000));
+  v.real({"azimuth_deg", "0: seen from +Z, 90: from +X"}, c.azimuth_deg, {"deg", -360, 360});
+  v.real({"elevation_deg", "height of the eye above the horizon"}, c.elevation_deg, {"deg", -89, 89});
+  v.real({"field_of_view_deg", "vertical opening of the picture"}, c.field_of_view_deg, {"deg", 5, 120});
+  for (const char* key : {"distance_m", "azimuth_deg", "elevation_deg"})
+    v.only_when(!c.eye_m, key, "'eye_m' is auto");
+}
+
+void describe_view(FieldVisitor& v, ViewDescription& view) {
+  v.pixel_size({"size_px", "width and height of the picture, both even"}, view.size_px, {"px", 16, 8192});
+  v.check(view.size_px.x % 2 == 0 && view.size_px.y % 2 == 0, "size_px",
+          "'size_px' is " + std::to_string(view.size_px.x) + " x " + std::to_string(view.size_px.y) +
+              ", expected even numbers (video codecs need them)");
+  v.section({"camera", "from where the picture is taken"},
+            [&](FieldVisitor& in) { describe_view_camera(in, view.camera); });
+  v.boolean({"show_frusta", "draw the real cameras"}, view.show_frusta);
+  v.boolean({"overlay", "print frame number and times into the picture"}, view.overlay);
+}
+
+void describe_probe(FieldVisitor& v, ProbeDescription& p) {
+  v.text({"name", "unique name in the results", kRequired}, p.name);
+  v.text({"body", "name of the body it sticks to", kRequired}, p.body);
+  describe_frame_of(v, p.frame);
+  v.vector({"position_m", "its place at rest", kRequired}, p.position_m, kPosition);
+}
+
+void describe_output(FieldVisitor& v, OutputDescription& o) {
+  v.boolean({"video", "write an MP4"}, o.video);
+  v.boolean({"contact_sheet", "write one PNG with twelve moments"}, o.contact_sheet);
+  v.boolean({"trace", "write the stages' times as a Chrome trace"}, o.trace);
+  v.integer({"mesh_every", "write PLY files of surface and bodies every n-th frame; 0: never"}, o.mesh_every,
+            {"", 0, 1000000});
+}
+
+template <class T>
+void check_unique_names(FieldVisitor& v, const std::vector<T>& items, const char* key) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const auto same = [&](const T& other) { return other.name == items[i].name; };
+    v.check(std::none_of(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(i), same), key,
+            "two of the '" + std::string(key) + "' have the name '" + items[i].name + "', names must differ");
+  }
+}
+
+void check_probes(FieldVisitor& v, const Scene& scene) {
+  std::vector<std::string> names;
+  for (const BodyDescription& body : scene.bodies) names.push_back(body.name);
+  for (const ProbeDescription& probe : scene.probes) {
+    const bool known = std::find(names.begin(), names.end(), probe.body) != names.end();
+    if (!known) {
+      v.check(false, "probes",
+              "probe '" + probe.name + "' sits on the unknown body '" + probe.body + "'" +
+                  (names.empty() ? "; the scene has no bodies" : suggestion(probe.body, names)));
+    }
+  }
+}
+
+}  // namespace
+
+void describe_scene(FieldVisitor& v, Scene& scene) {
+  v.text({"name", "title in results and pictures (default: the file's name)"}, scene.name);
+  v.section({"source", "what the cameras see", kRequired},
+            [&](FieldVisitor& in) { describe_source(in, scene.source); });
+  v.section({"reconstruction", "how the real object is rebuilt"},
+            [&](FieldVisitor& in) { describe_reconstruction(in, scene.reconstruction); });
+  v.list({"bodies", "the soft bodies"}, appender(scene.bodies, describe_body));
+  v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
+  v.section({"contact", "how the real surface meets the bodies"},
+            [&](FieldVisitor& in) { describe_contact(in, scene.contact); });
+  v.section({"frame", "simulated time"}, [&](FieldVisitor& in) { describe_frame(in, scene.frame); });
+  v.section({"view", "the picture"}, [&](FieldVisitor& in) { describe_view(in, scene.view); });
+  v.list({"probes", "points whose positions over time go into the JSON result"},
+         appender(scene.probes, describe_probe));
+  v.section({"output", "what is written into the output folder"},
+            [&](FieldVisitor& in) { describe_output(in, scene.output); });
+  check_unique_names(v, scene.bodies, "bodies");
+  check_unique_names(v, scene.probes, "probes");
+  check_probes(v, scene);
+}
+
+}  // namespace tactus

@@ -1,0 +1,169 @@
+#pragma once
+/// What a scene file says: plain data, complete with defaults, checked when it was read (io/scene_file.h).
+/// docs/scene.md, generated from the declaration in io/scene_schema.cpp, explains every field to users.
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tactus/base/vec.h"
+
+namespace tactus {
+
+/// Axis-aligned box in double precision [m].
+struct BoxRegion {
+  Vec3d min_m, max_m;
+};
+
+/// Frames `first` to `last`, both included; without `last`, to the end of the recording.
+struct FrameRange {
+  int first = 0;
+  std::optional<int> last;
+};
+/// Reads "A-B", "A-" or "A" (that frame alone); nothing when the text is neither or B < A.
+std::optional<FrameRange> parse_frame_range(std::string_view text);
+std::string frame_range_text(const FrameRange& range);
+
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury };
+
+struct SourceDescription {
+  SourceKind kind = SourceKind::synthetic;
+  std::string figure = "hand";  ///< synthetic only
+  std::string path;             ///< rig YAML or Middlebury folder, resolved; empty for synthetic
+  FrameRange frames;
+  std::optional<double> fps;  ///< none: the recording's own; synthetic 30
+  bool moving = true;         ///< synthetic only
+  double scale = 1;           ///< synthetic only
+  Vec3d offset_m;             ///< synthetic only
+};
+
+struct ReconstructionDescription {
+  int resolution = 100;                  ///< voxels along the longest side of the workspace
+  std::optional<BoxRegion> workspace_m;  ///< none: the rig's
+};
+
+enum class ShapeKind : std::uint8_t { box, sphere, figure, mesh, labels };
+
+struct ShapeDescription {
+  ShapeKind kind = ShapeKind::box;
+  Vec3d size_m = {0.3, 0.1, 0.3};  ///< box, centred on the body's origin
+  double radius_m = 0.1;           ///< sphere, centred on the body's origin
+  std::string figure;              ///< figure: its name
+  std::string path;                ///< mesh or labels: the file, resolved
+  double unit_m = 1;               ///< mesh: metres per unit of length in the file
+  std::vector<int> labels;         ///< labels: which of them are the body (1..255); empty: all but 0
+};
+
+/// Body to world: p_world = R (scale p_body) + position.
+struct PlacementDescription {
+  Vec3d position_m;
+  Vec3d rotation_deg;  ///< about the fixed axes x, then y, then z
+  double scale = 1;
+
+  Mat3d rotation() const;
+  Vec3d to_world(Vec3d p_body_m) const { return rotation() * (scale * p_body_m) + position_m; }
+  Vec3d to_body(Vec3d p_world_m) const {
+    return (1 / scale) * (transpose(rotation()) * (p_world_m - position_m));
+  }
+};
+
+/// How a body deforms. One for now; the name is in the file so that scenes keep their meaning.
+enum class TissueModel : std::uint8_t { flsm };
+enum class Stiffness : std::uint8_t { material, paper };
+
+struct MaterialDescription {
+  TissueModel model = TissueModel::flsm;
+  int half_width = 2;               ///< of the FLSM regions, in lattice cubes, 1..4
+  double young_modulus_pa = 10000;  ///< E
+  double density_kg_m3 = 1000;
+  double damping = 0.1;  ///< share of the non-rigid velocity taken away, 0..1
+  Stiffness kappa = Stiffness::material;
+};
+
+enum class CoordinateFrame : std::uint8_t { body, world };
+enum class RegionKind : std::uint8_t { box, half_space };
+
+/// Where lattice nodes don't move. Rest state.
+struct FixedRegion {
+  RegionKind kind = RegionKind::box;
+  CoordinateFrame frame = CoordinateFrame::body;
+  BoxRegion box;             ///< kind box
+  Vec3d point_m;             ///< kind half_space: a point on the plane
+  Vec3d normal = {0, 1, 0};  ///< kind half_space: points away from what is fixed; any length > 0
+
+  /// Whether a point, given in this region's own frame, is held.
+  bool contains(Vec3d p_m) const;
+};
+
+struct BodyDescription {
+  std::string name;
+  ShapeDescription shape;
+  PlacementDescription placement;
+  double spacing_m = 0.02;  ///< edge of a lattice cube, in the world
+  MaterialDescription material;
+  std::vector<FixedRegion> fixed;
+  Vec3d colour = {0.84, 0.42, 0.36};  ///< sRGB, 0..1
+
+  /// Whether a node at rest at `p_world_m` is held by one of the fixed regions.
+  bool holds(Vec3d p_world_m) const;
+};
+
+struct ContactDescription {
+  std::optional<double> sample_spacing_m;  ///< of the real surface; none: the smallest lattice spacing
+  double friction = 0.4;                   ///< Coulomb's coefficient
+  double restitution = 0;                  ///< 0 (no bounce) .. 1
+};
+
+struct FrameDescription {
+  std::optional<double> dt_s;   ///< simulated time per frame; none: the time between frame sets
+  std::optional<int> substeps;  ///< none: as many as the bodies' stable step asks for
+};
+
+struct ViewCameraDescription {
+  Vec3d target_m = {0, 0.25, 0};
+  std::optional<Vec3d> eye_m;  ///< none: on the orbit below
+  double distance_m = 1.8;
+  double azimuth_deg = 30;        ///< 0: from +Z, 90: from +X
+  double elevation_deg = 25;      ///< above the horizon
+  double field_of_view_deg = 40;  ///< vertical
+
+  Vec3d eye() const;
+};
+
+struct ViewDescription {
+  Vec2i size_px = {1280, 720};
+  ViewCameraDescription camera;
+  bool show_frusta = true;
+  bool overlay = true;
+};
+
+/// A point of a body whose position is recorded in every frame.
+struct ProbeDescription {
+  std::string name;
+  std::string body;
+  CoordinateFrame frame = CoordinateFrame::body;
+  Vec3d position_m;  ///< at rest, in `frame`
+};
+
+struct OutputDescription {
+  bool video = true;
+  bool contact_sheet = true;
+  bool trace = false;
+  int mesh_every = 0;  ///< frames from one set of PLY files to the next; 0: none
+};
+
+struct Scene {
+  std::string name;
+  SourceDescription source;
+  ReconstructionDescription reconstruction;
+  std::vector<BodyDescription> bodies;
+  Vec3d gravity_m_s2 = {0, -9.81, 0};
+  ContactDescription contact;
+  FrameDescription frame;
+  ViewDescription view;
+  std::vector<ProbeDescription> probes;
+  OutputDescription output;
+};
+
+}  // namespace tactus

@@ -1,0 +1,46 @@
+#pragma once
+/// Folders and files of the io tests.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace tactus {
+
+/// An empty folder, removed with its contents at the end.
+struct TempFolder {
+  TempFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "tactus-io-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder " << name;
+    path = name;
+  }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+  ~TempFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  /// Creates a file; returns its path.
+  std::string write(const std::string& name, const std::string& content) const {
+    const std::string file = path + "/" + name;
+    std::ofstream(file, std::ios::binary) << content;
+    return file;
+  }
+  std::string path;
+};
+
+/// Folder of the third-party test data, "" when there is none.
+inline std::string data_folder() {
+  if (const char* folder = std::getenv("TACTUS_DATA"); folder != nullptr && *folder != '\0') return folder;
+  const std::string beside = TACTUS_SOURCE_DIR "/../shared/data";
+  return std::filesystem::is_directory(beside) ? beside : "";
+}
+
+}  // namespace tactus
+
+#define TACTUS_DATA_OR_SKIP(name)                   \
+  const std::string name = ::tactus::data_folder(); \
+  if (name.empty()) GTEST_SKIP() << "no test data: set TACTUS_DATA to its folder"

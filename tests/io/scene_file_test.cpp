@@ -1,0 +1,308 @@
+#include "tactus/io/scene_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "tactus/base/error.h"
+#include "tactus/io/safe_file.h"
+
+namespace tactus {
+namespace {
+
+const std::string kRoot = TACTUS_SOURCE_DIR;
+constexpr const char* kSource = "source: {kind: synthetic}\n";  // line 1 of most texts
+
+/// The message of the error that a scene causes; "" when it is fine.
+std::string error_of(const std::string& text) {
+  try {
+    parse_scene(text, "scenes/x.yaml");
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::usage);
+    return e.what();
+  }
+  return "";
+}
+
+TEST(SceneFile, DefaultsAreComplete) {
+  const Scene scene = parse_scene(kSource, "folder/quiet.yaml");
+  EXPECT_EQ(scene.name, "quiet");
+  EXPECT_EQ(scene.source.kind, SourceKind::synthetic);
+  EXPECT_EQ(scene.source.figure, "hand");
+  EXPECT_FALSE(scene.frame.substeps.has_value());
+  EXPECT_TRUE(scene.bodies.empty());
+  EXPECT_EQ(scene.gravity_m_s2, (Vec3d{0, -9.81, 0}));
+}
+
+TEST(SceneFile, ReadsEveryKindOfValue) {
+  const Scene scene = parse_scene(R"(
+name: all
+source: {kind: masks, path: rigs/a.yaml, frames: 3-7, fps: 25}
+reconstruction: {resolution: 64, workspace_m: {min_m: [-1, 0, -1], max_m: [1, 2, 1]}}
+bodies:
+  - name: organ
+    shape: {kind: labels, path: /data/liver.inr.gz, labels: [1, 255]}
+    placement: {position_m: [1, 2, 3], rotation_deg: [0, 90, 0], scale: 2}
+    spacing_m: 5e-3
+    material: {model: flsm, half_width: 3, young_modulus_pa: 3000, density_kg_m3: 1050, damping: 0, kappa: paper}
+    fixed:
+      - {kind: box, min_m: [0, 0, 0], max_m: [1, 1, 1]}
+      - {kind: half_space, frame: world, point_m: [0, 2, 0], normal: [0, 2, 0]}
+    colour: [1, 0.5, 0]
+gravity_m_s2: [0, -1.62, 0]
+contact: {sample_spacing_m: auto, friction: 0.1, restitution: +0.2}
+frame: {dt_s: 0.01, substeps: 4}
+view: {size_px: [640, 480], camera: {target_m: [0, 0, 0], eye_m: [0, 0, 3]}, show_frusta: false, overlay: false}
+probes: [{name: tip, body: organ, frame: world, position_m: [1, 2, 3]}]
+output: {video: false, contact_sheet: false, trace: true, mesh_every: 10}
+)",
+                                  "scenes/x.yaml");
+  EXPECT_EQ(scene.name, "all");
+  EXPECT_EQ(scene.source.kind, SourceKind::masks);
+  EXPECT_EQ(scene.source.path, "scenes/rigs/a.yaml");
+  EXPECT_EQ(scene.source.frames.first, 3);
+  EXPECT_EQ(scene.source.frames.last, 7);
+  EXPECT_EQ(scene.source.fps, 25);
+  ASSERT_TRUE(scene.reconstruction.workspace_m.has_value());
+  EXPECT_EQ(scene.reconstruction.workspace_m->max_m, (Vec3d{1, 2, 1}));
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  const BodyDescription& body = scene.bodies[0];
+  EXPECT_EQ(body.shape.kind, ShapeKind::labels);
+  EXPECT_EQ(body.shape.path, "/data/liver.inr.gz");
+  EXPECT_EQ(body.shape.labels, (std::vector<int>{1, 255}));
+  EXPECT_EQ(body.spacing_m, 0.005);
+  EXPECT_EQ(body.material.half_width, 3);
+  EXPECT_EQ(body.material.kappa, Stiffness::paper);
+  ASSERT_EQ(body.fixed.size(), 2U);
+  EXPECT_EQ(body.fixed[1].kind, RegionKind::half_space);
+  EXPECT_EQ(body.fixed[1].frame, CoordinateFrame::world);
+  EXPECT_EQ(body.colour, (Vec3d{1, 0.5, 0}));
+  EXPECT_FALSE(scene.contact.sample_spacing_m.has_value());
+  EXPECT_EQ(scene.contact.restitution, 0.2);
+  EXPECT_EQ(scene.frame.substeps, 4);
+  EXPECT_EQ(scene.view.size_px, (Vec2i{640, 480}));
+  EXPECT_EQ(scene.view.camera.eye(), (Vec3d{0, 0, 3}));
+  EXPECT_EQ(scene.probes.at(0).name, "tip");
+  EXPECT_TRUE(scene.output.trace);
+  EXPECT_EQ(scene.output.mesh_every, 10);
+}
+
+TEST(SceneFile, PlacementAndFixedRegions) {
+  BodyDescription body;
+  body.placement = {{1, 2, 3}, {0, 90, 0}, 2};
+  // A turn by 90 degrees about y takes x to -z. Two roundings of numbers near 5: 1e-15 each.
+  const Vec3d p = body.placement.to_world({1, 0, 0});
+  EXPECT_NEAR(p.x, 1, 1e-14);
+  EXPECT_NEAR(p.y, 2, 1e-14);
+  EXPECT_NEAR(p.z, 1, 1e-14);
+  const Vec3d back = body.placement.to_body(p);
+  EXPECT_NEAR(back.x, 1, 1e-14);
+  EXPECT_NEAR(back.z, 0, 1e-14);
+
+  FixedRegion low;
+  low.kind = RegionKind::half_space;
+  low.frame = CoordinateFrame::world;
+  low.point_m = {0, 2, 0};
+  FixedRegion box;
+  box.box = {{-1, -1, -1}, {0, 5, 1}};
+  body.fixed = {low};
+  EXPECT_TRUE(body.holds({9, 1.9, 9}));
+  EXPECT_FALSE(body.holds({9, 2.1, 9}));
+  body.fixed = {box};  // body coordinates: x < 0 of the body is z > 3 of the world
+  EXPECT_TRUE(body.holds({1, 2, 3.5}));
+  EXPECT_FALSE(body.holds({1, 2, 2.5}));
+}
+
+TEST(SceneFile, FrameRanges) {
+  EXPECT_EQ(parse_frame_range("3-7")->last, 7);
+  EXPECT_EQ(parse_frame_range("5")->first, 5);
+  EXPECT_EQ(parse_frame_range("5")->last, 5);
+  EXPECT_FALSE(parse_frame_range("5-")->last.has_value());
+  for (const char* bad : {"", "-", "-3", "7-3", "a-b", "1-2-3", "1 - 2", "99999999999"})
+    EXPECT_FALSE(parse_frame_range(bad).has_value()) << bad;
+}
+
+TEST(SceneFile, UnknownKeyNamesTheNearest) {
+  EXPECT_EQ(error_of("source: {kind: synthetic}\nreconstruction:\n  resoluton: 64\n"),
+            "scenes/x.yaml:3: unknown key 'resoluton' in 'reconstruction'; did you mean 'resolution'?");
+  EXPECT_EQ(error_of("source: {kind: synthetic}\nbodeis: []\n"),
+            "scenes/x.yaml:2: unknown key 'bodeis'; did you mean 'bodies'?");
+  EXPECT_EQ(
+      error_of("source: {kind: synthetic}\ncontact:\n  wobble: 1\n"),
+      "scenes/x.yaml:3: unknown key 'wobble' in 'contact'; known: sample_spacing_m, friction, restitution");
+  EXPECT_EQ(
+      error_of(
+          "source: {kind: synthetic}\nbodies:\n  - name: a\n    shape: {kind: box}\n    spacing_mm: 4\n"),
+      "scenes/x.yaml:5: unknown key 'spacing_mm' in 'bodies[0]'; did you mean 'spacing_m'?");
+}
+
+TEST(SceneFile, DuplicateKey) {
+  EXPECT_EQ(error_of("source: {kind: synthetic}\ncontact:\n  friction: 1\n  friction: 2\n"),
+            "scenes/x.yaml:4: duplicate key 'friction' in 'contact'");
+  EXPECT_EQ(error_of("source: {kind: synthetic}\nname: a\nname: b\n"),
+            "scenes/x.yaml:3: duplicate key 'name'");
+}
+
+TEST(SceneFile, MissingKey) {
+  EXPECT_EQ(error_of("name: a\n"),
+            "scenes/x.yaml:1: the scene lacks the required key 'source': what the cameras see");
+  EXPECT_EQ(error_of("name: a\nsource:\n  figure: hand\n"),
+            "scenes/x.yaml:2: 'source' lacks the required key 'kind': where frames come from");
+  EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n  - name: a\n"),
+            "scenes/x.yaml:3: 'bodies[0]' lacks the required key 'shape': outline of the body");
+  EXPECT_EQ(error_of("name: a\nsource:\n  kind: videos\n"),
+            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks) or "
+            "the folder "
+            "(middlebury)");
+  EXPECT_EQ(
+      error_of("source: {kind: synthetic}\nbodies:\n- {name: a, shape: {kind: mesh}}\n"),
+      "scenes/x.yaml:3: in 'bodies[0].shape': 'shape' lacks the key 'path': the file of the mesh or labels");
+}
+
+struct Bad {
+  const char* text;      ///< after the source's line
+  const char* expected;  ///< message after "scenes/x.yaml:"
+};
+
+TEST(SceneFile, WrongTypesAndRanges) {
+  const std::vector<Bad> all = {
+      {"contact: {friction: lots}", "2: 'contact.friction' is 'lots', expected a number >= 0 and <= 10"},
+      {"contact: {friction: '0.5'}", "2: 'contact.friction' is '0.5', expected a number >= 0 and <= 10"},
+      {"contact: {friction: -1}", "2: 'contact.friction' is '-1', expected a number >= 0 and <= 10"},
+      {"contact: {friction: nan}", "2: 'contact.friction' is 'nan', expected a number >= 0 and <= 10"},
+      {"contact: {friction: .nan}", "2: 'contact.friction' is '.nan', expected a number >= 0 and <= 10"},
+      {"contact:\n  friction:", "3: 'contact.friction' is empty, expected a number >= 0 and <= 10"},
+      {"contact: {friction: [1]}", "2: 'contact.friction' is a list of 1, expected a number >= 0 and <= 10"},
+      {"contact: {sample_spacing_m: 0}",
+       "2: 'contact.sample_spacing_m' is '0', expected a number >= 0.0001 and <= 1 m or auto"},
+      {"contact: 3", "2: 'contact' is '3', expected a mapping of keys"},
+      {"reconstruction: {resolution: 0}",
+       "2: 'reconstruction.resolution' is '0', expected a whole number >= 4 and <= 4096"},
+      {"reconstruction: {resolution: 64.5}",
+       "2: 'reconstruction.resolution' is '64.5', expected a whole number >= 4 and <= 4096"},
+      {"reconstruction: {workspace_m: {min_m: [0,0,0], max_m: [1,0,1]}}",
+       "2: in 'reconstruction.workspace_m': 'max_m' must be larger than 'min_m' along x, y and z"},
+      {"gravity_m_s2: -9.81", "2: 'gravity_m_s2' is '-9.81', expected [x, y, z]"},
+      {"gravity_m_s2: [0, 1]", "2: 'gravity_m_s2' is a list of 2, expected [x, y, z]"},
+      {"gravity_m_s2: [0, inf, 0]",
+       "2: 'gravity_m_s2' is 'inf', expected a number >= -1000 and <= 1000 m/s^2"},
+      {"frame: {dt_s: -0.1}", "2: 'frame.dt_s' is '-0.1', expected a number > 0 and <= 1 s or auto"},
+      {"frame: {substeps: many}",
+       "2: 'frame.substeps' is 'many', expected a whole number >= 1 and <= 10000 or auto"},
+      {"view: {size_px: 720}", "2: 'view.size_px' is '720', expected [width, height], whole numbers"},
+      {"view: {size_px: [641, 480]}",
+       "2: in 'view': 'size_px' is 641 x 480, expected even numbers (video codecs need them)"},
+      {"view: {overlay: yes}", "2: 'view.overlay' is 'yes', expected true or false"},
+      {"view: {camera: {eye_m: [0,0,1], azimuth_deg: 3}}",
+       "2: 'azimuth_deg' in 'view.camera' has no effect, it is for when 'eye_m' is auto"},
+      {"bodies: {name: a}", "2: 'bodies' is a mapping, expected a list (each element starts with '- ')"},
+      {"bodies: [3]", "2: 'bodies[0]' is '3', expected a mapping of keys"},
+      {"bodies:\n- name:\n  shape: {kind: box}", "3: 'bodies[0].name' is empty, expected a text"},
+      {"bodies: [{name: a, shape: {kind: bxo}}]",
+       "2: 'bodies[0].shape.kind' is 'bxo', expected one of: box, sphere, figure, mesh, labels; did you mean "
+       "'box'?"},
+      {"bodies: [{name: a, shape: {kind: figure, figure: rabit}}]",
+       "2: 'bodies[0].shape.figure' is 'rabit', expected one of: hand, rabbit, scalpel, sphere, bowl, liver; "
+       "did you "
+       "mean 'rabbit'?"},
+      {"bodies: [{name: a, shape: {kind: figure}}]",
+       "2: in 'bodies[0].shape': 'shape' lacks the key 'figure': the name of a built-in figure"},
+      {"bodies: [{name: a, shape: {kind: box, radius_m: 1}}]",
+       "2: 'radius_m' in 'bodies[0].shape' has no effect, it is for when 'kind' is sphere"},
+      {"bodies: [{name: a, shape: {kind: labels, path: x, labels: [256]}}]",
+       "2: 'bodies[0].shape.labels' is '256', expected a whole number >= 1 and <= 255"},
+      {"bodies: [{name: a, shape: {kind: labels, path: x, labels: 1}}]",
+       "2: 'bodies[0].shape.labels' is '1', expected a list of whole numbers"},
+      {"bodies: [{name: a, shape: {kind: mesh, path: [x]}}]",
+       "2: 'bodies[0].shape.path' is a list of 1, expected a path"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {half_width: 5}}]",
+       "2: 'bodies[0].material.half_width' is '5', expected a whole number >= 1 and <= 4"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {young_modulus_pa: 0}}]",
+       "2: 'bodies[0].material.young_modulus_pa' is '0', expected a number > 0 and <= 1e+09 Pa"},
+      {"bodies: [{name: a, shape: {kind: box}, fixed: [{kind: box}]}]",
+       "2: in 'bodies[0].fixed[0]': a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z"},
+      {"bodies: [{name: a, shape: {kind: box}, fixed: [{kind: half_space, normal: [0,0,0]}]}]",
+       "2: in 'bodies[0].fixed[0]': 'normal' is zero, expected a direction"},
+      {"bodies: [{name: a, shape: {kind: box}}, {name: a, shape: {kind: box}}]",
+       "2: two of the 'bodies' have the name 'a', names must differ"},
+      {"bodies: [{name: cushion, shape: {kind: box}}]\nprobes: [{name: p, body: cusion, position_m: "
+       "[0,0,0]}]",
+       "3: probe 'p' sits on the unknown body 'cusion'; did you mean 'cushion'?"},
+      {"probes: [{name: p, body: a, position_m: [0,0,0]}]",
+       "2: probe 'p' sits on the unknown body 'a'; the scene has no bodies"},
+  };
+  for (const Bad& bad : all)
+    EXPECT_EQ(error_of(kSource + std::string(bad.text) + "\n"), "scenes/x.yaml:" + std::string(bad.expected));
+}
+
+TEST(SceneFile, SourceErrors) {
+  EXPECT_EQ(error_of("source: {kind: synthetic, frames: 9-3}\n"),
+            "scenes/x.yaml:1: 'source.frames' is '9-3', expected A-B with 0 <= A <= B, or A- to the end");
+  EXPECT_EQ(error_of("source: {kind: synthetic, path: a}\n"),
+            "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks or "
+            "middlebury");
+  EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
+            "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
+            "middlebury; did you "
+            "mean 'videos'?");
+}
+
+TEST(SceneFile, NotYaml) {
+  EXPECT_EQ(error_of("source: {kind: synthetic}\ncontact: [1, 2\nname: x\n").substr(0, 33),
+            "scenes/x.yaml:3: not valid YAML: ");
+  EXPECT_EQ(error_of(""),
+            "scenes/x.yaml:1: the file is empty, expected a mapping of keys such as 'source:' and 'bodies:'");
+  EXPECT_EQ(
+      error_of("- 1\n- 2\n"),
+      "scenes/x.yaml:1: the file is a list of 2, expected a mapping of keys such as 'source:' and 'bodies:'");
+}
+
+TEST(SceneFile, UnreadableFileIsNamed) {
+  try {
+    read_scene("no/such/scene.yaml");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "can't read 'no/such/scene.yaml': No such file or directory");
+  }
+  EXPECT_THROW(read_scene(kRoot + "/scenes"), Error);
+}
+
+TEST(SceneFile, DataFolderComesFromTheEnvironment) {
+  const std::string text = "source: {kind: middlebury, path: $TACTUS_DATA/dino}\n";
+  const char* before = std::getenv("TACTUS_DATA");
+  const std::string kept = before == nullptr ? "" : before;
+  setenv("TACTUS_DATA", "/somewhere", 1);
+  EXPECT_EQ(parse_scene(text, "scenes/x.yaml").source.path, "/somewhere/dino");
+  unsetenv("TACTUS_DATA");
+  EXPECT_EQ(error_of(text),
+            "scenes/x.yaml:1: 'source.path' is '$TACTUS_DATA/dino', but the environment variable "
+            "TACTUS_DATA is not set");
+  if (before != nullptr) setenv("TACTUS_DATA", kept.c_str(), 1);
+}
+
+TEST(SceneFile, ReferenceIsUpToDate) {
+  std::ostringstream reference;
+  write_scene_reference(reference);
+  const std::string path = kRoot + "/docs/scene.md";
+  if (const char* update = std::getenv("TACTUS_UPDATE_DOCS"); update != nullptr) {
+    SafeFile file(path);
+    file.write(reference.str());
+    file.commit();
+  }
+  EXPECT_EQ(read_text_file(path), reference.str()) << "run this test with TACTUS_UPDATE_DOCS=1 to renew it";
+}
+
+TEST(SceneFile, EveryShippedSceneIsValid) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kRoot + "/scenes")) {
+    if (entry.path().extension() != ".yaml") continue;
+    EXPECT_NO_THROW(read_scene(entry.path().string())) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 3);
+}
+
+}  // namespace
+}  // namespace tactus
