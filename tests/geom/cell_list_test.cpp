@@ -40,8 +40,9 @@ std::vector<Index> query(ExecContext& ctx, const std::vector<Vec3f>& particles, 
   list.build(ctx, x.view(), Count(count.view(), x.size()));
   Buffer<Index> found = to_device(ctx, std::vector<Index>(points.size() * kRoom, -1));
   Buffer<Index> found_count(ctx.device(), p.size());
-  ctx.parallel_for("test/collect", p.size(),
-                   test::CollectNear{list.view(), x.view(), p.view(), kRadius, kRoom, found.view(), found_count.view()});
+  ctx.parallel_for(
+      "test/collect", p.size(),
+      test::CollectNear{list.view(), x.view(), p.view(), kRadius, kRoom, found.view(), found_count.view()});
   std::vector<Index> all = to_host(ctx, found.view());
   const std::vector<Index> counts = to_host(ctx, found_count.view());
   all.insert(all.end(), counts.begin(), counts.end());
@@ -115,7 +116,8 @@ TEST(CellListErrors, NameTheValue) {
 }
 
 TEST(RigidFit, RecoversAKnownMotion) {
-  const Rigidd truth{mat_cast<double>(rotation_matrix(axis_angle(normalized(Vec3f{1, -2, 0.5F}), 2.4F))), {0.3, -1, 4}};
+  const Rigidd truth{mat_cast<double>(rotation_matrix(axis_angle(normalized(Vec3f{1, -2, 0.5F}), 2.4F))),
+                     {0.3, -1, 4}};
   std::mt19937 random(12);
   std::uniform_real_distribution<double> u(-0.2, 0.2);
   std::vector<Vec3d> a(40), b(40);

@@ -43,17 +43,17 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const Contact
   check(surface, body);
   const float s = surface.settings().sample_spacing_m;
   ctx.parallel_for("contact/rescue", body.nodes.size(),
-                   DeepRescue{surface.samples(), surface.coarse_samples(), surface.motion(), body, 2 * s, 8 * s,
-                              time_s, records_.view()});
+                   DeepRescue{surface.samples(), surface.coarse_samples(), surface.motion(), body, 2 * s,
+                              8 * s, time_s, records_.view()});
   add_records(ctx, body.nodes.size(), true);
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
   check(surface, body);
-  ctx.parallel_for("contact/response", body.nodes.size(),
-                   ContactResponse{surface.samples(), surface.motion(), body,
-                                   2 * surface.settings().sample_spacing_m, settings_.restitution,
-                                   settings_.friction, time_s, records_.view()});
+  ctx.parallel_for(
+      "contact/response", body.nodes.size(),
+      ContactResponse{surface.samples(), surface.motion(), body, 2 * surface.settings().sample_spacing_m,
+                      settings_.restitution, settings_.friction, time_s, records_.view()});
   add_records(ctx, body.nodes.size(), false);
 }
 

@@ -13,6 +13,8 @@ TACTUS_CUDA_KERNEL(tactus::KeepPrevious);
 TACTUS_CUDA_KERNEL(tactus::CentroidParts);
 TACTUS_CUDA_KERNEL(tactus::GuessMotion);
 TACTUS_CUDA_KERNEL(tactus::FitParts);
+TACTUS_CUDA_KERNEL(tactus::NoteStill);
+TACTUS_CUDA_KERNEL(tactus::NoteGuess);
 TACTUS_CUDA_KERNEL(tactus::FitStep);
 TACTUS_CUDA_KERNEL(tactus::ChooseMotion);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);

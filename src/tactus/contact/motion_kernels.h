@@ -9,16 +9,21 @@ namespace tactus {
 inline constexpr Index kFitPoints = 512;  ///< samples of the last frame that are registered, at most
 inline constexpr Index kFitParts = 64;    ///< partial sums: point j goes to part j % 64, on every device
 
-enum class MotionSource : Index { none = 0, centroid = 1, rigid = 2 };
+/// The simplest motion that explains what is seen.
+enum class MotionSource : Index {
+  still = 0,     ///< also: no last frame, or faster than can be true
+  centroid = 1,  ///< difference of the centres of gravity [P 19]
+  rigid = 2,     ///< registered translation and rotation
+};
 
 /// How the surface moves: p(t) = c + v t + R(w t) (p - c), t in seconds after the surface's frame.
 struct SurfaceMotion {
-  Vec3f center_m;         ///< c: centre of gravity of the surface
-  Vec3f velocity_m_s;     ///< v of the centre
-  Vec3f spin_rad_s;       ///< w
+  Vec3f center_m;      ///< c: centre of gravity of the surface
+  Vec3f velocity_m_s;  ///< v of the centre
+  Vec3f spin_rad_s;    ///< w
   float area_m2 = 0;
-  float residual_m = 0;   ///< root mean square distance of the fit
-  MotionSource source = MotionSource::none;
+  float residual_m = 0;  ///< root mean square distance of the fit
+  MotionSource source = MotionSource::still;
 
   TACTUS_HD Mat3f turn(float t_s) const {
     const float rate = length(spin_rad_s);
@@ -30,14 +35,25 @@ struct SurfaceMotion {
   }
 };
 
+/// How well a pose brings the last frame's samples onto this frame's.
+struct FitQuality {
+  float rms_m = 0;
+  float share = 0;  ///< of the points that found a partner
+  /// Explains more than `simpler` does: noise alone can't halve the mean square.
+  TACTUS_HD bool clearly_better_than(const FitQuality& simpler) const {
+    return share > simpler.share + 0.05F ||
+           (share >= simpler.share - 0.05F && sqr(rms_m) < 0.5F * sqr(simpler.rms_m));
+  }
+};
+
 /// State of the registration.
 struct FitState {
-  Rigidf pose;      ///< last frame -> this frame
-  Quatf rotation;   ///< of pose
+  Rigidf pose;     ///< last frame -> this frame
+  Quatf rotation;  ///< of pose
   Vec3f center_m, previous_center_m;
   float area_m2 = 0;
   Index previous_points = 0;
-  float guess_rms_m = 0, guess_share = 0;  ///< of the first guess: distance, share of points that found a partner
+  FitQuality still, guess;  ///< of no motion, of the first guess
 };
 
 /// Partial sums of one group of points: upper triangle of J^T J (21), J^T e (6), e², matched, |arm|².
@@ -48,7 +64,7 @@ struct FitSums {
 
 struct KeepPrevious {
   SamplesView from;
-  View<Vec3f> x_m;          ///< (kFitPoints)
+  View<Vec3f> x_m;  ///< (kFitPoints)
   View<FitState> state;
   TACTUS_HD void operator()(Index j) const {
     const Index n = from.count[0], kept = min(n, kFitPoints);
@@ -78,7 +94,7 @@ struct CentroidParts {
   }
 };
 
-/// The centre of gravity, and [P 19] as the first guess.
+/// The centre of gravity; the pose starts at no motion.
 struct GuessMotion {
   View<const FitSums> parts;
   View<FitState> state;
@@ -91,7 +107,7 @@ struct GuessMotion {
     s.area_m2 = sum[0];
     s.center_m = sum[0] > 0.F ? Vec3f{sum[1], sum[2], sum[3]} / sum[0] : s.previous_center_m;
     s.rotation = {};
-    s.pose = {Mat3f::identity(), s.center_m - s.previous_center_m};
+    s.pose = {};
   }
 };
 
@@ -148,22 +164,42 @@ TACTUS_HD inline FitSums total_of(View<const FitSums> parts) {
   return total;
 }
 
-/// One damped Gauss-Newton step; the first one also notes how good the guess was.
+TACTUS_HD inline FitQuality quality_of(const FitSums& total, Index points) {
+  const float matched = total.value[28];
+  return {matched > 0.F ? tactus::sqrt(total.value[27] / matched) : 0.F,
+          points > 0 ? matched / static_cast<float>(points) : 0.F};
+}
+
+/// Notes how good no motion is and goes on to the first guess, [P 19].
+struct NoteStill {
+  View<const FitSums> parts;
+  View<FitState> state;
+  TACTUS_HD void operator()(Index) const {
+    FitState& s = state[0];
+    s.still = quality_of(total_of(parts), s.previous_points);
+    s.pose.t = s.center_m - s.previous_center_m;
+  }
+};
+
+/// Notes how good the first guess is.
+struct NoteGuess {
+  View<const FitSums> parts;
+  View<FitState> state;
+  TACTUS_HD void operator()(Index) const {
+    state[0].guess = quality_of(total_of(parts), state[0].previous_points);
+  }
+};
+
+/// One damped Gauss-Newton step.
 struct FitStep {
   static constexpr float kDamping = 1e-3F;
   View<const FitSums> parts;
   View<FitState> state;
-  bool notes_guess;
-  bool moves;
   TACTUS_HD void operator()(Index) const {
     const FitSums total = total_of(parts);
     FitState& s = state[0];
     const float matched = total.value[28];
-    if (notes_guess) {
-      s.guess_rms_m = matched > 0.F ? tactus::sqrt(total.value[27] / matched) : 0.F;
-      s.guess_share = s.previous_points > 0 ? matched / static_cast<float>(s.previous_points) : 0.F;
-    }
-    if (!moves || matched < 12.F) return;
+    if (matched < 12.F) return;
     float a[6][6], x[6];
     int k = 0;
     for (int i = 0; i < 6; ++i) {
@@ -207,37 +243,44 @@ struct FitStep {
   }
 };
 
-/// The fit where it is good and better than the guess, else [P 19]; standing still when either is too fast to be
-/// true or there is no last frame.
+/// The simplest of no motion, [P 19] and the fit that the next one doesn't clearly beat: the noise of
+/// sampling must not become a velocity, or friction makes what rests creep.
 struct ChooseMotion {
   View<const FitSums> parts;  ///< of the final pose
   View<const FitState> state;
   float dt_s, good_rms_m, max_speed_m_s;
   View<SurfaceMotion> motion;
   TACTUS_HD void operator()(Index) const {
-    const FitSums total = total_of(parts);
     const FitState& s = state[0];
-    const float matched = total.value[28];
-    const float share = s.previous_points > 0 ? matched / static_cast<float>(s.previous_points) : 0.F;
-    const float rms = matched > 0.F ? tactus::sqrt(total.value[27] / matched) : 0.F;
+    const FitQuality fit = quality_of(total_of(parts), s.previous_points);
     SurfaceMotion m;
     m.center_m = s.center_m;
     m.area_m2 = s.area_m2;
+    m.residual_m = s.still.rms_m;
     if (s.previous_points > 0 && dt_s > 0.F && s.area_m2 > 0.F) {
-      m.source = MotionSource::centroid;
-      m.residual_m = s.guess_rms_m;
-      m.velocity_m_s = (s.center_m - s.previous_center_m) / dt_s;
-      const bool better = share > s.guess_share + 0.05F || (share >= s.guess_share - 0.05F && rms <= s.guess_rms_m);
-      if (share >= 0.6F && rms <= good_rms_m && better && tactus::abs(s.rotation.w) > 0.9F) set_rigid(m, rms);
+      const bool good = fit.share >= 0.6F && fit.rms_m <= good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
+      const bool moves =
+          s.guess.clearly_better_than(s.still) || s.still.share < 0.6F || s.still.rms_m > good_rms_m;
+      const FitQuality& simpler = moves ? s.guess : s.still;
+      if (good && fit.clearly_better_than(simpler))
+        set_rigid(m, fit.rms_m);
+      else if (moves)
+        set_centroid(m);
       if (!(length(m.velocity_m_s) <= max_speed_m_s)) {
         m.velocity_m_s = m.spin_rad_s = {};
-        m.source = MotionSource::none;
+        m.source = MotionSource::still;
       }
     }
     motion[0] = m;
   }
 
  private:
+  TACTUS_HD void set_centroid(SurfaceMotion& m) const {
+    const FitState& s = state[0];
+    m.source = MotionSource::centroid;
+    m.residual_m = s.guess.rms_m;
+    m.velocity_m_s = (s.center_m - s.previous_center_m) / dt_s;
+  }
   TACTUS_HD void set_rigid(SurfaceMotion& m, float rms) const {
     const FitState& s = state[0];
     const Vec3f back = inverse(s.pose) * s.center_m;

@@ -59,7 +59,8 @@ void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt
                 std::to_string(mesh.vertices_m.size()) + " vertices");
   }
   if (has_frame_)
-    ctx.parallel_for("contact/previous", kFitPoints, KeepPrevious{fine_.view(), previous_m_.view(), fit_.view()});
+    ctx.parallel_for("contact/previous", kFitPoints,
+                     KeepPrevious{fine_.view(), previous_m_.view(), fit_.view()});
   else
     ctx.fill_bytes(fit_.view(), 0);
   make_samples(ctx, mesh);
@@ -69,7 +70,8 @@ void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt
 
 void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   const Index triangles = mesh.triangles.size();
-  const View<Index> pieces = pieces_.view().part(0, triangles + 1), first = first_.view().part(0, triangles + 1);
+  const View<Index> pieces = pieces_.view().part(0, triangles + 1),
+                    first = first_.view().part(0, triangles + 1);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
   ctx.parallel_for("contact/pieces", triangles + 1,
@@ -93,22 +95,18 @@ void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
   ctx.parallel_for("contact/centroid", kFitParts, CentroidParts{fine_.view(), fit_parts_.view()});
   ctx.parallel_for("contact/guess", 1, GuessMotion{fit_parts_.const_view(), fit_.view()});
   const auto gather = [&](const SampleLevel& level, float reach_m) {
-    ctx.parallel_for("contact/fit", kFitParts,
-                     FitParts{previous_m_.const_view(), level.view(), reach_m, s, fit_.const_view(),
-                              fit_parts_.view()});
-  };
-  const auto step = [&](bool notes_guess, bool moves) {
-    ctx.parallel_for("contact/fit_step", 1, FitStep{fit_parts_.const_view(), fit_.view(), notes_guess, moves});
+    ctx.parallel_for(
+        "contact/fit", kFitParts,
+        FitParts{previous_m_.const_view(), level.view(), reach_m, s, fit_.const_view(), fit_parts_.view()});
   };
   gather(fine_, 2 * s);
-  step(true, false);
-  for (int i = 0; i < 3; ++i) {
-    gather(coarse_, 8 * s);
-    step(false, true);
-  }
-  for (int i = 0; i < 3; ++i) {
-    gather(fine_, 2 * s);
-    step(false, true);
+  ctx.parallel_for("contact/fit_still", 1, NoteStill{fit_parts_.const_view(), fit_.view()});
+  gather(fine_, 2 * s);
+  ctx.parallel_for("contact/fit_guess", 1, NoteGuess{fit_parts_.const_view(), fit_.view()});
+  for (int i = 0; i < 6; ++i) {
+    const bool far = i < 3;  // first what is 8 spacings off, then exactly
+    gather(far ? coarse_ : fine_, (far ? 8.F : 2.F) * s);
+    ctx.parallel_for("contact/fit_step", 1, FitStep{fit_parts_.const_view(), fit_.view()});
   }
   gather(fine_, 2 * s);
   ctx.parallel_for("contact/motion", 1,

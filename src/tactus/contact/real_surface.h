@@ -1,6 +1,6 @@
 #pragma once
-/// The reconstructed surface as contact sees it: evenly spread samples with outward normals and a velocity, made
-/// afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
+/// The reconstructed surface as contact sees it: evenly spread samples with outward normals and a velocity,
+/// made afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/contact/sample_level.h"
 
@@ -12,14 +12,15 @@ struct RealSurfaceSettings {
   Index max_vertices = 1 << 17, max_triangles = 1 << 18;  ///< of the meshes that come
   Index max_pieces = 1 << 18;   ///< samples before thinning: triangles, each cut to edges <= s
   Index max_samples = 1 << 16;  ///< after thinning, about 3 for each s² of surface
-  float max_speed_m_s = 5;      ///< a faster centre of gravity is an error of reconstruction, taken as standing still
+  float max_speed_m_s =
+      5;  ///< a faster centre of gravity is an error of reconstruction, taken as standing still
 };
 
 /// A mesh on the device. Counts may be known on the device only; capacities are the views' sizes.
 struct SurfaceMeshView {
   View<const Vec3f> vertices_m;
   Count vertex_count = 0;
-  View<const Vec3f> normals;  ///< unit, outward, one per vertex; empty: the triangles' are used
+  View<const Vec3f> normals;    ///< unit, outward, one per vertex; empty: the triangles' are used
   View<const Vec3i> triangles;  ///< counter-clockwise from outside
   Count triangle_count = 0;
 };

@@ -6,29 +6,30 @@ namespace tactus {
 
 /// Nodes of one body, on the device.
 struct ContactNodes {
-  View<Vec3f> x_m;               ///< positions, world [m] (all nodes of the body)
-  View<Vec3f> v_m_s;             ///< velocities [m/s], as x_m
-  View<const float> mass_kg;     ///< [kg], as x_m: for the reaction only
-  View<const float> rest_gap_m;  ///< d_i [m], as x_m: distance at which the node touches; d_i < 2 sample spacings
-  View<const Index> nodes;       ///< the surface-near nodes that take part
-  View<const Index> fixed;       ///< != 0: node isn't moved; as x_m, or empty
+  View<Vec3f> x_m;            ///< positions, world [m] (all nodes of the body)
+  View<Vec3f> v_m_s;          ///< velocities [m/s], as x_m
+  View<const float> mass_kg;  ///< [kg], as x_m: for the reaction only
+  View<const float>
+      rest_gap_m;           ///< d_i [m], as x_m: distance at which the node touches; d_i < 2 sample spacings
+  View<const Index> nodes;  ///< the surface-near nodes that take part
+  View<const Index> fixed;  ///< != 0: node isn't moved; as x_m, or empty
 };
 
 /// What one node did in one correction.
 struct ContactRecord {
-  Vec3f impulse_N_s;     ///< on the real object
-  Vec3f moment_N_m_s;    ///< of that impulse about the real object's centre of gravity
-  float depth_m;         ///< how far it was corrected
-  Index touches;         ///< 1: in contact
+  Vec3f impulse_N_s;   ///< on the real object
+  Vec3f moment_N_m_s;  ///< of that impulse about the real object's centre of gravity
+  float depth_m;       ///< how far it was corrected
+  Index touches;       ///< 1: in contact
 };
 
 /// Sums since the last reset.
 struct ContactTotals {
-  Vec3f impulse_N_s;       ///< on the real object
-  Vec3f moment_N_m_s;      ///< about its centre of gravity at the time
-  float max_depth_m = 0;   ///< largest correction
-  Index contacts = 0;      ///< nodes in contact, summed over corrections
-  Index rescued = 0;       ///< nodes that were deeper than 2 spacings
+  Vec3f impulse_N_s;      ///< on the real object
+  Vec3f moment_N_m_s;     ///< about its centre of gravity at the time
+  float max_depth_m = 0;  ///< largest correction
+  Index contacts = 0;     ///< nodes in contact, summed over corrections
+  Index rescued = 0;      ///< nodes that were deeper than 2 spacings
 };
 
 /// Surface near a point: averages [P 20] over the samples of the near side within the reach.
@@ -71,8 +72,9 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m,
   return near;
 }
 
-/// Velocity after touching a surface of velocity u and normal n: nothing when separating, else the normal part is
-/// reflected with restitution e and friction takes at most μ times the normal impulse from the tangential part.
+/// Velocity after touching a surface of velocity u and normal n: nothing when separating, else the normal
+/// part is reflected with restitution e and friction takes at most μ times the normal impulse from the
+/// tangential part.
 TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitution, float friction) {
   const Vec3f rel = v - u;
   const float approach = dot(rel, n);
@@ -83,8 +85,8 @@ TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitu
   return u + kept * slide - restitution * approach * n;
 }
 
-/// Velocity-position correction of one node. Works in the surface's frame at its capture: the node is taken back
-/// by the surface's motion, so samples and cells stay as they were made however fast the surface moves.
+/// Velocity-position correction of one node. Works in the surface's frame at its capture: the node is taken
+/// back by the surface's motion, so samples and cells stay as they were made however fast the surface moves.
 struct ContactResponse {
   static constexpr int kGrain = 128;
   SamplesView samples;

@@ -8,11 +8,11 @@ namespace tactus {
 
 /// Samples of a closed surface, sorted by cells.
 struct SamplesView {
-  View<const Vec3f> x_m;        ///< position [m]
-  View<const Vec3f> n;          ///< unit normal, outward
-  View<const float> area_m2;    ///< area that the sample stands for [m²]
-  CellRanges cells;             ///< runs of samples by cell
-  View<const Index> count;      ///< (1) number of samples
+  View<const Vec3f> x_m;      ///< position [m]
+  View<const Vec3f> n;        ///< unit normal, outward
+  View<const float> area_m2;  ///< area that the sample stands for [m²]
+  CellRanges cells;           ///< runs of samples by cell
+  View<const Index> count;    ///< (1) number of samples
 };
 
 inline constexpr Index kMaxPieces = 32;  ///< a triangle's edge is cut into fewer pieces than that

@@ -12,7 +12,8 @@ class SampleLevel {
   SampleLevel(Device& device, Index max_in, Index max_out, float cell_m, int subcells);
 
   /// Merges the first `count` samples. What doesn't fit into max_out is dropped and counted in overflow().
-  void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2, Count count);
+  void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2,
+             Count count);
 
   SamplesView view() const;
   Count count() const { return Count(count_.const_view(), x_m_.size()); }

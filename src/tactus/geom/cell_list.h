@@ -1,8 +1,8 @@
 #pragma once
 /// Neighbour search on a device: particles sorted by uniform cells.
 ///
-/// Cells wrap around: a cell's slot in the table is its integer coordinates modulo 2^bits per axis. So space is
-/// unbounded, the table is small, no two of the 27 cells around a point share a slot, and what a far cell
+/// Cells wrap around: a cell's slot in the table is its integer coordinates modulo 2^bits per axis. So space
+/// is unbounded, the table is small, no two of the 27 cells around a point share a slot, and what a far cell
 /// brings into a slot is dropped by the caller's distance test.
 #include "tactus/compute/buffer.h"
 #include "tactus/compute/exec_context.h"

@@ -16,6 +16,7 @@ struct RigidFit {
 /// smallest possible turn found by the eigenvector; a single point gives the translation only.
 /// @param weights one per pair, >= 0, or empty for 1
 /// @throws Error when the sizes differ, there is no pair or the weights sum to 0.
-RigidFit fit_rigid(std::span<const Vec3d> a_m, std::span<const Vec3d> b_m, std::span<const double> weights = {});
+RigidFit fit_rigid(std::span<const Vec3d> a_m, std::span<const Vec3d> b_m,
+                   std::span<const double> weights = {});
 
 }  // namespace tactus
