@@ -1,0 +1,224 @@
+#pragma once
+/// What contact does to the nodes of a virtual body.
+#include "tactus/contact/motion_kernels.h"
+
+namespace tactus {
+
+/// Nodes of one body, on the device.
+struct ContactNodes {
+  View<Vec3f> x_m;            ///< positions, world [m] (all nodes of the body)
+  View<Vec3f> v_m_s;          ///< velocities [m/s], as x_m
+  View<const float> mass_kg;  ///< [kg], as x_m: for the reaction only
+  View<const float>
+      rest_gap_m;           ///< d_i [m], as x_m: distance at which the node touches; d_i < 2 sample spacings
+  View<const Index> nodes;  ///< the surface-near nodes that take part
+  View<const Index> fixed;  ///< != 0: node isn't moved; as x_m, or empty
+};
+
+/// What one node did in one correction.
+struct ContactRecord {
+  Vec3f impulse_N_s;   ///< on the real object
+  Vec3f moment_N_m_s;  ///< of that impulse about the real object's centre of gravity
+  float depth_m;       ///< how far it was corrected
+  Index touches;       ///< 1: in contact
+};
+
+/// Sums since the last reset.
+struct ContactTotals {
+  Vec3f impulse_N_s;      ///< on the real object
+  Vec3f moment_N_m_s;     ///< about its centre of gravity at the time
+  float max_depth_m = 0;  ///< largest correction
+  Index contacts = 0;     ///< nodes in contact, summed over corrections
+  Index rescued = 0;      ///< nodes that were deeper than 2 spacings
+};
+
+/// Surface near a point: averages [P 20] over the samples of the near side within the reach.
+struct NearSurface {
+  Vec3f x_m, n;
+  bool found = false;
+};
+
+/// The samples that face as the nearest one does, weighted by their area and (1 - r²/reach²)²: a weight that
+/// vanishes at the reach, so samples come and go without a jump. Reach: 2 spacings, the cells' edge.
+TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m, float reach_m) {
+  NearSurface near;
+  Index nearest = -1;
+  float nearest_d2 = reach_m * reach_m;
+  samples.cells.for_each_slot(p_m, [&](Index k) {
+    const Vec3f d = p_m - samples.x_m[k];
+    const float d2 = dot(d, d);
+    if (d2 < nearest_d2) {
+      nearest_d2 = d2;
+      nearest = k;
+    }
+  });
+  if (nearest < 0) return near;
+  const Vec3f facing = samples.n[nearest];
+  const float inverse_reach2 = 1.F / (reach_m * reach_m);
+  float weight = 0;
+  Vec3f offset{}, n{};
+  samples.cells.for_each_slot(p_m, [&](Index k) {
+    const Vec3f d = samples.x_m[k] - p_m;
+    const float u = 1.F - dot(d, d) * inverse_reach2;
+    const float w = u > 0.F && dot(samples.n[k], facing) > 0.F ? samples.area_m2[k] * u * u : 0.F;
+    weight += w;
+    offset += w * d;
+    n += w * samples.n[k];
+  });
+  if (!(weight > 0.F)) return near;
+  near.x_m = p_m + offset / weight;
+  near.n = normalized(n, facing);
+  near.found = true;
+  return near;
+}
+
+/// Velocity after touching a surface of velocity u and normal n: nothing when separating, else the normal
+/// part is reflected with restitution e and friction takes at most μ times the normal impulse from the
+/// tangential part.
+TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitution, float friction) {
+  const Vec3f rel = v - u;
+  const float approach = dot(rel, n);
+  if (!(approach < 0.F)) return v;
+  const Vec3f slide = rel - approach * n;
+  const float speed = length(slide), most = -friction * (1.F + restitution) * approach;
+  const float kept = speed > most ? 1.F - most / speed : 0.F;
+  return u + kept * slide - restitution * approach * n;
+}
+
+/// Velocity-position correction of one node. Works in the surface's frame at its capture: the node is taken
+/// back by the surface's motion, so samples and cells stay as they were made however fast the surface moves.
+struct ContactResponse {
+  static constexpr int kGrain = 128;
+  SamplesView samples;
+  View<const SurfaceMotion> motion;
+  ContactNodes body;
+  float reach_m, restitution, friction, time_s;
+  View<ContactRecord> records;
+  TACTUS_HD void operator()(Index c) const {
+    ContactRecord record{};
+    const Index i = body.nodes[c];
+    if (body.fixed.empty() || body.fixed[i] == 0) respond(i, record);
+    records[c] = record;
+  }
+
+ private:
+  TACTUS_HD void respond(Index i, ContactRecord& record) const {
+    const SurfaceMotion& m = motion[0];
+    const Mat3f turn = m.turn(time_s);
+    const Vec3f center = m.center_m + time_s * m.velocity_m_s;
+    const Vec3f p = m.center_m + transpose(turn) * (body.x_m[i] - center);
+    const NearSurface near = near_surface(samples, p, reach_m);
+    if (!near.found) return;
+    const float gap = dot(p - near.x_m, near.n) - body.rest_gap_m[i];
+    if (!(gap < 0.F)) return;
+    const Vec3f n = turn * near.n;
+    const Vec3f x = body.x_m[i] - gap * n;
+    const Vec3f v = body.v_m_s[i];
+    const Vec3f u = m.velocity_m_s + cross(m.spin_rad_s, x - center);
+    const Vec3f v_new = touched_velocity(v, u, n, restitution, friction);
+    body.x_m[i] = x;
+    body.v_m_s[i] = v_new;
+    record.impulse_N_s = body.mass_kg[i] * (v - v_new);
+    record.moment_N_m_s = cross(x - center, record.impulse_N_s);
+    record.depth_m = -gap;
+    record.touches = 1;
+  }
+};
+
+/// Brings back nodes that are inside the real object, but too deep for a sample within 2 spacings: behind the
+/// nearest coarse sample, and inside by the winding number of all coarse samples (Barill et al. 2018).
+struct DeepRescue {
+  static constexpr int kGrain = 64;
+  SamplesView fine, coarse;
+  View<const SurfaceMotion> motion;
+  ContactNodes body;
+  float reach_m, far_reach_m, time_s;
+  View<ContactRecord> records;
+  TACTUS_HD void operator()(Index c) const {
+    ContactRecord record{};
+    const Index i = body.nodes[c];
+    if (body.fixed.empty() || body.fixed[i] == 0) rescue(i, record);
+    records[c] = record;
+  }
+
+ private:
+  TACTUS_HD void rescue(Index i, ContactRecord& record) const {
+    const SurfaceMotion& m = motion[0];
+    const Mat3f turn = m.turn(time_s);
+    const Vec3f center = m.center_m + time_s * m.velocity_m_s;
+    const Vec3f p = m.center_m + transpose(turn) * (body.x_m[i] - center);
+    Index nearest = -1;
+    float nearest_d2 = far_reach_m * far_reach_m;
+    coarse.cells.for_each_slot(p, [&](Index k) {
+      const Vec3f d = p - coarse.x_m[k];
+      const float d2 = dot(d, d);
+      if (d2 < nearest_d2) {
+        nearest_d2 = d2;
+        nearest = k;
+      }
+    });
+    if (nearest < 0) return;
+    const Vec3f n = coarse.n[nearest];
+    const float gap = dot(p - coarse.x_m[nearest], n) - body.rest_gap_m[i];
+    if (!(gap < 0.F) || has_fine_sample(p) || !inside(p)) return;
+    body.x_m[i] = body.x_m[i] - gap * (turn * n);
+    record.depth_m = -gap;
+    record.touches = 1;
+  }
+  TACTUS_HD bool has_fine_sample(Vec3f p) const {
+    bool found = false;
+    fine.cells.for_each_slot(p, [&](Index k) {
+      const Vec3f d = p - fine.x_m[k];
+      found = found || dot(d, d) < reach_m * reach_m;
+    });
+    return found;
+  }
+  TACTUS_HD bool inside(Vec3f p) const {
+    float solid_angle = 0;
+    for (Index k = 0, n = coarse.count[0]; k < n; ++k) {
+      const Vec3f d = coarse.x_m[k] - p;
+      const float d2 = max(dot(d, d), 1e-12F);
+      solid_angle += coarse.area_m2[k] * dot(d, coarse.n[k]) / (d2 * tactus::sqrt(d2));
+    }
+    return solid_angle > 2 * kPi;  // half of 4π
+  }
+};
+
+inline constexpr Index kTotalsParts = 64;
+
+/// Sums of 1/64 of the records each, in their order.
+struct TotalsParts {
+  static constexpr int kGrain = 8;
+  View<const ContactRecord> records;
+  View<ContactTotals> parts;
+  TACTUS_HD void operator()(Index p) const {
+    ContactTotals sum;
+    for (Index c = p; c < records.size(); c += kTotalsParts) {
+      const ContactRecord& r = records[c];
+      sum.impulse_N_s += r.impulse_N_s;
+      sum.moment_N_m_s += r.moment_N_m_s;
+      sum.max_depth_m = max(sum.max_depth_m, r.depth_m);
+      sum.contacts += r.touches;
+    }
+    parts[p] = sum;
+  }
+};
+
+struct AddTotals {
+  View<const ContactTotals> parts;
+  View<ContactTotals> totals;
+  bool rescues;
+  TACTUS_HD void operator()(Index) const {
+    ContactTotals sum = totals[0];
+    for (Index p = 0; p < kTotalsParts; ++p) {
+      const ContactTotals& part = parts[p];
+      sum.impulse_N_s += part.impulse_N_s;
+      sum.moment_N_m_s += part.moment_N_m_s;
+      sum.max_depth_m = max(sum.max_depth_m, part.max_depth_m);
+      (rescues ? sum.rescued : sum.contacts) += part.contacts;
+    }
+    totals[0] = sum;
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,185 @@
+#pragma once
+/// From triangles to samples of a surface, and from samples to fewer, evenly spread ones.
+#include "tactus/base/vec.h"
+#include "tactus/compute/kernel.h"
+#include "tactus/geom/cell_list_kernels.h"
+
+namespace tactus {
+
+/// Samples of a closed surface, sorted by cells.
+struct SamplesView {
+  View<const Vec3f> x_m;      ///< position [m]
+  View<const Vec3f> n;        ///< unit normal, outward
+  View<const float> area_m2;  ///< area that the sample stands for [m²]
+  CellRanges cells;           ///< runs of samples by cell
+  View<const Index> count;    ///< (1) number of samples
+};
+
+inline constexpr Index kMaxPieces = 32;  ///< a triangle's edge is cut into fewer pieces than that
+
+/// How many pieces of at most spacing_m the longest edge of a triangle is cut into, squared; 0 for triangles
+/// without area, with non-finite corners or with indices that are no vertices.
+struct TrianglePieces {
+  View<const Vec3f> vertices_m;
+  Count vertex_count;
+  View<const Vec3i> triangles;
+  Count triangle_count;
+  float spacing_m;
+  View<Index> pieces;  ///< out (triangles + 1): the last is 0
+  TACTUS_HD void operator()(Index t) const {
+    pieces[t] = 0;
+    if (t >= triangle_count.get()) return;
+    const Vec3i v = triangles[t];
+    const Index n = vertex_count.get();
+    if (v.x < 0 || v.y < 0 || v.z < 0 || v.x >= n || v.y >= n || v.z >= n) return;
+    const Vec3f a = vertices_m[v.x], ab = vertices_m[v.y] - a, ac = vertices_m[v.z] - a;
+    const float twice_area = length(cross(ab, ac));
+    if (!(twice_area > 0.F && twice_area < 1e12F)) return;
+    const Vec3f bc = ac - ab;
+    const float longest = tactus::sqrt(max(dot(ab, ab), max(dot(ac, ac), dot(bc, bc))));
+    const float k = min(longest / spacing_m, static_cast<float>(kMaxPieces - 1));
+    const Index whole = floor_to_int(k);
+    const Index cuts = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
+    pieces[t] = cuts * cuts;
+  }
+};
+
+/// A sample in the middle of each of the k² equal pieces of a triangle (two neighbouring triangles never make
+/// the same one, so edges need no owner).
+struct TriangleSamples {
+  View<const Vec3f> vertices_m;
+  View<const Vec3f> normals;  ///< per vertex, or empty: the triangle's
+  View<const Vec3i> triangles;
+  View<const Index> pieces, first;
+  View<Vec3f> x_m, n;
+  View<float> area_m2;
+  TACTUS_HD void operator()(Index t) const {
+    if (pieces[t] == 0) return;
+    const Vec3i v = triangles[t];
+    const Vec3f a = vertices_m[v.x], ab = vertices_m[v.y] - a, ac = vertices_m[v.z] - a;
+    const Vec3f twice_area = cross(ab, ac);
+    const Vec3f face = normalized(twice_area);
+    const float area = 0.5F * length(twice_area) / static_cast<float>(pieces[t]);
+    Index k = 1;
+    while (k * k < pieces[t]) ++k;
+    Index s = first[t];
+    for (Index row = 0; row < k; ++row) {
+      for (Index col = 0; col < 2 * (k - row) - 1; ++col, ++s) {
+        if (s >= x_m.size()) return;
+        const float middle = (col & 1) != 0 ? 2.F / 3.F : 1.F / 3.F;
+        const float u = (static_cast<float>(row) + middle) / static_cast<float>(k);
+        const float w = (static_cast<float>(col / 2) + middle) / static_cast<float>(k);
+        x_m[s] = a + u * ab + w * ac;
+        n[s] = normals.empty() ? face : normal_at(v, u, w, face);
+        area_m2[s] = area;
+      }
+    }
+  }
+
+ private:
+  TACTUS_HD Vec3f normal_at(Vec3i v, float u, float w, Vec3f face) const {
+    const Vec3f m = normalized((1.F - u - w) * normals[v.x] + u * normals[v.y] + w * normals[v.z], face);
+    return dot(m, face) > 0.F ? m : face;  // also for NaN, and where the source's normals point inward
+  }
+};
+
+/// What is merged into one sample: same small cell, same one of the six main directions (so the two sides of
+/// something thin stay apart). 20 bits an axis, 3 bits of direction.
+struct SampleLabels {
+  static constexpr std::uint64_t kNone = ~std::uint64_t(0);
+  CellGrid grid;
+  float subcells;  ///< per cell and axis
+  View<const Index> order;
+  View<const std::uint32_t> keys;
+  View<const Vec3f> x_m, n;
+  View<std::uint64_t> labels;  ///< by slot
+  TACTUS_HD void operator()(Index slot) const {
+    if (static_cast<Index>(keys[slot]) >= grid.cell_count()) {
+      labels[slot] = kNone;
+      return;
+    }
+    const Index i = order[slot];
+    // Within its cell, not on a finer grid of its own: rounding must not put it under another cell's slots.
+    const Vec3f p = grid.inverse_cell_1_m * x_m[i];
+    const Vec3i c = grid.cell(x_m[i]);
+    labels[slot] = (axis(c.x, p.x) << 43) | (axis(c.y, p.y) << 23) | (axis(c.z, p.z) << 3) | direction(n[i]);
+  }
+
+ private:
+  TACTUS_HD std::uint64_t axis(Index cell, float p) const {
+    const auto per_cell = static_cast<Index>(subcells);
+    const Index sub = clamp(floor_to_int((p - static_cast<float>(cell)) * subcells), Index(0), per_cell - 1);
+    return static_cast<std::uint64_t>(cell * per_cell + sub) & 0xfffffU;
+  }
+  TACTUS_HD static std::uint64_t direction(Vec3f v) {
+    const float x = tactus::abs(v.x), y = tactus::abs(v.y), z = tactus::abs(v.z);
+    if (x >= y && x >= z) return v.x < 0 ? 1 : 0;
+    if (y >= z) return v.y < 0 ? 3 : 2;
+    return v.z < 0 ? 5 : 4;
+  }
+};
+
+/// 1 for the first slot of every label.
+struct SampleLeaders {
+  CellRanges cells;
+  View<const std::uint32_t> keys;
+  View<const std::uint64_t> labels;
+  View<Index> flags;
+  TACTUS_HD void operator()(Index slot) const {
+    const std::uint64_t mine = labels[slot];
+    Index first = mine != SampleLabels::kNone ? 1 : 0;
+    if (first != 0) {
+      for (Index s = cells.begin[static_cast<Index>(keys[slot])]; s < slot && first != 0; ++s) {
+        if (labels[s] == mine) first = 0;
+      }
+    }
+    flags[slot] = first;
+  }
+};
+
+/// out = min(count, capacity); overflow = what didn't fit.
+struct LimitCount {
+  View<const Index> count;
+  Index capacity;
+  View<Index> out, overflow;
+  TACTUS_HD void operator()(Index) const {
+    out[0] = min(count[0], capacity);
+    overflow[0] = max(Index(0), count[0] - capacity);
+  }
+};
+
+/// One sample for all of a label: area-weighted middle and normal, summed in the order of slots.
+struct MergeSamples {
+  static constexpr int kGrain = 256;
+  View<const Index> leaders;
+  CellRanges cells;
+  View<const Index> order;
+  View<const std::uint32_t> keys;
+  View<const std::uint64_t> labels;
+  View<const Vec3f> x_m, n;
+  View<const float> area_m2;
+  View<Vec3f> x_out_m, n_out;
+  View<float> area_out_m2;
+  View<std::uint32_t> keys_out;
+  TACTUS_HD void operator()(Index o) const {
+    const Index leader = leaders[o];
+    const std::uint32_t key = keys[leader];
+    const std::uint64_t label = labels[leader];
+    const Vec3f origin = x_m[order[leader]];
+    Vec3f x{}, normal{};
+    float area = 0;
+    for (Index s = leader, last = cells.end[static_cast<Index>(key)]; s < last; ++s) {
+      if (labels[s] != label) continue;
+      const Index i = order[s];
+      area += area_m2[i];
+      x += area_m2[i] * (x_m[i] - origin);
+      normal += area_m2[i] * n[i];
+    }
+    x_out_m[o] = origin + x / area;
+    n_out[o] = normalized(normal, n[order[leader]]);
+    area_out_m2[o] = area;
+    keys_out[o] = key;
+  }
+};
+
+}  // namespace tactus

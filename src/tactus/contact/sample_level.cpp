@@ -1,0 +1,49 @@
+#include "tactus/contact/sample_level.h"
+
+namespace tactus {
+
+SampleLevel::SampleLevel(Device& device, Index max_in, Index max_out, float cell_m, int subcells)
+    : subcells_(static_cast<float>(subcells)),
+      list_(device, max_in, cell_m),
+      labels_(device, max_in),
+      flags_(device, max_in),
+      leaders_(device, max_in),
+      leader_count_(device, 1),
+      count_(device, 1),
+      overflow_(device, 1),
+      begin_(device, list_.grid().cell_count()),
+      end_(device, list_.grid().cell_count()),
+      x_m_(device, max_out),
+      n_(device, max_out),
+      area_m2_(device, max_out),
+      keys_(device, max_out) {}
+
+void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n,
+                        View<const float> area_m2, Count count) {
+  list_.build(ctx, x_m, count);
+  const CellListView cells = list_.view();
+  const Index slots = list_.max_particles();
+  ctx.parallel_for("contact/labels", slots,
+                   SampleLabels{list_.grid(), subcells_, cells.order, list_.keys(), x_m, n, labels_.view()});
+  ctx.parallel_for("contact/leaders", slots,
+                   SampleLeaders{cells.ranges, list_.keys(), labels_.const_view(), flags_.view()});
+  ctx.compact("contact/leaders", flags_.const_view(), leaders_.view(), leader_count_.view());
+  ctx.parallel_for("contact/limit", 1,
+                   LimitCount{leader_count_.const_view(), x_m_.size(), count_.view(), overflow_.view()});
+  ctx.parallel_for(
+      "contact/merge", this->count(),
+      MergeSamples{leaders_.const_view(), cells.ranges, cells.order, list_.keys(), labels_.const_view(), x_m,
+                   n, area_m2, x_m_.view(), n_.view(), area_m2_.view(), keys_.view()});
+  // Leaders are in the order of slots, so what is merged is already sorted by cells.
+  find_cell_ranges(ctx, keys_.const_view(), this->count(), list_.grid(), begin_.view(), end_.view());
+}
+
+SamplesView SampleLevel::view() const {
+  return {x_m_.const_view(),
+          n_.const_view(),
+          area_m2_.const_view(),
+          {list_.grid(), begin_.const_view(), end_.const_view()},
+          count_.const_view()};
+}
+
+}  // namespace tactus

@@ -1,0 +1,32 @@
+#pragma once
+/// Thins samples to one per small cell and main direction, and sorts what is left for neighbour search.
+#include "tactus/contact/sample_kernels.h"
+#include "tactus/geom/cell_list.h"
+
+namespace tactus {
+
+class SampleLevel {
+ public:
+  /// @param cell_m edge of the search cells [m]
+  /// @param subcells each search cell is thinned to at most subcells³ places (times six directions)
+  SampleLevel(Device& device, Index max_in, Index max_out, float cell_m, int subcells);
+
+  /// Merges the first `count` samples. What doesn't fit into max_out is dropped and counted in overflow().
+  void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2,
+             Count count);
+
+  SamplesView view() const;
+  Count count() const { return Count(count_.const_view(), x_m_.size()); }
+  View<const Index> overflow() const { return overflow_.const_view(); }
+
+ private:
+  float subcells_;
+  CellList list_;
+  Buffer<std::uint64_t> labels_;
+  Buffer<Index> flags_, leaders_, leader_count_, count_, overflow_, begin_, end_;
+  Buffer<Vec3f> x_m_, n_;
+  Buffer<float> area_m2_;
+  Buffer<std::uint32_t> keys_;
+};
+
+}  // namespace tactus

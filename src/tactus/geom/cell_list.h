@@ -1,0 +1,52 @@
+#pragma once
+/// Neighbour search on a device: particles sorted by uniform cells.
+///
+/// Cells wrap around: a cell's slot in the table is its integer coordinates modulo 2^bits per axis. So space
+/// is unbounded, the table is small, no two of the 27 cells around a point share a slot, and what a far cell
+/// brings into a slot is dropped by the caller's distance test.
+#include "tactus/compute/buffer.h"
+#include "tactus/compute/exec_context.h"
+#include "tactus/geom/cell_list_kernels.h"
+
+namespace tactus {
+
+/// What kernels read: `for_each_near(p, f)` calls f(particle) for every particle in the 27 cells around p
+/// (a superset of those within cell_m; the caller tests distances), in an order that is the same on every
+/// device: cells by z, y, x, particles of one cell by number.
+struct CellListView {
+  CellRanges ranges;
+  View<const Index> order;  ///< slot -> particle
+  template <class F>
+  TACTUS_HD void for_each_near(Vec3f p_m, F&& f) const {
+    ranges.for_each_slot(p_m, [&](Index slot) { f(order[slot]); });
+  }
+};
+
+class CellList {
+ public:
+  /// @param cell_m edge of a cell [m] = largest distance that one query reaches, > 0
+  /// @param bits_per_axis the table has 2^(3 bits) cells; 2..8. About as many as occupied cells is good.
+  /// @throws Error naming the bad value.
+  CellList(Device& device, Index max_particles, float cell_m, int bits_per_axis = 5);
+
+  /// Sorts the first `count` positions. Particles whose position isn't finite are in no cell.
+  /// Nothing is allocated or read back. @throws Error when x_m is shorter than max_particles or count larger.
+  void build(ExecContext& ctx, View<const Vec3f> x_m, Count count);
+
+  Index max_particles() const { return order_.size(); }
+  const CellGrid& grid() const { return grid_; }
+  CellListView view() const { return {{grid_, begin_.const_view(), end_.const_view()}, order_.const_view()}; }
+  /// Cell of each slot, ascending; grid().cell_count() behind the last particle. (max_particles)
+  View<const std::uint32_t> keys() const { return keys_.const_view(); }
+
+ private:
+  CellGrid grid_;
+  Buffer<std::uint32_t> keys_, keys_scratch_;
+  Buffer<Index> order_, order_scratch_, begin_, end_;
+};
+
+/// Sets begin/end from the ascending cells of the first `count` slots.
+void find_cell_ranges(ExecContext& ctx, View<const std::uint32_t> keys, Count count, const CellGrid& grid,
+                      View<Index> begin, View<Index> end);
+
+}  // namespace tactus

@@ -1,0 +1,42 @@
+#pragma once
+/// Shapes, and nodes that meet them, for the contact tests.
+#include <functional>
+#include <vector>
+
+#include "tactus/contact/contact.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus::test {
+
+/// A closed sphere of unit radius from a cube of n x n quads a face.
+TriangleMesh unit_sphere(Index n);
+/// A closed box centred at 0, n x n quads a face, corners kept sharp (no normals).
+TriangleMesh box(Vec3f half_m, Index n);
+TriangleMesh transformed(TriangleMesh mesh, const Rigidf& T, float scale = 1);
+
+/// A mesh in device memory.
+struct DeviceMesh {
+  DeviceMesh(ExecContext& ctx, const TriangleMesh& mesh);
+  SurfaceMeshView view() const;
+  Buffer<Vec3f> vertices, normals;
+  Buffer<Vec3i> triangles;
+};
+
+/// Settings with small capacities.
+RealSurfaceSettings small_surface(float spacing_m);
+
+/// Nodes on the host that meet a surface on a device.
+struct Nodes {
+  std::vector<Vec3f> x, v;
+  std::vector<float> mass, gap;
+  std::vector<Index> fixed;
+  explicit Nodes(std::vector<Vec3f> positions, float mass_kg = 1e-3F, float gap_m = 0);
+  /// Uploads, corrects, downloads.
+  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, float time_s,
+               bool rescue = false);
+};
+
+/// Block of nodes around a centre.
+std::vector<Vec3f> block(Vec3i count, float spacing_m, Vec3f center_m);
+
+}  // namespace tactus::test

@@ -1,0 +1,261 @@
+#include "tactus/contact/contact.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "contact/contact_scene.h"
+#include "support/device_sets.h"
+#include "tactus/multi_device/device_set.h"
+
+namespace tactus {
+namespace {
+
+constexpr float kSpacing = 0.005F;
+constexpr float kDt = 1.F / 30;
+constexpr int kSubsteps = 5;
+constexpr float kSubstep = kDt / kSubsteps;
+
+class ContactOn : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+};
+TACTUS_INSTANTIATE_DEVICES(ContactOn);
+
+/// Depth of p in a box [m], negative outside.
+float depth_in_box(Vec3f p, const Rigidf& T_world_box, Vec3f half) {
+  const Vec3f q = inverse(T_world_box) * p;
+  return std::min({half.x - std::abs(q.x), half.y - std::abs(q.y), half.z - std::abs(q.z)});
+}
+
+struct Push {
+  bool sphere = false;
+  float spring_1_s2 = 0;  ///< ω² of the springs that hold the nodes; 0: free
+  float spin_rad_s = 0;
+};
+
+struct PushResult {
+  std::vector<Vec3f> x;
+  float deepest_m = 0;  ///< at the ends of frames
+  Index touched = 0;
+};
+
+/// A shape comes down at 1 m/s through a block of nodes, tessellated anew in every frame.
+PushResult push(ExecContext& ctx, const Push& scene) {
+  const Vec3f half = {0.03F, 0.015F, 0.03F};
+  const float radius = 0.03F;
+  test::Nodes nodes(test::block({9, 5, 9}, kSpacing, {0, 0, 0}), 1e-3F, 0.2F * kSpacing);
+  const std::vector<Vec3f> rest = nodes.x;
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  Contact contact(ctx.device(), static_cast<Index>(nodes.x.size()));
+  PushResult result;
+  for (int f = 0; f < 6; ++f) {
+    const float t = static_cast<float>(f) * kDt;
+    const Rigidf T{rotation_matrix(axis_angle({0, 0, 1}, scene.spin_rad_s * t)),
+                   {0.002F, 0.075F - t, 0.001F}};
+    const test::DeviceMesh mesh(ctx, scene.sphere ? test::transformed(test::unit_sphere(14 + f), T, radius)
+                                                  : test::transformed(test::box(half, 14 + f), T));
+    surface.update(ctx, mesh.view(), kDt);
+    contact.begin_frame(ctx);
+    for (int k = 0; k < kSubsteps; ++k) {
+      for (std::size_t i = 0; i < nodes.x.size(); ++i) {
+        nodes.v[i] += (kSubstep * scene.spring_1_s2) * (rest[i] - nodes.x[i]);
+        nodes.x[i] += kSubstep * nodes.v[i];
+      }
+      nodes.correct(ctx, contact, surface, -kDt + static_cast<float>(k + 1) * kSubstep, k == 0);
+    }
+    result.touched +=
+        static_cast<Index>(contact.report(ctx, kDt, kSubsteps).contacts_per_substep * kSubsteps);
+    for (const Vec3f& p : nodes.x) {
+      const float depth = scene.sphere ? radius - length(p - T.t) : depth_in_box(p, T, half);
+      result.deepest_m = std::max(result.deepest_m, depth);
+    }
+  }
+  result.x = nodes.x;
+  return result;
+}
+
+TEST_P(ContactOn, PushingAtOneMetrePerSecondLeavesNoNodeInside) {
+  DeviceSet reference("cpu");
+  DeviceSet devices(GetParam(), 5);
+  for (const Push scene :
+       {Push{false, 0, 0}, Push{false, 900, 0}, Push{false, 900, 2}, Push{true, 0, 0}, Push{true, 900, 0}}) {
+    const PushResult expected = push(reference.context(0), scene);
+    EXPECT_GT(expected.touched, 100);
+    EXPECT_LT(expected.deepest_m, 0.5F * kSpacing)
+        << "sphere " << scene.sphere << " spring " << scene.spring_1_s2 << " spin " << scene.spin_rad_s;
+    RecordProperty("deepest_spacings", std::to_string(expected.deepest_m / kSpacing));
+    devices.for_each_part([&](ExecContext& ctx, int) { EXPECT_EQ(push(ctx, scene).x, expected.x); });
+  }
+}
+
+TEST(Contact, RestingForAMinuteNeitherCreepsNorChatters) {
+  // Nodes on springs (ω 20 rad/s, damped) sag by g/ω² = 25 mm onto a sphere of 6 cm that is tessellated anew,
+  // turned at random, 30 times a second. It is still: only the sampling changes.
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  const float radius = 0.06F;
+  test::Nodes nodes(test::block({7, 1, 7}, kSpacing, {0, radius + 0.2F * kSpacing, 0}), 1e-3F,
+                    0.2F * kSpacing);
+  const std::vector<Vec3f> rest = nodes.x;
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  Contact contact(ctx.device(), 64);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> u(-1, 1);
+  std::vector<Vec3f> early(nodes.x.size()), late = early, low(nodes.x.size(), {9, 9, 9}),
+                                            high(nodes.x.size(), {-9, -9, -9});
+  double still_contacts = 0;
+  for (int f = 0; f < 1800; ++f) {
+    const Mat3f turn = rotation_matrix(
+        axis_angle(normalized(Vec3f{u(random), u(random), u(random)}, {1, 0, 0}), 3 * u(random)));
+    const test::DeviceMesh mesh(ctx, test::transformed(test::unit_sphere(20), {turn, {}}, radius));
+    surface.update(ctx, mesh.view(), kDt);
+    contact.begin_frame(ctx);
+    for (int k = 0; k < kSubsteps; ++k) {
+      for (std::size_t i = 0; i < nodes.x.size(); ++i) {
+        const Vec3f force = 400.F * (rest[i] - nodes.x[i]) - 20.F * nodes.v[i] + Vec3f{0, -9.81F, 0};
+        nodes.v[i] += kSubstep * force;
+        nodes.x[i] += kSubstep * nodes.v[i];
+      }
+      nodes.correct(ctx, contact, surface, -kDt + static_cast<float>(k + 1) * kSubstep);
+    }
+    if (f == 1799) still_contacts = contact.report(ctx, kDt, kSubsteps).contacts_per_substep;
+    for (std::size_t i = 0; i < nodes.x.size(); ++i) {
+      if (f >= 150 && f < 210) early[i] += (1.F / 60) * nodes.x[i];
+      if (f >= 1740) late[i] += (1.F / 60) * nodes.x[i];
+      if (f >= 1740) low[i] = min(low[i], nodes.x[i]);
+      if (f >= 1740) high[i] = max(high[i], nodes.x[i]);
+    }
+  }
+  EXPECT_EQ(still_contacts, 49);
+  float creep = 0, chatter = 0;
+  for (std::size_t i = 0; i < nodes.x.size(); ++i) {
+    creep = std::max(creep, length(late[i] - early[i]));
+    chatter = std::max(chatter, length(high[i] - low[i]));
+  }
+  RecordProperty("creep_spacings", std::to_string(creep / kSpacing));
+  RecordProperty("chatter_spacings", std::to_string(chatter / kSpacing));
+  EXPECT_LT(creep, 0.05F * kSpacing);
+  EXPECT_LT(chatter, 0.05F * kSpacing);
+}
+
+/// Nodes in the middle of the top of a plate that moves by v; x, v after one correction at t = 0.
+test::Nodes touch_plate(const ContactSettings& settings, Vec3f plate_velocity,
+                        const std::vector<Vec3f>& velocities, float height_m,
+                        ContactReport* report = nullptr) {
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  const TriangleMesh plate = test::box({0.04F, 0.01F, 0.04F}, 16);
+  const test::DeviceMesh before(
+      ctx, test::transformed(plate, {Mat3f::identity(), Vec3f{0, -0.01F, 0} - kDt * plate_velocity}));
+  const test::DeviceMesh now(ctx, test::transformed(plate, {Mat3f::identity(), {0, -0.01F, 0}}));
+  surface.update(ctx, before.view(), kDt);
+  surface.update(ctx, now.view(), kDt);
+  test::Nodes nodes(std::vector<Vec3f>(velocities.size()), 2e-3F);
+  for (std::size_t i = 0; i < velocities.size(); ++i)
+    nodes.x[i] = {0.003F * static_cast<float>(i) - 0.01F, height_m, 0.001F};
+  nodes.v = velocities;
+  nodes.fixed.back() = 1;
+  Contact contact(ctx.device(), static_cast<Index>(velocities.size()), settings);
+  contact.begin_frame(ctx);
+  nodes.correct(ctx, contact, surface, 0);
+  if (report != nullptr) *report = contact.report(ctx, kDt, 1);
+  return nodes;
+}
+
+TEST(Contact, VelocitiesAsInClosedForm) {
+  const std::vector<Vec3f> v = {{0, -1, 0}, {0, 1, 0}, {0.3F, -1, 0}, {2, -1, 0}, {0, 0, 0.7F}, {0, -1, 0}};
+  for (const float e : {0.F, 0.4F, 1.F}) {
+    const test::Nodes n = touch_plate({e, 0.5F}, {}, v, -0.001F);
+    const float tolerance =
+        1e-4F;  // normals of the flat middle and the fitted velocity of a still plate: 1e-5
+    EXPECT_LT(length(n.v[0] - Vec3f{0, e, 0}), tolerance);
+    EXPECT_LT(length(n.v[1] - v[1]), tolerance) << "separating";
+    EXPECT_LT(length(n.v[2] - Vec3f{0, e, 0}), tolerance) << "sticks: 0.3 < 0.5 (1 + e)";
+    EXPECT_LT(length(n.v[3] - Vec3f{2 - 0.5F * (1 + e), e, 0}), tolerance) << "slips";
+    EXPECT_LT(length(n.v[4] - v[4]), tolerance) << "no normal impulse, no friction";
+    EXPECT_EQ(n.v[5], v[5]) << "fixed";
+    EXPECT_EQ(n.x[5].y, -0.001F) << "fixed";
+    for (std::size_t i = 0; i < 5; ++i)
+      EXPECT_NEAR(n.x[i].y, 0, 1e-6) << "a position correction for all, along n only";
+  }
+  const test::Nodes free = touch_plate({0, 0.5F}, {}, v, 0.001F);
+  EXPECT_EQ(free.v, v);
+  EXPECT_EQ(free.x[0].y, 0.001F);
+}
+
+TEST(Contact, AMovingPlateCarriesAndDrags) {
+  const std::vector<Vec3f> v = {{0, 0, 0}, {0, 0.5F, 0}, {0, 0, 0}};
+  const test::Nodes n = touch_plate({0, 10.F}, {0.1F, 0.3F, 0}, v, -0.001F);
+  // The fitted velocity is off by the sampling's noise, see real_surface_test: 0.03 m/s.
+  EXPECT_LT(length(n.v[0] - Vec3f{0.1F, 0.3F, 0}), 0.03F);
+  EXPECT_EQ(n.v[1], v[1]) << "leaves faster than the plate comes";
+}
+
+TEST(Contact, ReactionIsMinusTheChangeOfMomentum) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> u(-1, 1);
+  std::vector<Vec3f> v(6);
+  for (Vec3f& x : v) x = {u(random), u(random) - 0.5F, u(random)};
+  ContactReport report;
+  const test::Nodes n = touch_plate({0.3F, 0.4F}, {}, v, -0.001F, &report);
+  Vec3d impulse{}, moment{};
+  const Vec3d center = {0, -0.01, 0};
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const Vec3d j = 2e-3 * vec_cast<double>(v[i] - n.v[i]);
+    impulse += j;
+    moment += cross(vec_cast<double>(n.x[i]) - center, j);
+  }
+  // Sums of 6 impulses of 4e-3 N s in float32, divided by dt: 6 * 4e-3 * 30 * 6e-8 = 4e-8 N; the centre is
+  // good to 1e-5 m, so moments (force 0.3 N) to 3e-6 N m.
+  EXPECT_LT(length(vec_cast<double>(kDt * report.force_N) - impulse), 1e-8);
+  EXPECT_LT(length(vec_cast<double>(report.torque_N_m) - moment / static_cast<double>(kDt)), 1e-5);
+  EXPECT_GT(length(impulse), 1e-3);
+  EXPECT_NEAR(report.max_depth_m, 0.001, 1e-6);
+}
+
+TEST(Contact, DeepNodesAreRescuedAndOutsideOnesAreNot) {
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  const float radius = 0.05F;
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  const test::DeviceMesh mesh(ctx, test::transformed(test::unit_sphere(24), {}, radius));
+  surface.update(ctx, mesh.view(), kDt);
+  std::vector<Vec3f> x;
+  for (int k = 0; k < 40; ++k) {
+    const Vec3f d = normalized(Vec3f{static_cast<float>(k % 5) - 2, static_cast<float>(k % 7) - 3,
+                                     static_cast<float>(k % 3) - 0.9F});
+    x.push_back((k < 20 ? radius - 5 * kSpacing : radius + (1 + 0.2F * static_cast<float>(k)) * kSpacing) *
+                d);
+  }
+  test::Nodes nodes(x);
+  Contact contact(ctx.device(), 64);
+  contact.begin_frame(ctx);
+  nodes.correct(ctx, contact, surface, 0, true);
+  EXPECT_EQ(contact.report(ctx, kDt, 1).rescued, 20);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (k < 20)
+      EXPECT_GT(length(nodes.x[k]), radius - 0.5F * kSpacing) << k;
+    else
+      EXPECT_EQ(nodes.x[k], x[k]);
+    EXPECT_EQ(nodes.v[k], Vec3f{});
+  }
+}
+
+TEST(Contact, BadSettingsAndSizesAreNamed) {
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  EXPECT_THROW(Contact(ctx.device(), 4, {1.5F, 0}), Error);
+  EXPECT_THROW(Contact(ctx.device(), 4, {0, -1.F}), Error);
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  Contact contact(ctx.device(), 4);
+  test::Nodes many(std::vector<Vec3f>(5));
+  EXPECT_THROW(many.correct(ctx, contact, surface, 0), Error);
+  test::Nodes uneven(std::vector<Vec3f>(3));
+  uneven.mass.pop_back();
+  EXPECT_THROW(uneven.correct(ctx, contact, surface, 0), Error);
+}
+
+}  // namespace
+}  // namespace tactus

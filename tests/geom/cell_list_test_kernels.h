@@ -1,0 +1,24 @@
+#pragma once
+#include "tactus/geom/cell_list.h"
+
+namespace tactus::test {
+
+/// Particles within the radius of each point, in the order of the visit.
+struct CollectNear {
+  CellListView cells;
+  View<const Vec3f> particles, points;
+  float radius;
+  Index room;  ///< places in `found` a point
+  View<Index> found, count;
+  TACTUS_HD void operator()(Index i) const {
+    Index n = 0;
+    const Vec3f p = points[i];
+    cells.for_each_near(p, [&](Index j) {
+      const Vec3f d = particles[j] - p;
+      if (dot(d, d) <= radius * radius && n < room) found[i * room + n++] = j;
+    });
+    count[i] = n;
+  }
+};
+
+}  // namespace tactus::test
