@@ -7,11 +7,6 @@
 
 namespace tactus {
 
-struct Triangle {
-  Index v[3];
-  friend bool operator==(const Triangle&, const Triangle&) = default;
-};
-
 /// What the mesh passes read: signs and numbering of the active bricks.
 struct BrickTable {
   HullGrid grid;
@@ -302,7 +297,7 @@ struct EmitTriangles {
   View<const CellCase> cases;
   View<const std::uint32_t> crossings, row_start;
   View<const Index> vertex_start, triangle_start;  ///< scanned counts, per slot
-  View<Triangle> triangles;                        ///< out
+  View<Vec3i> triangles;                           ///< out: three vertices, counter-clockwise from outside
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -370,10 +365,10 @@ struct GatherVertices {
   }
 };
 struct GatherTriangles {
-  View<const Triangle> part;
+  View<const Vec3i> part;
   View<const PartCounts> counts;
   Index part_index;
-  View<Triangle> all;
+  View<Vec3i> all;
   TACTUS_HD void operator()(Index i) const {
     Index base = 0, vertex_base = 0;
     for (Index p = 0; p < part_index; ++p) {
@@ -381,8 +376,8 @@ struct GatherTriangles {
       vertex_base += counts[p].vertices;
     }
     if (i >= counts[part_index].triangles || base + i >= all.size()) return;
-    const Triangle t = part[i];
-    all[base + i] = {t.v[0] + vertex_base, t.v[1] + vertex_base, t.v[2] + vertex_base};
+    const Vec3i t = part[i];
+    all[base + i] = t + Vec3i{vertex_base, vertex_base, vertex_base};
   }
 };
 struct SumCounts {

@@ -119,7 +119,7 @@ struct Part {
   Buffer<std::uint8_t> rows;
   Buffer<Index> vertex_start, triangle_start;
   Buffer<Vec3f> positions_m;
-  Buffer<Triangle> triangles;
+  Buffer<Vec3i> triangles;
   Buffer<PartCounts> counts;
   Event done;
   Replay carve, extract;
@@ -141,7 +141,7 @@ struct VisualHull::Impl {
   Parts<Part> parts;
   // The welded mesh of several parts, on the first device; unused with one part.
   Buffer<Vec3f> all_positions_m;
-  Buffer<Triangle> all_triangles;
+  Buffer<Vec3i> all_triangles;
   Buffer<PartCounts> part_counts, total;
 
   Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options);
@@ -193,7 +193,7 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
     Device& first = set.device(0);
     const Capacity capacity = plan_capacity(options, voxels, 0);
     all_positions_m = Buffer<Vec3f>(first, capacity.vertices);
-    all_triangles = Buffer<Triangle>(first, capacity.triangles);
+    all_triangles = Buffer<Vec3i>(first, capacity.triangles);
     part_counts = Buffer<PartCounts>(first, set.count());
     total = Buffer<PartCounts>(first, 1);
   }
@@ -241,7 +241,7 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   part.vertex_start = Buffer<Index>(device, c.bricks + 1);
   part.triangle_start = Buffer<Index>(device, c.bricks + 1);
   part.positions_m = Buffer<Vec3f>(device, c.vertices);
-  part.triangles = Buffer<Triangle>(device, c.triangles);
+  part.triangles = Buffer<Vec3i>(device, c.triangles);
   part.counts = Buffer<PartCounts>(device, 1);
 }
 
@@ -410,9 +410,9 @@ TriangleMesh VisualHull::download() {
   const DeviceMesh device_mesh = mesh();
   TriangleMesh out;
   out.positions_m = to_host(ctx, device_mesh.positions_m.part(0, r.vertices));
-  const std::vector<Triangle> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));
+  const std::vector<Vec3i> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));
   out.triangles.reserve(triangles.size());
-  for (const Triangle& t : triangles) out.triangles.push_back({t.v[0], t.v[1], t.v[2]});
+  for (const Vec3i t : triangles) out.triangles.push_back({t.x, t.y, t.z});
   return out;
 }
 

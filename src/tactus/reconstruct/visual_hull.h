@@ -26,7 +26,7 @@ struct HullOptions {
 /// A mesh in the memory of the first device; counts are on the device, too.
 struct DeviceMesh {
   View<const Vec3f> positions_m;
-  View<const Triangle> triangles;
+  View<const Vec3i> triangles;
   View<const PartCounts> counts;  ///< one
   /// For launches over all vertices or triangles.
   Count vertex_count() const;
