@@ -1,0 +1,156 @@
+#include "tactus/sim/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactus {
+namespace {
+
+HullOptions hull_options(const Scene& scene, const Rig& rig) {
+  HullOptions options;
+  options.workspace_m = rig.workspace_m;
+  if (const auto& box = scene.reconstruction.workspace_m) {
+    options.workspace_m = {vec_cast<float>(box->min_m), vec_cast<float>(box->max_m)};
+  }
+  options.resolution = scene.reconstruction.resolution;
+  return options;
+}
+
+float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
+  if (scene.contact.sample_spacing_m) return static_cast<float>(*scene.contact.sample_spacing_m);
+  double spacing = scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
+  for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
+  return static_cast<float>(spacing);
+}
+
+RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
+  RealSurfaceSettings settings;
+  settings.sample_spacing_m = spacing_m;
+  settings.max_vertices = mesh.positions_m.size();
+  settings.max_triangles = mesh.triangles.size();
+  settings.max_pieces = std::max(settings.max_pieces, 2 * mesh.triangles.size());
+  return settings;
+}
+
+bool all_finite(const TriangleMesh& mesh) {
+  return std::all_of(mesh.positions_m.begin(), mesh.positions_m.end(), [](Vec3f p) { return std::isfinite(p.x + p.y + p.z); });
+}
+
+}  // namespace
+
+Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
+    : devices_(devices),
+      scene_(scene),
+      hull_(devices, rig.cameras, hull_options(scene, rig)),
+      sample_spacing_m_(sample_spacing_m(scene, hull_)),
+      surface_(devices.device(0), surface_settings(hull_.mesh(), sample_spacing_m_)),
+      bodies_([&] {
+        std::vector<std::unique_ptr<SoftBody>> bodies;
+        for (const BodyDescription& body : scene.bodies) {
+          bodies.push_back(std::make_unique<SoftBody>(devices.context(0), body, assets, sample_spacing_m_));
+        }
+        return bodies;
+      }()),
+      contact_(devices.device(0),
+               [&] {
+                 Index most = 1;
+                 for (const auto& body : bodies_) most = std::max(most, body->contact_node_count());
+                 return most;
+               }(),
+               {.restitution = static_cast<float>(scene.contact.restitution), .friction = static_cast<float>(scene.contact.friction)}),
+      timings_(scene.output.trace) {
+  for (const ProbeDescription& probe : scene.probes) {
+    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDescription& b) { return b.name == probe.body; });
+    if (body == scene.bodies.end()) throw usage_error("probe '" + probe.name + "': there is no body '" + probe.body + "'");
+    const auto index = static_cast<std::size_t>(body - scene.bodies.begin());
+    const Vec3d at = probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
+    probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
+  }
+  for (auto& body : bodies_) body->update_surface(devices.context(0));
+  devices_.synchronize();
+}
+
+StepReport Simulation::step(const FrameSet& frame, double dt_s) {
+  const StageTimer whole(timings_, "frame");
+  StepReport report;
+  report.dt_s = scene_.frame.dt_s.value_or(dt_s);
+  reconstruct(frame);
+  touch(report.dt_s, report);
+  report.hull = hull_.report();
+  report.status = report.hull.overflow;
+  const RealSurfaceReport surface = surface_.report(devices_.context(0));
+  if (report.status.empty() && surface.dropped_pieces + surface.dropped_samples > 0) {
+    report.status = std::to_string(surface.dropped_pieces + surface.dropped_samples) +
+                    " samples of the real surface were dropped: raise contact.sample_spacing_m";
+  }
+  return report;
+}
+
+void Simulation::reconstruct(const FrameSet& frame) {
+  const auto stage = [&](const char* name, auto&& body) {
+    const StageTimer timer(timings_, name);
+    body();
+    devices_.synchronize();  // stage times are part of the report
+  };
+  stage("upload", [&] { hull_.upload(frame.silhouettes); });
+  stage("hull", [&] { hull_.carve(); });
+  stage("mesh", [&] { hull_.extract(); });
+}
+
+void Simulation::touch(double dt_s, StepReport& report) {
+  ExecContext& ctx = devices_.context(0);
+  const auto dt = static_cast<float>(dt_s);
+  const DeviceMesh mesh = hull_.mesh();
+  {
+    const StageTimer timer(timings_, "surface");
+    surface_.update(ctx, {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()}, dt);
+    ctx.synchronize();
+  }
+  if (dt > 0) {
+    const StageTimer timer(timings_, "bodies");
+    int substeps = scene_.frame.substeps.value_or(1);
+    if (!scene_.frame.substeps) {
+      for (const auto& body : bodies_) substeps = std::max(substeps, body->substeps_for(dt));
+    }
+    const float dt_substep = dt / static_cast<float>(substeps);
+    contact_.begin_frame(ctx);
+    for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - dt);
+    for (int k = 0; k < substeps; ++k) {
+      // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
+      const float time_s = dt_substep * static_cast<float>(k + 1) - dt;
+      for (auto& body : bodies_) {
+        body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
+        contact_.correct(ctx, surface_, body->contact_nodes(), time_s);
+      }
+    }
+    report.substeps = substeps;
+    report.contact = contact_.report(ctx, dt, substeps);
+  }
+  const StageTimer timer(timings_, "embed");
+  for (auto& body : bodies_) body->update_surface(ctx);
+  ctx.synchronize();
+}
+
+FrameSnapshot Simulation::snapshot() {
+  FrameSnapshot snapshot;
+  snapshot.real = hull_.download();
+  compute_normals(snapshot.real);
+  for (const auto& body : bodies_) {
+    snapshot.bodies.push_back(body->surface(devices_.context(0)));
+    if (!all_finite(snapshot.bodies.back())) {
+      throw Error("body '" + body->name() + "' blew up (a position is not finite): raise damping or lower young_modulus_pa");
+    }
+  }
+  return snapshot;
+}
+
+std::vector<Vec3f> Simulation::probe_positions_m() {
+  std::vector<Vec3f> positions;
+  for (const Probe& probe : probes_) {
+    const std::vector<Vec3f> nodes = bodies_[probe.body]->positions_m(devices_.context(0));
+    positions.push_back(nodes[static_cast<std::size_t>(probe.node)]);
+  }
+  return positions;
+}
+
+}  // namespace tactus

@@ -1,0 +1,70 @@
+#pragma once
+/// The frame: silhouettes in, a reconstructed surface that pushes soft bodies, snapshots out.
+#include <memory>
+
+#include "tactus/base/timing.h"
+#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/rig/frame_source.h"
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+
+/// How a frame went.
+struct StepReport {
+  HullReport hull;
+  ContactReport contact;
+  int substeps = 0;
+  double dt_s = 0;
+  std::string status;  ///< empty, or what went wrong and its remedy
+};
+
+/// What viewers and exporters get: owns its data, never the simulation's.
+struct FrameSnapshot {
+  TriangleMesh real;                 ///< the reconstructed surface, with normals
+  std::vector<TriangleMesh> bodies;  ///< in the scene's order
+};
+
+/// Owns all state; one thread calls it. Stages of a frame, in order (their names are those of the timings):
+///   upload     silhouettes to the devices                              writes masks
+///   hull       classification, signs of nodes          reads masks     writes signs
+///   mesh       marching cubes on the silhouettes       reads signs     writes real mesh
+///   surface    samples and velocity of the real mesh   reads real mesh writes samples
+///   bodies     substeps of forces, integration and contact             writes nodes
+///   embed      seen surfaces follow the nodes          reads nodes     writes surfaces
+/// Reconstruction is spread over all devices; bodies live on the first.
+class Simulation {
+ public:
+  /// @throws Error naming what is wrong with rig, body or material.
+  Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets);
+
+  /// One frame. dt_s: time since the last frame's capture; 0 for the first.
+  StepReport step(const FrameSet& frame, double dt_s);
+  /// Copies what is to be seen to the host. Synchronizes.
+  FrameSnapshot snapshot();
+  /// World positions of the scene's probes [m], in its order. Synchronizes.
+  std::vector<Vec3f> probe_positions_m();
+
+  const Timings& timings() const { return timings_; }
+  const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
+  const VisualHull& hull() const { return hull_; }
+
+ private:
+  struct Probe {
+    std::size_t body;
+    Index node;
+  };
+  void reconstruct(const FrameSet& frame);
+  void touch(double dt_s, StepReport& report);
+
+  DeviceSet& devices_;
+  Scene scene_;
+  VisualHull hull_;
+  float sample_spacing_m_;
+  RealSurface surface_;
+  std::vector<std::unique_ptr<SoftBody>> bodies_;
+  Contact contact_;
+  std::vector<Probe> probes_;
+  Timings timings_;
+};
+
+}  // namespace tactus

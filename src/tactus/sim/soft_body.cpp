@@ -1,0 +1,114 @@
+#include "tactus/sim/soft_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "tactus/geom/figures.h"
+#include "tactus/tissue/surface_nets.h"
+
+namespace tactus {
+namespace {
+
+struct Solid {
+  std::function<float(Vec3f)> distance_m;  ///< body coordinates, negative inside
+  Box3f box_m;
+};
+
+float box_distance_m(Vec3f p, Vec3f half) {
+  const Vec3f q{std::abs(p.x) - half.x, std::abs(p.y) - half.y, std::abs(p.z) - half.z};
+  return length(max(q, Vec3f{})) + std::min(std::max({q.x, q.y, q.z}), 0.F);
+}
+
+/// Box, sphere and figure as signed distances.
+Solid make_solid(const ShapeDescription& shape) {
+  if (shape.kind == ShapeKind::box) {
+    const Vec3f half = vec_cast<float>(0.5 * shape.size_m);
+    return {[half](Vec3f p) { return box_distance_m(p, half); }, {-half, half}};
+  }
+  if (shape.kind == ShapeKind::sphere) {
+    const auto r = static_cast<float>(shape.radius_m);
+    return {[r](Vec3f p) { return length(p) - r; }, {{-r, -r, -r}, {r, r, r}}};
+  }
+  const auto figure = std::make_shared<FigureShape>(make_figure(shape.figure).at(0));
+  return {[figure](Vec3f p) { return figure->distance_m(p); }, figure->bounds_m()};
+}
+
+/// The shape's closed surface in body coordinates; smooth ones are sampled at half the lattice's spacing.
+TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets) {
+  const ShapeDescription& shape = body.shape;
+  const auto fineness = static_cast<float>(0.5 * body.spacing_m / body.placement.scale);
+  if (shape.kind == ShapeKind::mesh) return assets.meshes.at(body.name);
+  if (shape.kind == ShapeKind::labels) {
+    std::set<std::uint8_t> solid(shape.labels.begin(), shape.labels.end());
+    const LabelVolume& volume = assets.labels.at(body.name);
+    if (solid.empty()) solid.insert(volume.labels.begin(), volume.labels.end());
+    solid.erase(0);
+    return surface_of_labels(volume, solid, fineness);
+  }
+  const Solid solid = make_solid(shape);
+  const Vec3f margin{2 * fineness, 2 * fineness, 2 * fineness};
+  return surface_nets(solid.distance_m, {solid.box_m.min - margin, solid.box_m.max + margin}, fineness);
+}
+
+}  // namespace
+
+BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets) {
+  try {
+    BodyShape shape{body_surface(body, assets), {}};
+    for (Vec3f& p : shape.surface_m.positions_m) p = vec_cast<float>(body.placement.to_world(vec_cast<double>(p)));
+    compute_normals(shape.surface_m);
+    LatticeOptions options;
+    options.spacing_m = static_cast<float>(body.spacing_m);
+    options.density_kg_m3 = static_cast<float>(body.material.density_kg_m3);
+    shape.lattice = lattice_from_mesh(shape.surface_m, options);
+    shape.lattice.fix_where([&](Vec3f p) { return body.holds(vec_cast<double>(p)); });
+    return shape;
+  } catch (const Error& e) {
+    throw Error("body '" + body.name + "': " + e.what(), e.kind());
+  }
+}
+
+SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m)
+    : SoftBody(ctx, body, make_body_shape(body, assets), sample_spacing_m) {}
+
+SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
+    : name_(body.name),
+      rest_m_(shape.lattice.rest_positions_m()),
+      flsm_(ctx, shape.lattice,
+            {.young_Pa = static_cast<float>(body.material.young_modulus_pa),
+             .density_kg_m3 = static_cast<float>(body.material.density_kg_m3),
+             .half_width = body.material.half_width,
+             .damping_ratio = static_cast<float>(body.material.damping)}),
+      state_(rest_state(ctx, shape.lattice)),
+      surface_(ctx, shape.lattice, shape.surface_m),
+      full_stiffness_(body.material.kappa == Stiffness::paper),
+      mass_kg_(to_device(ctx, shape.lattice.node_mass_kg)) {
+  // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance: what
+  // touches is what is seen (method, "Contact").
+  std::vector<float> gap_m = node_outside_m(shape.lattice, shape.surface_m);
+  std::vector<Index> near, fixed(shape.lattice.fixed.begin(), shape.lattice.fixed.end());
+  for (std::size_t i = 0; i < gap_m.size(); ++i) {
+    gap_m[i] = -gap_m[i];
+    if (gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
+  }
+  rest_gap_m_ = to_device(ctx, gap_m);
+  contact_nodes_ = to_device(ctx, near);
+  fixed_ = to_device(ctx, fixed);
+}
+
+void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2) {
+  flsm_.step(ctx, state_, {.dt_s = dt_s, .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_});
+}
+
+ContactNodes SoftBody::contact_nodes() {
+  return {state_.x_m.view(),        state_.v_m_s.view(),         mass_kg_.const_view(),
+          rest_gap_m_.const_view(), contact_nodes_.const_view(), fixed_.const_view()};
+}
+
+Index SoftBody::nearest_node(Vec3f rest_m) const {
+  const auto nearer = [rest_m](Vec3f a, Vec3f b) { return length(a - rest_m) < length(b - rest_m); };
+  return static_cast<Index>(std::min_element(rest_m_.begin(), rest_m_.end(), nearer) - rest_m_.begin());
+}
+
+}  // namespace tactus

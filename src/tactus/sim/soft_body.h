@@ -1,0 +1,64 @@
+#pragma once
+/// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
+#include <map>
+#include <string>
+
+#include "tactus/contact/contact.h"
+#include "tactus/geom/label_volume.h"
+#include "tactus/sim/scene.h"
+#include "tactus/tissue/embedded_surface.h"
+#include "tactus/tissue/flsm/flsm.h"
+
+namespace tactus {
+
+/// What shapes need from files, by the body's name; in the file's own coordinates, metres.
+struct BodyAssets {
+  std::map<std::string, TriangleMesh> meshes;
+  std::map<std::string, LabelVolume> labels;
+};
+
+/// Signed distance or mesh of a body's shape, placed in the world.
+struct BodyShape {
+  TriangleMesh surface_m;  ///< closed, world
+  CubeLattice lattice;     ///< with the fixed nodes of the description
+};
+/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the body, ...).
+BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets);
+
+class SoftBody {
+ public:
+  /// @param sample_spacing_m of the real surface: nodes within 1.5 of it below the surface take part in contact.
+  SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
+
+  const std::string& name() const { return name_; }
+  Index node_count() const { return flsm_.node_count(); }
+  Index contact_node_count() const { return contact_nodes_.size(); }
+  int substeps_for(float dt_frame_s) const { return flsm_.substeps_for(dt_frame_s); }
+
+  /// One substep without contact. Asynchronous.
+  void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2);
+  /// The nodes as contact sees them.
+  ContactNodes contact_nodes();
+  /// Brings the seen surface to where the nodes are. Asynchronous.
+  void update_surface(ExecContext& ctx) { surface_.update(ctx, state_); }
+  /// The seen surface on the host. Synchronizes.
+  TriangleMesh surface(ExecContext& ctx) const { return surface_.to_mesh(ctx); }
+  /// Positions of all nodes on the host [m]. Synchronizes.
+  std::vector<Vec3f> positions_m(ExecContext& ctx) const { return to_host(ctx, state_.x_m.view()); }
+  /// The node whose rest position is nearest.
+  Index nearest_node(Vec3f rest_m) const;
+
+ private:
+  SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
+
+  std::string name_;
+  std::vector<Vec3f> rest_m_;
+  Flsm flsm_;
+  BodyState state_;
+  EmbeddedSurface surface_;
+  bool full_stiffness_;
+  Buffer<float> mass_kg_, rest_gap_m_;
+  Buffer<Index> contact_nodes_, fixed_;
+};
+
+}  // namespace tactus
