@@ -287,6 +287,39 @@ TEST(MeshFile, StlErrors) {
             "FILE: all its triangles are points or lines, expected a surface");
 }
 
+TEST(MeshFile, DamagedFilesAreRefusedOrValid) {
+  const TempFolder folder;
+  write_mesh(folder.path + "/a.ply", tetrahedron());
+  write_mesh(folder.path + "/a.obj", tetrahedron());
+  folder.write("a.stl", binary_stl(tetrahedron()));
+  folder.write("a.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
+  std::uint32_t state = 1;
+  const auto random = [&](std::size_t below) {
+    return ((state = state * 1664525U + 1013904223U) >> 8) % below;
+  };
+  for (const char* name : {"a.ply", "a.obj", "a.stl", "a.off"}) {
+    const std::string whole = read_text_file(folder.path + "/" + name);
+    int refused = 0;
+    for (int i = 0; i < 300; ++i) {
+      std::string bytes = whole;
+      for (int k = 0; k < 2; ++k) bytes[random(bytes.size())] = static_cast<char>(random(256));
+      if (i % 3 == 0) bytes.resize(random(bytes.size()));
+      const std::string path = folder.write(std::string("b") + (name + 1), bytes);
+      try {
+        const TriangleMesh mesh = read_mesh(path);
+        for (const auto& triangle : mesh.triangles) {
+          for (const Index v : triangle)
+            ASSERT_TRUE(v >= 0 && static_cast<std::size_t>(v) < mesh.positions_m.size());
+        }
+      } catch (const Error& e) {
+        ++refused;
+        EXPECT_TRUE(std::string(e.what()).starts_with(path)) << e.what();
+      }
+    }
+    EXPECT_GT(refused, 50) << name;  // half of the 100 cut files at the very least
+  }
+}
+
 TEST(MeshFile, PathErrors) {
   EXPECT_EQ(read_error("none.ply"), "can't read 'none.ply': No such file or directory");
   EXPECT_EQ(read_error("a.fbx"),
