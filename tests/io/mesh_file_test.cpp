@@ -287,6 +287,39 @@ TEST(MeshFile, StlErrors) {
             "FILE: all its triangles are points or lines, expected a surface");
 }
 
+TEST(MeshFile, DamagedFilesAreRefusedOrValid) {
+  const TempFolder folder;
+  write_mesh(folder.path + "/a.ply", tetrahedron());
+  write_mesh(folder.path + "/a.obj", tetrahedron());
+  folder.write("a.stl", binary_stl(tetrahedron()));
+  folder.write("a.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
+  std::uint32_t state = 1;
+  const auto random = [&](std::size_t below) {
+    return ((state = state * 1664525U + 1013904223U) >> 8) % below;
+  };
+  for (const char* name : {"a.ply", "a.obj", "a.stl", "a.off"}) {
+    const std::string whole = read_text_file(folder.path + "/" + name);
+    int refused = 0;
+    for (int i = 0; i < 120; ++i) {
+      std::string bytes = whole;
+      for (int k = 0; k < 2; ++k) bytes[random(bytes.size())] = static_cast<char>(random(256));
+      if (i % 3 == 0) bytes.resize(random(bytes.size()));
+      const std::string path = folder.write(std::string("b") + (name + 1), bytes);
+      try {
+        const TriangleMesh mesh = read_mesh(path);
+        for (const auto& triangle : mesh.triangles) {
+          for (const Index v : triangle)
+            ASSERT_TRUE(v >= 0 && static_cast<std::size_t>(v) < mesh.positions_m.size());
+        }
+      } catch (const Error& e) {
+        ++refused;
+        EXPECT_TRUE(std::string(e.what()).starts_with(path)) << e.what();
+      }
+    }
+    EXPECT_GT(refused, 20) << name;  // half of the 40 cut files at the very least
+  }
+}
+
 TEST(MeshFile, PathErrors) {
   EXPECT_EQ(read_error("none.ply"), "can't read 'none.ply': No such file or directory");
   EXPECT_EQ(read_error("a.fbx"),
@@ -376,6 +409,41 @@ TEST(MeshData, SkinnedGltfHandInItsRestPose) {
   const Box3f box = bounds(hand);
   EXPECT_NEAR(box.min.y, -0.133908F, 1e-5);
   EXPECT_NEAR(box.max.y, 0.078133F, 1e-5);
+}
+
+TEST(MeshData, DamagedGltfIsRefusedOrValid) {
+  TACTUS_DATA_OR_SKIP(data);
+  const std::string whole = read_text_file(data + "/meshes/hand_webxr_right.glb");
+  std::uint32_t json_bytes = 0;  // of the first chunk, after 20 bytes of headers
+  std::memcpy(&json_bytes, whole.data() + 12, sizeof json_bytes);
+  const TempFolder folder;
+  std::uint32_t state = 1;
+  const auto random = [&](std::size_t below) {
+    return ((state = state * 1664525U + 1013904223U) >> 8) % below;
+  };
+  int refused = 0;
+  for (int i = 0; i < 150; ++i) {
+    std::string bytes = whole;
+    for (int k = 0; k < 4; ++k) {
+      // Digits become other digits: still JSON, with wrong indices, counts, offsets and types.
+      std::size_t at = 20 + random(json_bytes);
+      while (at < 20 + json_bytes && (bytes[at] < '0' || bytes[at] > '9')) ++at;
+      bytes[at] = static_cast<char>('0' + random(10));
+    }
+    if (i % 5 == 0) bytes.resize(random(bytes.size()));
+    const std::string path = folder.write("b.glb", bytes);
+    try {
+      const TriangleMesh mesh = read_mesh(path);
+      for (const auto& triangle : mesh.triangles) {
+        for (const Index v : triangle)
+          ASSERT_TRUE(v >= 0 && static_cast<std::size_t>(v) < mesh.positions_m.size());
+      }
+    } catch (const Error& e) {
+      ++refused;
+      EXPECT_TRUE(std::string(e.what()).starts_with(path)) << e.what();
+    }
+  }
+  EXPECT_GE(refused, 30);  // all that were cut
 }
 
 }  // namespace

@@ -259,6 +259,31 @@ TEST(SceneFile, NotYaml) {
       "scenes/x.yaml:1: the file is a list of 2, expected a mapping of keys such as 'source:' and 'bodies:'");
 }
 
+TEST(SceneFile, SecondDocumentIsRefused) {
+  EXPECT_EQ(error_of("source: {kind: synthetic}\n---\nname: b\n"),
+            "scenes/x.yaml:3: a second YAML document begins, expected one scene a file");
+}
+
+TEST(SceneFile, DamagedTextNeverEscapesAsAnotherException) {
+  const std::string whole = read_text_file(kRoot + "/scenes/demo.yaml");
+  std::uint32_t state = 1;
+  const auto random = [&](std::size_t below) {
+    return ((state = state * 1664525U + 1013904223U) >> 8) % below;
+  };
+  int refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string text = whole;
+    for (int k = 0; k < 3; ++k) text[random(text.size())] = "\0\t :-[]{}#&*!|>'\"%@`~x7\xff"[random(24)];
+    try {
+      parse_scene(text.substr(0, i % 2 == 0 ? text.size() : random(text.size())), "scenes/x.yaml");
+    } catch (const Error& e) {
+      ++refused;
+      EXPECT_TRUE(std::string(e.what()).starts_with("scenes/x.yaml:")) << e.what();
+    }
+  }
+  EXPECT_GT(refused, 500);  // half of them are cut, and most cuts leave no valid scene
+}
+
 TEST(SceneFile, UnreadableFileIsNamed) {
   try {
     read_scene("no/such/scene.yaml");

@@ -109,11 +109,12 @@ class GltfReader {
       stride_ = static_cast<std::size_t>(stride);
       size_ = static_cast<std::size_t>(size);
       count = a.count;
-      const std::size_t begin = view.byteOffset + a.byteOffset;
-      const std::size_t last = size_ * static_cast<std::size_t>(components);
-      if (count > buffer.data.size() ||
-          (count > 0 && begin + (count - 1) * stride_ + last > buffer.data.size()))
-        reader.fail(name + " reaches beyond its buffer of " + std::to_string(buffer.data.size()) + " bytes");
+      // Subtractions only: sums of what a damaged file says could wrap around.
+      const std::size_t end = buffer.data.size(), element = size_ * static_cast<std::size_t>(components);
+      const bool inside = view.byteOffset <= end && a.byteOffset <= end - view.byteOffset;
+      const std::size_t begin = inside ? view.byteOffset + a.byteOffset : 0;
+      if (!inside || (count > 0 && (element > end - begin || count - 1 > (end - begin - element) / stride_)))
+        reader.fail(name + " reaches beyond its buffer of " + std::to_string(end) + " bytes");
       data_ = buffer.data.data() + begin;
     }
     double operator()(std::size_t i, std::size_t c) const {

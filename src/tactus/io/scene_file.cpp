@@ -284,7 +284,12 @@ class MappingReader : public FieldVisitor {
 Scene parse_scene(const std::string& text, const std::string& path) {
   YAML::Node root;
   try {
-    root = YAML::Load(text);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (!documents.empty()) root = documents.front();
+    if (documents.size() > 1) {
+      throw usage_error(path + ":" + std::to_string(documents[1].Mark().line + 1) +
+                        ": a second YAML document begins, expected one scene a file");
+    }
   } catch (const YAML::Exception& e) {
     throw usage_error(path + ":" + std::to_string(e.mark.line + 1) + ": not valid YAML: " + e.msg);
   }
