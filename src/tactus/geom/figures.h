@@ -51,6 +51,11 @@ class FigureShape {
   /// Width of the filled seam between trunk and limbs [m].
   float seam_m() const { return seam_m_; }
   std::span<const Limb> limbs() const { return limbs_; }
+  /// Those of a limb. A point farther than blend_m + d from all of them is farther than d from the limb.
+  std::span<const RoundCone> cones(const Limb& limb) const {
+    return std::span(cones_).subspan(static_cast<std::size_t>(limb.first_cone),
+                                     static_cast<std::size_t>(limb.cone_count));
+  }
   /// Contains the figure (not the smallest such box).
   Box3f bounds_m() const;
 

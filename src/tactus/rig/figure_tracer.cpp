@@ -24,14 +24,39 @@ struct Relation {
   Span span;
   bool meets = false;
 };
-/// How a cone (or a ray, tangent 0) lies to the bounding sphere of a limb, widened by `margin_m`.
-Relation relation(const FigureShape::Limb& limb, Vec3f eye_m, Vec3f axis, float tangent, float margin_m) {
-  const Vec3f c = limb.center_m - eye_m;
-  const float r = limb.radius_m + margin_m;
+/// How a cone (or a ray, tangent 0) lies to a sphere.
+Relation relation(Vec3f center_m, float radius_m, Vec3f eye_m, Vec3f axis, float tangent) {
+  const Vec3f c = center_m - eye_m;
   const float along = dot(c, axis);
   const float across = length(c - along * axis);
-  const bool meets = along > -r && (across - along * tangent) <= r * sqrt(1 + tangent * tangent);
-  return {{std::max(along - r, 0.F), along + r}, meets};
+  const bool meets =
+      along > -radius_m && (across - along * tangent) <= radius_m * sqrt(1 + tangent * tangent);
+  return {{std::max(along - radius_m, 0.F), along + radius_m}, meets};
+}
+/// To the bounding sphere of a limb, widened by the seam, within which it matters.
+Relation relation(const FigureShape& shape, const FigureShape::Limb& limb, Vec3f eye_m, Vec3f axis,
+                  float tangent) {
+  return relation(limb.center_m, limb.radius_m + shape.seam_m() + 1e-4F, eye_m, axis, tangent);
+}
+
+/// Limbs that can matter in a cone: one of their parts, widened by its seams, meets it.
+unsigned limbs_in_cone(const FigureShape& shape, Vec3f eye_m, Vec3f axis, float tangent) {
+  unsigned limbs = 0;
+  for (std::size_t i = 0; i < shape.limbs().size(); ++i) {
+    const FigureShape::Limb& limb = shape.limbs()[i];
+    if (!relation(shape, limb, eye_m, axis, tangent).meets) continue;
+    const std::span<const RoundCone> cones = shape.cones(limb);
+    const float margin_m = shape.seam_m() + limb.blend_m + 1e-4F;
+    const bool meets = cones.empty() || std::any_of(cones.begin(), cones.end(), [&](const RoundCone& c) {
+                         // The smallest sphere around the two end spheres.
+                         const float radius_b_m = c.radius_a_m - c.slope * c.length_m;
+                         const float radius_m = 0.5F * (c.length_m + c.radius_a_m + radius_b_m);
+                         const Vec3f center_m = c.a_m + (radius_m - c.radius_a_m) * c.axis;
+                         return relation(center_m, radius_m + margin_m, eye_m, axis, tangent).meets;
+                       });
+    if (meets) limbs |= 1U << i;
+  }
+  return limbs;
 }
 
 }  // namespace
@@ -46,7 +71,7 @@ float FigureTracer::first_hit_m(const FigureShape& shape, float x_px, float y_px
   const Vec3f d = direction(x_px, y_px);
   Span span;
   for (const FigureShape::Limb& limb : shape.limbs()) {
-    const Relation r = relation(limb, eye_m_, d, 0, shape.seam_m() + 1e-4F);
+    const Relation r = relation(shape, limb, eye_m_, d, 0);
     if (!r.meets) continue;
     span = {std::min(span.begin_m, r.span.begin_m), std::max(span.end_m, r.span.end_m)};
   }
@@ -279,13 +304,10 @@ void FigureTracer::trace_block(const FigureShape& shape, Index x_px, Index y_px,
   constexpr Size kSize{kPixelsWide, kPixelsHigh};
   constexpr Index kColumns = kBlock / kPixelsWide;
   Cones cones = make_cones(x_px, y_px, kSize, kColumns);
-  // Limbs whose spheres the block's cone doesn't meet can't change a sign in it.
+  // Limbs that the block's cone doesn't meet can't change a sign in it.
   const Vec3f axis{parent.axis.x[lane], parent.axis.y[lane], parent.axis.z[lane]};
   const float a = parent.tangent[lane];
-  cones.limbs = 0;
-  for (std::size_t i = 0; i < shape.limbs().size(); ++i) {
-    if (relation(shape.limbs()[i], eye_m_, axis, a, shape.seam_m() + 1e-4F).meets) cones.limbs |= 1U << i;
-  }
+  cones.limbs = limbs_in_cone(shape, eye_m_, axis, a);
   cones.begin_m = parent.begin_m[lane];
   cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
   trace_cones(shape, cones);
@@ -309,6 +331,8 @@ void FigureTracer::trace_block(const FigureShape& shape, Index x_px, Index y_px,
 void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
                               BitMask* mask, DepthImage* distance_m) const {
   constexpr Index kColumns = kTile / kBlock;
+  const Vec3f axis{parent.axis.x[lane], parent.axis.y[lane], parent.axis.z[lane]};
+  const unsigned limbs = limbs_in_cone(shape, eye_m_, axis, parent.tangent[lane]);
   for (Index half = 0; half < 2; ++half) {
     const Index y0 = y_px + 2 * kBlock * half;
     Cones cones = make_cones(x_px, y0, {kBlock, kBlock}, kColumns);
@@ -316,6 +340,7 @@ void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, 
     const float a = parent.tangent[lane];
     cones.begin_m = parent.begin_m[lane];
     cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+    cones.limbs = limbs;
     trace_cones(shape, cones);
     for (int i = 0; i < 8; ++i) {
       const Index x = x_px + kBlock * (i % kColumns), y = y0 + kBlock * (i / kColumns);
@@ -335,8 +360,8 @@ void FigureTracer::trace_strip(const FigureShape& shape, Index strip, BitMask* m
     for (int i = 0; i < 8; ++i) {
       Span span;
       for (const FigureShape::Limb& limb : shape.limbs()) {
-        const Relation r = relation(limb, eye_m_, {cones.axis.x[i], cones.axis.y[i], cones.axis.z[i]},
-                                    cones.tangent[i], shape.seam_m() + 1e-4F);
+        const Relation r = relation(shape, limb, eye_m_, {cones.axis.x[i], cones.axis.y[i], cones.axis.z[i]},
+                                    cones.tangent[i]);
         if (!r.meets) continue;
         span = {std::min(span.begin_m, r.span.begin_m), std::max(span.end_m, r.span.end_m)};
       }
