@@ -83,6 +83,7 @@ class FigureShape {
   std::vector<RoundCone> cones_;
   std::vector<HalfSpace> planes_;
   std::vector<SphereShell> shells_;
+  std::vector<Rigidf> T_world_bone_;
 };
 
 struct FigureOptions {
@@ -138,13 +139,15 @@ class Figure {
   float distance_m(Vec3f p_m, double time_s) const { return at(time_s).distance_m(p_m); }
   /// Contains the figure at all times.
   Box3f bounds_m() const { return bounds_m_; }
-  /// Poses of the bones in the world; a rigid figure has one.
+  /// Poses T_world_bone; a rigid figure has one.
   std::vector<Rigidf> bones(double time_s) const;
   bool rigid() const { return parts_.bone_count == 1; }
   /// Velocity [m/s] of the material at a point of the figure: that of the bone nearest to it.
   Vec3f velocity_m_s(Vec3f p_m, double time_s) const;
 
  private:
+  void pose(double time_s, std::vector<Rigidf>& T_world_bone) const;
+
   std::string name_;
   bool moving_;
   FigureParts parts_;
