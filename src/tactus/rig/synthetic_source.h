@@ -37,7 +37,7 @@ struct SyntheticOptions {
 /// distortion); a frame allocates nothing once its memory has grown.
 class SyntheticSource : public FrameSource {
  public:
-  /// @throws usage_error for an unknown figure and for values out of range.
+  /// @throws usage_error for an unknown figure, values out of range, and a figure that reaches a camera.
   explicit SyntheticSource(const SyntheticOptions& options = {});
 
   const Rig& rig() const override { return rig_; }
