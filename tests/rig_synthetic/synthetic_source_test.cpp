@@ -138,6 +138,8 @@ TEST(SyntheticSource, RefusesBadOptions) {
   EXPECT_NE(message([](auto& o) { o.rig.focal_px = 0; }).find("focal_px is 0"), std::string::npos);
   EXPECT_NE(message([](auto& o) { o.rig.ring_radius_m = 0.1; }).find("ring_radius_m is 0.1"),
             std::string::npos);
+  EXPECT_NE(message([](auto& o) { o.shape.scale = 8; }).find("with scale 8 reaches a camera"),
+            std::string::npos);
   EXPECT_NE(message([](auto& o) { o.shape.scale = -1; }).find("scale -1"), std::string::npos);
 }
 

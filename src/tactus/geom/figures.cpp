@@ -72,9 +72,14 @@ Figure::Figure(std::string name, bool moving, FigureParts parts)
   bounds_m_.max = bounds_m_.max + Vec3f{step_m, step_m, step_m};
 }
 
-std::vector<Rigidf> Figure::bones(double time_s) const {
-  std::vector<Rigidf> T_world_bone(static_cast<std::size_t>(parts_.bone_count));
+void Figure::pose(double time_s, std::vector<Rigidf>& T_world_bone) const {
+  T_world_bone.resize(static_cast<std::size_t>(parts_.bone_count));
   parts_.pose(moving_ ? std::remainder(time_s, parts_.period_s) : 0.0, T_world_bone);
+}
+
+std::vector<Rigidf> Figure::bones(double time_s) const {
+  std::vector<Rigidf> T_world_bone;
+  pose(time_s, T_world_bone);
   return T_world_bone;
 }
 
@@ -85,7 +90,8 @@ FigureShape Figure::at(double time_s) const {
 }
 
 void Figure::at(double time_s, FigureShape& shape) const {
-  const std::vector<Rigidf> T = bones(time_s);
+  pose(time_s, shape.T_world_bone_);
+  const std::vector<Rigidf>& T = shape.T_world_bone_;
   shape.seam_m_ = parts_.seam_m;
   shape.inverse_4_seam_ = inverse_4(parts_.seam_m);
   shape.limbs_.clear();

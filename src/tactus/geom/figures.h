@@ -51,6 +51,11 @@ class FigureShape {
   /// Width of the filled seam between trunk and limbs [m].
   float seam_m() const { return seam_m_; }
   std::span<const Limb> limbs() const { return limbs_; }
+  /// Those of a limb. A point farther than blend_m + d from all of them is farther than d from the limb.
+  std::span<const RoundCone> cones(const Limb& limb) const {
+    return std::span(cones_).subspan(static_cast<std::size_t>(limb.first_cone),
+                                     static_cast<std::size_t>(limb.cone_count));
+  }
   /// Contains the figure (not the smallest such box).
   Box3f bounds_m() const;
 
@@ -78,6 +83,7 @@ class FigureShape {
   std::vector<RoundCone> cones_;
   std::vector<HalfSpace> planes_;
   std::vector<SphereShell> shells_;
+  std::vector<Rigidf> T_world_bone_;
 };
 
 struct FigureOptions {
@@ -133,13 +139,15 @@ class Figure {
   float distance_m(Vec3f p_m, double time_s) const { return at(time_s).distance_m(p_m); }
   /// Contains the figure at all times.
   Box3f bounds_m() const { return bounds_m_; }
-  /// Poses of the bones in the world; a rigid figure has one.
+  /// Poses T_world_bone; a rigid figure has one.
   std::vector<Rigidf> bones(double time_s) const;
   bool rigid() const { return parts_.bone_count == 1; }
   /// Velocity [m/s] of the material at a point of the figure: that of the bone nearest to it.
   Vec3f velocity_m_s(Vec3f p_m, double time_s) const;
 
  private:
+  void pose(double time_s, std::vector<Rigidf>& T_world_bone) const;
+
   std::string name_;
   bool moving_;
   FigureParts parts_;

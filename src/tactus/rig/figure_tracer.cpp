@@ -24,14 +24,39 @@ struct Relation {
   Span span;
   bool meets = false;
 };
-/// How a cone (or a ray, tangent 0) lies to the bounding sphere of a limb, widened by `margin_m`.
-Relation relation(const FigureShape::Limb& limb, Vec3f eye_m, Vec3f axis, float tangent, float margin_m) {
-  const Vec3f c = limb.center_m - eye_m;
-  const float r = limb.radius_m + margin_m;
+/// How a cone (or a ray, tangent 0) lies to a sphere.
+Relation relation(Vec3f center_m, float radius_m, Vec3f eye_m, Vec3f axis, float tangent) {
+  const Vec3f c = center_m - eye_m;
   const float along = dot(c, axis);
   const float across = length(c - along * axis);
-  const bool meets = along > -r && (across - along * tangent) <= r * sqrt(1 + tangent * tangent);
-  return {{std::max(along - r, 0.F), along + r}, meets};
+  const bool meets =
+      along > -radius_m && (across - along * tangent) <= radius_m * sqrt(1 + tangent * tangent);
+  return {{std::max(along - radius_m, 0.F), along + radius_m}, meets};
+}
+/// To the bounding sphere of a limb, widened by the seam, within which it matters.
+Relation relation(const FigureShape& shape, const FigureShape::Limb& limb, Vec3f eye_m, Vec3f axis,
+                  float tangent) {
+  return relation(limb.center_m, limb.radius_m + shape.seam_m() + 1e-4F, eye_m, axis, tangent);
+}
+
+/// Limbs that can matter in a cone: one of their parts, widened by its seams, meets it.
+unsigned limbs_in_cone(const FigureShape& shape, Vec3f eye_m, Vec3f axis, float tangent) {
+  unsigned limbs = 0;
+  for (std::size_t i = 0; i < shape.limbs().size(); ++i) {
+    const FigureShape::Limb& limb = shape.limbs()[i];
+    if (!relation(shape, limb, eye_m, axis, tangent).meets) continue;
+    const std::span<const RoundCone> cones = shape.cones(limb);
+    const float margin_m = shape.seam_m() + limb.blend_m + 1e-4F;
+    const bool meets = cones.empty() || std::any_of(cones.begin(), cones.end(), [&](const RoundCone& c) {
+                         // The smallest sphere around the two end spheres.
+                         const float radius_b_m = c.radius_a_m - c.slope * c.length_m;
+                         const float radius_m = 0.5F * (c.length_m + c.radius_a_m + radius_b_m);
+                         const Vec3f center_m = c.a_m + (radius_m - c.radius_a_m) * c.axis;
+                         return relation(center_m, radius_m + margin_m, eye_m, axis, tangent).meets;
+                       });
+    if (meets) limbs |= 1U << i;
+  }
+  return limbs;
 }
 
 }  // namespace
@@ -46,7 +71,7 @@ float FigureTracer::first_hit_m(const FigureShape& shape, float x_px, float y_px
   const Vec3f d = direction(x_px, y_px);
   Span span;
   for (const FigureShape::Limb& limb : shape.limbs()) {
-    const Relation r = relation(limb, eye_m_, d, 0, shape.seam_m() + 1e-4F);
+    const Relation r = relation(shape, limb, eye_m_, d, 0);
     if (!r.meets) continue;
     span = {std::min(span.begin_m, r.span.begin_m), std::max(span.end_m, r.span.end_m)};
   }
@@ -120,107 +145,149 @@ void FigureTracer::trace_cones(const FigureShape& shape, Cones& cones) const {
   cones.mixed = stopped & candidates & ~cones.full;
 }
 
-unsigned FigureTracer::find_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure) const {
-  const Vec3<Float8>& d = rays.direction;
-  const auto distance_m = [&](const Float8& t) {
-    return shape.distance_m(
-        Vec3<Float8>{Float8(eye_m_.x) + t * d.x, Float8(eye_m_.y) + t * d.y, Float8(eye_m_.z) + t * d.z},
-        rays.limbs);
-  };
-  // Everything before t is known to be no hit. `fall` is the loss of distance per way at t.
-  Float8 t = rays.begin_m, f = distance_m(t), fall(0.F), longest(1e3F);
-  const Float8 end_m(rays.end_m), near_m(kNear_m);
-  unsigned moving = rays.live & ~less_bits(end_m, t), hit = moving & less_bits(f, Float8(-kHit_m)), near = 0;
-  moving &= ~hit;
-  for (int i = 0; i < kPacketSteps && moving; ++i) {
-    near |= moving & less_bits(f, near_m);
-    moving &= ~near;
-    // The longest step that will probably prove the way empty; in turn with, for rays that approach, one that
-    // may end well inside.
-    Float8 step = Float8(1.9F) * f / (Float8(1.F) + max(fall, Float8(-0.6F)));
-    if (i & 1) {
-      const Float8 inside = Float8(1.2F) * f / max(fall, Float8(0.02F)) + Float8(2e-5F);
-      step = select(less_bits(Float8(0.02F), fall), inside, step);
-    }
-    step = max(min(step, longest), f);
-    const Float8 g = distance_m(t + step);
-    hit |= moving & less_bits(g, Float8(-kHit_m));
-    moving &= ~hit;
-    // Passed: the balls at both ends cover the way between, or the step was no longer than the first one.
-    const unsigned passed = moving & (less_bits(step + near_m, f + g) | ~less_bits(f, step));
-    fall = select(passed, (f - g) / step, fall);
-    t = select(passed, t + step, t);
-    longest = select(passed, Float8(1e3F), (i & 1) ? Float8(1e3F) : f);
-    f = select(passed, g, f);
-    moving &= ~less_bits(end_m, t);
-  }
-  // A ray that came near and wasn't seen inside yet: any inner point further on will do.
-  unsigned open = near | moving;
-  for (float ahead_m = 2e-4F; ahead_m < 0.02F && open; ahead_m *= 3) {
-    const unsigned inside = open & less_bits(distance_m(t + Float8(ahead_m)), Float8(-kHit_m));
-    hit |= inside;
-    open &= ~inside;
-  }
-  unsure = open;
-  return hit;
-}
-
-unsigned FigureTracer::find_first_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure,
-                                       Float8& hit_m) const {
-  const Vec3<Float8>& d = rays.direction;
-  const auto distance_m = [&](const Float8& t) {
-    return shape.distance_m(
-        Vec3<Float8>{Float8(eye_m_.x) + t * d.x, Float8(eye_m_.y) + t * d.y, Float8(eye_m_.z) + t * d.z},
-        rays.limbs);
-  };
-  Float8 t = rays.begin_m;
-  unsigned moving = rays.live, near = 0;
-  for (int i = 0; i < kPacketSteps && moving; ++i) {
-    const Float8 f = distance_m(t);
-    near |= moving & less_bits(f, Float8(kNear_m));
-    moving &= ~near;
-    t = select(moving, t + f, t);
-    moving &= ~less_bits(Float8(rays.end_m), t);
-  }
-  hit_m = t;
-  unsigned hit = 0;
-  if (near) {  // clearly inside a tenth of a millimetre later: a hit on every way of tracing
-    hit = near & less_bits(distance_m(t + Float8(1e-4F)), Float8(-kHit_m));
-  }
-  unsure = (near | moving) & ~hit;
-  return hit;
-}
-
-void FigureTracer::trace_pixels(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent,
-                                int lane, BitMask* mask, DepthImage* distance_m) const {
+void FigureTracer::queue_pixels(Index x_px, Index y_px, const Cones& parent, int lane,
+                                RayQueue& queue) const {
   Float8 x, y;
-  Rays rays;
-  rays.live = 0;
+  for (int i = 0; i < 8; ++i) {
+    x.set(i, static_cast<float>(x_px + i % kPixelsWide));
+    y.set(i, static_cast<float>(y_px + i / kPixelsWide));
+  }
+  const Vec3<Float8> d = direction(x, y);
   for (int i = 0; i < 8; ++i) {
     const Index column = x_px + i % kPixelsWide, row = y_px + i / kPixelsWide;
-    if (column < width_px_ && row < height_px_) rays.live |= 1U << i;
-    x.set(i, static_cast<float>(column));
-    y.set(i, static_cast<float>(row));
+    if (column >= width_px_ || row >= height_px_) continue;
+    queue.rays[static_cast<std::size_t>(queue.count++)] = {
+        {d.x[i], d.y[i], d.z[i]}, parent.begin_m[lane], column, row};
   }
-  rays.direction = direction(x, y);
-  // A ray at an angle to the axis reaches the plane at t after at most t sqrt(1 + a^2).
-  const float a = parent.tangent[lane];
-  rays.begin_m = parent.begin_m[lane];
-  rays.end_m = parent.end_m[lane] * sqrt(1 + a * a);
-  rays.limbs = parent.limbs;
-  unsigned unsure = 0;
-  Float8 hit_m;
-  unsigned hit = distance_m ? find_first_hits(shape, rays, unsure, hit_m) : find_hits(shape, rays, unsure);
-  for (; unsure; unsure &= unsure - 1) {  // grazing rays: ask the definition
-    const int i = std::countr_zero(unsure);
-    hit_m.set(i, first_hit_m(shape, x[i], y[i]));
-    if (hit_m[i] > 0) hit |= 1U << i;
+}
+
+namespace {
+
+/// Eight rays under way. Everything before t is known to be no hit; f is the distance there, `fall` its loss
+/// per way, `longest` a limit after a step that proved nothing.
+struct RayPacket {
+  Vec3<Float8> direction;
+  Float8 t, f, fall, longest, steps_left;
+  std::array<int, 8> ray{};
+
+  void start(int lane, int index, Vec3f d, float begin_m) {
+    ray[static_cast<std::size_t>(lane)] = index;
+    direction.x.set(lane, d.x);
+    direction.y.set(lane, d.y);
+    direction.z.set(lane, d.z);
+    t.set(lane, begin_m);
+    f.set(lane, 0);  // with `longest`: the first step has length 0
+    fall.set(lane, 0);
+    longest.set(lane, 0);
+    steps_left.set(lane, static_cast<float>(kPacketSteps));
   }
-  for (unsigned bits = hit; bits; bits &= bits - 1) {
-    const int i = std::countr_zero(bits);
-    const Index column = x_px + i % kPixelsWide, row = y_px + i / kPixelsWide;
-    if (mask) mask->set(column, row);
-    if (distance_m) (*distance_m)(column, row) = hit_m[i];
+  /// Next step: the longest that will probably prove the way empty, or (`daring`), for rays that approach,
+  /// one that may end well inside.
+  Float8 step(bool daring) const {
+    Float8 s = Float8(1.9F) * f / (Float8(1.F) + max(fall, Float8(-0.6F)));
+    if (daring) {
+      const Float8 inside = Float8(1.2F) * f / max(fall, Float8(0.02F)) + Float8(2e-5F);
+      s = select(less_bits(Float8(0.02F), fall), inside, s);
+    }
+    return max(min(s, longest), f);
+  }
+  /// The distance after `s` is g. Moves on where the balls at both ends cover the way, or where the step was
+  /// no longer than the first ball's radius.
+  void advance(const Float8& s, const Float8& g, bool daring) {
+    const unsigned passed = less_bits(s + Float8(kNear_m), f + g) | ~less_bits(f, s);
+    const Float8 loss = select(less_bits(Float8(0.F), s), (f - g) / max(s, Float8(1e-9F)), Float8(0.F));
+    fall = select(passed, loss, fall);
+    t = select(passed, t + s, t);
+    longest = select(passed, Float8(1e3F), daring ? Float8(1e3F) : f);
+    f = select(passed, g, f);
+    steps_left = steps_left - Float8(1.F);
+  }
+};
+
+Vec3<Float8> points(Vec3f eye_m, const Vec3<Float8>& direction, const Float8& t) {
+  return {Float8(eye_m.x) + t * direction.x, Float8(eye_m.y) + t * direction.y,
+          Float8(eye_m.z) + t * direction.z};
+}
+
+}  // namespace
+
+void FigureTracer::trace_hits(const FigureShape& shape, const RayQueue& queue, BitMask& mask) const {
+  RayPacket packet;
+  const Float8 end_m(queue.end_m), zero(0.F);
+  unsigned busy = 0;
+  int next = 0;
+  for (bool daring = false;; daring = !daring) {
+    // A lane whose ray is decided takes the next one; rays need from 2 to 100 steps.
+    if (next < queue.count && std::popcount(busy) <= 6) {
+      for (unsigned idle = ~busy & 0xFFU; idle && next < queue.count; idle &= idle - 1) {
+        const int lane = std::countr_zero(idle);
+        const RayQueue::Ray& ray = queue.rays[static_cast<std::size_t>(next)];
+        packet.start(lane, next++, ray.direction, ray.begin_m);
+        busy |= 1U << lane;
+      }
+    }
+    if (!busy) break;
+    const Float8 s = packet.step(daring);
+    const Float8 g = shape.distance_m(points(eye_m_, packet.direction, packet.t + s), queue.limbs);
+    const unsigned hit = busy & less_bits(g, Float8(-kHit_m));
+    packet.advance(s, g, daring);
+    const unsigned missed = busy & ~hit & less_bits(end_m, packet.t);
+    const unsigned unsure =
+        busy & ~hit & ~missed & (less_bits(packet.f, Float8(kNear_m)) | less_bits(packet.steps_left, zero));
+    for (unsigned done = hit | unsure; done; done &= done - 1) {
+      const int lane = std::countr_zero(done);
+      const RayQueue::Ray& ray =
+          queue.rays[static_cast<std::size_t>(packet.ray[static_cast<std::size_t>(lane)])];
+      if ((hit >> lane & 1U) || resolve(shape, ray, packet.t[lane], queue.limbs))
+        mask.set(ray.x_px, ray.y_px);
+    }
+    busy &= ~(hit | missed | unsure);
+  }
+}
+
+bool FigureTracer::resolve(const FigureShape& shape, const RayQueue::Ray& ray, float t_m,
+                           unsigned limbs) const {
+  // Any inner point further on proves a hit.
+  for (float ahead_m = 2e-4F; ahead_m < 0.02F; ahead_m *= 3) {
+    if (shape.distance_m(eye_m_ + (t_m + ahead_m) * ray.direction, limbs) < -kHit_m) return true;
+  }
+  return first_hit_m(shape, static_cast<float>(ray.x_px), static_cast<float>(ray.y_px)) > 0;
+}
+
+void FigureTracer::trace_distances(const FigureShape& shape, const RayQueue& queue, BitMask* mask,
+                                   DepthImage& distance_m) const {
+  for (int first = 0; first < queue.count; first += 8) {
+    const int lanes = std::min(8, queue.count - first);
+    Vec3<Float8> d;
+    Float8 t;
+    for (int i = 0; i < 8; ++i) {
+      const RayQueue::Ray& ray = queue.rays[static_cast<std::size_t>(first + std::min(i, lanes - 1))];
+      d.x.set(i, ray.direction.x);
+      d.y.set(i, ray.direction.y);
+      d.z.set(i, ray.direction.z);
+      t.set(i, ray.begin_m);
+    }
+    unsigned moving = (1U << lanes) - 1, near = 0;
+    for (int i = 0; i < kPacketSteps && moving; ++i) {
+      const Float8 f = shape.distance_m(points(eye_m_, d, t), queue.limbs);
+      near |= moving & less_bits(f, Float8(kNear_m));
+      moving &= ~near;
+      t = select(moving, t + f, t);
+      moving &= ~less_bits(Float8(queue.end_m), t);
+    }
+    // Clearly inside a tenth of a millimetre later: a hit on every way of tracing. Else ask the definition.
+    const Float8 later = shape.distance_m(points(eye_m_, d, t + Float8(1e-4F)), queue.limbs);
+    const unsigned hit = near & less_bits(later, Float8(-kHit_m));
+    for (unsigned open = near | moving; open; open &= open - 1) {
+      const int i = std::countr_zero(open);
+      const RayQueue::Ray& ray = queue.rays[static_cast<std::size_t>(first + i)];
+      const float hit_m =
+          (hit >> i & 1U) ? t[i]
+                          : first_hit_m(shape, static_cast<float>(ray.x_px), static_cast<float>(ray.y_px));
+      if (hit_m <= 0) continue;
+      distance_m(ray.x_px, ray.y_px) = hit_m;
+      if (mask) mask->set(ray.x_px, ray.y_px);
+    }
   }
 }
 
@@ -237,28 +304,35 @@ void FigureTracer::trace_block(const FigureShape& shape, Index x_px, Index y_px,
   constexpr Size kSize{kPixelsWide, kPixelsHigh};
   constexpr Index kColumns = kBlock / kPixelsWide;
   Cones cones = make_cones(x_px, y_px, kSize, kColumns);
-  // Limbs whose spheres the block's cone doesn't meet can't change a sign in it.
+  // Limbs that the block's cone doesn't meet can't change a sign in it.
   const Vec3f axis{parent.axis.x[lane], parent.axis.y[lane], parent.axis.z[lane]};
   const float a = parent.tangent[lane];
-  cones.limbs = 0;
-  for (std::size_t i = 0; i < shape.limbs().size(); ++i) {
-    if (relation(shape.limbs()[i], eye_m_, axis, a, shape.seam_m() + 1e-4F).meets) cones.limbs |= 1U << i;
-  }
+  cones.limbs = limbs_in_cone(shape, eye_m_, axis, a);
   cones.begin_m = parent.begin_m[lane];
   cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
   trace_cones(shape, cones);
+  RayQueue queue;
+  queue.limbs = cones.limbs;
+  // A ray at an angle to the axis reaches the plane at t after at most t sqrt(1 + a^2).
+  queue.end_m = cones.end_m[0] * sqrt(1 + a * a);
   for (int i = 0; i < 8; ++i) {
     const Index x = x_px + kPixelsWide * (i % kColumns), y = y_px + kPixelsHigh * (i / kColumns);
     const bool full = (cones.full >> i & 1U) != 0;
     if (full && !distance_m) set_pixels(x, y, kSize, *mask);
-    if ((cones.mixed >> i & 1U) || (full && distance_m))
-      trace_pixels(shape, x, y, cones, i, mask, distance_m);
+    if ((cones.mixed >> i & 1U) || (full && distance_m)) queue_pixels(x, y, cones, i, queue);
+  }
+  if (distance_m) {
+    trace_distances(shape, queue, mask, *distance_m);
+  } else {
+    trace_hits(shape, queue, *mask);
   }
 }
 
 void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
                               BitMask* mask, DepthImage* distance_m) const {
   constexpr Index kColumns = kTile / kBlock;
+  const Vec3f axis{parent.axis.x[lane], parent.axis.y[lane], parent.axis.z[lane]};
+  const unsigned limbs = limbs_in_cone(shape, eye_m_, axis, parent.tangent[lane]);
   for (Index half = 0; half < 2; ++half) {
     const Index y0 = y_px + 2 * kBlock * half;
     Cones cones = make_cones(x_px, y0, {kBlock, kBlock}, kColumns);
@@ -266,6 +340,7 @@ void FigureTracer::trace_tile(const FigureShape& shape, Index x_px, Index y_px, 
     const float a = parent.tangent[lane];
     cones.begin_m = parent.begin_m[lane];
     cones.end_m = parent.end_m[lane] * sqrt(1 + a * a);
+    cones.limbs = limbs;
     trace_cones(shape, cones);
     for (int i = 0; i < 8; ++i) {
       const Index x = x_px + kBlock * (i % kColumns), y = y0 + kBlock * (i / kColumns);
@@ -285,8 +360,8 @@ void FigureTracer::trace_strip(const FigureShape& shape, Index strip, BitMask* m
     for (int i = 0; i < 8; ++i) {
       Span span;
       for (const FigureShape::Limb& limb : shape.limbs()) {
-        const Relation r = relation(limb, eye_m_, {cones.axis.x[i], cones.axis.y[i], cones.axis.z[i]},
-                                    cones.tangent[i], shape.seam_m() + 1e-4F);
+        const Relation r = relation(shape, limb, eye_m_, {cones.axis.x[i], cones.axis.y[i], cones.axis.z[i]},
+                                    cones.tangent[i]);
         if (!r.meets) continue;
         span = {std::min(span.begin_m, r.span.begin_m), std::max(span.end_m, r.span.end_m)};
       }

@@ -1,6 +1,8 @@
 #pragma once
 /// What a pinhole camera sees of a figure: exact silhouettes and distances by sphere tracing (Hart 1996),
 /// with cones over tiles first, so that the cost follows the contour.
+#include <array>
+
 #include "tactus/geom/camera.h"
 #include "tactus/geom/figures.h"
 #include "tactus/geom/image.h"
@@ -61,20 +63,27 @@ class FigureTracer {
                   BitMask* mask, DepthImage* distance_m) const;
   void trace_block(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
                    BitMask* mask, DepthImage* distance_m) const;
-  void trace_pixels(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
-                    BitMask* mask, DepthImage* distance_m) const;
-  /// Eight rays; a ray may start late and end early where a cone proved the rest empty.
-  struct Rays {
-    Vec3<Float8> direction;
-    Float8 begin_m;
-    float end_m;
-    unsigned live;
-    unsigned limbs;
+  /// Rays of one block, each empty before `begin_m`.
+  struct RayQueue {
+    struct Ray {
+      Vec3f direction;
+      float begin_m;
+      Index x_px, y_px;
+    };
+    std::array<Ray, 64> rays;
+    int count = 0;
+    float end_m = 0;  ///< all are empty after it
+    unsigned limbs = FigureShape::kAllLimbs;
   };
-  /// Bits of the rays that hit for certain, and in `unsure` of those that `first_hit_m` must decide.
-  unsigned find_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure) const;
-  /// The same with the places in `hit_m`.
-  unsigned find_first_hits(const FigureShape& shape, const Rays& rays, unsigned& unsure, Float8& hit_m) const;
+  /// Adds the rays of tile `lane`, 4x2 pixels from (x_px, y_px) on.
+  void queue_pixels(Index x_px, Index y_px, const Cones& parent, int lane, RayQueue& queue) const;
+  /// Sets the pixels of the rays that hit.
+  void trace_hits(const FigureShape& shape, const RayQueue& queue, BitMask& mask) const;
+  /// What `first_hit_m` says about a ray that came near the figure at t_m.
+  bool resolve(const FigureShape& shape, const RayQueue::Ray& ray, float t_m, unsigned limbs) const;
+  /// Sets the distances of the rays that hit, and their pixels.
+  void trace_distances(const FigureShape& shape, const RayQueue& queue, BitMask* mask,
+                       DepthImage& distance_m) const;
   void set_pixels(Index x_px, Index y_px, Size size, BitMask& mask) const;
 
   Index width_px_, height_px_;

@@ -107,6 +107,15 @@ SyntheticSource::SyntheticSource(const SyntheticOptions& options)
   if (!options_.depth) rig_.depth_camera.reset();
   for (const Camera& camera : rig_.cameras) tracers_.emplace_back(camera);
   if (rig_.depth_camera) tracers_.emplace_back(*rig_.depth_camera);
+  const Box3f box = figure_.bounds_m();
+  for (const FigureTracer& tracer : tracers_) {  // a camera inside the figure has no silhouette to show
+    const Vec3f eye = tracer.eye_m();
+    if (max(min(eye, box.max), box.min) == eye) {
+      throw usage_error("synthetic rig: figure '" + figure_.name() + "' with scale " +
+                        text(static_cast<double>(options_.shape.scale)) +
+                        " reaches a camera; make it smaller, or the ring larger");
+    }
+  }
 }
 
 NextFrame SyntheticSource::next(FrameSet& frame) {

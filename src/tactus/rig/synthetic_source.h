@@ -27,9 +27,9 @@ struct SyntheticOptions {
   FigureOptions shape{};        ///< moving, scale, offset
   double fps = 30;              ///< frame i shows the figure at i / fps; in (0, 10000]
   std::optional<int> frames{};  ///< none: without end
-  bool colors = false;          ///< shaded pictures: for viewing, about 20 times the cost of the silhouettes
+  bool colors = false;          ///< shaded pictures: for viewing, about 7 times the cost of the silhouettes
   bool depth = true;
-  bool truth = true;  ///< volume of the figure: once when still, every frame when moving (tens of ms)
+  bool truth = true;  ///< volume of the figure: once when still, every frame when moving (6 ms for the hand)
   SyntheticRigOptions rig{};
 };
 
@@ -37,7 +37,7 @@ struct SyntheticOptions {
 /// distortion); a frame allocates nothing once its memory has grown.
 class SyntheticSource : public FrameSource {
  public:
-  /// @throws usage_error for an unknown figure and for values out of range.
+  /// @throws usage_error for an unknown figure, values out of range, and a figure that reaches a camera.
   explicit SyntheticSource(const SyntheticOptions& options = {});
 
   const Rig& rig() const override { return rig_; }
