@@ -14,6 +14,7 @@ namespace tactus {
 namespace {
 
 constexpr GLsizei kSkyMapPx = 256;
+constexpr GLsizei kHeightMapPx = 96;
 
 float to_linear(float srgb) {
   return srgb <= 0.04045F ? srgb / 12.92F : std::pow((srgb + 0.055F) / 1.055F, 2.4F);
@@ -109,7 +110,7 @@ struct LineSlot {
   }
   void upload(const std::vector<ViewLine>& in) {
     lines.clear();
-    for (const ViewLine& l : in) lines.push_back({l.from_m, l.to_m, to_linear(l.color), l.width_px});
+    for (const ViewLine& l : in) lines.push_back({l.from_m, l.to_m, l.color, l.width_px});
     if (buffer.upload(lines.data(), lines.size() * sizeof(LineInstance)))
       glVertexArrayVertexBuffer(array.get(), 0, buffer.get(), 0, sizeof(LineInstance));
   }
@@ -160,7 +161,7 @@ Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
   l.view_proj = perspective(camera.fov_rad, aspect, l.near_m, far_m) * to_mat4(camera.T_cam_world());
   const float r = 1.02F * l.radius_m;
   l.sun_clip = orthographic(center, l.sun, {r, r, r});
-  l.sky_half_m = 0.52F * across + 1e-4F;
+  l.sky_half_m = 0.5F * across + 2.5F * l.reach_m;  // the large disc's rim is clear of everything
   l.sky_clip = orthographic(center, {0, 1, 0}, {l.sky_half_m, l.sky_half_m, r});
   return l;
 }
@@ -196,7 +197,8 @@ struct Renderer::Impl {
     explicit Objects(const RendererOptions& o)
         : picture(o.width_px, o.height_px, o.samples),
           sun_map(std::max(o.shadow_map_px, 64), true),
-          sky_map(kSkyMapPx, false) {
+          sky_map(kSkyMapPx, false),
+          height_map(kHeightMapPx) {
       GLuint name = 0;
       glCreateVertexArrays(1, &name);
       no_attributes = GlVertexArray(name);
@@ -206,10 +208,12 @@ struct Renderer::Impl {
     GlProgram background{
         "background", {shaders::kBackgroundVertex}, {shaders::kLight, shaders::kBackgroundFragment}};
     GlProgram depth{"depth", {shaders::kSurfaceVertex}, {shaders::kDepthFragment}};
+    GlProgram height{"height", {shaders::kBackgroundVertex}, {shaders::kHeightFragment}};
     GlProgram line{"line", {shaders::kLineVertex}, {shaders::kLineFragment}};
     GlProgram wire{"wire", {shaders::kSurfaceVertex}, {shaders::kWireFragment}};
     GlPictureTarget picture;
     GlDepthMap sun_map, sky_map;
+    GlHeightMap height_map;
     GlVertexArray no_attributes;
     std::vector<MeshSlot> meshes;
     LineSlot lines;
@@ -233,17 +237,29 @@ struct Renderer::Impl {
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
+  void blur_heights(const Layout& l) {
+    glBindFramebuffer(GL_FRAMEBUFFER, gl->height_map.framebuffer.get());
+    glViewport(0, 0, kHeightMapPx, kHeightMapPx);
+    glDisable(GL_DEPTH_TEST);
+    glBindTextureUnit(1, gl->sky_map.texture.get());
+    const float range_m = 2.04F * l.radius_m;  // of sky_clip
+    set(gl->height, "top_m", l.box.center().y + 0.5F * range_m);
+    set(gl->height, "depth_m", range_m);
+    set(gl->height, "disc_step", l.reach_m / (2 * l.sky_half_m));
+    set(gl->height, "height_map_px", static_cast<float>(kHeightMapPx));
+    glUseProgram(gl->height.get());
+    glBindVertexArray(gl->no_attributes.get());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glEnable(GL_DEPTH_TEST);
+  }
+
   void set_light(const GlProgram& program, const Layout& l, Vec3f eye) {
     set(program, "view_proj", l.view_proj);
     set(program, "eye", eye);
     set(program, "sun", l.sun);
     set(program, "sun_matrix", clip_to_texture() * l.sun_clip);
     set(program, "sky_matrix", clip_to_texture() * l.sky_clip);
-    const float sky_range = 2.04F * l.radius_m;
-    set(program, "sky_top_m", l.box.center().y + 0.5F * sky_range);
-    set(program, "sky_depth_m", sky_range);
-    set(program, "reach", l.reach_m);
-    set(program, "sky_step", l.reach_m / (2 * l.sky_half_m));
+    set(program, "reach_m", l.reach_m);
     set(program, "shadows", options.shadow_map_px > 0);
     set(program, "occlusion", options.ambient_occlusion);
     set(program, "shadow_step", 0.008F);
@@ -294,7 +310,7 @@ struct Renderer::Impl {
     glViewport(0, 0, options.width_px, options.height_px);
     glClear(GL_DEPTH_BUFFER_BIT);
     glBindTextureUnit(0, gl->sun_map.texture.get());
-    glBindTextureUnit(1, gl->sky_map.texture.get());
+    glBindTextureUnit(1, gl->height_map.texture.get());
     for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
       set_light(*p, l, camera.eye_m());
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
@@ -333,7 +349,8 @@ struct Renderer::Impl {
     image.height_px = h;
     image.pixels.resize(rgba.size() / 4);
     for (Index y = 0; y < h; ++y) {  // OpenGL's rows go up
-      const std::uint8_t* from = rgba.data() + static_cast<std::size_t>(h - 1 - y) * static_cast<std::size_t>(w) * 4;
+      const std::uint8_t* from =
+          rgba.data() + static_cast<std::size_t>(h - 1 - y) * static_cast<std::size_t>(w) * 4;
       Rgb8* to = &image(0, y);
       for (Index x = 0; x < w; ++x, from += 4) to[x] = {from[0], from[1], from[2]};
     }
@@ -365,10 +382,12 @@ void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorIma
   impl.upload(scene);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  glEnable(GL_FRAMEBUFFER_SRGB);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   if (impl.options.shadow_map_px > 0) impl.draw_depth(scene, impl.gl->sun_map, layout.sun_clip, 1.5F);
-  if (impl.options.ambient_occlusion) impl.draw_depth(scene, impl.gl->sky_map, layout.sky_clip, 0);
+  if (impl.options.ambient_occlusion) {
+    impl.draw_depth(scene, impl.gl->sky_map, layout.sky_clip, 0);
+    impl.blur_heights(layout);
+  }
   impl.draw_picture(scene, camera, layout);
   impl.read_back(image);
 }
