@@ -151,7 +151,7 @@ Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
   const Vec3f center = l.box.center(), eye = camera.eye_m();
   l.radius_m = max(0.5F * length(l.box.extent()), 1e-4F);
   const float across = max(l.box.extent().x, l.box.extent().z);
-  l.reach_m = 0.09F * max(across, l.radius_m);
+  l.reach_m = 0.12F * max(across, l.radius_m);
   l.ground_center = {center.x, scene.ground_height_m, center.z};
   l.ground_radius_m = 3.F * max(l.radius_m, 0.6F * camera.distance_m);
   float far_m = length(eye - center) + 2 * l.ground_radius_m;

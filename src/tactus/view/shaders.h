@@ -50,7 +50,7 @@ float sky_visibility(vec3 p) {
   vec2 hidden = vec2(0);
   for (int i = 0; i < (inside ? 1 : 0); ++i) {
     vec2 above = textureLod(sky_map, q, 0.0).rg - p.y;
-    hidden = smoothstep(vec2(0), vec2(0.8, 2.0) * reach_m, above) * exp(-above / (8.0 * reach_m));
+    hidden = 1.0 - exp(-max(above, vec2(0)) / (1.5 * reach_m));
   }
   return (1.0 - 0.45 * hidden.x) * (1.0 - 0.45 * hidden.y);
 }
