@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/view/edge_smoothing.h"
 #include "tactus/view/renderer.h"
 #include "view/meshes.h"
 
@@ -155,6 +156,31 @@ TEST_F(Picture, RefusesBadMeshesAndOptions) {
   EXPECT_THROW(renderer.render(scene, camera()), Error);
   EXPECT_THROW(Renderer({.samples = 3}), Error);
   EXPECT_THROW(Renderer({.width_px = 0}), Error);
+}
+
+TEST(EdgeSmoothing, ComesCloserToTheCoverageOfAnEdge) {
+  // Black above the line y = 0.3 x + 5, white below; coverage from 16 x 16 samples a pixel.
+  const auto level = [](double x, double y) { return y > 0.3 * x + 5 ? 255.0 : 0.0; };
+  ColorImage jagged(60, 40), smooth;
+  for (Index y = 0; y < 40; ++y) {
+    for (Index x = 0; x < 60; ++x) {
+      const auto v = static_cast<std::uint8_t>(level(x, y));
+      jagged(x, y) = {v, v, v};
+    }
+  }
+  smooth_edges(jagged, smooth);
+  double error_jagged = 0, error_smooth = 0;
+  for (Index y = 1; y < 39; ++y) {
+    for (Index x = 1; x < 59; ++x) {
+      double exact = 0;
+      for (int i = 0; i < 256; ++i) exact += level(x + (i % 16 - 7.5) / 16, y + (i / 16 - 7.5) / 16) / 256;
+      error_jagged += std::abs(jagged(x, y).r - exact);
+      error_smooth += std::abs(smooth(x, y).r - exact);
+    }
+  }
+  EXPECT_LT(error_smooth, 0.6 * error_jagged);
+  smooth_edges(ColorImage(7, 5, {90, 90, 90}), smooth);
+  EXPECT_EQ(smooth.pixels, ColorImage(7, 5, {90, 90, 90}).pixels);
 }
 
 TEST(ViewCamera, FramesABox) {

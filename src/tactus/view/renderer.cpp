@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tactus/base/error.h"
+#include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
 #include "tactus/view/gl_objects.h"
 #include "tactus/view/projection.h"
@@ -31,8 +32,8 @@ const RendererOptions& checked(const RendererOptions& o) {
   in_range("width_px", o.width_px, 16, 8192);
   in_range("height_px", o.height_px, 16, 8192);
   if (o.shadow_map_px != 0) in_range("shadow_map_px", o.shadow_map_px, 64, 8192);
-  if (o.samples != 1 && o.samples != 2 && o.samples != 4 && o.samples != 8)
-    throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 1, 2, 4 or 8");
+  if (o.samples != 0 && o.samples != 1 && o.samples != 2 && o.samples != 4 && o.samples != 8)
+    throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 0, 1, 2, 4 or 8");
   return o;
 }
 
@@ -184,6 +185,8 @@ void set(const GlProgram& program, const char* name, const Mat4& value) {
 struct Renderer::Impl {
   explicit Impl(const RendererOptions& o) : options(checked(o)) {
     const GlContext::Current current(context);
+    smooth = options.samples == 0 && context.software();
+    if (options.samples == 0) options.samples = smooth ? 1 : 4;
     gl = std::make_unique<Objects>(options);
   }
   ~Impl() {
@@ -360,6 +363,8 @@ struct Renderer::Impl {
   GlContext context;
   std::unique_ptr<Objects> gl;
   std::vector<std::uint8_t> rgba;
+  bool smooth = false;  ///< edges, after drawing
+  ColorImage jagged;
 };
 
 Renderer::Renderer(const RendererOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -389,7 +394,8 @@ void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorIma
     impl.blur_heights(layout);
   }
   impl.draw_picture(scene, camera, layout);
-  impl.read_back(image);
+  impl.read_back(impl.smooth ? impl.jagged : image);
+  if (impl.smooth) smooth_edges(impl.jagged, image);
 }
 
 const std::string& Renderer::description() const { return impl_->context.description(); }
