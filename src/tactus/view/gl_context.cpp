@@ -99,6 +99,10 @@ GlContext::GlContext() {
 // The display is left initialised: it is shared by all contexts of the process.
 GlContext::~GlContext() { eglDestroyContext(display_, context_); }
 
+bool GlContext::software() const {
+  return has(description_.c_str(), "llvmpipe") || has(description_.c_str(), "softpipe");
+}
+
 GlContext::Current::Current(const GlContext& context)
     : display_(context.display_),
       context_(context.context_),

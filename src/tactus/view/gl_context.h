@@ -25,6 +25,8 @@ class GlContext {
     void *display_, *context_, *previous_display_, *previous_context_, *previous_draw_, *previous_read_;
   };
   const std::string& description() const { return description_; }
+  /// Whether Mesa draws on the CPU.
+  bool software() const;
 
  private:
   void *display_ = nullptr, *context_ = nullptr;

@@ -72,7 +72,8 @@ GlProgram::GlProgram(const char* what, std::initializer_list<const char*> vertex
   }
 }
 
-GlDepthMap::GlDepthMap(GLsizei side, bool compare) : framebuffer(create(glCreateFramebuffers)), side_px(side) {
+GlDepthMap::GlDepthMap(GLsizei side, bool compare)
+    : framebuffer(create(glCreateFramebuffers)), side_px(side) {
   GLuint name = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &name);
   texture = GlTexture(name);
@@ -93,6 +94,19 @@ GlDepthMap::GlDepthMap(GLsizei side, bool compare) : framebuffer(create(glCreate
   check_complete(framebuffer.get(), "a depth map of " + std::to_string(side) + " px");
 }
 
+GlHeightMap::GlHeightMap(GLsizei side) : framebuffer(create(glCreateFramebuffers)), side_px(side) {
+  GLuint name = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &name);
+  texture = GlTexture(name);
+  glTextureStorage2D(name, 1, GL_RG32F, side, side);
+  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glNamedFramebufferTexture(framebuffer.get(), GL_COLOR_ATTACHMENT0, name, 0);
+  check_complete(framebuffer.get(), "a height map of " + std::to_string(side) + " px");
+}
+
 GlPictureTarget::GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei samples)
     : color(create(glCreateRenderbuffers)),
       depth(create(glCreateRenderbuffers)),
@@ -100,9 +114,9 @@ GlPictureTarget::GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei sa
       framebuffer(create(glCreateFramebuffers)),
       resolved(create(glCreateFramebuffers)) {
   const GLsizei stored = samples > 1 ? samples : 0;
-  glNamedRenderbufferStorageMultisample(color.get(), stored, GL_SRGB8_ALPHA8, width_px, height_px);
+  glNamedRenderbufferStorageMultisample(color.get(), stored, GL_RGBA8, width_px, height_px);
   glNamedRenderbufferStorageMultisample(depth.get(), stored, GL_DEPTH_COMPONENT32F, width_px, height_px);
-  glNamedRenderbufferStorage(resolved_color.get(), GL_SRGB8_ALPHA8, width_px, height_px);
+  glNamedRenderbufferStorage(resolved_color.get(), GL_RGBA8, width_px, height_px);
   glNamedFramebufferRenderbuffer(framebuffer.get(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color.get());
   glNamedFramebufferRenderbuffer(framebuffer.get(), GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth.get());
   glNamedFramebufferRenderbuffer(resolved.get(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved_color.get());

@@ -75,6 +75,14 @@ struct GlDepthMap {
   GlDepthMap(GLsizei side, bool compare);
 };
 
+/// Two heights a texel, drawn into and then sampled.
+struct GlHeightMap {
+  GlTexture texture;
+  GlFramebuffer framebuffer;
+  GLsizei side_px = 0;
+  explicit GlHeightMap(GLsizei side);
+};
+
 /// What the picture is drawn into, and the single-sampled copy that is read back.
 struct GlPictureTarget {
   GlRenderbuffer color, depth, resolved_color;

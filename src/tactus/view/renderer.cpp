@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tactus/base/error.h"
+#include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
 #include "tactus/view/gl_objects.h"
 #include "tactus/view/projection.h"
@@ -14,6 +15,7 @@ namespace tactus {
 namespace {
 
 constexpr GLsizei kSkyMapPx = 256;
+constexpr GLsizei kHeightMapPx = 96;
 
 float to_linear(float srgb) {
   return srgb <= 0.04045F ? srgb / 12.92F : std::pow((srgb + 0.055F) / 1.055F, 2.4F);
@@ -30,8 +32,8 @@ const RendererOptions& checked(const RendererOptions& o) {
   in_range("width_px", o.width_px, 16, 8192);
   in_range("height_px", o.height_px, 16, 8192);
   if (o.shadow_map_px != 0) in_range("shadow_map_px", o.shadow_map_px, 64, 8192);
-  if (o.samples != 1 && o.samples != 2 && o.samples != 4 && o.samples != 8)
-    throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 1, 2, 4 or 8");
+  if (o.samples != 0 && o.samples != 1 && o.samples != 2 && o.samples != 4 && o.samples != 8)
+    throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 0, 1, 2, 4 or 8");
   return o;
 }
 
@@ -109,7 +111,7 @@ struct LineSlot {
   }
   void upload(const std::vector<ViewLine>& in) {
     lines.clear();
-    for (const ViewLine& l : in) lines.push_back({l.from_m, l.to_m, to_linear(l.color), l.width_px});
+    for (const ViewLine& l : in) lines.push_back({l.from_m, l.to_m, l.color, l.width_px});
     if (buffer.upload(lines.data(), lines.size() * sizeof(LineInstance)))
       glVertexArrayVertexBuffer(array.get(), 0, buffer.get(), 0, sizeof(LineInstance));
   }
@@ -150,7 +152,7 @@ Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
   const Vec3f center = l.box.center(), eye = camera.eye_m();
   l.radius_m = max(0.5F * length(l.box.extent()), 1e-4F);
   const float across = max(l.box.extent().x, l.box.extent().z);
-  l.reach_m = 0.09F * max(across, l.radius_m);
+  l.reach_m = 0.12F * max(across, l.radius_m);
   l.ground_center = {center.x, scene.ground_height_m, center.z};
   l.ground_radius_m = 3.F * max(l.radius_m, 0.6F * camera.distance_m);
   float far_m = length(eye - center) + 2 * l.ground_radius_m;
@@ -160,7 +162,7 @@ Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
   l.view_proj = perspective(camera.fov_rad, aspect, l.near_m, far_m) * to_mat4(camera.T_cam_world());
   const float r = 1.02F * l.radius_m;
   l.sun_clip = orthographic(center, l.sun, {r, r, r});
-  l.sky_half_m = 0.52F * across + 1e-4F;
+  l.sky_half_m = 0.5F * across + 2.5F * l.reach_m;  // the large disc's rim is clear of everything
   l.sky_clip = orthographic(center, {0, 1, 0}, {l.sky_half_m, l.sky_half_m, r});
   return l;
 }
@@ -183,6 +185,8 @@ void set(const GlProgram& program, const char* name, const Mat4& value) {
 struct Renderer::Impl {
   explicit Impl(const RendererOptions& o) : options(checked(o)) {
     const GlContext::Current current(context);
+    smooth = options.samples == 0 && context.software();
+    if (options.samples == 0) options.samples = smooth ? 1 : 4;
     gl = std::make_unique<Objects>(options);
   }
   ~Impl() {
@@ -196,7 +200,8 @@ struct Renderer::Impl {
     explicit Objects(const RendererOptions& o)
         : picture(o.width_px, o.height_px, o.samples),
           sun_map(std::max(o.shadow_map_px, 64), true),
-          sky_map(kSkyMapPx, false) {
+          sky_map(kSkyMapPx, false),
+          height_map(kHeightMapPx) {
       GLuint name = 0;
       glCreateVertexArrays(1, &name);
       no_attributes = GlVertexArray(name);
@@ -206,10 +211,12 @@ struct Renderer::Impl {
     GlProgram background{
         "background", {shaders::kBackgroundVertex}, {shaders::kLight, shaders::kBackgroundFragment}};
     GlProgram depth{"depth", {shaders::kSurfaceVertex}, {shaders::kDepthFragment}};
+    GlProgram height{"height", {shaders::kBackgroundVertex}, {shaders::kHeightFragment}};
     GlProgram line{"line", {shaders::kLineVertex}, {shaders::kLineFragment}};
     GlProgram wire{"wire", {shaders::kSurfaceVertex}, {shaders::kWireFragment}};
     GlPictureTarget picture;
     GlDepthMap sun_map, sky_map;
+    GlHeightMap height_map;
     GlVertexArray no_attributes;
     std::vector<MeshSlot> meshes;
     LineSlot lines;
@@ -233,17 +240,29 @@ struct Renderer::Impl {
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
+  void blur_heights(const Layout& l) {
+    glBindFramebuffer(GL_FRAMEBUFFER, gl->height_map.framebuffer.get());
+    glViewport(0, 0, kHeightMapPx, kHeightMapPx);
+    glDisable(GL_DEPTH_TEST);
+    glBindTextureUnit(1, gl->sky_map.texture.get());
+    const float range_m = 2.04F * l.radius_m;  // of sky_clip
+    set(gl->height, "top_m", l.box.center().y + 0.5F * range_m);
+    set(gl->height, "depth_m", range_m);
+    set(gl->height, "disc_step", l.reach_m / (2 * l.sky_half_m));
+    set(gl->height, "height_map_px", static_cast<float>(kHeightMapPx));
+    glUseProgram(gl->height.get());
+    glBindVertexArray(gl->no_attributes.get());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glEnable(GL_DEPTH_TEST);
+  }
+
   void set_light(const GlProgram& program, const Layout& l, Vec3f eye) {
     set(program, "view_proj", l.view_proj);
     set(program, "eye", eye);
     set(program, "sun", l.sun);
     set(program, "sun_matrix", clip_to_texture() * l.sun_clip);
     set(program, "sky_matrix", clip_to_texture() * l.sky_clip);
-    const float sky_range = 2.04F * l.radius_m;
-    set(program, "sky_top_m", l.box.center().y + 0.5F * sky_range);
-    set(program, "sky_depth_m", sky_range);
-    set(program, "reach", l.reach_m);
-    set(program, "sky_step", l.reach_m / (2 * l.sky_half_m));
+    set(program, "reach_m", l.reach_m);
     set(program, "shadows", options.shadow_map_px > 0);
     set(program, "occlusion", options.ambient_occlusion);
     set(program, "shadow_step", 0.008F);
@@ -294,7 +313,7 @@ struct Renderer::Impl {
     glViewport(0, 0, options.width_px, options.height_px);
     glClear(GL_DEPTH_BUFFER_BIT);
     glBindTextureUnit(0, gl->sun_map.texture.get());
-    glBindTextureUnit(1, gl->sky_map.texture.get());
+    glBindTextureUnit(1, gl->height_map.texture.get());
     for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
       set_light(*p, l, camera.eye_m());
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
@@ -333,7 +352,8 @@ struct Renderer::Impl {
     image.height_px = h;
     image.pixels.resize(rgba.size() / 4);
     for (Index y = 0; y < h; ++y) {  // OpenGL's rows go up
-      const std::uint8_t* from = rgba.data() + static_cast<std::size_t>(h - 1 - y) * static_cast<std::size_t>(w) * 4;
+      const std::uint8_t* from =
+          rgba.data() + static_cast<std::size_t>(h - 1 - y) * static_cast<std::size_t>(w) * 4;
       Rgb8* to = &image(0, y);
       for (Index x = 0; x < w; ++x, from += 4) to[x] = {from[0], from[1], from[2]};
     }
@@ -343,6 +363,8 @@ struct Renderer::Impl {
   GlContext context;
   std::unique_ptr<Objects> gl;
   std::vector<std::uint8_t> rgba;
+  bool smooth = false;  ///< edges, after drawing
+  ColorImage jagged;
 };
 
 Renderer::Renderer(const RendererOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -365,12 +387,15 @@ void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorIma
   impl.upload(scene);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  glEnable(GL_FRAMEBUFFER_SRGB);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   if (impl.options.shadow_map_px > 0) impl.draw_depth(scene, impl.gl->sun_map, layout.sun_clip, 1.5F);
-  if (impl.options.ambient_occlusion) impl.draw_depth(scene, impl.gl->sky_map, layout.sky_clip, 0);
+  if (impl.options.ambient_occlusion) {
+    impl.draw_depth(scene, impl.gl->sky_map, layout.sky_clip, 0);
+    impl.blur_heights(layout);
+  }
   impl.draw_picture(scene, camera, layout);
-  impl.read_back(image);
+  impl.read_back(impl.smooth ? impl.jagged : image);
+  if (impl.smooth) smooth_edges(impl.jagged, image);
 }
 
 const std::string& Renderer::description() const { return impl_->context.description(); }

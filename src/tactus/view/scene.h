@@ -21,7 +21,7 @@ struct Material {
 
 /// Warm clay: what is real.
 inline Material clay_material() {
-  return {.color = {0.87F, 0.66F, 0.53F}, .roughness = 0.55F, .softness = 0.3F};
+  return {.color = {0.83F, 0.57F, 0.43F}, .roughness = 0.55F, .softness = 0.3F};
 }
 /// Wine red, moist and translucent: what is soft and virtual.
 inline Material soft_material() {
@@ -45,9 +45,9 @@ struct ViewScene {
   std::vector<ViewMesh> meshes;
   std::vector<ViewLine> lines;
   bool ground = true;
-  float ground_height_m = 0;     ///< y of the ground
-  float ground_tile_m = 0.1F;    ///< side of a tile of its pattern
-  Vec3f sun{0.45F, 0.8F, 0.4F};  ///< direction towards the key light, world, any length
+  float ground_height_m = 0;      ///< y of the ground
+  float ground_tile_m = 0.1F;     ///< side of a tile of its pattern
+  Vec3f sun{-0.5F, 0.9F, 0.55F};  ///< direction towards the key light, world, any length
 };
 
 /// Adds the pyramid of a camera of the rig: the rays of the image's corners up to `depth_m`, and its rim.

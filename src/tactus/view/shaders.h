@@ -1,21 +1,22 @@
 #pragma once
-/// The renderer's shaders (GLSL 4.50). Internal to view/. Light is linear; the frame buffer encodes sRGB.
+/// The renderer's shaders (GLSL 4.50). Internal to view/. Light is linear; `encode` makes sRGB of it
+/// (an sRGB frame buffer costs the software driver several times the shading itself).
+/// Loops whose length depends on the pixel, not branches, skip work: the software driver runs both sides of a
+/// branch.
 
 namespace tactus::shaders {
 
 inline constexpr const char* kVersion = "#version 450 core\n";
 
-/// Light shared by surfaces and ground. `sun_map` holds depths from the sun, `sky_map` depths from straight
-/// above: the first casts the shadow, the second tells how much of the sky neighbouring surfaces hide.
+/// Light shared by surfaces and ground. `sun_map` holds depths from the sun, `sky_map` heights seen from
+/// above, blurred: the first casts the shadow, the second tells how much of the sky neighbouring surfaces
+/// hide.
 inline constexpr const char* kLight = R"(
 uniform vec3 eye;
 uniform vec3 sun;
 uniform mat4 sun_matrix;
 uniform mat4 sky_matrix;
-uniform float sky_top_m;
-uniform float sky_depth_m;
-uniform float reach;
-uniform float sky_step;
+uniform float reach_m;
 uniform float shadow_step;
 uniform float shadow_bias_m;
 uniform bool shadows;
@@ -24,7 +25,7 @@ uniform vec2 picture_px;
 layout(binding = 0) uniform sampler2DShadow sun_map;
 layout(binding = 1) uniform sampler2D sky_map;
 
-const vec3 key_light = vec3(2.75, 2.60, 2.40);
+const vec3 key_light = vec3(2.30, 2.15, 1.95);
 const vec3 fill_light = vec3(0.34, 0.40, 0.50);
 const vec3 sky_light = vec3(0.74, 0.80, 0.88);
 const vec3 ground_light = vec3(0.42, 0.38, 0.35);
@@ -34,25 +35,24 @@ const vec2 disc[9] = vec2[](vec2(0, 0), vec2(0.9, 0.35), vec2(-0.35, 0.9), vec2(
                             vec2(0.45, 1.6), vec2(-1.6, 0.45), vec2(-0.45, -1.6), vec2(1.6, -0.45));
 
 float sun_visibility(vec3 p, vec3 n) {
-  if (!shadows) return 1.0;
   vec3 q = (sun_matrix * vec4(p + shadow_bias_m * n, 1)).xyz;
-  if (any(greaterThan(abs(q - 0.5), vec3(0.5)))) return 1.0;
-  float sum = 0;
-  for (int i = 0; i < 9; ++i) sum += textureLod(sun_map, vec3(q.xy + shadow_step * disc[i], q.z), 0.0);
-  return sum / 9.0;
+  q.z = min(q.z, 0.9999);  // beyond the map: everything in it lies towards the sun
+  bool inside = shadows && all(lessThan(abs(q.xy - 0.5), vec2(0.5)));
+  int taps = inside ? 9 : 0;
+  float hidden = 0;
+  for (int i = 0; i < taps; ++i) hidden += 1.0 - textureLod(sun_map, vec3(q.xy + shadow_step * disc[i], q.z), 0.0);
+  return 1.0 - hidden / 9.0;
 }
 
 float sky_visibility(vec3 p) {
-  if (!occlusion) return 1.0;
   vec2 q = (sky_matrix * vec4(p, 1)).xy;
-  if (any(greaterThan(abs(q - 0.5), vec2(0.6)))) return 1.0;
-  float hidden = 0;
-  for (int i = 0; i < 9; ++i) {
-    float top = sky_top_m - sky_depth_m * textureLod(sky_map, q + sky_step * disc[i], 0.0).r;
-    float above = top - p.y;
-    hidden += smoothstep(0.02 * reach, reach, above) * exp(-above / (5.0 * reach));
+  bool inside = occlusion && all(lessThan(abs(q - 0.5), vec2(0.5)));
+  vec2 hidden = vec2(0);
+  for (int i = 0; i < (inside ? 1 : 0); ++i) {
+    vec2 above = textureLod(sky_map, q, 0.0).rg - p.y;
+    hidden = 1.0 - exp(-max(above, vec2(0)) / (1.5 * reach_m));
   }
-  return 1.0 - 0.85 * hidden / 9.0;
+  return (1.0 - 0.45 * hidden.x) * (1.0 - 0.45 * hidden.y);
 }
 
 vec3 background() {
@@ -64,6 +64,11 @@ vec3 background() {
 
 // Reinhard with white at 3: highlights roll off, mid tones keep their hue.
 vec3 tone(vec3 c) { return c * (1.0 + c / 9.0) / (1.0 + c); }
+
+vec3 encode(vec3 c) {
+  vec3 curve = 1.055 * pow(max(c, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055;
+  return mix(12.92 * c, curve, step(vec3(0.0031308), c));
+}
 )";
 
 inline constexpr const char* kSurfaceVertex = R"(
@@ -118,7 +123,7 @@ void main() {
   vec3 side = normalize(vec3(V.x - 0.9 * sun.x, 0.35, V.z - 0.9 * sun.z) + 0.05 * V);
   vec3 c = key_light * diffuse(dot(N, sun)) * mix(lit, 1.0, 0.12 * softness);
   c += fill_light * diffuse(dot(N, side)) * mix(open, 1.0, 0.4);
-  c += mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.55 * open;
+  c += mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.42 * open;
   c *= albedo;
   float facing = max(dot(N, V), 0.0);
   float edge = pow(1.0 - facing, 4.0);
@@ -127,7 +132,7 @@ void main() {
   c += (specular + (1.0 - roughness) * 0.35 * edge) * mix(ground_light, sky_light, bright) * open;
   c += softness * edge * 0.35 * albedo * sky_light;
   c += key_light * highlight(N, V, sun) * lit + fill_light * highlight(N, V, side) * open;
-  color = vec4(tone(c), mix(opacity, 1.0, 0.6 * edge));
+  color = vec4(encode(tone(c)), mix(opacity, 1.0, 0.6 * edge));
 }
 )";
 
@@ -162,7 +167,7 @@ void main() {
   float lit = mix(1.0, sun_visibility(p, vec3(0, 1, 0)), there);
   float open = mix(1.0, sky_visibility(p), there);
   vec3 shade = vec3(0.30, 0.33, 0.38) * open + vec3(0.70, 0.67, 0.62) * lit * mix(open, 1.0, 0.7);
-  color = vec4(mix(background(), vec3(0.74, 0.735, 0.72) * pattern * shade, there), 1);
+  color = vec4(encode(mix(background(), vec3(0.74, 0.735, 0.72) * pattern * shade, there)), 1);
 }
 )";
 
@@ -174,7 +179,27 @@ void main() {
 )";
 inline constexpr const char* kBackgroundFragment = R"(
 layout(location = 0) out vec4 color;
-void main() { color = vec4(background(), 1); }
+void main() { color = vec4(encode(background()), 1); }
+)";
+
+/// Heights [m] of the topmost surface, averaged over a small and a large disc: what hides the sky nearby.
+inline constexpr const char* kHeightFragment = R"(
+uniform float top_m;
+uniform float depth_m;
+uniform float disc_step;
+uniform float height_map_px;
+layout(binding = 1) uniform sampler2D depth_map;
+layout(location = 0) out vec4 color;
+void main() {
+  vec2 q = gl_FragCoord.xy / height_map_px;
+  vec2 sum = vec2(0);
+  for (int i = 0; i < 24; ++i) {  // Vogel's spiral
+    float angle = 2.39996 * float(i), r = disc_step * sqrt((float(i) + 0.5) / 24.0);
+    vec2 to = r * vec2(cos(angle), sin(angle));
+    sum += vec2(textureLod(depth_map, q + to, 0.0).r, textureLod(depth_map, q + 2.5 * to, 0.0).r);
+  }
+  color = vec4(top_m - depth_m * sum / 24.0, 0, 0);
+}
 )";
 
 inline constexpr const char* kDepthFragment = "void main() {}\n";

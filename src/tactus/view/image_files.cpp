@@ -1,0 +1,171 @@
+#include "tactus/view/image_files.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <system_error>
+#include <utility>
+
+#include "tactus/base/error.h"
+#include "tactus/base/log.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& path, const std::string& why) {
+  throw Error("can't write '" + path + "': " + why);
+}
+
+/// "a/b.mp4" -> "a/b.part.mp4": the container is chosen by the extension.
+std::string part_path(const std::string& path) {
+  fs::path part(path);
+  part.replace_filename(part.stem().string() + ".part" + part.extension().string());
+  return part.string();
+}
+
+void rename_part(const std::string& path) {
+  std::error_code error;
+  fs::rename(part_path(path), path, error);
+  if (!error) return;
+  std::remove(part_path(path).c_str());
+  fail(path, error.message());
+}
+
+cv::Mat to_bgr(const ColorImage& image) {
+  // OpenCV only reads through this view.
+  const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<Rgb8*>(image.pixels.data()));
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  return bgr;
+}
+
+cv::Mat view_of(ColorImage& image) { return {image.height_px, image.width_px, CV_8UC3, image.pixels.data()}; }
+
+}  // namespace
+
+void check_writable(const std::string& path) {
+  std::error_code error;
+  if (path.empty()) fail(path, "the path is empty");
+  if (fs::is_directory(path, error)) fail(path, "it is a folder");
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+  if (!fs::exists(folder, error)) fail(path, "the folder '" + folder.string() + "' does not exist");
+  if (!fs::is_directory(folder, error)) fail(path, "'" + folder.string() + "' is not a folder");
+  const std::string probe = part_path(path);
+  const bool existed = fs::exists(probe, error);
+  std::FILE* file = std::fopen(probe.c_str(), "ab");
+  if (file == nullptr) fail(path, std::strerror(errno));
+  std::fclose(file);
+  if (!existed) std::remove(probe.c_str());
+}
+
+void write_png(const std::string& path, const ColorImage& image) {
+  check_writable(path);
+  if (image.empty()) fail(path, "the image is empty");
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", to_bgr(image), bytes, {cv::IMWRITE_PNG_COMPRESSION, 4}))
+    fail(path, "the PNG encoder failed");
+  {
+    std::ofstream file(part_path(path), std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) {
+      const std::string why = std::strerror(errno);
+      std::remove(part_path(path).c_str());
+      fail(path, why);
+    }
+  }
+  rename_part(path);
+}
+
+void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px,
+               Rgb8 color) {
+  if (image.empty() || text.empty()) return;
+  cv::Mat view = view_of(image);
+  const double scale = static_cast<double>(height_px) / 22.0;  // Hershey capitals are 22 px high at scale 1
+  const int thick = std::max(1, static_cast<int>(height_px / 13.F));
+  const cv::Point at(x_px, y_px);
+  const bool light = color.r + color.g + color.b > 3 * 127;
+  cv::putText(view, text, at, cv::FONT_HERSHEY_DUPLEX, scale, cv::Scalar::all(light ? 30 : 245), thick + 2,
+              cv::LINE_AA);
+  cv::putText(view, text, at, cv::FONT_HERSHEY_DUPLEX, scale, cv::Scalar(color.r, color.g, color.b), thick,
+              cv::LINE_AA);
+}
+
+struct VideoWriter::Impl {
+  std::string path, codec;
+  Index width_px = 0, height_px = 0;
+  int frames = 0;
+  bool finished = false;
+  cv::VideoWriter writer;
+
+  void finish() {
+    if (std::exchange(finished, true)) return;
+    writer.release();
+    if (frames == 0) {
+      std::remove(part_path(path).c_str());
+      return;
+    }
+    std::error_code error;
+    if (fs::file_size(part_path(path), error) == 0 || error)
+      fail(path, "the video encoder wrote nothing (disk full?)");
+    rename_part(path);
+  }
+};
+
+VideoWriter::VideoWriter(const std::string& path, Index width_px, Index height_px, double fps)
+    : impl_(std::make_unique<Impl>()) {
+  if (fs::path(path).extension() != ".mp4") fail(path, "a video's name must end in '.mp4'");
+  if (width_px <= 0 || height_px <= 0 || width_px % 2 != 0 || height_px % 2 != 0) {
+    fail(path, "frames of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
+                   " px, expected even, positive sides");
+  }
+  if (!(fps >= 1 && fps <= 240)) fail(path, "fps is " + std::to_string(fps) + ", expected 1 to 240");
+  check_writable(path);
+  impl_->path = path;
+  impl_->width_px = width_px;
+  impl_->height_px = height_px;
+  for (const char* codec : {"avc1", "mp4v"}) {
+    const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
+    impl_->codec = codec;
+    if (impl_->writer.open(part_path(path), cv::CAP_FFMPEG, fourcc, fps, {width_px, height_px})) return;
+  }
+  std::remove(part_path(path).c_str());
+  fail(path, "OpenCV has neither an H.264 nor an MPEG-4 encoder here (its videoio needs FFmpeg)");
+}
+
+VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
+
+VideoWriter::~VideoWriter() {
+  if (impl_ == nullptr) return;
+  try {
+    impl_->finish();
+  } catch (const std::exception& error) {
+    log_warning(error.what());
+  }
+}
+
+void VideoWriter::add(const ColorImage& frame) {
+  if (impl_->finished) fail(impl_->path, "a frame after the video was finished");
+  if (frame.width_px != impl_->width_px || frame.height_px != impl_->height_px) {
+    fail(impl_->path, "a frame of " + std::to_string(frame.width_px) + "x" + std::to_string(frame.height_px) +
+                          " px in a video of " + std::to_string(impl_->width_px) + "x" +
+                          std::to_string(impl_->height_px));
+  }
+  impl_->writer.write(to_bgr(frame));
+  ++impl_->frames;
+}
+
+void VideoWriter::finish() { impl_->finish(); }
+int VideoWriter::frame_count() const { return impl_->frames; }
+const std::string& VideoWriter::codec() const { return impl_->codec; }
+
+}  // namespace tactus

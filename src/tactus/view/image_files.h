@@ -1,0 +1,70 @@
+#pragma once
+/// Pictures and videos on disk. Every file is written beside its name and renamed when it is whole.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tactus/geom/image.h"
+
+namespace tactus {
+
+/// Writes an 8-bit sRGB PNG. @throws Error naming the path and the reason.
+void write_png(const std::string& path, const ColorImage& image);
+
+/// @throws Error naming the path and the reason when no file can be written there (folder missing or not
+/// writable, a folder of that name); leaves nothing behind. For checks before any work is done.
+void check_writable(const std::string& path);
+
+/// Text on a picture, its lower left corner at (x_px, y_px): light with a dark rim, so that it reads on
+/// anything.
+void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px = 16,
+               Rgb8 color = {255, 255, 255});
+
+/// An MP4 (H.264 where OpenCV's build has an encoder, else MPEG-4). Frames go to `<stem>.part.mp4`.
+class VideoWriter {
+ public:
+  /// @throws Error when the path can't be written or doesn't end in ".mp4", the sides are not even and
+  /// positive, or fps isn't within 1 to 240.
+  VideoWriter(const std::string& path, Index width_px, Index height_px, double fps);
+  /// Finishes, too, so that an interrupted program leaves a video that plays; errors are logged.
+  ~VideoWriter();
+  VideoWriter(VideoWriter&&) noexcept;
+  VideoWriter& operator=(VideoWriter&&) = delete;
+
+  /// @throws Error when the size differs from the video's, or after finish().
+  void add(const ColorImage& frame);
+  /// Closes the file and gives it its name; without a frame nothing is left. @throws Error.
+  void finish();
+  int frame_count() const;
+  /// "avc1" or "mp4v".
+  const std::string& codec() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Up to `cells` frames, evenly chosen from a run of known or unknown length, in one picture.
+class ContactSheet {
+ public:
+  /// `cell_width_px`: frames are scaled to it. @throws Error for cells, columns or a width that aren't
+  /// positive.
+  explicit ContactSheet(std::string title, Index cells = 12, Index columns = 4, Index cell_width_px = 480);
+  /// Takes every k-th frame; k doubles whenever twice `cells` are kept, so memory stays bounded.
+  void add(const ColorImage& frame, const std::string& caption);
+  /// The sheet: a title, then rows of cells with a line of text under each. @throws Error without a frame.
+  ColorImage image() const;
+
+ private:
+  struct Cell {
+    ColorImage picture;
+    std::string caption;
+  };
+  std::string title_;
+  Index cells_, columns_, cell_width_px_;
+  std::int64_t seen_ = 0, stride_ = 1;
+  std::vector<Cell> kept_;
+  Cell last_;
+};
+
+}  // namespace tactus
