@@ -5,6 +5,8 @@
 namespace tactus {
 namespace {
 
+// A triangle's middle is at most 2/3 of its longest edge from any of its points: 0.83 spacings.
+constexpr float kPieceEdge = 1.25F;
 constexpr Index kMostTriangles = 1 << 21;  // (kMaxPieces - 1)² pieces each still fit an Index
 
 RealSurfaceSettings checked(const RealSurfaceSettings& s) {
@@ -43,7 +45,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       x_m_(device, settings.max_pieces),
       n_(device, settings.max_pieces),
       area_m2_(device, settings.max_pieces),
-      fine_(device, settings.max_pieces, settings.max_samples, 2 * settings.sample_spacing_m, 3),
+      fine_(device, settings.max_pieces, settings.max_samples, 2 * settings.sample_spacing_m, 2),
       coarse_(device, settings.max_samples, max(settings.max_samples / 4, Index(64)),
               8 * settings.sample_spacing_m, 2),
       previous_m_(device, kFitPoints),
@@ -76,7 +78,7 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   counted.capacity = min(counted.capacity, triangles);
   ctx.parallel_for("contact/pieces", triangles + 1,
                    TrianglePieces{mesh.vertices_m, mesh.vertex_count, mesh.triangles, counted,
-                                  settings_.sample_spacing_m, pieces});
+                                  kPieceEdge * settings_.sample_spacing_m, pieces});
   ctx.exclusive_scan("contact/pieces", pieces, first);
   ctx.parallel_for("contact/limit", 1,
                    LimitCount{View<const Index>(first).part(triangles, 1), settings_.max_pieces,

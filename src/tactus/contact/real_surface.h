@@ -7,10 +7,10 @@
 namespace tactus {
 
 struct RealSurfaceSettings {
-  /// s [m]: no point of the surface is farther than about s/√3 from a sample; the lattice's spacing or less.
+  /// s [m]: no point of the surface is farther than s from a sample; the lattice's spacing or less.
   float sample_spacing_m = 0.005F;
   Index max_vertices = 1 << 17, max_triangles = 1 << 18;  ///< of the meshes that come
-  Index max_pieces = 1 << 18;   ///< samples before thinning: triangles, each cut to edges <= s
+  Index max_pieces = 1 << 18;   ///< samples before thinning: triangles, each cut to edges <= 1.25 s
   Index max_samples = 1 << 16;  ///< after thinning, about 3 for each s² of surface
   float max_speed_m_s =
       5;  ///< a faster centre of gravity is an error of reconstruction, taken as standing still

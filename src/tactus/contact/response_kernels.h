@@ -40,7 +40,10 @@ struct NearSurface {
 
 /// The samples that face as the nearest one does, weighted by their area and (1 - r²/reach²)²: a weight that
 /// vanishes at the reach, so samples come and go without a jump. Reach: 2 spacings, the cells' edge.
-TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m, float reach_m) {
+/// Nothing is found where the nearest sample already shows that p is more than clear_m in front of the
+/// surface.
+TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m, float reach_m,
+                                          float clear_m) {
   NearSurface near;
   Index nearest = -1;
   float nearest_d2 = reach_m * reach_m;
@@ -54,6 +57,7 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m,
   });
   if (nearest < 0) return near;
   const Vec3f facing = samples.n[nearest];
+  if (dot(p_m - samples.x_m[nearest], facing) > clear_m) return near;
   const float inverse_reach2 = 1.F / (reach_m * reach_m);
   float weight = 0;
   Vec3f offset{}, n{};
@@ -107,7 +111,8 @@ struct ContactResponse {
     const Mat3f turn = m.turn(time_s);
     const Vec3f center = m.center_m + time_s * m.velocity_m_s;
     const Vec3f p = m.center_m + transpose(turn) * (body.x_m[i] - center);
-    const NearSurface near = near_surface(samples, p, reach_m);
+    // The average plane is less than half the reach off the nearest sample's.
+    const NearSurface near = near_surface(samples, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
     if (!near.found) return;
     const float gap = dot(p - near.x_m, near.n) - body.rest_gap_m[i];
     if (!(gap < 0.F)) return;

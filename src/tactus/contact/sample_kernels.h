@@ -17,14 +17,14 @@ struct SamplesView {
 
 inline constexpr Index kMaxPieces = 32;  ///< a triangle's edge is cut into fewer pieces than that
 
-/// How many pieces of at most spacing_m the longest edge of a triangle is cut into, squared; 0 for triangles
+/// How many pieces of at most edge_m the longest edge of a triangle is cut into, squared; 0 for triangles
 /// without area, with non-finite corners or with indices that are no vertices.
 struct TrianglePieces {
   View<const Vec3f> vertices_m;
   Count vertex_count;
   View<const Vec3i> triangles;
   Count triangle_count;
-  float spacing_m;
+  float edge_m;
   View<Index> pieces;  ///< out (triangles + 1): the last is 0
   TACTUS_HD void operator()(Index t) const {
     pieces[t] = 0;
@@ -37,7 +37,7 @@ struct TrianglePieces {
     if (!(twice_area > 0.F && twice_area < 1e12F)) return;
     const Vec3f bc = ac - ab;
     const float longest = tactus::sqrt(max(dot(ab, ab), max(dot(ac, ac), dot(bc, bc))));
-    const float k = min(longest / spacing_m, static_cast<float>(kMaxPieces - 1));
+    const float k = min(longest / edge_m, static_cast<float>(kMaxPieces - 1));
     const Index whole = floor_to_int(k);
     const Index cuts = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
     pieces[t] = cuts * cuts;

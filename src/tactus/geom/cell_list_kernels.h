@@ -39,9 +39,19 @@ struct CellRanges {
     const Vec3i c = grid.cell(p_m);
     for (Index z = c.z - 1; z <= c.z + 1; ++z) {
       for (Index y = c.y - 1; y <= c.y + 1; ++y) {
-        for (Index x = c.x - 1; x <= c.x + 1; ++x) {
-          const Index w = grid.wrapped({x, y, z});
-          for (Index s = begin[w], last = end[w]; s < last; ++s) f(s);
+        // Neighbours along x follow one another in the slots unless the row wraps: one run of three cells.
+        const Index w0 = grid.wrapped({c.x - 1, y, z}), w1 = grid.wrapped({c.x, y, z}),
+                    w2 = grid.wrapped({c.x + 1, y, z});
+        if (w2 - w0 == 2) {
+          const Index last = max(end[w0], max(end[w1], end[w2]));
+          Index first = begin[w2] < end[w2] ? begin[w2] : last;
+          first = begin[w1] < end[w1] ? begin[w1] : first;
+          first = begin[w0] < end[w0] ? begin[w0] : first;
+          for (Index s = first; s < last; ++s) f(s);
+        } else {
+          for (Index s = begin[w0]; s < end[w0]; ++s) f(s);
+          for (Index s = begin[w1]; s < end[w1]; ++s) f(s);
+          for (Index s = begin[w2]; s < end[w2]; ++s) f(s);
         }
       }
     }
