@@ -85,7 +85,8 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
     for (const Vec3d row : A.row) square += dot(row, row);
     const Mat3f scaled = mat_cast<float>((1 / std::sqrt(square)) * A);
     Quatf q;
-    for (int k = 0; k < 30; ++k) q = improve_rotation(q, scaled);
+    for (int k = 0; k < 30; ++k)
+      q = improve_rotation(q, {scaled.column(0), scaled.column(1), scaled.column(2)});
     const Mat3d R = mat_cast<double>(rotation_matrix(q));
     for (const Index i : region[at(r)]) goals[at(i)] += (1.0 / holders[at(i)]) * (R * (rest(i) - c0) + c);
   }
@@ -274,7 +275,7 @@ TEST(RegionRotation, RegularFlatInvertedAndZero) {
     for (const Vec3f row : A.row) square += dot(row, row);
     A = (1 / sqrt(max(square, 1e-30F))) * A;
     Quatf q;
-    for (int k = 0; k < 40; ++k) q = improve_rotation(q, A);
+    for (int k = 0; k < 40; ++k) q = improve_rotation(q, {A.column(0), A.column(1), A.column(2)});
     const Mat3f R = rotation_matrix(q), B = transpose(R) * A;
     // A rotation: det 1 to round-off of 9 products.
     EXPECT_NEAR(determinant(R), 1, 1e-5F);

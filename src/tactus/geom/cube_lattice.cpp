@@ -56,8 +56,8 @@ CubeGrid make_grid(const Box3f& box, const LatticeOptions& o) {
   const double need = cells[0] * cells[1] * cells[2] * 8;  // cube flag, node id, search queue
   if (need > o.max_bytes || cells[0] * cells[1] * cells[2] > 2e9)
     throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m needs " + bytes_text(need) + " for " +
-                std::to_string(cells[0] * cells[1] * cells[2]) + " cubes, more than the limit of " +
-                bytes_text(o.max_bytes) + "; use a larger spacing");
+                std::to_string(static_cast<std::int64_t>(std::min(need / 8, 1e18))) +
+                " cubes, more than the limit of " + bytes_text(o.max_bytes) + "; use a larger spacing");
   CubeGrid grid;
   grid.h = o.spacing_m;
   grid.dims = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1]), static_cast<Index>(cells[2])};

@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::flsm::LoadNodes);
@@ -10,3 +11,5 @@ TACTUS_CUDA_KERNEL(tactus::flsm::SlideGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::RowGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::CorrectGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::Integrate);
+TACTUS_CUDA_KERNEL(tactus::embed::MoveVertices);
+TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);

@@ -121,10 +121,11 @@ void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, int rotation_
       flsm::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), shared_mass_kg_.const_view(),
                       cell_.const_view(), loaded_.view(), grid_.cells, damping_time_s_});
   sum_over_regions(ctx);
-  ctx.parallel_for("flsm/fit", node_rows_.size(),
-                   flsm::FitRegions{node_rows_.const_view(), sums_z_.const_view(), inverse_mass_.const_view(),
-                                    center_.const_view(), quaternion_.view(), rotation_.view(),
-                                    translation_.view(), grid_.cells, spacing_m_, rotation_iterations});
+  ctx.parallel_for(
+      "flsm/fit", node_rows_.size(),
+      flsm::FitRegions{node_rows_.const_view(), sums_z_.const_view(), inverse_mass_.const_view(),
+                       center_.const_view(), quaternion_.view(), rotation_.view(), translation_.view(),
+                       grid_.cells, 1 / double{spacing_m_}, spacing_m_, rotation_iterations});
   sum_goals(ctx);
 }
 

@@ -146,41 +146,44 @@ struct FitRegions {
   View<float> rotation;             ///< out: 9 fields, column by column, times the spacing; 0 without a node
   View<double> translation_m;       ///< out: 3 fields
   Index cells;
+  double inverse_spacing_per_m;
   float spacing_m;
   int iterations;
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
     const Index base = rows[b.index()];
-    typename Block::template PerThread<float> A[9], q[4];
+    typename Block::template PerThread<float> A[9], q[4], scale;
     for (Index j = 0; j < 3; ++j)
       for (Index a = 0; a < 3; ++a)
         b.for_each_thread([&](int t) {
           const Index d = base + t;
           A[3 * j + a][t] = static_cast<float>(
               (sums[(3 + 3 * j + a) * cells + d] - sums[a * cells + d] * center[j * cells + d]) *
-              inverse_mass[d] / static_cast<double>(spacing_m));
+              inverse_mass[d] * inverse_spacing_per_m);
         });
     for (Index c = 0; c < 4; ++c)
       b.for_each_thread([&](int t) { q[c][t] = quaternion[c * cells + base + t]; });
     b.for_each_thread([&](int t) {
-      float square = 0;
-      for (int c = 0; c < 9; ++c) square += A[c][t] * A[c][t];
-      const float s = 1.F / sqrt(max(square, 1e-30F));
-      for (int c = 0; c < 9; ++c) A[c][t] *= s;
+      const float square = A[0][t] * A[0][t] + A[1][t] * A[1][t] + A[2][t] * A[2][t] + A[3][t] * A[3][t] +
+                           A[4][t] * A[4][t] + A[5][t] * A[5][t] + A[6][t] * A[6][t] + A[7][t] * A[7][t] +
+                           A[8][t] * A[8][t];
+      scale[t] = 1.F / sqrt(square > 1e-30F ? square : 1e-30F);
     });
+    for (Index c = 0; c < 9; ++c) b.for_each_thread([&](int t) { A[c][t] *= scale[t]; });
     for (int n = 0; n < iterations; ++n) {
       b.for_each_thread([&](int t) {
-        const Mat3f m{
-            {{A[0][t], A[3][t], A[6][t]}, {A[1][t], A[4][t], A[7][t]}, {A[2][t], A[5][t], A[8][t]}}};
-        const Quatf r = improve_rotation({q[0][t], q[1][t], q[2][t], q[3][t]}, m);
+        const Quatf r = improve_rotation(
+            {q[0][t], q[1][t], q[2][t], q[3][t]},
+            {{A[0][t], A[1][t], A[2][t]}, {A[3][t], A[4][t], A[5][t]}, {A[6][t], A[7][t], A[8][t]}});
         q[0][t] = r.w, q[1][t] = r.x, q[2][t] = r.y, q[3][t] = r.z;
       });
     }
     b.for_each_thread([&](int t) {
-      const Mat3f R = rotation_matrix(Quatf{q[0][t], q[1][t], q[2][t], q[3][t]});
+      const Columns R = rotation_columns({q[0][t], q[1][t], q[2][t], q[3][t]});
       const float h = inverse_mass[base + t] > 0 ? spacing_m : 0.F;
-      for (int j = 0; j < 3; ++j)
-        for (int a = 0; a < 3; ++a) A[3 * j + a][t] = h * R(a, j);
+      A[0][t] = h * R.x.x, A[1][t] = h * R.x.y, A[2][t] = h * R.x.z;
+      A[3][t] = h * R.y.x, A[4][t] = h * R.y.y, A[5][t] = h * R.y.z;
+      A[6][t] = h * R.z.x, A[7][t] = h * R.z.y, A[8][t] = h * R.z.z;
     });
     for (Index c = 0; c < 4; ++c)
       b.for_each_thread([&](int t) { quaternion[c * cells + base + t] = q[c][t]; });

@@ -172,7 +172,7 @@ void make_blocks(const CubeLattice& lattice, FlsmRegions& r) {
   r.y_blocks = sums_y.starts(r.grid, 1);
   r.z_blocks = nodes.starts(r.grid, 2);
   // The transposed order: a goal's sums along z feed those along y, which feed those along x.
-  const Rows goal_y = wide.grown(1, 0) & needed_y.grown(1, w);
+  const Rows goal_y = wide & needed_y.grown(1, w);
   r.goal_y_blocks = goal_y.starts(r.grid, 1);
   r.goal_z_blocks = (needed_y & goal_y.grown(1, w)).starts(r.grid, 2);
 }
