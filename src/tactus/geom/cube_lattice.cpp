@@ -1,0 +1,290 @@
+#include "tactus/geom/cube_lattice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/point_in_mesh.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+/// The boxes of cubes a body may touch, and which are chosen.
+struct CubeGrid {
+  Vec3f origin_m{};
+  float h = 0;
+  Vec3i dims{};
+  std::vector<std::uint8_t> solid;
+
+  std::int64_t index(Index x, Index y, Index z) const { return (std::int64_t{z} * dims.y + y) * dims.x + x; }
+  Vec3f center(Index x, Index y, Index z) const {
+    const auto c = [&](Index i) { return (static_cast<float>(i) + 0.5F) * h; };
+    return origin_m + Vec3f{c(x), c(y), c(z)};
+  }
+  template <class F>
+  void for_each(F&& body) const {
+    for (Index z = 0; z < dims.z; ++z)
+      for (Index y = 0; y < dims.y; ++y)
+        for (Index x = 0; x < dims.x; ++x) body(x, y, z);
+  }
+};
+
+void check_options(const LatticeOptions& o) {
+  if (!(o.spacing_m > 0) || !std::isfinite(o.spacing_m))
+    throw Error("lattice spacing must be a positive length in m, not " + std::to_string(o.spacing_m));
+  if (!(o.density_kg_m3 > 0) || !std::isfinite(o.density_kg_m3))
+    throw Error("density must be positive [kg/m^3], not " + std::to_string(o.density_kg_m3));
+}
+
+CubeGrid make_grid(const Box3f& box, const LatticeOptions& o) {
+  check_options(o);
+  const Vec3f e = box.extent();
+  if (!std::isfinite(e.x) || !std::isfinite(e.y) || !std::isfinite(e.z) || e.x < 0 || e.y < 0 || e.z < 0)
+    throw Error("the body's bounding box is not finite or empty");
+  const float largest = max(e.x, max(e.y, e.z));
+  if (o.spacing_m > largest)
+    throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m is larger than the body (" +
+                std::to_string(largest) + " m)");
+  // A grid centred on the body: symmetric bodies get symmetric lattices. The margin keeps faces that lie on
+  // a grid plane from touching a further layer through round-off.
+  const double h = o.spacing_m;
+  double cells[3];
+  for (int a = 0; a < 3; ++a) cells[a] = std::max(1.0, std::ceil(double{e[a]} / h - 1e-4));
+  const double need = cells[0] * cells[1] * cells[2] * 8;  // cube flag, node id, search queue
+  if (need > o.max_bytes || cells[0] * cells[1] * cells[2] > 2e9)
+    throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m needs " + bytes_text(need) + " for " +
+                std::to_string(static_cast<std::int64_t>(std::min(need / 8, 1e18))) +
+                " cubes, more than the limit of " + bytes_text(o.max_bytes) + "; use a larger spacing");
+  CubeGrid grid;
+  grid.h = o.spacing_m;
+  grid.dims = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1]), static_cast<Index>(cells[2])};
+  const Vec3f center = box.center();
+  for (int a = 0; a < 3; ++a) grid.origin_m[a] = static_cast<float>(double{center[a]} - cells[a] * h / 2);
+  grid.solid.assign(at(std::int64_t{grid.dims.x} * grid.dims.y * grid.dims.z), 0);
+  return grid;
+}
+
+CubeLattice to_lattice(const CubeGrid& grid, const LatticeOptions& o) {
+  CubeLattice lattice;
+  lattice.spacing_m = grid.h;
+  lattice.origin_m = grid.origin_m;
+  lattice.node_dims = grid.dims + Vec3i{1, 1, 1};
+  const Vec3i n = lattice.node_dims;
+  const auto node = [&](Vec3i p) { return (std::int64_t{p.z} * n.y + p.y) * n.x + p.x; };
+  const auto corner = [](Vec3i c, int q) { return c + Vec3i{q & 1, q >> 1 & 1, q >> 2}; };
+  std::vector<Index> id(at(std::int64_t{n.x} * n.y * n.z), -1);
+  grid.for_each([&](Index x, Index y, Index z) {
+    if (grid.solid[at(grid.index(x, y, z))] == 0) return;
+    lattice.cubes.push_back({x, y, z});
+    for (int q = 0; q < 8; ++q) id[at(node(corner({x, y, z}, q)))] = 0;
+  });
+  if (lattice.cubes.empty()) throw Error("the body touches no cube of the lattice: it is empty");
+  for (Index z = 0; z < n.z; ++z)
+    for (Index y = 0; y < n.y; ++y)
+      for (Index x = 0; x < n.x; ++x) {
+        Index& i = id[at(node({x, y, z}))];
+        if (i < 0) continue;
+        i = lattice.node_count();
+        lattice.nodes.push_back({x, y, z});
+      }
+  const float mass = o.density_kg_m3 * grid.h * grid.h * grid.h;
+  lattice.cube_mass_kg.assign(lattice.cubes.size(), mass);
+  lattice.node_mass_kg.assign(lattice.nodes.size(), 0);
+  lattice.fixed.assign(lattice.nodes.size(), 0);
+  lattice.cube_nodes.resize(lattice.cubes.size());
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    for (int q = 0; q < 8; ++q) {
+      const Index i = id[at(node(corner(lattice.cubes[c], q)))];
+      lattice.cube_nodes[c][static_cast<std::size_t>(q)] = i;
+      lattice.node_mass_kg[at(i)] += 0.125F * lattice.cube_mass_kg[c];
+    }
+  }
+  return lattice;
+}
+
+/// Separating axes of a triangle (relative to the box's centre) and a box (Akenine-Moeller 2001).
+bool triangle_touches_box(Vec3d a, Vec3d b, Vec3d c, double half) {
+  const auto apart = [&](Vec3d axis) {
+    const double p = dot(axis, a), q = dot(axis, b), r = dot(axis, c);
+    const double reach = half * (abs(axis.x) + abs(axis.y) + abs(axis.z));
+    return std::min({p, q, r}) > reach || std::max({p, q, r}) < -reach;
+  };
+  const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const Vec3d edges[3] = {b - a, c - b, a - c};
+  for (const Vec3d u : units) {
+    if (apart(u)) return false;
+    for (const Vec3d e : edges) {
+      if (apart(cross(u, e))) return false;
+    }
+  }
+  return !apart(cross(edges[0], edges[1]));
+}
+
+void mark_surface(CubeGrid& grid, const TriangleMesh& mesh) {
+  const double half = 0.5 * grid.h * (1 - 1e-4);  // a face that lies on a grid plane touches one side only
+  for (const auto& t : mesh.triangles) {
+    const Vec3f a = mesh.positions_m[at(t[0])], b = mesh.positions_m[at(t[1])],
+                c = mesh.positions_m[at(t[2])];
+    const Vec3f low = (min(a, min(b, c)) - grid.origin_m) / grid.h,
+                high = (max(a, max(b, c)) - grid.origin_m) / grid.h;
+    const auto cell = [](float v, Index n) { return clamp(floor_to_int(v), Index{0}, n - 1); };
+    for (Index z = cell(low.z, grid.dims.z); z <= cell(high.z, grid.dims.z); ++z)
+      for (Index y = cell(low.y, grid.dims.y); y <= cell(high.y, grid.dims.y); ++y)
+        for (Index x = cell(low.x, grid.dims.x); x <= cell(high.x, grid.dims.x); ++x) {
+          const Vec3d m = vec_cast<double>(grid.center(x, y, z));
+          if (triangle_touches_box(vec_cast<double>(a) - m, vec_cast<double>(b) - m, vec_cast<double>(c) - m,
+                                   half))
+            grid.solid[at(grid.index(x, y, z))] = 1;
+        }
+  }
+}
+
+}  // namespace
+
+Vec3f CubeLattice::rest_m(Index node) const {
+  const Vec3i n = nodes[at(node)];
+  const auto along = [&](int a) {
+    return static_cast<float>(double{origin_m[a]} + double{spacing_m} * double(n[a]));
+  };
+  return {along(0), along(1), along(2)};
+}
+
+std::vector<Vec3f> CubeLattice::rest_positions_m() const {
+  std::vector<Vec3f> x(nodes.size());
+  for (Index i = 0; i < node_count(); ++i) x[at(i)] = rest_m(i);
+  return x;
+}
+
+double CubeLattice::mass_kg() const {
+  double sum = 0;
+  for (const float m : cube_mass_kg) sum += double{m};
+  return sum;
+}
+
+Index CubeLattice::fix_where(const std::function<bool(Vec3f)>& predicate) {
+  Index count = 0;
+  for (Index i = 0; i < node_count(); ++i) {
+    if (predicate(rest_m(i))) fixed[at(i)] = 1;
+    count += fixed[at(i)];
+  }
+  return count;
+}
+
+Index CubeLattice::fix_box(const Box3f& box_m) {
+  return fix_where([&](Vec3f p) {
+    return p.x >= box_m.min.x && p.y >= box_m.min.y && p.z >= box_m.min.z && p.x <= box_m.max.x &&
+           p.y <= box_m.max.y && p.z <= box_m.max.z;
+  });
+}
+
+Index CubeLattice::fix_half_space(Vec3f point_m, Vec3f normal) {
+  return fix_where([&](Vec3f p) { return dot(normal, p - point_m) <= 0; });
+}
+
+CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options) {
+  check_closed(mesh, "mesh");
+  CubeGrid grid = make_grid(bounds(mesh), options);
+  mark_surface(grid, mesh);
+  // A connected set of cubes that no triangle touches is wholly inside or wholly outside: one query each.
+  const PointInMesh query(mesh);
+  std::vector<Vec3i> queue;
+  enum : std::uint8_t { unknown = 0, solid = 1, outside = 2 };
+  grid.for_each([&](Index x0, Index y0, Index z0) {
+    if (grid.solid[at(grid.index(x0, y0, z0))] != unknown) return;
+    const std::uint8_t mark = query.inside(grid.center(x0, y0, z0)) ? solid : outside;
+    const auto visit = [&](Vec3i c) {
+      if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= grid.dims.x || c.y >= grid.dims.y || c.z >= grid.dims.z)
+        return;
+      std::uint8_t& s = grid.solid[at(grid.index(c.x, c.y, c.z))];
+      if (s != unknown) return;
+      s = mark;
+      queue.push_back(c);
+    };
+    visit({x0, y0, z0});
+    while (!queue.empty()) {
+      const Vec3i c = queue.back();
+      queue.pop_back();
+      for (int a = 0; a < 3; ++a)
+        for (const Index d : {-1, 1}) {
+          Vec3i n = c;
+          n[a] += d;
+          visit(n);
+        }
+    }
+  });
+  for (std::uint8_t& s : grid.solid) s = s == solid ? 1 : 0;
+  return to_lattice(grid, options);
+}
+
+CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m,
+                             const LatticeOptions& options) {
+  CubeGrid grid = make_grid(box_m, options);
+  const float h = grid.h;
+  grid.for_each([&](Index x, Index y, Index z) {
+    const Vec3f m = grid.center(x, y, z);
+    const float d = distance_m(m);
+    if (!std::isfinite(d))
+      throw Error("signed distance at (" + std::to_string(m.x) + ", " + std::to_string(m.y) + ", " +
+                  std::to_string(m.z) + ") m is not finite");
+    bool touched = d <= 0;
+    for (int s = 0; s < 125 && !touched && d < 0.8661F * h; ++s) {
+      const auto offset = [&](int i) { return (static_cast<float>(i) - 2.F) * 0.25F * h; };
+      touched = distance_m(m + Vec3f{offset(s % 5), offset(s / 5 % 5), offset(s / 25)}) < 0;
+    }
+    grid.solid[at(grid.index(x, y, z))] = touched ? 1 : 0;
+  });
+  return to_lattice(grid, options);
+}
+
+CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
+                                const LatticeOptions& options) {
+  const Vec3i n = volume.dims;
+  if (n.x <= 0 || n.y <= 0 || n.z <= 0 || volume.labels.size() != at(std::int64_t{n.x} * n.y * n.z))
+    throw Error("label volume of " + std::to_string(n.x) + "x" + std::to_string(n.y) + "x" +
+                std::to_string(n.z) + " voxels holds " + std::to_string(volume.labels.size()) + " labels");
+  const Vec3f v = volume.voxel_size_m;
+  if (!(v.x > 0) || !(v.y > 0) || !(v.z > 0))
+    throw Error("label volume: voxel sizes must be positive lengths");
+  const auto is_solid = [&](Index x, Index y, Index z) {
+    return solid.contains(volume.labels[at((std::int64_t{z} * n.y + y) * n.x + x)]);
+  };
+  Vec3i low = n, high{-1, -1, -1};
+  const auto for_each_solid = [&](auto&& body) {
+    for (Index z = 0; z < n.z; ++z)
+      for (Index y = 0; y < n.y; ++y)
+        for (Index x = 0; x < n.x; ++x)
+          if (is_solid(x, y, z)) body(Vec3i{x, y, z});
+  };
+  for_each_solid([&](Vec3i p) { low = min(low, p), high = max(high, p); });
+  if (high.x < 0) throw Error("label volume: no voxel has one of the body's labels");
+  const auto voxel_corner = [&](Vec3i p) {
+    return volume.origin_m +
+           Vec3f{v.x * static_cast<float>(p.x), v.y * static_cast<float>(p.y), v.z * static_cast<float>(p.z)};
+  };
+  CubeGrid grid = make_grid({voxel_corner(low), voxel_corner(high + Vec3i{1, 1, 1})}, options);
+  for_each_solid([&](Vec3i p) {
+    const Vec3f a = (voxel_corner(p) - grid.origin_m) / grid.h,
+                b = (voxel_corner(p + Vec3i{1, 1, 1}) - grid.origin_m) / grid.h;
+    const auto cell = [](float c, Index count) { return clamp(floor_to_int(c), Index{0}, count - 1); };
+    const float e = 1e-4F;  // sharing a face is not sharing volume
+    for (Index z = cell(a.z + e, grid.dims.z); z <= cell(b.z - e, grid.dims.z); ++z)
+      for (Index y = cell(a.y + e, grid.dims.y); y <= cell(b.y - e, grid.dims.y); ++y)
+        for (Index x = cell(a.x + e, grid.dims.x); x <= cell(b.x - e, grid.dims.x); ++x)
+          grid.solid[at(grid.index(x, y, z))] = 1;
+  });
+  return to_lattice(grid, options);
+}
+
+CubeLattice lattice_from_box(Vec3f origin_m, Vec3i cubes, const LatticeOptions& options) {
+  check_options(options);
+  if (cubes.x <= 0 || cubes.y <= 0 || cubes.z <= 0)
+    throw Error("a box needs at least one cube along each axis");
+  CubeGrid grid{origin_m, options.spacing_m, cubes, {}};
+  grid.solid.assign(at(std::int64_t{cubes.x} * cubes.y * cubes.z), 1);
+  return to_lattice(grid, options);
+}
+
+}  // namespace tactus

@@ -1,0 +1,72 @@
+#pragma once
+/// The regular lattice of cubes that a soft body is made of, on the host.
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "tactus/base/vec.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+/// Every cube of edge `spacing_m` that a solid touches. Node (i,j,k) rests at origin_m + spacing_m (i,j,k).
+/// Nodes and cubes are in ascending (z, y, x) order of their coordinates: reproducible, rows along x
+/// contiguous, layers along z contiguous (a slab of layers is a range of ids).
+struct CubeLattice {
+  float spacing_m = 0;
+  Vec3f origin_m{};
+  Vec3i node_dims{};                             ///< nodes of the bounding box along x, y, z
+  std::vector<Vec3i> nodes;                      ///< coordinates, 0 <= . < node_dims
+  std::vector<Vec3i> cubes;                      ///< coordinates of corner 0
+  std::vector<std::array<Index, 8>> cube_nodes;  ///< corner q is at cubes[c] + (q & 1, q >> 1 & 1, q >> 2)
+  std::vector<float> cube_mass_kg;
+  std::vector<float> node_mass_kg;  ///< an eighth of every adjacent cube
+  std::vector<std::uint8_t> fixed;  ///< per node: 1 = does not move
+
+  Index node_count() const { return static_cast<Index>(nodes.size()); }
+  Index cube_count() const { return static_cast<Index>(cubes.size()); }
+  Vec3f rest_m(Index node) const;
+  std::vector<Vec3f> rest_positions_m() const;
+  double mass_kg() const;
+
+  /// Fixes the nodes whose rest position satisfies the predicate. @returns how many are fixed now.
+  Index fix_where(const std::function<bool(Vec3f)>& predicate);
+  /// Nodes inside the closed box.
+  Index fix_box(const Box3f& box_m);
+  /// Nodes with dot(normal, x - point) <= 0.
+  Index fix_half_space(Vec3f point_m, Vec3f normal);
+};
+
+struct LatticeOptions {
+  float spacing_m = 0.005F;
+  float density_kg_m3 = 1000;
+  double max_bytes = 2e9;  ///< refuse lattices whose bounding box would need more memory while it is built
+};
+
+/// Cubes touched by the inside or the surface of a closed mesh (self-overlap is fine: winding number != 0).
+/// @throws Error on an open mesh (how many open edges, where), no triangles, NaN, bad index, a spacing that
+/// is not positive or larger than the body, too little memory (with the need).
+CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options);
+
+/// Cubes that hold a point with distance_m <= 0, sampled at a quarter of the spacing. `distance_m` is
+/// negative inside and at most as steep as a distance (1-Lipschitz); `box_m` holds the solid.
+CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m,
+                             const LatticeOptions& options);
+
+/// A volume of labels, x fastest; voxel (i,j,k) fills origin_m + voxel_size_m * [(i,j,k), (i+1,j+1,k+1)].
+struct LabelVolume {
+  std::vector<std::uint8_t> labels;
+  Vec3i dims{};
+  Vec3f voxel_size_m{};
+  Vec3f origin_m{};
+};
+/// Cubes that share volume with a voxel whose label is in `solid`.
+CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
+                                const LatticeOptions& options);
+
+/// A box of nx*ny*nz cubes with its lowest corner at origin_m.
+CubeLattice lattice_from_box(Vec3f origin_m, Vec3i cubes, const LatticeOptions& options);
+
+}  // namespace tactus

@@ -1,0 +1,215 @@
+#include "tactus/geom/point_in_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <unordered_map>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+std::string text(Vec3f p) {
+  return "(" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")";
+}
+
+/// Side of p against the projected edge a-b in the (y, z) plane: > 0 left, < 0 right, 0 only for an edge
+/// without extent. A tie is decided as if p were moved by (e, e^2), e -> 0.
+int side(Vec3d a, Vec3d b, Vec3d p) {
+  const double dy = b.y - a.y, dz = b.z - a.z;
+  const double s = dy * (p.z - a.z) - dz * (p.y - a.y);
+  if (s != 0) return s > 0 ? 1 : -1;
+  if (dz != 0) return dz < 0 ? 1 : -1;
+  if (dy != 0) return dy > 0 ? 1 : -1;
+  return 0;
+}
+/// The same, evaluated in one order of the two ends, so that both triangles at an edge agree.
+int edge_side(const std::vector<Vec3f>& x, Index a, Index b, Vec3d p) {
+  const auto v = [&](Index i) { return vec_cast<double>(x[at(i)]); };
+  return a < b ? side(v(a), v(b), p) : -side(v(b), v(a), p);
+}
+
+float squared_distance_to_box(Vec3f p, const Box3f& box) {
+  const Vec3f d = max(max(box.min - p, p - box.max), Vec3f{});
+  return dot(d, d);
+}
+
+}  // namespace
+
+void check_closed(const TriangleMesh& mesh, const char* what) {
+  if (mesh.triangles.empty()) throw Error(std::string(what) + " has no triangles");
+  const Index vertices = static_cast<Index>(mesh.positions_m.size());
+  for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {
+    const Vec3f p = mesh.positions_m[v];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      throw Error(std::string(what) + ": vertex " + std::to_string(v) + " is not finite: " + text(p));
+  }
+  // Net number of traversals of each edge: 0 for every edge of a closed, consistently oriented surface.
+  std::unordered_map<std::uint64_t, int> net;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      if (a < 0 || a >= vertices)
+        throw Error(std::string(what) + ": triangle " + std::to_string(t) + " uses vertex " +
+                    std::to_string(a) + " of " + std::to_string(vertices));
+      if (b < 0 || b >= vertices || a == b) continue;
+      const auto key =
+          static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
+      net[key] += a < b ? 1 : -1;
+    }
+  }
+  std::int64_t open = 0;
+  std::uint64_t first = ~std::uint64_t{0};
+  for (const auto& [key, count] : net) {
+    if (count == 0) continue;
+    ++open;
+    first = std::min(first, key);
+  }
+  if (open == 0) return;
+  const Vec3f a = mesh.positions_m[first >> 32], b = mesh.positions_m[first & 0xffffffffU];
+  throw Error(std::string(what) + " is not closed: " + std::to_string(open) +
+              (open == 1 ? " open edge" : " open edges") +
+              " (or wrongly oriented neighbours), the first from " + text(a) + " to " + text(b) +
+              " m; a body needs a closed surface");
+}
+
+float squared_distance_to_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c) {
+  const auto to = [&](Vec3f q) { return dot(p - q, p - q); };
+  const Vec3f ab = b - a, ac = c - a, ap = p - a;
+  const float d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return to(a);
+  const Vec3f bp = p - b;
+  const float d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return to(b);
+  const float vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return d1 - d3 > 0 ? to(a + (d1 / (d1 - d3)) * ab) : to(a);
+  const Vec3f cp = p - c;
+  const float d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return to(c);
+  const float vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return d2 - d6 > 0 ? to(a + (d2 / (d2 - d6)) * ac) : to(a);
+  const float va = d3 * d6 - d5 * d4;
+  const float e4 = d4 - d3, e5 = d5 - d6;
+  if (va <= 0 && e4 >= 0 && e5 >= 0) return e4 + e5 > 0 ? to(b + (e4 / (e4 + e5)) * (c - b)) : to(b);
+  const float sum = va + vb + vc;
+  if (!(sum > 0)) return min(to(a), min(to(b), to(c)));
+  return to(a + (vb / sum) * ab + (vc / sum) * ac);
+}
+
+PointInMesh::PointInMesh(const TriangleMesh& mesh)
+    : positions_(mesh.positions_m), triangles_(mesh.triangles) {
+  check_closed(mesh, "mesh");
+  bounds_ = bounds(mesh);
+  order_.resize(triangles_.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  tree_.reserve(triangles_.size());
+  build_tree(order_, 0, static_cast<Index>(order_.size()));
+  build_columns();
+}
+
+Index PointInMesh::build_tree(std::vector<Index>& order, Index first, Index count) {
+  const float inf = std::numeric_limits<float>::infinity();
+  Box3f box{{inf, inf, inf}, {-inf, -inf, -inf}};
+  for (Index i = first; i < first + count; ++i) {
+    for (const Index v : triangles_[at(order[at(i)])])
+      box = {min(box.min, positions_[at(v)]), max(box.max, positions_[at(v)])};
+  }
+  const auto self = static_cast<Index>(tree_.size());
+  tree_.push_back({box, first, count <= 4 ? count : 0, 0});
+  if (count <= 4) return self;
+  const Vec3f e = box.extent();
+  const int axis = e.x >= e.y && e.x >= e.z ? 0 : (e.y >= e.z ? 1 : 2);
+  const auto center = [&](Index t) {
+    const auto& v = triangles_[at(t)];
+    return positions_[at(v[0])][axis] + positions_[at(v[1])][axis] + positions_[at(v[2])][axis];
+  };
+  const Index half = count / 2;
+  std::nth_element(
+      order.begin() + first, order.begin() + first + half, order.begin() + first + count,
+      [&](Index a, Index b) { return center(a) < center(b) || (center(a) == center(b) && a < b); });
+  build_tree(order, first, half);
+  tree_[at(self)].right = build_tree(order, first + half, count - half);
+  return self;
+}
+
+void PointInMesh::build_columns() {
+  columns_ = std::clamp(static_cast<Index>(std::sqrt(static_cast<double>(triangles_.size()))), 1, 1024);
+  const auto column = [&](float value, float low, float high) {
+    const double t = high > low ? (double{value} - low) / (double{high} - low) : 0;
+    return std::clamp(static_cast<Index>(t * columns_), 0, columns_ - 1);
+  };
+  column_begin_.assign(at(columns_ * columns_ + 1), 0);
+  const auto for_each_entry = [&](auto&& body) {
+    for (Index t = 0; t < static_cast<Index>(triangles_.size()); ++t) {
+      const auto& v = triangles_[at(t)];
+      const Vec3f a = positions_[at(v[0])], b = positions_[at(v[1])], c = positions_[at(v[2])];
+      const Vec3f low = min(a, min(b, c)), high = max(a, max(b, c));
+      const Index y1 = column(high.y, bounds_.min.y, bounds_.max.y),
+                  z1 = column(high.z, bounds_.min.z, bounds_.max.z);
+      for (Index z = column(low.z, bounds_.min.z, bounds_.max.z); z <= z1; ++z)
+        for (Index y = column(low.y, bounds_.min.y, bounds_.max.y); y <= y1; ++y) body(z * columns_ + y, t);
+    }
+  };
+  for_each_entry([&](Index c, Index) { ++column_begin_[at(c + 1)]; });
+  std::partial_sum(column_begin_.begin(), column_begin_.end(), column_begin_.begin());
+  column_triangles_.resize(at(column_begin_.back()));
+  std::vector<Index> next(column_begin_.begin(), column_begin_.end() - 1);
+  for_each_entry([&](Index c, Index t) { column_triangles_[at(next[at(c)]++)] = t; });
+}
+
+int PointInMesh::winding(Vec3f p_m) const {
+  if (p_m.y < bounds_.min.y || p_m.y > bounds_.max.y || p_m.z < bounds_.min.z || p_m.z > bounds_.max.z ||
+      p_m.x > bounds_.max.x || p_m.x < bounds_.min.x)
+    return 0;
+  const auto column = [&](float value, float low, float high) {
+    const double t = high > low ? (double{value} - low) / (double{high} - low) : 0;
+    return std::clamp(static_cast<Index>(t * columns_), 0, columns_ - 1);
+  };
+  const Index c =
+      column(p_m.z, bounds_.min.z, bounds_.max.z) * columns_ + column(p_m.y, bounds_.min.y, bounds_.max.y);
+  const Vec3d p = vec_cast<double>(p_m);
+  int sum = 0;
+  for (Index e = column_begin_[at(c)]; e < column_begin_[at(c + 1)]; ++e) {
+    const auto& v = triangles_[at(column_triangles_[at(e)])];
+    const int s = edge_side(positions_, v[0], v[1], p);
+    if (s == 0 || edge_side(positions_, v[1], v[2], p) != s || edge_side(positions_, v[2], v[0], p) != s)
+      continue;
+    const Vec3d a = vec_cast<double>(positions_[at(v[0])]);
+    const Vec3d n =
+        cross(vec_cast<double>(positions_[at(v[1])]) - a, vec_cast<double>(positions_[at(v[2])]) - a);
+    if (n.x == 0) continue;
+    const double x = a.x - (n.y * (p.y - a.y) + n.z * (p.z - a.z)) / n.x;
+    if (x > p.x) sum += s;
+  }
+  return sum;
+}
+
+float PointInMesh::distance_m(Vec3f p_m) const {
+  float best = std::numeric_limits<float>::infinity();
+  std::array<Index, 64> stack;
+  std::size_t top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = tree_[at(stack[--top])];
+    if (squared_distance_to_box(p_m, node.box) >= best) continue;
+    for (Index i = node.first; i < node.first + node.count; ++i) {
+      const auto& v = triangles_[at(order_[at(i)])];
+      best = min(best, squared_distance_to_triangle(p_m, positions_[at(v[0])], positions_[at(v[1])],
+                                                    positions_[at(v[2])]));
+    }
+    if (node.count > 0) continue;
+    Index near = static_cast<Index>(&node - tree_.data()) + 1, far = node.right;
+    if (squared_distance_to_box(p_m, tree_[at(far)].box) < squared_distance_to_box(p_m, tree_[at(near)].box))
+      std::swap(near, far);
+    stack[top++] = far;
+    stack[top++] = near;
+  }
+  return sqrt(best);
+}
+
+}  // namespace tactus

@@ -1,0 +1,20 @@
+#pragma once
+/// What changes of a soft body from step to step, one entry per lattice node. Plain data on one device.
+#include "tactus/compute/exec_context.h"
+#include "tactus/geom/cube_lattice.h"
+
+namespace tactus {
+
+struct BodyState {
+  Buffer<Vec3f> x_m;      ///< positions, world
+  Buffer<Vec3f> v_m_s;    ///< velocities
+  Buffer<Vec3f> f_ext_N;  ///< external forces of the coming substep besides gravity; whoever adds clears
+};
+
+/// The body at rest where its lattice was built. Synchronizes.
+inline BodyState rest_state(ExecContext& ctx, const CubeLattice& lattice) {
+  const std::vector<Vec3f> zero(lattice.nodes.size());
+  return {to_device(ctx, lattice.rest_positions_m()), to_device(ctx, zero), to_device(ctx, zero)};
+}
+
+}  // namespace tactus

@@ -1,0 +1,153 @@
+#include "tactus/tissue/embedded_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/point_in_mesh.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+/// Which cube holds a point, or lies nearest to it.
+class CubeFinder {
+ public:
+  explicit CubeFinder(const CubeLattice& lattice)
+      : lattice_(lattice),
+        dims_(lattice.node_dims - Vec3i{1, 1, 1}),
+        id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
+    for (Index c = 0; c < lattice.cube_count(); ++c) id_[index(lattice.cubes[at(c)])] = c;
+  }
+  /// Cube and squared distance to it [spacings^2] of a point in lattice coordinates; cube -1: none within
+  /// `reach` cubes.
+  std::pair<Index, double> nearest(Vec3d p, int reach) const {
+    const auto cell = [](double v, Index n) {
+      return static_cast<Index>(std::clamp(std::floor(v), 0.0, double(n - 1)));
+    };
+    const Vec3i c{cell(p.x, dims_.x), cell(p.y, dims_.y), cell(p.z, dims_.z)};
+    Index best = -1;
+    double best_square = std::numeric_limits<double>::infinity();
+    for (int ring = 0; ring <= reach && best_square > sqr(std::max(0.0, ring - 1.0)); ++ring) {
+      const Vec3i low = max(c - Vec3i{ring, ring, ring}, Vec3i{}),
+                  high = min(c + Vec3i{ring, ring, ring}, dims_ - Vec3i{1, 1, 1});
+      for (Index z = low.z; z <= high.z; ++z)
+        for (Index y = low.y; y <= high.y; ++y)
+          for (Index x = low.x; x <= high.x; ++x) {
+            const Index id = id_[index({x, y, z})];
+            if (id < 0) continue;
+            const Vec3d corner = vec_cast<double>(Vec3i{x, y, z});
+            const Vec3d d = max(max(corner - p, p - corner - Vec3d{1, 1, 1}), Vec3d{});
+            if (dot(d, d) < best_square) best_square = dot(d, d), best = id;
+          }
+    }
+    return {best, best_square};
+  }
+
+ private:
+  std::size_t index(Vec3i p) const { return at((std::int64_t{p.z} * dims_.y + p.y) * dims_.x + p.x); }
+  const CubeLattice& lattice_;
+  Vec3i dims_;
+  std::vector<Index> id_;
+};
+
+std::vector<embed::Anchor> make_anchors(const CubeLattice& lattice, const TriangleMesh& mesh,
+                                        float max_outside) {
+  const CubeFinder finder(lattice);
+  std::vector<embed::Anchor> anchors(mesh.positions_m.size());
+  for (std::size_t v = 0; v < anchors.size(); ++v) {
+    const Vec3f p = mesh.positions_m[v];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      throw Error("surface vertex " + std::to_string(v) + " is not finite");
+    const Vec3d q = (vec_cast<double>(p) - vec_cast<double>(lattice.origin_m)) / double{lattice.spacing_m};
+    const auto [cube, square] = finder.nearest(q, static_cast<int>(std::ceil(max_outside)) + 2);
+    if (cube < 0 || std::sqrt(square) > double{max_outside})
+      throw Error("surface vertex " + std::to_string(v) + " at (" + std::to_string(p.x) + ", " +
+                  std::to_string(p.y) + ", " + std::to_string(p.z) + ") m is more than " +
+                  std::to_string(max_outside) +
+                  " spacings outside the lattice: surface and lattice are not of the same body");
+    anchors[v] = {cube, vec_cast<float>(q - vec_cast<double>(lattice.cubes[at(cube)]))};
+  }
+  return anchors;
+}
+
+std::vector<Index> flat_triangles(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw Error("surface has no triangles");
+  const auto vertices = static_cast<Index>(mesh.positions_m.size());
+  std::vector<Index> flat;
+  flat.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const Index v : mesh.triangles[t]) {
+      if (v < 0 || v >= vertices)
+        throw Error("surface triangle " + std::to_string(t) + " uses vertex " + std::to_string(v) + " of " +
+                    std::to_string(vertices));
+      flat.push_back(v);
+    }
+  }
+  return flat;
+}
+
+}  // namespace
+
+EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,
+                                 float max_outside) {
+  const std::vector<Index> flat = flat_triangles(mesh);
+  const std::size_t vertices = mesh.positions_m.size();
+  std::vector<Index> begin(vertices + 1), incident(flat.size());
+  for (const Index v : flat) ++begin[at(v) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Index> next(begin.begin(), begin.end() - 1);
+  for (std::size_t e = 0; e < flat.size(); ++e) incident[at(next[at(flat[e])]++)] = static_cast<Index>(e / 3);
+  std::vector<embed::CubeNodes> cubes(lattice.cubes.size());
+  for (std::size_t c = 0; c < cubes.size(); ++c)
+    std::copy(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end(), cubes[c].node);
+  anchors_ = to_device(ctx, make_anchors(lattice, mesh, max_outside));
+  cubes_ = to_device(ctx, cubes);
+  triangles_ = to_device(ctx, flat);
+  incident_begin_ = to_device(ctx, begin);
+  incident_ = to_device(ctx, incident);
+  positions_ = to_device(ctx, mesh.positions_m);
+  normals_ = Buffer<Vec3f>(ctx.device(), static_cast<std::int64_t>(vertices));
+  ctx.parallel_for("embed/normals", vertex_count(),
+                   embed::GatherNormals{incident_begin_.const_view(), incident_.const_view(),
+                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+  ctx.synchronize();
+}
+
+void EmbeddedSurface::update(ExecContext& ctx, const BodyState& state) {
+  ctx.parallel_for("embed/move", vertex_count(),
+                   embed::MoveVertices{anchors_.const_view(), cubes_.const_view(), state.x_m.const_view(),
+                                       positions_.view()});
+  ctx.parallel_for("embed/normals", vertex_count(),
+                   embed::GatherNormals{incident_begin_.const_view(), incident_.const_view(),
+                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+}
+
+TriangleMesh EmbeddedSurface::to_mesh(ExecContext& ctx) const {
+  TriangleMesh mesh;
+  mesh.positions_m = to_host(ctx, positions_m());
+  mesh.normals = to_host(ctx, normals());
+  const std::vector<Index> flat = to_host(ctx, triangles());
+  mesh.triangles.resize(flat.size() / 3);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    mesh.triangles[t] = {flat[3 * t], flat[3 * t + 1], flat[3 * t + 2]};
+  return mesh;
+}
+
+std::vector<float> node_outside_m(const CubeLattice& lattice, const TriangleMesh& surface) {
+  const PointInMesh query(surface);
+  return node_outside_m(lattice, [&](Vec3f p) { return query.signed_distance_m(p); });
+}
+
+std::vector<float> node_outside_m(const CubeLattice& lattice, const std::function<float(Vec3f)>& distance_m) {
+  std::vector<float> outside(lattice.nodes.size());
+  for (Index i = 0; i < lattice.node_count(); ++i) outside[at(i)] = distance_m(lattice.rest_m(i));
+  return outside;
+}
+
+}  // namespace tactus

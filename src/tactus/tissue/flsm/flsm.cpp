@@ -1,0 +1,162 @@
+#include "tactus/tissue/flsm/flsm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tactus/base/error.h"
+#include "tactus/tissue/flsm/flsm_kernels.h"
+
+namespace tactus {
+namespace {
+
+void check_range(const char* what, float value, float low, float high) {
+  if (value >= low && value <= high) return;
+  throw Error(std::string(what) + " is " + std::to_string(value) + ", not within " + std::to_string(low) +
+              " to " + std::to_string(high));
+}
+
+template <class T>
+Buffer<T> zeros(ExecContext& ctx, std::int64_t count) {
+  Buffer<T> buffer(ctx.device(), count);
+  ctx.fill_bytes(buffer.view(), 0);
+  return buffer;
+}
+
+}  // namespace
+
+Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmMaterial& material)
+    : material_(material), spacing_m_(lattice.spacing_m) {
+  check_range("Young's modulus [Pa]", material.young_Pa, 1e-3F, 1e12F);
+  check_range("density [kg/m^3]", material.density_kg_m3, 1e-3F, 1e6F);
+  check_range("damping ratio", material.damping_ratio, 0, 0.75F);
+  const FlsmRegions r = make_flsm_regions(lattice, material.half_width);
+  grid_ = r.grid;
+  sigma2_ = r.sigma2_m2;
+  omega_ =
+      static_cast<float>(std::sqrt(double{material.young_Pa} / (double{material.density_kg_m3} * sigma2_)));
+  damping_time_s_ = 2 * material.damping_ratio / omega_;
+  cell_ = to_device(ctx, r.cell);
+  fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
+  shared_mass_kg_ = to_device(ctx, r.shared_mass_kg);
+  mass_kg_ = to_device(ctx, lattice.node_mass_kg);
+  std::vector<double> inverse_nodes(r.region_nodes.size());
+  std::transform(r.region_nodes.begin(), r.region_nodes.end(), inverse_nodes.begin(),
+                 [](Index n) { return 1.0 / n; });
+  inverse_region_nodes_ = to_device(ctx, inverse_nodes);
+  inverse_mass_ = to_device(ctx, r.inverse_mass_per_kg);
+  center_ = to_device(ctx, r.center);
+  std::vector<float> identity(static_cast<std::size_t>(4 * grid_.cells));
+  std::fill_n(identity.begin(), grid_.cells, 1.F);
+  quaternion_ = to_device(ctx, identity);
+  exceptions_ = to_device(ctx, r.exceptions);
+  offsets_ = to_device(ctx, r.offsets);
+  node_rows_ = to_device(ctx, r.node_rows);
+  x_rows_ = to_device(ctx, r.x_rows);
+  y_blocks_ = to_device(ctx, r.y_blocks);
+  z_blocks_ = to_device(ctx, r.z_blocks);
+  goal_z_blocks_ = to_device(ctx, r.goal_z_blocks);
+  goal_y_blocks_ = to_device(ctx, r.goal_y_blocks);
+  const std::int64_t cells = grid_.cells;
+  loaded_ = zeros<double>(ctx, 3 * cells);
+  sums_x_ = zeros<double>(ctx, 6 * cells);
+  sums_y_ = zeros<double>(ctx, 9 * cells);
+  sums_z_ = zeros<double>(ctx, 12 * cells);
+  translation_ = zeros<double>(ctx, 3 * cells);
+  goals_z_ = zeros<double>(ctx, 3 * cells);
+  goals_y_ = zeros<double>(ctx, 3 * cells);
+  goal_sum_ = zeros<double>(ctx, 3 * cells);
+  rotation_ = zeros<float>(ctx, 9 * cells);
+  turns_z_ = zeros<float>(ctx, 6 * cells);
+  turns_y_ = zeros<float>(ctx, 3 * cells);
+}
+
+float Flsm::effective_young_Pa(float dt_s) const {
+  return material_.young_Pa / std::max(1.F, sqr(omega_ * dt_s));
+}
+
+int Flsm::substeps_for(float dt_frame_s) const {
+  check_range("frame time [s]", dt_frame_s, 1e-7F, 10.F);
+  return std::max(1, static_cast<int>(std::ceil(omega_ * dt_frame_s)));
+}
+
+void Flsm::sum_over_regions(ExecContext& ctx) {
+  const Index n = grid_.cells;
+  const int w = material_.half_width;
+  ctx.parallel_for("flsm/sum_x", x_rows_.size(),
+                   flsm::RowSums{x_rows_.const_view(), loaded_.const_view(), sums_x_.view(), n, w});
+  ctx.parallel_for(
+      "flsm/sum_y", y_blocks_.size(),
+      flsm::SlideSums{y_blocks_.const_view(), sums_x_.const_view(), sums_y_.view(), n, grid_.stride_y, w, 6});
+  ctx.parallel_for(
+      "flsm/sum_z", z_blocks_.size(),
+      flsm::SlideSums{z_blocks_.const_view(), sums_y_.const_view(), sums_z_.view(), n, grid_.stride_z, w, 9});
+  ctx.parallel_for("flsm/correct_sums", exceptions_.size(),
+                   flsm::CorrectSums{exceptions_.const_view(), offsets_.const_view(), loaded_.const_view(),
+                                     sums_z_.view(), n, grid_.stride_y, grid_.stride_z});
+}
+
+void Flsm::sum_goals(ExecContext& ctx) {
+  const Index n = grid_.cells;
+  const int w = material_.half_width;
+  ctx.parallel_for(
+      "flsm/goal_z", goal_z_blocks_.size(),
+      flsm::SlideGoals{goal_z_blocks_.const_view(), translation_.const_view(), rotation_.const_view(),
+                       goals_z_.view(), turns_z_.view(), n, grid_.stride_z, w, 3});
+  ctx.parallel_for("flsm/goal_y", goal_y_blocks_.size(),
+                   flsm::SlideGoals{goal_y_blocks_.const_view(), goals_z_.const_view(), turns_z_.const_view(),
+                                    goals_y_.view(), turns_y_.view(), n, grid_.stride_y, w, 2});
+  ctx.parallel_for("flsm/goal_x", node_rows_.size(),
+                   flsm::RowGoals{node_rows_.const_view(), goals_y_.const_view(), turns_y_.const_view(),
+                                  goal_sum_.view(), n, w});
+  ctx.parallel_for(
+      "flsm/correct_goals", exceptions_.size(),
+      flsm::CorrectGoals{exceptions_.const_view(), offsets_.const_view(), translation_.const_view(),
+                         rotation_.const_view(), goal_sum_.view(), n, grid_.stride_y, grid_.stride_z});
+}
+
+void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, int rotation_iterations) {
+  ctx.parallel_for(
+      "flsm/load", node_count(),
+      flsm::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), shared_mass_kg_.const_view(),
+                      cell_.const_view(), loaded_.view(), grid_.cells, damping_time_s_});
+  sum_over_regions(ctx);
+  ctx.parallel_for(
+      "flsm/fit", node_rows_.size(),
+      flsm::FitRegions{node_rows_.const_view(), sums_z_.const_view(), inverse_mass_.const_view(),
+                       center_.const_view(), quaternion_.view(), rotation_.view(), translation_.view(),
+                       grid_.cells, 1 / double{spacing_m_}, spacing_m_, rotation_iterations});
+  sum_goals(ctx);
+}
+
+void Flsm::step(ExecContext& ctx, BodyState& state, const FlsmStep& step) {
+  check_range("substep [s]", step.dt_s, 1e-8F, 1.F);
+  check_range("drag [1/s]", step.drag_per_s, 0, 1e6F);
+  if (state.x_m.size() != node_count())
+    throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
+                std::to_string(node_count()));
+  compute_goals(ctx, state, step.rotation_iterations);
+  const float kappa = step.full_stiffness ? 1.F : std::min(1.F, sqr(omega_ * step.dt_s));
+  ctx.parallel_for(
+      "flsm/integrate", node_count(),
+      flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
+                      goal_sum_.const_view(), cell_.const_view(), inverse_region_nodes_.const_view(),
+                      mass_kg_.const_view(), fixed_.const_view(), grid_.cells, step.gravity_m_s2, step.dt_s,
+                      kappa / step.dt_s, damping_time_s_, 1 / (1 + step.dt_s * step.drag_per_s)});
+}
+
+std::vector<Vec3d> Flsm::goals_m(ExecContext& ctx) const {
+  const std::vector<double> sum = to_host(ctx, goal_sum_.const_view());
+  const std::vector<Index> cell = to_host(ctx, cell_.const_view());
+  const std::vector<double> inverse = to_host(ctx, inverse_region_nodes_.const_view());
+  std::vector<Vec3d> goals(cell.size());
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    for (int a = 0; a < 3; ++a) {
+      const std::int64_t field = std::int64_t{a} * grid_.cells + cell[i];
+      goals[i][a] = sum[static_cast<std::size_t>(field)] * inverse[i];
+    }
+  }
+  return goals;
+}
+
+}  // namespace tactus

@@ -1,0 +1,81 @@
+#pragma once
+/// Fast lattice shape matching (Rivers & James 2007; [P 9-14]) with a material's stiffness.
+#include "tactus/tissue/body_state.h"
+#include "tactus/tissue/flsm/flsm_regions.h"
+
+namespace tactus {
+
+/// What the body is made of.
+struct FlsmMaterial {
+  float young_Pa = 3000;
+  float density_kg_m3 = 1000;
+  int half_width = 1;  ///< of the regions, in spacings: 1..4
+  /// Part of critical damping of the fastest mode, 0..0.75; rigid motion is not damped.
+  float damping_ratio = 0.3F;
+};
+
+/// What may change from substep to substep.
+struct FlsmStep {
+  float dt_s = 0.001F;
+  Vec3f gravity_m_s2{0, -9.81F, 0};
+  float drag_per_s = 0;         ///< damps all motion, falling, too: for settling only
+  bool full_stiffness = false;  ///< kappa = 1, the paper's choice: stiffness then depends on dt
+  int rotation_iterations = 2;
+};
+
+/// Solver of one body on one device. Between two steps anyone may change x and v (contact does).
+///
+///   Flsm flsm(ctx, lattice, material);
+///   BodyState body = rest_state(ctx, lattice);
+///   const int n = flsm.substeps_for(dt_frame_s);
+///   for (int k = 0; k < n; ++k) flsm.step(ctx, body, {.dt_s = dt_frame_s / n});
+///
+/// The goal force linearises to rho omega^2 (sigma^2/2) (laplace u + grad div u): shear modulus
+/// rho omega^2 sigma^2 / 2 and lambda = 0. So E is matched by omega^2 = E / (rho sigma^2), sigma^2 over the
+/// actual regions; Poisson's ratio cannot be chosen. kappa = min(1, (omega dt)^2) [ours].
+class Flsm {
+ public:
+  /// @throws Error naming the field for a material out of range, or a body too large.
+  Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmMaterial& material);
+
+  /// One substep: goals, forces, integration. @throws Error when dt_s or another parameter is out of range.
+  void step(ExecContext& ctx, BodyState& state, const FlsmStep& step);
+  /// The first half of a step: sum over i's regions of T_r x0_i [m], times 1/|R_i| the goals [P 12].
+  void compute_goals(ExecContext& ctx, const BodyState& state, int rotation_iterations);
+  /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
+  std::vector<Vec3d> goals_m(ExecContext& ctx) const;
+
+  float omega_per_s() const { return omega_; }
+  double sigma2_m2() const { return sigma2_; }
+  /// Young's modulus that a substep of dt really gives: E, or E / (omega dt)^2 where kappa is cut off at 1.
+  float effective_young_Pa(float dt_s) const;
+  /// How many substeps keep dt <= 1/omega, so that the stiffness is the material's.
+  int substeps_for(float dt_frame_s) const;
+  Index node_count() const { return cell_.size(); }
+  Index exception_count() const { return exceptions_.size(); }
+
+ private:
+  void sum_over_regions(ExecContext& ctx);
+  void sum_goals(ExecContext& ctx);
+
+  FlsmMaterial material_;
+  float spacing_m_ = 0, omega_ = 0, damping_time_s_ = 0;
+  double sigma2_ = 0;
+  FlsmGrid grid_;
+  // per node
+  Buffer<Index> cell_, fixed_;
+  Buffer<float> mass_kg_;
+  Buffer<double> shared_mass_kg_, inverse_region_nodes_;
+  // per cell
+  Buffer<double> inverse_mass_, center_;
+  Buffer<float> quaternion_;
+  Buffer<FlsmException> exceptions_;
+  Buffer<FlsmOffset> offsets_;
+  Buffer<Index> node_rows_, x_rows_, y_blocks_, z_blocks_, goal_z_blocks_, goal_y_blocks_;
+  // work: fields over cells, 0 where nothing writes
+  Buffer<double> loaded_, sums_x_, sums_y_, sums_z_;
+  Buffer<double> translation_, goals_z_, goals_y_, goal_sum_;
+  Buffer<float> rotation_, turns_z_, turns_y_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,352 @@
+#pragma once
+/// Kernels of fast lattice shape matching. Fields are arrays over the cells of FlsmGrid, one after the other.
+///
+/// Sums over regions in O(1) per node, whatever the half width w: a region that is box ∩ body is a window
+/// along x, then y, then z. Because rest positions are k spacings away from the centre node, `sum m~ x k^T`
+/// needs only first moments: 3 fields (m~ x) become 6 after x (window sums S0, and S1 = sum k f along x), 9
+/// after y, 12 after z. The goals are the transpose: 12 fields -> 9 -> 6 -> 3. Along y and z windows slide
+/// (one value enters, one leaves), in chunks of fixed place, so the bits don't depend on who computes what;
+/// along x, where lanes lie side by side, they are added directly. Sums are double: A_r is right to float32
+/// round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre off the origin).
+#include "tactus/compute/kernel.h"
+#include "tactus/tissue/flsm/flsm_regions.h"
+#include "tactus/tissue/flsm/region_rotation.h"
+
+namespace tactus::flsm {
+
+inline constexpr int kLanes = FlsmGrid::kLanes;
+struct NoShared {};
+
+/// m~ (x + damping_time v): what is summed over regions. [ours] Goals of the positions a little ahead damp
+/// whatever is not rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.
+struct LoadNodes {
+  View<const Vec3f> x_m, v_m_s;
+  View<const double> shared_mass_kg;
+  View<const Index> cell;
+  View<double> out;  ///< 3 fields
+  Index cells;
+  float damping_time_s;
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3f x = x_m[i], v = v_m_s[i];
+    const double m = shared_mass_kg[i], t = static_cast<double>(damping_time_s);
+    const Index d = cell[i];
+    out[d] = m * (static_cast<double>(x.x) + t * static_cast<double>(v.x));
+    out[cells + d] = m * (static_cast<double>(x.y) + t * static_cast<double>(v.y));
+    out[2 * cells + d] = m * (static_cast<double>(x.z) + t * static_cast<double>(v.z));
+  }
+};
+
+/// Window sums along x: 3 fields -> S0 (3), S1 (3).
+struct RowSums {
+  static constexpr int kThreads = kLanes;
+  static constexpr Index kGrain = 64;
+  using Shared = NoShared;
+  View<const Index> rows;
+  View<const double> in;
+  View<double> out;
+  Index cells;
+  int w;
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index base = rows[b.index()];
+    typename Block::template PerThread<double> s0, s1;
+    for (Index c = 0; c < 3; ++c) {
+      const Index from = c * cells + base;
+      b.for_each_thread([&](int t) { s0[t] = in[from + t], s1[t] = 0; });
+      for (int k = 1; k <= w; ++k) {
+        b.for_each_thread([&](int t) {
+          const double high = in[from + t + k], low = in[from + t - k];
+          s0[t] += high + low;
+          s1[t] += static_cast<double>(k) * (high - low);
+        });
+      }
+      b.for_each_thread([&](int t) { out[from + t] = s0[t], out[from + 3 * cells + t] = s1[t]; });
+    }
+  }
+};
+
+/// Window sums along y or z (`step` cells apart): `fields` -> S0 of all, S1 of the first three.
+struct SlideSums {
+  static constexpr int kThreads = kLanes;
+  static constexpr Index kGrain = 8;
+  using Shared = NoShared;
+  View<const Index> blocks;
+  View<const double> in;
+  View<double> out;
+  Index cells, step;
+  int w, fields;
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index base = blocks[b.index()];
+    typename Block::template PerThread<double> s0, s1;
+    for (Index c = 0; c < fields; ++c) {
+      const Index from = c * cells + base, moment = (fields + c) * cells + base;
+      const bool with_moment = c < 3;
+      b.for_each_thread([&](int t) { s0[t] = 0, s1[t] = 0; });
+      for (int k = -w; k <= w; ++k) {
+        b.for_each_thread([&](int t) {
+          const double f = in[from + k * step + t];
+          s0[t] += f;
+          s1[t] += static_cast<double>(k) * f;
+        });
+      }
+      for (Index j = 0; j < FlsmGrid::kChunk; ++j) {
+        b.for_each_thread([&](int t) { out[from + j * step + t] = s0[t]; });
+        if (with_moment) b.for_each_thread([&](int t) { out[moment + j * step + t] = s1[t]; });
+        if (j + 1 == FlsmGrid::kChunk) break;
+        const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
+        b.for_each_thread([&](int t) {
+          const double e = in[enter + t], l = in[leave + t];
+          s1[t] += static_cast<double>(w) * e + static_cast<double>(w + 1) * l - s0[t];
+          s0[t] += e - l;
+        });
+      }
+    }
+  }
+};
+
+/// Regions that are not box ∩ body: takes the nodes out of reach off the 12 sums, or sums the reached anew.
+struct CorrectSums {
+  View<const FlsmException> exceptions;
+  View<const FlsmOffset> offsets;
+  View<const double> in;  ///< m~ x, 3 fields
+  View<double> sums;      ///< 12 fields
+  Index cells, stride_y, stride_z;
+  TACTUS_HD void operator()(Index i) const {
+    const FlsmException e = exceptions[i];
+    double s[12];
+    for (Index c = 0; c < 12; ++c) s[c] = e.anew != 0 ? 0.0 : sums[c * cells + e.cell];
+    const double sign = e.anew != 0 ? 1 : -1;
+    for (Index j = e.begin; j < e.end; ++j) {
+      const FlsmOffset k = offsets[j];
+      const Index d = e.cell + k.z * stride_z + k.y * stride_y + k.x;
+      for (Index a = 0; a < 3; ++a) {
+        const double f = sign * in[a * cells + d];
+        s[a] += f;
+        s[3 + a] += static_cast<double>(k.x) * f;
+        s[6 + a] += static_cast<double>(k.y) * f;
+        s[9 + a] += static_cast<double>(k.z) * f;
+      }
+    }
+    for (Index c = 0; c < 12; ++c) sums[c * cells + e.cell] = s[c];
+  }
+};
+
+/// From the 12 sums: centre C_r [P 9], A_r = sum m~ x x0^T - M C C0^T [P 10], rotation R_r (warm-started, a
+/// fixed number of steps), and T_r = [R_r | C_r - R_r C0_r] [P 11] with C0_r relative to node r.
+struct FitRegions {
+  static constexpr int kThreads = kLanes;
+  static constexpr Index kGrain = 32;
+  using Shared = NoShared;
+  View<const Index> rows;
+  View<const double> sums;          ///< 12 fields
+  View<const double> inverse_mass;  ///< 1 field; 0: no node
+  View<const double> center;        ///< 3 fields [spacings]
+  View<float> quaternion;           ///< 4 fields w x y z, kept from step to step
+  View<float> rotation;             ///< out: 9 fields, column by column, times the spacing; 0 without a node
+  View<double> translation_m;       ///< out: 3 fields
+  Index cells;
+  double inverse_spacing_per_m;
+  float spacing_m;
+  int iterations;
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index base = rows[b.index()];
+    typename Block::template PerThread<float> A[9], q[4], scale;
+    for (Index j = 0; j < 3; ++j)
+      for (Index a = 0; a < 3; ++a)
+        b.for_each_thread([&](int t) {
+          const Index d = base + t;
+          A[3 * j + a][t] = static_cast<float>(
+              (sums[(3 + 3 * j + a) * cells + d] - sums[a * cells + d] * center[j * cells + d]) *
+              inverse_mass[d] * inverse_spacing_per_m);
+        });
+    for (Index c = 0; c < 4; ++c)
+      b.for_each_thread([&](int t) { q[c][t] = quaternion[c * cells + base + t]; });
+    b.for_each_thread([&](int t) {
+      const float square = A[0][t] * A[0][t] + A[1][t] * A[1][t] + A[2][t] * A[2][t] + A[3][t] * A[3][t] +
+                           A[4][t] * A[4][t] + A[5][t] * A[5][t] + A[6][t] * A[6][t] + A[7][t] * A[7][t] +
+                           A[8][t] * A[8][t];
+      scale[t] = 1.F / sqrt(square > 1e-30F ? square : 1e-30F);
+    });
+    for (Index c = 0; c < 9; ++c) b.for_each_thread([&](int t) { A[c][t] *= scale[t]; });
+    for (int n = 0; n < iterations; ++n) {
+      b.for_each_thread([&](int t) {
+        const Quatf r = improve_rotation(
+            {q[0][t], q[1][t], q[2][t], q[3][t]},
+            {{A[0][t], A[1][t], A[2][t]}, {A[3][t], A[4][t], A[5][t]}, {A[6][t], A[7][t], A[8][t]}});
+        q[0][t] = r.w, q[1][t] = r.x, q[2][t] = r.y, q[3][t] = r.z;
+      });
+    }
+    b.for_each_thread([&](int t) {
+      const Columns R = rotation_columns({q[0][t], q[1][t], q[2][t], q[3][t]});
+      const float h = inverse_mass[base + t] > 0 ? spacing_m : 0.F;
+      A[0][t] = h * R.x.x, A[1][t] = h * R.x.y, A[2][t] = h * R.x.z;
+      A[3][t] = h * R.y.x, A[4][t] = h * R.y.y, A[5][t] = h * R.y.z;
+      A[6][t] = h * R.z.x, A[7][t] = h * R.z.y, A[8][t] = h * R.z.z;
+    });
+    for (Index c = 0; c < 4; ++c)
+      b.for_each_thread([&](int t) { quaternion[c * cells + base + t] = q[c][t]; });
+    for (Index c = 0; c < 9; ++c) b.for_each_thread([&](int t) { rotation[c * cells + base + t] = A[c][t]; });
+    for (Index a = 0; a < 3; ++a)
+      b.for_each_thread([&](int t) {
+        const Index d = base + t;
+        translation_m[a * cells + d] =
+            sums[a * cells + d] * inverse_mass[d] -
+            (static_cast<double>(A[a][t]) * center[d] + static_cast<double>(A[3 + a][t]) * center[cells + d] +
+             static_cast<double>(A[6 + a][t]) * center[2 * cells + d]);
+      });
+  }
+};
+
+/// Goals along z (columns = 3), then y (2): sums of T_r x0_i over the regions that hold i. Region i + k sees
+/// node i at -k, so the last column enters with minus its first moment: translation' = S0(translation) -
+/// S1(last column); the other columns are just summed.
+struct SlideGoals {
+  static constexpr int kThreads = kLanes;
+  static constexpr Index kGrain = 8;
+  using Shared = NoShared;
+  View<const Index> blocks;
+  View<const double> translation_in;
+  View<const float> rotation_in;
+  View<double> translation_out;
+  View<float> rotation_out;
+  Index cells, step;
+  int w, columns;
+
+  template <class Block>
+  TACTUS_HD void sum_translation(const Block& b, Index base, Index a) const {
+    const Index from = a * cells + base, turn = (3 * (columns - 1) + a) * cells + base;
+    typename Block::template PerThread<double> s0, r0, r1;
+    b.for_each_thread([&](int t) { s0[t] = 0, r0[t] = 0, r1[t] = 0; });
+    for (int k = -w; k <= w; ++k) {
+      b.for_each_thread([&](int t) {
+        const double r = static_cast<double>(rotation_in[turn + k * step + t]);
+        s0[t] += translation_in[from + k * step + t];
+        r0[t] += r;
+        r1[t] += static_cast<double>(k) * r;
+      });
+    }
+    for (Index j = 0; j < FlsmGrid::kChunk; ++j) {
+      b.for_each_thread([&](int t) { translation_out[from + j * step + t] = s0[t] - r1[t]; });
+      if (j + 1 == FlsmGrid::kChunk) break;
+      const Index enter = (j + w + 1) * step, leave = (j - w) * step;
+      b.for_each_thread([&](int t) {
+        const double e = static_cast<double>(rotation_in[turn + enter + t]);
+        const double l = static_cast<double>(rotation_in[turn + leave + t]);
+        r1[t] += static_cast<double>(w) * e + static_cast<double>(w + 1) * l - r0[t];
+        r0[t] += e - l;
+        s0[t] += translation_in[from + enter + t] - translation_in[from + leave + t];
+      });
+    }
+  }
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index base = blocks[b.index()];
+    for (Index a = 0; a < 3; ++a) sum_translation(b, base, a);
+    typename Block::template PerThread<double> r0;
+    for (Index c = 0; c < 3 * (columns - 1); ++c) {
+      const Index from = c * cells + base;
+      b.for_each_thread([&](int t) { r0[t] = 0; });
+      for (int k = -w; k <= w; ++k)
+        b.for_each_thread([&](int t) { r0[t] += static_cast<double>(rotation_in[from + k * step + t]); });
+      for (Index j = 0; j < FlsmGrid::kChunk; ++j) {
+        b.for_each_thread([&](int t) { rotation_out[from + j * step + t] = static_cast<float>(r0[t]); });
+        if (j + 1 == FlsmGrid::kChunk) break;
+        const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
+        b.for_each_thread([&](int t) {
+          r0[t] += static_cast<double>(rotation_in[enter + t]) - static_cast<double>(rotation_in[leave + t]);
+        });
+      }
+    }
+  }
+};
+
+/// Goals along x, the last step: sum of T_r x0_i over all regions that hold i.
+struct RowGoals {
+  static constexpr int kThreads = kLanes;
+  static constexpr Index kGrain = 64;
+  using Shared = NoShared;
+  View<const Index> rows;
+  View<const double> translation_in;
+  View<const float> rotation_in;
+  View<double> goal_sum_m;
+  Index cells;
+  int w;
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    typename Block::template PerThread<double> s;
+    for (Index a = 0; a < 3; ++a) {
+      const Index from = a * cells + rows[b.index()];
+      b.for_each_thread([&](int t) { s[t] = translation_in[from + t]; });
+      for (int k = 1; k <= w; ++k) {
+        b.for_each_thread([&](int t) {
+          const double turn =
+              static_cast<double>(rotation_in[from + t + k]) - static_cast<double>(rotation_in[from + t - k]);
+          s[t] += translation_in[from + t + k] + translation_in[from + t - k] - static_cast<double>(k) * turn;
+        });
+      }
+      b.for_each_thread([&](int t) { goal_sum_m[from + t] = s[t]; });
+    }
+  }
+};
+
+/// The goals of nodes whose region is not box ∩ body (reach is symmetric: the same lists).
+struct CorrectGoals {
+  View<const FlsmException> exceptions;
+  View<const FlsmOffset> offsets;
+  View<const double> translation_m;
+  View<const float> rotation;
+  View<double> goal_sum_m;
+  Index cells, stride_y, stride_z;
+  TACTUS_HD void operator()(Index i) const {
+    const FlsmException e = exceptions[i];
+    double s[3];
+    for (Index a = 0; a < 3; ++a) s[a] = e.anew != 0 ? 0.0 : goal_sum_m[a * cells + e.cell];
+    const double sign = e.anew != 0 ? 1 : -1;
+    for (Index j = e.begin; j < e.end; ++j) {
+      const FlsmOffset k = offsets[j];
+      const Index d = e.cell + k.z * stride_z + k.y * stride_y + k.x;
+      for (Index a = 0; a < 3; ++a) {
+        const double turn = static_cast<double>(k.x) * static_cast<double>(rotation[a * cells + d]) +
+                            static_cast<double>(k.y) * static_cast<double>(rotation[(3 + a) * cells + d]) +
+                            static_cast<double>(k.z) * static_cast<double>(rotation[(6 + a) * cells + d]);
+        s[a] += sign * (translation_m[a * cells + d] - turn);
+      }
+    }
+    for (Index a = 0; a < 3; ++a) goal_sum_m[a * cells + e.cell] = s[a];
+  }
+};
+
+/// [P 12] and [P 13-14]: v+ = v + kappa (g - x)/dt + dt F_ext/m, x+ = x + dt v+. Fixed nodes stay where they
+/// are.
+struct Integrate {
+  View<Vec3f> x_m, v_m_s;
+  View<const Vec3f> f_ext_N;
+  View<const double> goal_sum_m;
+  View<const Index> cell;
+  View<const double> inverse_region_nodes;
+  View<const float> mass_kg;
+  View<const Index> fixed;
+  Index cells;
+  Vec3f gravity_m_s2;
+  float dt_s, stiffness_per_s;  ///< kappa / dt
+  float damping_time_s, drag;   ///< drag: 1 / (1 + dt drag_per_s)
+  TACTUS_HD void operator()(Index i) const {
+    const Index d = cell[i];
+    const Vec3f x = x_m[i], v = v_m_s[i];
+    const double n = inverse_region_nodes[i];
+    const auto pull = [&](Index a, float xa, float va) {
+      const double ahead =
+          static_cast<double>(xa) + static_cast<double>(damping_time_s) * static_cast<double>(va);
+      return static_cast<float>(goal_sum_m[a * cells + d] * n - ahead);
+    };
+    const Vec3f to_goal{pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)};
+    const Vec3f dv = stiffness_per_s * to_goal + dt_s * (gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
+    const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
+    v_m_s[i] = next;
+    x_m[i] = x + dt_s * next;
+  }
+};
+
+}  // namespace tactus::flsm

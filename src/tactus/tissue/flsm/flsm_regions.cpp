@@ -1,0 +1,262 @@
+#include "tactus/tissue/flsm/flsm_regions.h"
+
+#include <algorithm>
+#include <bit>
+#include <string>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+constexpr Index round_up(Index n, Index to) { return (n + to - 1) / to * to; }
+
+/// Which nodes and cubes of the lattice's box exist, with a margin of w, as bytes.
+class Occupancy {
+ public:
+  Occupancy(const CubeLattice& lattice, int w)
+      : w_(w), dims_(lattice.node_dims + Vec3i{2 * w, 2 * w, 2 * w}) {
+    node_.assign(at(std::int64_t{dims_.x} * dims_.y * dims_.z), 0);
+    cube_ = node_;
+    for (const Vec3i p : lattice.nodes) node_[index(p)] = 1;
+    for (const Vec3i p : lattice.cubes) cube_[index(p)] = 1;
+  }
+  bool node(Vec3i p) const { return node_[index(p)] != 0; }
+  bool cube(Vec3i p) const { return cube_[index(p)] != 0; }
+
+ private:
+  std::size_t index(Vec3i p) const {
+    return at((std::int64_t{p.z + w_} * dims_.y + p.y + w_) * dims_.x + p.x + w_);
+  }
+  Index w_;
+  Vec3i dims_;
+  std::vector<std::uint8_t> node_, cube_;
+};
+
+/// The nodes of a box of up to 9^3 around a centre: bit x of row[z][y].
+struct BoxBits {
+  std::uint16_t row[9][9] = {};
+  int count() const {
+    int n = 0;
+    for (const auto& plane : row)
+      for (const std::uint16_t bits : plane) n += std::popcount(bits);
+    return n;
+  }
+  template <class F>
+  void for_each(int w, F&& body) const {
+    for (int z = 0; z <= 2 * w; ++z)
+      for (int y = 0; y <= 2 * w; ++y)
+        for (int x = 0; x <= 2 * w; ++x)
+          if ((row[z][y] >> x & 1) != 0) body(Vec3i{x - w, y - w, z - w});
+  }
+};
+
+BoxBits nodes_in_box(const Occupancy& body, Vec3i center, int w) {
+  BoxBits bits;
+  for (int z = 0; z <= 2 * w; ++z)
+    for (int y = 0; y <= 2 * w; ++y)
+      for (int x = 0; x <= 2 * w; ++x)
+        if (body.node(center + Vec3i{x - w, y - w, z - w}))
+          bits.row[z][y] = static_cast<std::uint16_t>(bits.row[z][y] | 1U << x);
+  return bits;
+}
+
+/// w rounds of "every node of a cube that holds a reached node is reached"; w moves never leave the box.
+BoxBits nodes_in_reach(const Occupancy& body, Vec3i center, int w) {
+  std::uint16_t cubes[8][8] = {};
+  for (int z = 0; z < 2 * w; ++z)
+    for (int y = 0; y < 2 * w; ++y)
+      for (int x = 0; x < 2 * w; ++x)
+        if (body.cube(center + Vec3i{x - w, y - w, z - w}))
+          cubes[z][y] = static_cast<std::uint16_t>(cubes[z][y] | 1U << x);
+  BoxBits reached;
+  reached.row[w][w] = static_cast<std::uint16_t>(1U << w);
+  for (int move = 0; move < w; ++move) {
+    BoxBits next = reached;
+    for (int z = 0; z < 2 * w; ++z)
+      for (int y = 0; y < 2 * w; ++y) {
+        const unsigned any = unsigned{reached.row[z][y]} | reached.row[z][y + 1] | reached.row[z + 1][y] |
+                             reached.row[z + 1][y + 1];
+        const unsigned hit = (any | any >> 1) & cubes[z][y];
+        const auto corners = static_cast<std::uint16_t>(hit | hit << 1);
+        for (int q = 0; q < 4; ++q) {
+          std::uint16_t& row = next.row[z + (q >> 1)][y + (q & 1)];
+          row = static_cast<std::uint16_t>(row | corners);
+        }
+      }
+    reached = next;
+  }
+  return reached;
+}
+
+FlsmGrid make_grid(const CubeLattice& lattice, int w) {
+  FlsmGrid grid;
+  const Vec3i n = lattice.node_dims;
+  const auto count = [&](Index i) { return static_cast<double>(round_up(i, FlsmGrid::kChunk) + 2 * w); };
+  grid.pad = w;
+  grid.stride_y = round_up(n.x, FlsmGrid::kLanes) + w;
+  grid.stride_z = grid.stride_y * static_cast<Index>(count(n.y));
+  const double cells = grid.stride_y * count(n.y) * count(n.z) + FlsmGrid::kLanes + w;
+  if (cells * 12 > 2e9)
+    throw Error("the body's box of " + std::to_string(n.x) + "x" + std::to_string(n.y) + "x" +
+                std::to_string(n.z) + " nodes needs " + bytes_text(cells * 440) +
+                " for shape matching, more than one device can index; use a larger spacing");
+  grid.cells = static_cast<Index>(cells);
+  return grid;
+}
+
+/// A set of rows (kLanes along x, at one y and z) of the lattice's box.
+class Rows {
+ public:
+  explicit Rows(Vec3i n)
+      : nx_(ceil_div(n.x, FlsmGrid::kLanes)), ny_(n.y), nz_(n.z), set_(at(std::int64_t{nx_} * ny_ * nz_)) {}
+  void set(Index x, Index y, Index z) { set_[index(x, y, z)] = true; }
+  bool get(Index x, Index y, Index z) const { return set_[index(x, y, z)]; }
+  /// Rows with a member within w along y (axis 1) or z (axis 2).
+  Rows grown(int axis, int w) const {
+    Rows out = *this;
+    for_each([&](Index x, Index y, Index z) {
+      for (Index k = -w; k <= w; ++k) {
+        const Index y2 = y + (axis == 1 ? k : 0), z2 = z + (axis == 2 ? k : 0);
+        if (y2 >= 0 && y2 < ny_ && z2 >= 0 && z2 < nz_) out.set(x, y2, z2);
+      }
+    });
+    return out;
+  }
+  Rows operator&(const Rows& o) const {
+    Rows out = *this;
+    for (std::size_t i = 0; i < set_.size(); ++i) out.set_[i] = set_[i] && o.set_[i];
+    return out;
+  }
+  /// Cells where the rows start; with an axis (1, 2), those of its chunks that hold a member.
+  std::vector<Index> starts(const FlsmGrid& grid, int axis) const {
+    std::vector<Index> out;
+    for_each([&](Index x, Index y, Index z) {
+      Vec3i p{x * FlsmGrid::kLanes, y, z};
+      if (axis > 0) p[axis] = p[axis] / FlsmGrid::kChunk * FlsmGrid::kChunk;
+      out.push_back(grid.index(p));
+    });
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+  }
+
+ private:
+  template <class F>
+  void for_each(F&& body) const {
+    for (Index z = 0; z < nz_; ++z)
+      for (Index y = 0; y < ny_; ++y)
+        for (Index x = 0; x < nx_; ++x)
+          if (get(x, y, z)) body(x, y, z);
+  }
+  std::size_t index(Index x, Index y, Index z) const { return at((std::int64_t{z} * ny_ + y) * nx_ + x); }
+  Index nx_, ny_, nz_;
+  std::vector<bool> set_;
+};
+
+/// Work lists: sums along x and y are made only where they can be non-zero and a node needs them.
+void make_blocks(const CubeLattice& lattice, FlsmRegions& r) {
+  const int w = r.half_width;
+  Rows nodes(lattice.node_dims), wide(lattice.node_dims);
+  for (const Vec3i p : lattice.nodes) {
+    nodes.set(p.x / FlsmGrid::kLanes, p.y, p.z);
+    wide.set(max(p.x - w, Index{0}) / FlsmGrid::kLanes, p.y, p.z);
+    wide.set(min(p.x + w, lattice.node_dims.x - 1) / FlsmGrid::kLanes, p.y, p.z);
+  }
+  const Rows needed_y = nodes.grown(2, w);          // read by the sums along z
+  const Rows sums_y = needed_y & wide.grown(1, w);  // and not all zero
+  const Rows sums_x = wide & sums_y.grown(1, w);
+  r.node_rows = nodes.starts(r.grid, 0);
+  r.x_rows = sums_x.starts(r.grid, 0);
+  r.y_blocks = sums_y.starts(r.grid, 1);
+  r.z_blocks = nodes.starts(r.grid, 2);
+  // The transposed order: a goal's sums along z feed those along y, which feed those along x.
+  const Rows goal_y = wide & needed_y.grown(1, w);
+  r.goal_y_blocks = goal_y.starts(r.grid, 1);
+  r.goal_z_blocks = (needed_y & goal_y.grown(1, w)).starts(r.grid, 2);
+}
+
+void add_exception(FlsmRegions& r, Index node, const BoxBits& all, const BoxBits& reached) {
+  BoxBits outside;
+  for (int z = 0; z < 9; ++z)
+    for (int y = 0; y < 9; ++y)
+      outside.row[z][y] = static_cast<std::uint16_t>(all.row[z][y] & ~reached.row[z][y]);
+  const bool anew = reached.count() < outside.count();
+  FlsmException e{r.cell[at(node)], static_cast<Index>(r.offsets.size()), 0, anew ? 1 : 0};
+  (anew ? reached : outside).for_each(r.half_width, [&](Vec3i k) {
+    r.offsets.push_back(
+        {static_cast<std::int8_t>(k.x), static_cast<std::int8_t>(k.y), static_cast<std::int8_t>(k.z)});
+  });
+  e.end = static_cast<Index>(r.offsets.size());
+  r.exceptions.push_back(e);
+}
+
+void check_half_width(int w) {
+  if (w < 1 || w > 4) throw usage_error("region half width must be 1, 2, 3 or 4, not " + std::to_string(w));
+}
+
+/// Mass, centre and spread of every region from the masses m~ of its nodes.
+void sum_regions(const CubeLattice& lattice, const std::vector<BoxBits>& reach, FlsmRegions& r) {
+  std::vector<double> mass(at(r.grid.cells));
+  for (std::size_t i = 0; i < lattice.nodes.size(); ++i) mass[at(r.cell[i])] = r.shared_mass_kg[i];
+  double spread = 0, total = 0;
+  for (std::size_t i = 0; i < lattice.nodes.size(); ++i) {
+    double m = 0, square = 0;
+    Vec3d first{};
+    reach[i].for_each(r.half_width, [&](Vec3i k) {
+      const double mk = mass[at(r.cell[i] + k.z * r.grid.stride_z + k.y * r.grid.stride_y + k.x)];
+      const Vec3d kd = vec_cast<double>(k);
+      m += mk;
+      first += mk * kd;
+      square += mk * dot(kd, kd);
+    });
+    const Vec3d c = first / m;
+    r.inverse_mass_per_kg[at(r.cell[i])] = 1 / m;
+    for (int a = 0; a < 3; ++a) r.center[at(a * std::int64_t{r.grid.cells} + r.cell[i])] = c[a];
+    spread += (square - m * dot(c, c)) / 3;
+    total += m;
+  }
+  r.sigma2_m2 = spread / total * sqr(double{lattice.spacing_m});
+}
+
+}  // namespace
+
+FlsmRegions make_flsm_regions(const CubeLattice& lattice, int half_width) {
+  check_half_width(half_width);
+  FlsmRegions r;
+  r.half_width = half_width;
+  r.grid = make_grid(lattice, half_width);
+  const std::size_t n = lattice.nodes.size();
+  r.cell.resize(n);
+  r.region_nodes.resize(n);
+  r.shared_mass_kg.resize(n);
+  r.inverse_mass_per_kg.assign(at(r.grid.cells), 0);
+  r.center.assign(at(std::int64_t{3} * r.grid.cells), 0);
+  const Occupancy body(lattice, half_width);
+  std::vector<BoxBits> reach(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    r.cell[i] = r.grid.index(lattice.nodes[i]);
+    reach[i] = nodes_in_reach(body, lattice.nodes[i], half_width);
+    const BoxBits all = nodes_in_box(body, lattice.nodes[i], half_width);
+    r.region_nodes[i] = reach[i].count();
+    r.shared_mass_kg[i] = double{lattice.node_mass_kg[i]} / r.region_nodes[i];
+    if (all.count() != r.region_nodes[i]) add_exception(r, static_cast<Index>(i), all, reach[i]);
+  }
+  sum_regions(lattice, reach, r);
+  make_blocks(lattice, r);
+  return r;
+}
+
+std::vector<FlsmOffset> flsm_region_of(const CubeLattice& lattice, int half_width, Index node) {
+  check_half_width(half_width);
+  std::vector<FlsmOffset> offsets;
+  nodes_in_reach(Occupancy(lattice, half_width), lattice.nodes[at(node)], half_width)
+      .for_each(half_width, [&](Vec3i k) {
+        offsets.push_back(
+            {static_cast<std::int8_t>(k.x), static_cast<std::int8_t>(k.y), static_cast<std::int8_t>(k.z)});
+      });
+  return offsets;
+}
+
+}  // namespace tactus
