@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/geom/label_volume.h"
 #include "tactus/geom/mesh.h"
 
 namespace tactus {
@@ -55,13 +56,6 @@ CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& op
 CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m,
                              const LatticeOptions& options);
 
-/// A volume of labels, x fastest; voxel (i,j,k) fills origin_m + voxel_size_m * [(i,j,k), (i+1,j+1,k+1)].
-struct LabelVolume {
-  std::vector<std::uint8_t> labels;
-  Vec3i dims{};
-  Vec3f voxel_size_m{};
-  Vec3f origin_m{};
-};
 /// Cubes that share volume with a voxel whose label is in `solid`.
 CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
                                 const LatticeOptions& options);

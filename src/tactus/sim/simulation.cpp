@@ -18,7 +18,8 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
 
 float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
   if (scene.contact.sample_spacing_m) return static_cast<float>(*scene.contact.sample_spacing_m);
-  double spacing = scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
+  double spacing =
+      scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
   for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
   return static_cast<float>(spacing);
 }
@@ -33,7 +34,8 @@ RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
 }
 
 bool all_finite(const TriangleMesh& mesh) {
-  return std::all_of(mesh.positions_m.begin(), mesh.positions_m.end(), [](Vec3f p) { return std::isfinite(p.x + p.y + p.z); });
+  return std::all_of(mesh.positions_m.begin(), mesh.positions_m.end(),
+                     [](Vec3f p) { return std::isfinite(p.x + p.y + p.z); });
 }
 
 }  // namespace
@@ -57,13 +59,17 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                  for (const auto& body : bodies_) most = std::max(most, body->contact_node_count());
                  return most;
                }(),
-               {.restitution = static_cast<float>(scene.contact.restitution), .friction = static_cast<float>(scene.contact.friction)}),
+               {.restitution = static_cast<float>(scene.contact.restitution),
+                .friction = static_cast<float>(scene.contact.friction)}),
       timings_(scene.output.trace) {
   for (const ProbeDescription& probe : scene.probes) {
-    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDescription& b) { return b.name == probe.body; });
-    if (body == scene.bodies.end()) throw usage_error("probe '" + probe.name + "': there is no body '" + probe.body + "'");
+    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                   [&](const BodyDescription& b) { return b.name == probe.body; });
+    if (body == scene.bodies.end())
+      throw usage_error("probe '" + probe.name + "': there is no body '" + probe.body + "'");
     const auto index = static_cast<std::size_t>(body - scene.bodies.begin());
-    const Vec3d at = probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
+    const Vec3d at =
+        probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
   for (auto& body : bodies_) body->update_surface(devices.context(0));
@@ -103,7 +109,8 @@ void Simulation::touch(double dt_s, StepReport& report) {
   const DeviceMesh mesh = hull_.mesh();
   {
     const StageTimer timer(timings_, "surface");
-    surface_.update(ctx, {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()}, dt);
+    surface_.update(ctx, {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
+                    dt);
     ctx.synchronize();
   }
   if (dt > 0) {
@@ -138,7 +145,8 @@ FrameSnapshot Simulation::snapshot() {
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(devices_.context(0)));
     if (!all_finite(snapshot.bodies.back())) {
-      throw Error("body '" + body->name() + "' blew up (a position is not finite): raise damping or lower young_modulus_pa");
+      throw Error("body '" + body->name() +
+                  "' blew up (a position is not finite): raise damping or lower young_modulus_pa");
     }
   }
   return snapshot;

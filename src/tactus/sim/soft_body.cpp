@@ -56,7 +56,8 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets)
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets) {
   try {
     BodyShape shape{body_surface(body, assets), {}};
-    for (Vec3f& p : shape.surface_m.positions_m) p = vec_cast<float>(body.placement.to_world(vec_cast<double>(p)));
+    for (Vec3f& p : shape.surface_m.positions_m)
+      p = vec_cast<float>(body.placement.to_world(vec_cast<double>(p)));
     compute_normals(shape.surface_m);
     LatticeOptions options;
     options.spacing_m = static_cast<float>(body.spacing_m);
@@ -69,7 +70,8 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets)
   }
 }
 
-SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m)
+SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
+                   float sample_spacing_m)
     : SoftBody(ctx, body, make_body_shape(body, assets), sample_spacing_m) {}
 
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
@@ -84,8 +86,8 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
       surface_(ctx, shape.lattice, shape.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper),
       mass_kg_(to_device(ctx, shape.lattice.node_mass_kg)) {
-  // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance: what
-  // touches is what is seen (method, "Contact").
+  // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
+  // what touches is what is seen (method, "Contact").
   std::vector<float> gap_m = node_outside_m(shape.lattice, shape.surface_m);
   std::vector<Index> near, fixed(shape.lattice.fixed.begin(), shape.lattice.fixed.end());
   for (std::size_t i = 0; i < gap_m.size(); ++i) {

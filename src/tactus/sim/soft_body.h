@@ -22,12 +22,14 @@ struct BodyShape {
   TriangleMesh surface_m;  ///< closed, world
   CubeLattice lattice;     ///< with the fixed nodes of the description
 };
-/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the body, ...).
+/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the
+/// body, ...).
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets);
 
 class SoftBody {
  public:
-  /// @param sample_spacing_m of the real surface: nodes within 1.5 of it below the surface take part in contact.
+  /// @param sample_spacing_m of the real surface: nodes within 1.5 of it below the surface take part in
+  /// contact.
   SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
 
   const std::string& name() const { return name_; }

@@ -1,0 +1,215 @@
+#include "tactus/cli/run_command.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/base/log.h"
+#include "tactus/cli/frame_sources.h"
+#include "tactus/cli/interrupt.h"
+#include "tactus/cli/run_pictures.h"
+#include "tactus/cli/version.h"
+#include "tactus/io/json_file.h"
+#include "tactus/io/label_file.h"
+#include "tactus/io/mesh_file.h"
+#include "tactus/io/safe_file.h"
+#include "tactus/io/scene_file.h"
+
+namespace tactus {
+namespace {
+
+struct RunOptions {
+  std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
+  int frames = 0;  ///< 0: all
+};
+
+BodyAssets load_assets(const Scene& scene) {
+  BodyAssets assets;
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.shape.kind == ShapeKind::labels) assets.labels[body.name] = read_label_volume(body.shape.path);
+    if (body.shape.kind != ShapeKind::mesh) continue;
+    TriangleMesh mesh = read_mesh(body.shape.path);
+    for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(body.shape.unit_m);
+    assets.meshes[body.name] = std::move(mesh);
+  }
+  return assets;
+}
+
+/// What the run found over all its frames.
+struct RunSummary {
+  int frames = 0, bad_frames = 0, substeps = 0;
+  Index max_vertices = 0, max_triangles = 0, rescued = 0;
+  double max_force_N = 0, max_correction_m = 0;
+  std::vector<std::string> statuses;
+  std::vector<std::vector<Vec3f>> probes;  ///< per frame, in the scene's order
+
+  void add(const StepReport& report) {
+    ++frames;
+    substeps = std::max(substeps, report.substeps);
+    max_vertices = std::max(max_vertices, report.hull.vertices);
+    max_triangles = std::max(max_triangles, report.hull.triangles);
+    rescued += report.contact.rescued;
+    max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
+    max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
+    note(report.status);
+  }
+  /// Keeps a status once.
+  void note(const std::string& status) {
+    if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
+    statuses.push_back(status);
+    log_warning(status);
+  }
+};
+
+nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
+                       const std::string& devices) {
+  nlohmann::json json{
+      {"scene", scene.name}, {"devices", devices}, {"commit", commit_text()}, {"frames", summary.frames}};
+  for (const std::string& stage : simulation.timings().stages()) {
+    json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
+                         {"p99", simulation.timings().percentile_ms(stage, 99)}};
+  }
+  json["counters"] = {{"bad_frames", summary.bad_frames},
+                      {"substeps", summary.substeps},
+                      {"max_vertices", summary.max_vertices},
+                      {"max_triangles", summary.max_triangles},
+                      {"rescued_nodes", summary.rescued}};
+  for (const auto& body : simulation.bodies()) {
+    json["bodies"].push_back({{"name", body->name()},
+                              {"nodes", body->node_count()},
+                              {"contact_nodes", body->contact_node_count()}});
+  }
+  json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
+  json["statuses"] = summary.statuses;
+  for (std::size_t p = 0; p < scene.probes.size(); ++p) {
+    nlohmann::json track = nlohmann::json::array();
+    for (const std::vector<Vec3f>& frame : summary.probes)
+      track.push_back({frame[p].x, frame[p].y, frame[p].z});
+    json["probes"][scene.probes[p].name] = track;
+  }
+  return json;
+}
+
+void print_table(const Simulation& simulation) {
+  std::printf("\n%-10s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
+  for (const std::string& stage : simulation.timings().stages()) {
+    std::printf("%-10s %10.3f %10.3f\n", stage.c_str(), simulation.timings().percentile_ms(stage, 50),
+                simulation.timings().percentile_ms(stage, 99));
+  }
+}
+
+void show_progress(int frame, std::optional<int> total, const std::string& caption) {
+  if (isatty(STDERR_FILENO) == 0) return;
+  std::fprintf(stderr, "\rframe %d%s  %s\033[K", frame, total ? ("/" + std::to_string(*total)).c_str() : "",
+               caption.c_str());
+}
+
+std::string caption_of(const StepReport& report, const Simulation& simulation, std::int64_t tick) {
+  const Timings& t = simulation.timings();
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "frame %lld   hull %.1f ms   mesh %.1f ms   bodies %.1f ms (%d substeps)   frame %.1f ms",
+                static_cast<long long>(tick), t.last_ms("hull"), t.last_ms("mesh"), t.last_ms("bodies"),
+                report.substeps, t.last_ms("frame"));
+  return text;
+}
+
+void write_meshes(const FrameSnapshot& snapshot, const Scene& scene, const std::string& stem,
+                  std::int64_t tick) {
+  char number[16];
+  std::snprintf(number, sizeof number, "%05lld", static_cast<long long>(tick));
+  write_ply(stem + "-real-" + number + ".ply", snapshot.real);
+  for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
+    write_ply(stem + "-" + scene.bodies[b].name + "-" + number + ".ply", snapshot.bodies[b]);
+  }
+}
+
+/// The loop over frames.
+RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
+                      Simulation& simulation, RunPictures* pictures, const std::string& stem) {
+  RunSummary summary;
+  FrameSet frame;
+  double last_time_s = 0;
+  const std::optional<int> total =
+      options.frames > 0 ? std::optional<int>(options.frames) : source.frame_count();
+  while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
+    const NextFrame next = source.next(frame);
+    if (next == NextFrame::no_more_data) break;
+    summary.note(source.status());
+    if (next == NextFrame::bad_frame) {
+      ++summary.bad_frames;
+      continue;
+    }
+    const StepReport report = simulation.step(frame, summary.frames == 0 ? 0 : frame.time_s - last_time_s);
+    last_time_s = frame.time_s;
+    summary.add(report);
+    if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
+    const std::string caption = caption_of(report, simulation, frame.tick);
+    const bool keep_meshes =
+        scene.output.mesh_every > 0 && (summary.frames - 1) % scene.output.mesh_every == 0;
+    if (pictures != nullptr || keep_meshes) {
+      FrameSnapshot snapshot = simulation.snapshot();
+      if (keep_meshes) write_meshes(snapshot, scene, stem, frame.tick);
+      if (pictures != nullptr) pictures->add(std::move(snapshot), caption);
+    }
+    show_progress(summary.frames, total, caption);
+  }
+  if (isatty(STDERR_FILENO) != 0) std::fputc('\n', stderr);
+  return summary;
+}
+
+void run(const RunOptions& options) {
+  const Scene scene = read_scene(options.scene_path);
+  if (!options.json_path.empty()) output_is_writable(options.json_path);
+  DeviceSet devices(options.devices);
+  const std::unique_ptr<FrameSource> source = open_frame_source(scene.source);
+  Simulation simulation(devices, scene, source->rig(), load_assets(scene));
+
+  const std::string stem =
+      (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
+  std::optional<RunPictures> pictures;
+  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.trace) {
+    std::error_code failed;
+    std::filesystem::create_directories(options.out, failed);
+    if (failed) throw Error("output folder '" + options.out + "': " + failed.message());
+  }
+  if (options.view == "file") pictures.emplace(scene, source->rig(), stem, scene.source.fps.value_or(30));
+
+  const RunSummary summary =
+      run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);
+  if (summary.frames == 0) throw Error("scene '" + scene.name + "': its source gave no usable frame");
+  if (pictures) pictures->finish();
+  if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
+  if (!options.json_path.empty())
+    write_json_file(options.json_path, to_json(summary, scene, simulation, devices.name()));
+  std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
+  print_table(simulation);
+  if (pictures) std::printf("\npictures: %s.mp4, %s.png\n", stem.c_str(), stem.c_str());
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("run", "Run a scene: cameras in, soft bodies pushed, pictures out");
+  command->add_option("scene", options->scene_path, "scene file (docs/scene.md explains every key)")
+      ->required();
+  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
+      ->capture_default_str();
+  command->add_option("--frames", options->frames, "stop after so many frames")->check(CLI::PositiveNumber);
+  command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
+      ->capture_default_str();
+  command->add_option("--json", options->json_path, "stage times, counters, monitors and probes as JSON");
+  command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
+      ->check(CLI::IsMember({"none", "file"}))
+      ->capture_default_str();
+  command->footer(
+      "Examples:\n  tactus run scenes/demo.yaml\n  tactus run scenes/demo.yaml --devices cuda:0 --view none "
+      "--json out/demo.json");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace tactus

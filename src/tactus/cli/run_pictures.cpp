@@ -1,0 +1,62 @@
+#include "tactus/cli/run_pictures.h"
+
+#include <cmath>
+
+namespace tactus {
+namespace {
+
+ViewCamera view_camera(const ViewCameraDescription& description) {
+  constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
+  const Vec3d offset = description.eye() - description.target_m;
+  const double distance = length(offset);
+  ViewCamera camera;
+  camera.target_m = vec_cast<float>(description.target_m);
+  camera.distance_m = static_cast<float>(distance);
+  camera.azimuth_rad = static_cast<float>(std::atan2(offset.x, offset.z));
+  camera.elevation_rad = static_cast<float>(std::asin(offset.y / distance));
+  camera.fov_rad = static_cast<float>(description.field_of_view_deg * kRadPerDeg);
+  return camera;
+}
+
+}  // namespace
+
+RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps)
+    : scene_(scene),
+      renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
+      camera_(view_camera(scene.view.camera)),
+      sheet_path_(stem + ".png") {
+  if (scene.output.video)
+    video_ = std::make_unique<VideoWriter>(stem + ".mp4", scene.view.size_px.x, scene.view.size_px.y, fps);
+  if (scene.output.contact_sheet) {
+    check_writable(sheet_path_);
+    sheet_ = std::make_unique<ContactSheet>(scene.name);
+  }
+  if (scene.view.show_frusta) {
+    const float depth_m = 0.12F * length(rig.workspace_m.extent());
+    for (const Camera& camera : rig.cameras) add_frustum(view_, camera, depth_m);
+    if (rig.depth_camera) add_frustum(view_, *rig.depth_camera, depth_m, {0.62F, 0.35F, 0.20F});
+  }
+  add_box(view_, rig.workspace_m);
+}
+
+void RunPictures::add(FrameSnapshot snapshot, const std::string& caption) {
+  view_.meshes.clear();
+  view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
+  for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
+    Material material = soft_material();
+    material.color = vec_cast<float>(scene_.bodies[b].colour);
+    view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
+  }
+  renderer_.render(view_, camera_, picture_);
+  if (sheet_) sheet_->add(picture_, caption);
+  if (scene_.view.overlay) draw_text(picture_, caption, 16, scene_.view.size_px.y - 16, 18);
+  if (video_) video_->add(picture_);
+  ++frames_;
+}
+
+void RunPictures::finish() {
+  if (video_) video_->finish();
+  if (sheet_ && frames_ > 0) write_png(sheet_path_, sheet_->image());
+}
+
+}  // namespace tactus

@@ -1,0 +1,35 @@
+#pragma once
+/// Video and contact sheet of a run.
+#include <memory>
+#include <string>
+
+#include "tactus/sim/simulation.h"
+#include "tactus/view/image_files.h"
+#include "tactus/view/renderer.h"
+
+namespace tactus {
+
+/// Draws snapshots of a scene and keeps them as `NAME.mp4` and `NAME.png` (contact sheet) in a folder.
+class RunPictures {
+ public:
+  /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
+  RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps);
+
+  /// @param caption one line on the picture and under its cell of the contact sheet
+  void add(FrameSnapshot snapshot, const std::string& caption);
+  /// Closes the files. Does nothing but close when no frame came.
+  void finish();
+
+ private:
+  const Scene scene_;
+  Renderer renderer_;
+  ViewCamera camera_;
+  ViewScene view_;  ///< what does not change: frusta, workspace; and the meshes of the newest frame
+  std::unique_ptr<VideoWriter> video_;
+  std::unique_ptr<ContactSheet> sheet_;
+  std::string sheet_path_;
+  ColorImage picture_;
+  int frames_ = 0;
+};
+
+}  // namespace tactus
