@@ -1,7 +1,5 @@
 #include "tactus/view/image_files.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
 #include "tactus/view/gl_objects.h"
@@ -130,7 +131,7 @@ struct Layout {
   Mat4 view_proj, sun_clip, sky_clip;
 };
 
-/// Bounds of everything that has some, else a small box around the camera's target.
+/// Bounds of the meshes, else a small box around the camera's target.
 Box3f mesh_bounds(const ViewScene& scene, const ViewCamera& camera) {
   bool any = false;
   Box3f box;
@@ -190,8 +191,13 @@ struct Renderer::Impl {
     gl = std::make_unique<Objects>(options);
   }
   ~Impl() {
-    const GlContext::Current current(context);
-    gl.reset();
+    try {
+      const GlContext::Current current(context);
+      gl.reset();
+    } catch (const Error& error) {
+      log_warning(error.what());
+      static_cast<void>(gl.release());  // freed with the context: without it no call of OpenGL is possible
+    }
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
