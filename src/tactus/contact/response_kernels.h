@@ -66,12 +66,18 @@ struct NearSurface {
 /// surface.
 TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m, float reach_m,
                                           float clear_m) {
+  constexpr Index kKept = 64;  // samples in reach that needn't be sought twice: a plane has about 14
+  Index kept[kKept];
   NearSurface near;
-  Index nearest = -1;
-  float nearest_d2 = reach_m * reach_m;
+  Index nearest = -1, in_reach = 0;
+  const float reach2 = reach_m * reach_m;
+  float nearest_d2 = reach2;
   samples.cells.for_each_slot(p_m, [&](Index k) {
     const Vec3f d = p_m - samples.x_m[k];
     const float d2 = dot(d, d);
+    if (!(d2 < reach2)) return;
+    if (in_reach < kKept) kept[in_reach] = k;
+    ++in_reach;
     if (d2 < nearest_d2) {
       nearest_d2 = d2;
       nearest = k;
@@ -80,17 +86,22 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m,
   if (nearest < 0) return near;
   const Vec3f facing = samples.n[nearest];
   if (dot(p_m - samples.x_m[nearest], facing) > clear_m) return near;
-  const float inverse_reach2 = 1.F / (reach_m * reach_m);
+  const float inverse_reach2 = 1.F / reach2;
   float weight = 0;
   Vec3f offset{}, n{};
-  samples.cells.for_each_slot(p_m, [&](Index k) {
+  const auto add = [&](Index k) {
     const Vec3f d = samples.x_m[k] - p_m;
     const float u = 1.F - dot(d, d) * inverse_reach2;
     const float w = u > 0.F && dot(samples.n[k], facing) > 0.F ? samples.area_m2[k] * u * u : 0.F;
     weight += w;
     offset += w * d;
     n += w * samples.n[k];
-  });
+  };
+  if (in_reach <= kKept) {
+    for (Index j = 0; j < in_reach; ++j) add(kept[j]);
+  } else {
+    samples.cells.for_each_slot(p_m, add);
+  }
   if (!(weight > 0.F)) return near;
   near.x_m = p_m + offset / weight;
   near.n = normalized(n, facing);
