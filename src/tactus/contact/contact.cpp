@@ -19,9 +19,10 @@ Contact::Contact(Device& device, Index max_contact_nodes, const ContactSettings&
     : settings_(checked(settings)),
       records_(device, max(max_contact_nodes, Index(1))),
       parts_(device, kTotalsParts),
-      totals_(device, 1) {}
+      totals_(device, 1),
+      pose_(device, 1) {}
 
-void Contact::check(const RealSurface& surface, const ContactNodes& body) const {
+void Contact::pose(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
   const Index n = body.x_m.size();
   if (body.v_m_s.size() != n || body.mass_kg.size() != n || body.rest_gap_m.size() != n ||
       (!body.fixed.empty() && body.fixed.size() != n)) {
@@ -34,26 +35,26 @@ void Contact::check(const RealSurface& surface, const ContactNodes& body) const 
     throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, room for " +
                 std::to_string(records_.size()));
   }
-  if (surface.samples().x_m.empty()) throw Error("contact: the real surface has no room for samples");
+  ctx.parallel_for("contact/pose", 1, PoseSurface{surface.motion(), time_s, pose_.view()});
 }
 
 void Contact::begin_frame(ExecContext& ctx) { ctx.fill_bytes(totals_.view(), 0); }
 
 void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
-  check(surface, body);
+  pose(ctx, surface, body, time_s);
   const float s = surface.settings().sample_spacing_m;
   ctx.parallel_for("contact/rescue", body.nodes.size(),
-                   DeepRescue{surface.samples(), surface.coarse_samples(), surface.motion(), body, 2 * s,
-                              8 * s, time_s, records_.view()});
+                   DeepRescue{surface.samples(), surface.coarse_samples(), pose_.const_view(), body, 2 * s,
+                              8 * s, records_.view()});
   add_records(ctx, body.nodes.size(), true);
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
-  check(surface, body);
+  pose(ctx, surface, body, time_s);
   ctx.parallel_for(
       "contact/response", body.nodes.size(),
-      ContactResponse{surface.samples(), surface.motion(), body, 2 * surface.settings().sample_spacing_m,
-                      settings_.restitution, settings_.friction, time_s, records_.view()});
+      ContactResponse{surface.samples(), pose_.const_view(), body, 2 * surface.settings().sample_spacing_m,
+                      settings_.restitution, settings_.friction, records_.view()});
   add_records(ctx, body.nodes.size(), false);
 }
 

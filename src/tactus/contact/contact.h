@@ -51,12 +51,13 @@ class Contact {
   ContactReport report(ExecContext& ctx, float dt_frame_s, int substeps) const;
 
  private:
-  void check(const RealSurface& surface, const ContactNodes& body) const;
+  void pose(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s);
   void add_records(ExecContext& ctx, Index count, bool rescues);
 
   ContactSettings settings_;
   Buffer<ContactRecord> records_;
   Buffer<ContactTotals> parts_, totals_;
+  Buffer<SurfacePose> pose_;
 };
 
 }  // namespace tactus

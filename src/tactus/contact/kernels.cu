@@ -17,6 +17,7 @@ TACTUS_CUDA_KERNEL(tactus::NoteStill);
 TACTUS_CUDA_KERNEL(tactus::NoteGuess);
 TACTUS_CUDA_KERNEL(tactus::FitStep);
 TACTUS_CUDA_KERNEL(tactus::ChooseMotion);
+TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::ContactResponse);
 TACTUS_CUDA_KERNEL(tactus::TotalsParts);

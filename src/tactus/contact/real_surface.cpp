@@ -105,8 +105,8 @@ void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
   ctx.parallel_for("contact/fit_still", 1, NoteStill{fit_parts_.const_view(), fit_.view()});
   gather(fine_, 2 * s);
   ctx.parallel_for("contact/fit_guess", 1, NoteGuess{fit_parts_.const_view(), fit_.view()});
-  for (int i = 0; i < 6; ++i) {
-    const bool far = i < 3;  // first what is 8 spacings off, then exactly
+  for (int i = 0; i < 5; ++i) {
+    const bool far = i < 2;  // first what is 8 spacings off, then exactly
     gather(far ? coarse_ : fine_, (far ? 8.F : 2.F) * s);
     ctx.parallel_for("contact/fit_step", 1, FitStep{fit_parts_.const_view(), fit_.view()});
   }

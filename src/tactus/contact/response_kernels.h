@@ -32,6 +32,28 @@ struct ContactTotals {
   Index rescued = 0;      ///< nodes that were deeper than 2 spacings
 };
 
+/// The surface's motion at one time, worked out once for all nodes.
+struct SurfacePose {
+  SurfaceMotion motion;
+  Mat3f turn;      ///< R(w t)
+  Vec3f center_m;  ///< c + v t
+  /// Where the material that is at p_m now was at the surface's capture.
+  TACTUS_HD Vec3f to_capture(Vec3f p_m) const { return motion.center_m + transpose(turn) * (p_m - center_m); }
+  TACTUS_HD Vec3f velocity_at(Vec3f p_m) const {
+    return motion.velocity_m_s + cross(motion.spin_rad_s, p_m - center_m);
+  }
+};
+
+struct PoseSurface {
+  View<const SurfaceMotion> motion;
+  float time_s;
+  View<SurfacePose> pose;
+  TACTUS_HD void operator()(Index) const {
+    const SurfaceMotion& m = motion[0];
+    pose[0] = {m, m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
+  }
+};
+
 /// Surface near a point: averages [P 20] over the samples of the near side within the reach.
 struct NearSurface {
   Vec3f x_m, n;
@@ -44,12 +66,18 @@ struct NearSurface {
 /// surface.
 TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m, float reach_m,
                                           float clear_m) {
+  constexpr Index kKept = 64;  // samples in reach that needn't be sought twice: a plane has about 14
+  Index kept[kKept];
   NearSurface near;
-  Index nearest = -1;
-  float nearest_d2 = reach_m * reach_m;
+  Index nearest = -1, in_reach = 0;
+  const float reach2 = reach_m * reach_m;
+  float nearest_d2 = reach2;
   samples.cells.for_each_slot(p_m, [&](Index k) {
     const Vec3f d = p_m - samples.x_m[k];
     const float d2 = dot(d, d);
+    if (!(d2 < reach2)) return;
+    if (in_reach < kKept) kept[in_reach] = k;
+    ++in_reach;
     if (d2 < nearest_d2) {
       nearest_d2 = d2;
       nearest = k;
@@ -58,17 +86,22 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m,
   if (nearest < 0) return near;
   const Vec3f facing = samples.n[nearest];
   if (dot(p_m - samples.x_m[nearest], facing) > clear_m) return near;
-  const float inverse_reach2 = 1.F / (reach_m * reach_m);
+  const float inverse_reach2 = 1.F / reach2;
   float weight = 0;
   Vec3f offset{}, n{};
-  samples.cells.for_each_slot(p_m, [&](Index k) {
+  const auto add = [&](Index k) {
     const Vec3f d = samples.x_m[k] - p_m;
     const float u = 1.F - dot(d, d) * inverse_reach2;
     const float w = u > 0.F && dot(samples.n[k], facing) > 0.F ? samples.area_m2[k] * u * u : 0.F;
     weight += w;
     offset += w * d;
     n += w * samples.n[k];
-  });
+  };
+  if (in_reach <= kKept) {
+    for (Index j = 0; j < in_reach; ++j) add(kept[j]);
+  } else {
+    samples.cells.for_each_slot(p_m, add);
+  }
   if (!(weight > 0.F)) return near;
   near.x_m = p_m + offset / weight;
   near.n = normalized(n, facing);
@@ -94,9 +127,9 @@ TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitu
 struct ContactResponse {
   static constexpr int kGrain = 128;
   SamplesView samples;
-  View<const SurfaceMotion> motion;
+  View<const SurfacePose> pose;
   ContactNodes body;
-  float reach_m, restitution, friction, time_s;
+  float reach_m, restitution, friction;
   View<ContactRecord> records;
   TACTUS_HD void operator()(Index c) const {
     ContactRecord record{};
@@ -107,24 +140,21 @@ struct ContactResponse {
 
  private:
   TACTUS_HD void respond(Index i, ContactRecord& record) const {
-    const SurfaceMotion& m = motion[0];
-    const Mat3f turn = m.turn(time_s);
-    const Vec3f center = m.center_m + time_s * m.velocity_m_s;
-    const Vec3f p = m.center_m + transpose(turn) * (body.x_m[i] - center);
+    const SurfacePose& now = pose[0];
+    const Vec3f p = now.to_capture(body.x_m[i]);
     // The average plane is less than half the reach off the nearest sample's.
     const NearSurface near = near_surface(samples, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
     if (!near.found) return;
     const float gap = dot(p - near.x_m, near.n) - body.rest_gap_m[i];
     if (!(gap < 0.F)) return;
-    const Vec3f n = turn * near.n;
+    const Vec3f n = now.turn * near.n;
     const Vec3f x = body.x_m[i] - gap * n;
     const Vec3f v = body.v_m_s[i];
-    const Vec3f u = m.velocity_m_s + cross(m.spin_rad_s, x - center);
-    const Vec3f v_new = touched_velocity(v, u, n, restitution, friction);
+    const Vec3f v_new = touched_velocity(v, now.velocity_at(x), n, restitution, friction);
     body.x_m[i] = x;
     body.v_m_s[i] = v_new;
     record.impulse_N_s = body.mass_kg[i] * (v - v_new);
-    record.moment_N_m_s = cross(x - center, record.impulse_N_s);
+    record.moment_N_m_s = cross(x - now.center_m, record.impulse_N_s);
     record.depth_m = -gap;
     record.touches = 1;
   }
@@ -135,9 +165,9 @@ struct ContactResponse {
 struct DeepRescue {
   static constexpr int kGrain = 64;
   SamplesView fine, coarse;
-  View<const SurfaceMotion> motion;
+  View<const SurfacePose> pose;
   ContactNodes body;
-  float reach_m, far_reach_m, time_s;
+  float reach_m, far_reach_m;
   View<ContactRecord> records;
   TACTUS_HD void operator()(Index c) const {
     ContactRecord record{};
@@ -148,10 +178,8 @@ struct DeepRescue {
 
  private:
   TACTUS_HD void rescue(Index i, ContactRecord& record) const {
-    const SurfaceMotion& m = motion[0];
-    const Mat3f turn = m.turn(time_s);
-    const Vec3f center = m.center_m + time_s * m.velocity_m_s;
-    const Vec3f p = m.center_m + transpose(turn) * (body.x_m[i] - center);
+    const SurfacePose& now = pose[0];
+    const Vec3f p = now.to_capture(body.x_m[i]);
     Index nearest = -1;
     float nearest_d2 = far_reach_m * far_reach_m;
     coarse.cells.for_each_slot(p, [&](Index k) {
@@ -166,7 +194,7 @@ struct DeepRescue {
     const Vec3f n = coarse.n[nearest];
     const float gap = dot(p - coarse.x_m[nearest], n) - body.rest_gap_m[i];
     if (!(gap < 0.F) || has_fine_sample(p) || !inside(p)) return;
-    body.x_m[i] = body.x_m[i] - gap * (turn * n);
+    body.x_m[i] = body.x_m[i] - gap * (now.turn * n);
     record.depth_m = -gap;
     record.touches = 1;
   }

@@ -58,8 +58,9 @@ struct TriangleSamples {
     const Vec3i v = triangles[t];
     const Vec3f a = vertices_m[v.x], ab = vertices_m[v.y] - a, ac = vertices_m[v.z] - a;
     const Vec3f twice_area = cross(ab, ac);
-    const Vec3f face = normalized(twice_area);
-    const float area = 0.5F * length(twice_area) / static_cast<float>(pieces[t]);
+    const float twice = length(twice_area);
+    const Vec3f face = (1.F / twice) * twice_area;
+    const float area = 0.5F * twice / static_cast<float>(pieces[t]);
     Index k = 1;
     while (k * k < pieces[t]) ++k;
     Index s = first[t];
@@ -78,7 +79,7 @@ struct TriangleSamples {
 
  private:
   TACTUS_HD Vec3f normal_at(Vec3i v, float u, float w, Vec3f face) const {
-    const Vec3f m = normalized((1.F - u - w) * normals[v.x] + u * normals[v.y] + w * normals[v.z], face);
+    const Vec3f m = (1.F - u - w) * normals[v.x] + u * normals[v.y] + w * normals[v.z];
     return dot(m, face) > 0.F ? m : face;  // also for NaN, and where the source's normals point inward
   }
 };
