@@ -29,13 +29,12 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmMaterial& mat
     : material_(material), spacing_m_(lattice.spacing_m) {
   check_range("Young's modulus [Pa]", material.young_Pa, 1e-3F, 1e12F);
   check_range("density [kg/m^3]", material.density_kg_m3, 1e-3F, 1e6F);
-  check_range("damping ratio", material.damping_ratio, 0, 0.75F);
+  check_range("damping ratio", material.damping_ratio, 0, 0.7F);
   const FlsmRegions r = make_flsm_regions(lattice, material.half_width);
   grid_ = r.grid;
   sigma2_ = r.sigma2_m2;
   omega_ =
       static_cast<float>(std::sqrt(double{material.young_Pa} / (double{material.density_kg_m3} * sigma2_)));
-  damping_time_s_ = 2 * material.damping_ratio / omega_;
   cell_ = to_device(ctx, r.cell);
   fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
   shared_mass_kg_ = to_device(ctx, r.shared_mass_kg);
@@ -80,6 +79,16 @@ int Flsm::substeps_for(float dt_frame_s) const {
   return std::max(1, static_cast<int>(std::ceil(omega_ * dt_frame_s)));
 }
 
+float Flsm::kappa(const FlsmStep& step) const {
+  return step.full_stiffness ? 1.F : std::min(1.F, sqr(omega_ * step.dt_s));
+}
+
+// 2 ratio / omega of the stiffness that is really applied, sqrt(kappa) / dt: a fixed time would make short
+// steps at full stiffness unstable (the limit is kappa (1 + 2 time / dt) <= 4).
+float Flsm::damping_time_s(const FlsmStep& step) const {
+  return 2 * material_.damping_ratio * step.dt_s / std::sqrt(kappa(step));
+}
+
 void Flsm::sum_over_regions(ExecContext& ctx) {
   const Index n = grid_.cells;
   const int w = material_.half_width;
@@ -115,34 +124,34 @@ void Flsm::sum_goals(ExecContext& ctx) {
                          rotation_.const_view(), goal_sum_.view(), n, grid_.stride_y, grid_.stride_z});
 }
 
-void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, int rotation_iterations) {
+void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step) {
   ctx.parallel_for(
       "flsm/load", node_count(),
       flsm::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), shared_mass_kg_.const_view(),
-                      cell_.const_view(), loaded_.view(), grid_.cells, damping_time_s_});
+                      cell_.const_view(), loaded_.view(), grid_.cells, damping_time_s(step)});
   sum_over_regions(ctx);
   ctx.parallel_for(
       "flsm/fit", node_rows_.size(),
       flsm::FitRegions{node_rows_.const_view(), sums_z_.const_view(), inverse_mass_.const_view(),
                        center_.const_view(), quaternion_.view(), rotation_.view(), translation_.view(),
-                       grid_.cells, 1 / double{spacing_m_}, spacing_m_, rotation_iterations});
+                       grid_.cells, 1 / double{spacing_m_}, spacing_m_, step.rotation_iterations});
   sum_goals(ctx);
 }
 
 void Flsm::step(ExecContext& ctx, BodyState& state, const FlsmStep& step) {
   check_range("substep [s]", step.dt_s, 1e-8F, 1.F);
   check_range("drag [1/s]", step.drag_per_s, 0, 1e6F);
+  check_range("rotation iterations", static_cast<float>(step.rotation_iterations), 1, 100);
   if (state.x_m.size() != node_count())
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
-  compute_goals(ctx, state, step.rotation_iterations);
-  const float kappa = step.full_stiffness ? 1.F : std::min(1.F, sqr(omega_ * step.dt_s));
+  compute_goals(ctx, state, step);
   ctx.parallel_for(
       "flsm/integrate", node_count(),
       flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
                       goal_sum_.const_view(), cell_.const_view(), inverse_region_nodes_.const_view(),
                       mass_kg_.const_view(), fixed_.const_view(), grid_.cells, step.gravity_m_s2, step.dt_s,
-                      kappa / step.dt_s, damping_time_s_, 1 / (1 + step.dt_s * step.drag_per_s)});
+                      kappa(step) / step.dt_s, damping_time_s(step), 1 / (1 + step.dt_s * step.drag_per_s)});
 }
 
 std::vector<Vec3d> Flsm::goals_m(ExecContext& ctx) const {

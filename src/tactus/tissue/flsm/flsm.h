@@ -10,7 +10,8 @@ struct FlsmMaterial {
   float young_Pa = 3000;
   float density_kg_m3 = 1000;
   int half_width = 1;  ///< of the regions, in spacings: 1..4
-  /// Part of critical damping of the fastest mode, 0..0.75; rigid motion is not damped.
+  /// Part of critical damping of the fastest mode, 0..0.7 (0.75 is where steps of 1/omega become unstable);
+  /// rigid motion is not damped.
   float damping_ratio = 0.3F;
 };
 
@@ -41,7 +42,7 @@ class Flsm {
   /// One substep: goals, forces, integration. @throws Error when dt_s or another parameter is out of range.
   void step(ExecContext& ctx, BodyState& state, const FlsmStep& step);
   /// The first half of a step: sum over i's regions of T_r x0_i [m], times 1/|R_i| the goals [P 12].
-  void compute_goals(ExecContext& ctx, const BodyState& state, int rotation_iterations);
+  void compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step);
   /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
   std::vector<Vec3d> goals_m(ExecContext& ctx) const;
 
@@ -55,11 +56,13 @@ class Flsm {
   Index exception_count() const { return exceptions_.size(); }
 
  private:
+  float kappa(const FlsmStep& step) const;
+  float damping_time_s(const FlsmStep& step) const;
   void sum_over_regions(ExecContext& ctx);
   void sum_goals(ExecContext& ctx);
 
   FlsmMaterial material_;
-  float spacing_m_ = 0, omega_ = 0, damping_time_s_ = 0;
+  float spacing_m_ = 0, omega_ = 0;
   double sigma2_ = 0;
   FlsmGrid grid_;
   // per node

@@ -75,33 +75,43 @@ struct SlideSums {
   View<double> out;
   Index cells, step;
   int w, fields;
+
+  /// S0 of the field at `from` to the same place of `out`, and its S1 to `moment`.
+  template <bool kMoment, class Block>
+  TACTUS_HD void slide(const Block& b, Index from, Index moment) const {
+    typename Block::template PerThread<double> s0, s1;
+    b.for_each_thread([&](int t) { s0[t] = 0, s1[t] = 0; });
+    for (int k = -w; k <= w; ++k) {
+      b.for_each_thread([&](int t) {
+        const double f = in[from + k * step + t];
+        s0[t] += f;
+        if constexpr (kMoment) s1[t] += static_cast<double>(k) * f;
+      });
+    }
+    for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
+      const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
+      b.for_each_thread([&](int t) {
+        const double e = in[enter + t], l = in[leave + t], sum = s0[t];
+        out[from + j * step + t] = sum;
+        if constexpr (kMoment) {
+          const double first = s1[t];
+          out[moment + j * step + t] = first;
+          s1[t] = first + (static_cast<double>(w) * e + static_cast<double>(w + 1) * l - sum);
+        }
+        s0[t] = sum + (e - l);
+      });
+    }
+    const Index last = (FlsmGrid::kChunk - 1) * step;
+    b.for_each_thread([&](int t) {
+      out[from + last + t] = s0[t];
+      if constexpr (kMoment) out[moment + last + t] = s1[t];
+    });
+  }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
     const Index base = blocks[b.index()];
-    typename Block::template PerThread<double> s0, s1;
-    for (Index c = 0; c < fields; ++c) {
-      const Index from = c * cells + base, moment = (fields + c) * cells + base;
-      const bool with_moment = c < 3;
-      b.for_each_thread([&](int t) { s0[t] = 0, s1[t] = 0; });
-      for (int k = -w; k <= w; ++k) {
-        b.for_each_thread([&](int t) {
-          const double f = in[from + k * step + t];
-          s0[t] += f;
-          s1[t] += static_cast<double>(k) * f;
-        });
-      }
-      for (Index j = 0; j < FlsmGrid::kChunk; ++j) {
-        b.for_each_thread([&](int t) { out[from + j * step + t] = s0[t]; });
-        if (with_moment) b.for_each_thread([&](int t) { out[moment + j * step + t] = s1[t]; });
-        if (j + 1 == FlsmGrid::kChunk) break;
-        const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
-        b.for_each_thread([&](int t) {
-          const double e = in[enter + t], l = in[leave + t];
-          s1[t] += static_cast<double>(w) * e + static_cast<double>(w + 1) * l - s0[t];
-          s0[t] += e - l;
-        });
-      }
-    }
+    for (Index c = 0; c < 3; ++c) slide<true>(b, c * cells + base, (fields + c) * cells + base);
+    for (Index c = 3; c < fields; ++c) slide<false>(b, c * cells + base, 0);
   }
 };
 
@@ -227,18 +237,20 @@ struct SlideGoals {
         r1[t] += static_cast<double>(k) * r;
       });
     }
-    for (Index j = 0; j < FlsmGrid::kChunk; ++j) {
-      b.for_each_thread([&](int t) { translation_out[from + j * step + t] = s0[t] - r1[t]; });
-      if (j + 1 == FlsmGrid::kChunk) break;
+    for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
       const Index enter = (j + w + 1) * step, leave = (j - w) * step;
       b.for_each_thread([&](int t) {
         const double e = static_cast<double>(rotation_in[turn + enter + t]);
         const double l = static_cast<double>(rotation_in[turn + leave + t]);
-        r1[t] += static_cast<double>(w) * e + static_cast<double>(w + 1) * l - r0[t];
-        r0[t] += e - l;
-        s0[t] += translation_in[from + enter + t] - translation_in[from + leave + t];
+        const double sum = s0[t], turned = r0[t], first = r1[t];
+        translation_out[from + j * step + t] = sum - first;
+        r1[t] = first + (static_cast<double>(w) * e + static_cast<double>(w + 1) * l - turned);
+        r0[t] = turned + (e - l);
+        s0[t] = sum + (translation_in[from + enter + t] - translation_in[from + leave + t]);
       });
     }
+    const Index last = from + (FlsmGrid::kChunk - 1) * step;
+    b.for_each_thread([&](int t) { translation_out[last + t] = s0[t] - r1[t]; });
   }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
@@ -250,14 +262,17 @@ struct SlideGoals {
       b.for_each_thread([&](int t) { r0[t] = 0; });
       for (int k = -w; k <= w; ++k)
         b.for_each_thread([&](int t) { r0[t] += static_cast<double>(rotation_in[from + k * step + t]); });
-      for (Index j = 0; j < FlsmGrid::kChunk; ++j) {
-        b.for_each_thread([&](int t) { rotation_out[from + j * step + t] = static_cast<float>(r0[t]); });
-        if (j + 1 == FlsmGrid::kChunk) break;
+      for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
         const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
         b.for_each_thread([&](int t) {
-          r0[t] += static_cast<double>(rotation_in[enter + t]) - static_cast<double>(rotation_in[leave + t]);
+          const double sum = r0[t];
+          rotation_out[from + j * step + t] = static_cast<float>(sum);
+          r0[t] = sum +
+                  (static_cast<double>(rotation_in[enter + t]) - static_cast<double>(rotation_in[leave + t]));
         });
       }
+      const Index last = from + (FlsmGrid::kChunk - 1) * step;
+      b.for_each_thread([&](int t) { rotation_out[last + t] = static_cast<float>(r0[t]); });
     }
   }
 };
