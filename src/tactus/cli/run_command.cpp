@@ -153,7 +153,11 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     if (pictures != nullptr || keep_meshes) {
       FrameSnapshot snapshot = simulation.snapshot();
       if (keep_meshes) write_meshes(snapshot, scene, stem, frame.tick);
-      if (pictures != nullptr) pictures->add(std::move(snapshot), caption);
+      if (pictures != nullptr) {
+        char time_text[32];
+        std::snprintf(time_text, sizeof time_text, "%.2f s", frame.time_s);
+        pictures->add(std::move(snapshot), caption, time_text);
+      }
     }
     show_progress(summary.frames, total, caption);
   }

@@ -39,7 +39,7 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& 
   add_box(view_, rig.workspace_m);
 }
 
-void RunPictures::add(FrameSnapshot snapshot, const std::string& caption) {
+void RunPictures::add(FrameSnapshot snapshot, const std::string& overlay, const std::string& caption) {
   view_.meshes.clear();
   view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
@@ -49,7 +49,7 @@ void RunPictures::add(FrameSnapshot snapshot, const std::string& caption) {
   }
   renderer_.render(view_, camera_, picture_);
   if (sheet_) sheet_->add(picture_, caption);
-  if (scene_.view.overlay) draw_text(picture_, caption, 16, scene_.view.size_px.y - 16, 18);
+  if (scene_.view.overlay) draw_text(picture_, overlay, 16, scene_.view.size_px.y - 16, 18);
   if (video_) video_->add(picture_);
   ++frames_;
 }

@@ -15,8 +15,8 @@ class RunPictures {
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
   RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps);
 
-  /// @param caption one line on the picture and under its cell of the contact sheet
-  void add(FrameSnapshot snapshot, const std::string& caption);
+  /// @param overlay one line on the picture  @param caption short, under its cell of the contact sheet
+  void add(FrameSnapshot snapshot, const std::string& overlay, const std::string& caption);
   /// Closes the files. Does nothing but close when no frame came.
   void finish();
 
