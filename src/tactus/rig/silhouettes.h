@@ -17,10 +17,10 @@ BitMask threshold_silhouette(const ColorImage& photo, const ThresholdOptions& op
 /// A pixel is foreground when its colour is off the line black-background (chromaticity distortion) or its
 /// brightness ratio is not that of a shadow (Horprasert, Harwood, Davis 1999).
 struct BackgroundOptions {
-  double chroma = 11;           ///< distance off the line [grey levels]
-  double darkest_shadow = 0.5;  ///< brightness ratios below are foreground
-  double brightest = 1.25;      ///< brightness ratios above are foreground
-  double noise = 14;  ///< a darker or brighter pixel within this distance is background [grey levels]
+  double chroma = 11;            ///< distance off the line [grey levels]
+  double darkest_shadow = 0.55;  ///< brightness ratios below are foreground
+  double brightest = 1.25;       ///< brightness ratios above are foreground
+  double noise = 16;  ///< a darker or brighter pixel within this distance is background [grey levels]
   int open_px = 1, close_px = 3;
   int largest_hole_px = 150;  ///< smaller holes are filled [pixels]
 };
