@@ -119,6 +119,13 @@ TEST(Photos, CutShortOrMissingIsNamed) {
   EXPECT_THROW(read_photo(path + ".absent"), Error);
 }
 
+TEST(Photos, MaskOfAnotherSizeIsRefused) {
+  SKIP_WITHOUT_DATA();
+  const std::string path = data_folder() + "/utrecht_horseman/cam1/customMask.png";
+  EXPECT_GT(read_mask(path, 644, 486).pixels.size(), 0U);
+  EXPECT_THROW(read_mask(path, 640, 480), Error);
+}
+
 TEST(DataSources, UnknownKindAndOddMasks) {
   EXPECT_THROW(open_source("video", "x"), Error);
   Rig rig;
