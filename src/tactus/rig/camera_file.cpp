@@ -1,0 +1,176 @@
+#include "tactus/rig/camera_file.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/silhouettes.h"
+
+namespace tactus {
+namespace {
+
+cv::Mat matrix(const cv::FileStorage& store, const std::string& file, const std::string& node) {
+  cv::Mat m;
+  try {
+    store[node] >> m;
+  } catch (const cv::Exception&) {
+    m.release();
+  }
+  if (m.empty()) throw Error(file + ": no matrix '" + node + "'");
+  m.convertTo(m, CV_64F);
+  if (!cv::checkRange(m)) throw Error(file + ": '" + node + "' holds a value that is not finite");
+  return m;
+}
+
+void expect(bool right, const std::string& file, const std::string& node, const cv::Mat& m,
+            const std::string& shape) {
+  if (!right) {
+    throw Error(file + ": '" + node + "' is " + std::to_string(m.rows) + "x" + std::to_string(m.cols) +
+                ", expected " + shape);
+  }
+}
+
+/// PNG and JPEG end with a mark; OpenCV hands out half-read pictures without a word.
+cv::Mat read_image(const std::string& file, int flags) {
+  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such image");
+  std::ifstream in(file, std::ios::binary);
+  const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string tail(bytes.end() - std::min<std::ptrdiff_t>(64, std::ssize(bytes)), bytes.end());
+  const bool png = bytes.size() > 8 && bytes[1] == 'P' && bytes[2] == 'N' && bytes[3] == 'G';
+  const bool jpeg = bytes.size() > 2 && bytes[0] == '\xFF' && bytes[1] == '\xD8';
+  if ((png && tail.find("IEND") == std::string::npos) ||
+      (jpeg && tail.find("\xFF\xD9") == std::string::npos)) {
+    throw Error(file + ": the image is cut short");
+  }
+  cv::Mat image = bytes.empty() ? cv::Mat() : cv::imdecode(bytes, flags);
+  if (image.empty()) throw Error(file + ": not an image that can be read");
+  return image;
+}
+
+}  // namespace
+
+CalibratedCamera read_calibration(const std::string& file, const CalibrationNodes& nodes, double unit_m,
+                                  Index width_px, Index height_px) {
+  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such calibration");
+  cv::FileStorage store;
+  try {
+    store.open(file, cv::FileStorage::READ);
+  } catch (const cv::Exception&) {
+    throw Error(file + ": not an OpenCV XML or YAML file");
+  }
+  const cv::Mat K = matrix(store, file, nodes.intrinsics);
+  expect(K.rows == 3 && K.cols == 3, file, nodes.intrinsics, K, "3x3");
+  const cv::Mat d = matrix(store, file, nodes.distortion);
+  const auto n = d.total();
+  expect(n == 4 || n == 5 || n == 8, file, nodes.distortion, d, "4, 5 or 8 coefficients");
+  cv::Mat R = matrix(store, file, nodes.rotation);
+  expect(R.total() == 3 || (R.rows == 3 && R.cols == 3), file, nodes.rotation, R, "3x1 or 3x3");
+  if (R.total() == 3) cv::Rodrigues(R.clone(), R);
+  const cv::Mat t = matrix(store, file, nodes.translation);
+  expect(t.total() == 3, file, nodes.translation, t, "3x1");
+  CalibratedCamera result;
+  Camera& c = result.camera;
+  c.name = std::filesystem::path(file).filename();
+  c.width_px = width_px;
+  c.height_px = height_px;
+  c.fx_px = K.at<double>(0, 0);
+  c.fy_px = K.at<double>(1, 1);
+  c.cx_px = K.at<double>(0, 2);
+  c.cy_px = K.at<double>(1, 2);
+  c.skew_px = K.at<double>(0, 1);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) c.T_cam_world.R(i, j) = R.at<double>(i, j);
+    c.T_cam_world.t[i] = unit_m * t.ptr<double>()[i];
+  }
+  for (std::size_t i = 0; i < n; ++i) result.distortion.push_back(d.ptr<double>()[i]);
+  try {
+    check_camera(c);
+  } catch (const Error& e) {
+    throw Error(file + ": " + e.what());
+  }
+  if (c.cx_px < 0 || c.cx_px > width_px || c.cy_px < 0 || c.cy_px > height_px) {
+    throw Error(file + ": principal point (" + std::to_string(c.cx_px) + ", " + std::to_string(c.cy_px) +
+                ") lies outside the image of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
+                "; the calibration belongs to another image size");
+  }
+  return result;
+}
+
+ColorImage read_photo(const std::string& file) {
+  const cv::Mat bgr = read_image(file, cv::IMREAD_COLOR);
+  ColorImage result(bgr.cols, bgr.rows);
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x) {
+      const auto& p = bgr.at<cv::Vec3b>(y, x);
+      result(x, y) = {p[2], p[1], p[0]};
+    }
+  }
+  return result;
+}
+
+Image<std::uint8_t> read_mask(const std::string& file, Index width_px, Index height_px) {
+  cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED);
+  if (image.cols != width_px || image.rows != height_px) {
+    throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                " pixels, expected " + std::to_string(width_px) + "x" + std::to_string(height_px));
+  }
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 257);
+  std::vector<cv::Mat> channels;
+  cv::split(image, channels);
+  cv::Mat value = channels[0];
+  double least_alpha = 255;
+  if (channels.size() == 4) cv::minMaxLoc(channels[3], &least_alpha);
+  if (least_alpha < 128) {
+    value = channels[3];
+  } else {
+    for (std::size_t i = 1; i < std::min<std::size_t>(3, channels.size()); ++i) {
+      value = cv::max(value, channels[i]);
+    }
+  }
+  Image<std::uint8_t> result(width_px, height_px);
+  for (int y = 0; y < value.rows; ++y) {
+    for (int x = 0; x < value.cols; ++x) result(x, y) = value.at<std::uint8_t>(y, x) >= 128 ? 255 : 0;
+  }
+  return result;
+}
+
+struct Undistortion::Maps {
+  cv::Mat xy, fraction;
+};
+
+Undistortion::Undistortion(const CalibratedCamera& calibrated) : maps_(std::make_unique<Maps>()) {
+  const Camera& c = calibrated.camera;
+  const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+  cv::initUndistortRectifyMap(K, calibrated.distortion, cv::Mat(), K, {c.width_px, c.height_px}, CV_16SC2,
+                              maps_->xy, maps_->fraction);
+}
+Undistortion::~Undistortion() = default;
+Undistortion::Undistortion(Undistortion&&) noexcept = default;
+
+void Undistortion::mask(const std::uint8_t* bytes, Image<std::uint8_t>& scratch, BitMask& result) const {
+  const cv::Size size = maps_->xy.size();
+  if (scratch.width_px != size.width || scratch.height_px != size.height) {
+    scratch = Image<std::uint8_t>(size.width, size.height);
+  }
+  cv::Mat to(size, CV_8U, scratch.pixels.data());
+  cv::remap(cv::Mat(size, CV_8U, const_cast<std::uint8_t*>(bytes)), to, maps_->xy, maps_->fraction,
+            cv::INTER_LINEAR);
+  pack_mask(scratch.pixels.data(), size.width, size.height, result);
+}
+
+void Undistortion::color(const std::uint8_t* bgr, ColorImage& result) const {
+  const cv::Size size = maps_->xy.size();
+  if (result.width_px != size.width || result.height_px != size.height) {
+    result = ColorImage(size.width, size.height);
+  }
+  cv::Mat to(size, CV_8UC3, result.pixels.data());
+  cv::remap(cv::Mat(size, CV_8UC3, const_cast<std::uint8_t*>(bgr)), to, maps_->xy, maps_->fraction,
+            cv::INTER_LINEAR);
+  cv::cvtColor(to, to, cv::COLOR_BGR2RGB);
+}
+
+}  // namespace tactus

@@ -1,0 +1,33 @@
+#pragma once
+/// Recordings on disk as frame sources.
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tactus/rig/frame_source.h"
+#include "tactus/rig/silhouettes.h"
+
+namespace tactus {
+
+struct DataOptions {
+  ThresholdOptions threshold;                  ///< Middlebury's silhouettes
+  std::optional<Box3f> workspace_m;            ///< instead of the one that the data names
+  std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's
+  bool colors = true;
+};
+
+/// A Middlebury multi-view folder (Seitz et al. 2006): one frame. @throws Error naming the file.
+std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const DataOptions& options = {});
+/// Synchronised videos of a rig file, silhouettes by background subtraction.
+std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const DataOptions& options = {});
+/// Masks of a rig file: one image per camera (one frame), or a printf pattern with one %d (a sequence that
+/// ends with the first number without any file).
+std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
+/// `kind` is middlebury, videos or masks. @throws usage Error otherwise.
+std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
+                                         const DataOptions& options = {});
+
+/// "camera 'x': the mask is all black; " for every silhouette without content or without background.
+std::string odd_masks(const Rig& rig, const FrameSet& frame);
+
+}  // namespace tactus

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/camera_file.h"
+#include "tactus/rig/data_sources.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The one file of the folder whose name ends so; "" without.
+std::string file_ending(const std::string& folder, const std::string& ending) {
+  std::set<std::string> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().string().ends_with(ending)) found.insert(entry.path());
+  }
+  return found.empty() ? "" : *found.begin();
+}
+
+Camera parse_camera(const std::string& line, const std::string& where) {
+  std::istringstream in(line);
+  Camera c;
+  double v[21];
+  in >> c.name;
+  for (double& x : v) {
+    if (!(in >> x)) throw Error(where + ": expected a name and 21 finite numbers (K, R, t)");
+  }
+  c.fx_px = v[0];
+  c.skew_px = v[1];
+  c.cx_px = v[2];
+  c.fy_px = v[4];
+  c.cy_px = v[5];
+  for (int i = 0; i < 9; ++i) c.T_cam_world.R(i / 3, i % 3) = v[9 + i];
+  for (int i = 0; i < 3; ++i) c.T_cam_world.t[i] = v[18 + i];
+  return c;
+}
+
+/// The two "(x y z)" lines after "bounding box", with 5 % more on every side.
+Box3f readme_box(const std::string& folder) {
+  std::ifstream in(folder + "/README.txt");
+  std::string line;
+  while (std::getline(in, line) && line.find("bounding box") == std::string::npos) {
+  }
+  Vec3f corner[2];
+  for (Vec3f& p : corner) {
+    if (!std::getline(in, line) || std::sscanf(line.c_str(), " (%f %f %f)", &p.x, &p.y, &p.z) != 3) {
+      throw Error(folder + "/README.txt: no bounding box; give the workspace");
+    }
+  }
+  const Vec3f pad = 0.05F * (corner[1] - corner[0]);
+  return {corner[0] - pad, corner[1] + pad};
+}
+
+class MiddleburySource final : public FrameSource {
+ public:
+  MiddleburySource(const std::string& folder, const DataOptions& options) : options_(options) {
+    if (!fs::is_directory(folder)) throw Error(folder + ": no such folder");
+    const std::string par = file_ending(folder, "_par.txt");
+    if (par.empty()) throw Error(folder + ": no *_par.txt with the cameras");
+    std::set<std::string> good;
+    std::string word;
+    if (const std::string list = file_ending(folder, "_good_silhouette_images.txt"); !list.empty()) {
+      std::ifstream in(list);
+      while (in >> word) good.insert(word);
+    }
+    std::ifstream in(par);
+    std::string line;
+    std::getline(in, line);
+    for (int number = 2; std::getline(in, line); ++number) {
+      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+      Camera camera = parse_camera(line, par + ":" + std::to_string(number));
+      if (!good.empty() && !good.contains(camera.name)) continue;
+      photos_.push_back(read_photo(folder + "/" + camera.name));
+      camera.width_px = photos_.back().width_px;
+      camera.height_px = photos_.back().height_px;
+      check_camera(camera);
+      rig_.cameras.push_back(camera);
+    }
+    if (rig_.cameras.empty()) throw Error(par + ": no camera");
+    rig_.workspace_m = options.workspace_m ? *options.workspace_m : readme_box(folder);
+  }
+  const Rig& rig() const override { return rig_; }
+  std::optional<int> frame_count() const override { return 1; }
+  NextFrame next(FrameSet& frame) override {
+    if (done_) return NextFrame::no_more_data;
+    done_ = true;
+    frame = {};
+    for (const ColorImage& photo : photos_) {
+      frame.silhouettes.push_back(threshold_silhouette(photo, options_.threshold));
+    }
+    if (options_.colors) frame.colors = photos_;
+    status_ = odd_masks(rig_, frame);
+    return NextFrame::success;
+  }
+  std::string status() const override { return status_; }
+
+ private:
+  DataOptions options_;
+  Rig rig_;
+  std::vector<ColorImage> photos_;
+  bool done_ = false;
+  std::string status_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const DataOptions& options) {
+  return std::make_unique<MiddleburySource>(folder, options);
+}
+
+std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
+                                         const DataOptions& options) {
+  if (kind == "middlebury") return open_middlebury(path, options);
+  if (kind == "videos") return open_videos(path, options);
+  if (kind == "masks") return open_masks(path, options);
+  const std::vector<std::string> known{"middlebury", "videos", "masks"};
+  throw usage_error("unknown kind of source '" + kind + "'" + suggestion(kind, known));
+}
+
+std::string odd_masks(const Rig& rig, const FrameSet& frame) {
+  std::string text;
+  for (std::size_t i = 0; i < frame.silhouettes.size(); ++i) {
+    const BitMask& m = frame.silhouettes[i];
+    const std::int64_t area = m.area_px(), all = std::int64_t{m.width_px} * m.height_px;
+    if (all == 0 || (area != 0 && area != all)) continue;
+    text += (text.empty() ? "camera '" : "; camera '") + rig.cameras[i].name + "': the mask is all " +
+            (area == 0 ? "black" : "white");
+  }
+  return text;
+}
+
+}  // namespace tactus

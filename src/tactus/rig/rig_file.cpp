@@ -1,0 +1,132 @@
+#include "tactus/rig/rig_file.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/yaml_reader.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Rotation from the calibration's world to one with +Y up.
+Mat3d rotation_to_y_up(const YamlMapping& yaml) {
+  const std::string up = yaml.text("up", "+y");
+  if (up == "+y") return Mat3d::identity();
+  if (up == "-y") return {{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+  if (up == "+z") return {{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}};
+  if (up == "-z") return {{{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}};
+  if (up == "+x") return {{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}};
+  if (up == "-x") return {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
+  yaml.fail("up", "'" + up + "', expected +x, -x, +y, -y, +z or -z");
+}
+
+BackgroundOptions background_options(const YamlMapping& rig) {
+  BackgroundOptions o;
+  if (!rig.has("background")) return o;
+  const YamlMapping y = rig.child("background", {"chroma", "darkest_shadow", "brightest", "noise", "open_px",
+                                                 "close_px", "largest_hole_px"});
+  o.chroma = y.number("chroma", 0, 442, o.chroma);
+  o.darkest_shadow = y.number("darkest_shadow", 0, 1, o.darkest_shadow);
+  o.brightest = y.number("brightest", 1, 100, o.brightest);
+  o.noise = y.number("noise", 0, 442, o.noise);
+  o.open_px = y.integer("open_px", 0, 50, o.open_px);
+  o.close_px = y.integer("close_px", 0, 50, o.close_px);
+  o.largest_hole_px = y.integer("largest_hole_px", 0, 100000000, o.largest_hole_px);
+  return o;
+}
+
+CalibrationNodes calibration_nodes(const YamlMapping& rig) {
+  CalibrationNodes n;
+  if (!rig.has("calibration_nodes")) return n;
+  const YamlMapping y =
+      rig.child("calibration_nodes", {"intrinsics", "distortion", "rotation", "translation"});
+  return {y.text("intrinsics", n.intrinsics), y.text("distortion", n.distortion),
+          y.text("rotation", n.rotation), y.text("translation", n.translation)};
+}
+
+Vec3f vec(const std::vector<double>& v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+void read_world(const YamlMapping& yaml, RigFile& file) {
+  const YamlMapping box = yaml.child("workspace_m", {"min", "max"});
+  file.rig.workspace_m = {vec(box.numbers("min", 3)), vec(box.numbers("max", 3))};
+  const Vec3f e = file.rig.workspace_m.extent();
+  if (!(e.x > 0 && e.y > 0 && e.z > 0)) yaml.fail("workspace_m", "max must be above min on every axis");
+  if (yaml.has("frames")) {
+    const auto range = yaml.numbers("frames", 2);
+    if (range[0] < 0 || range[1] < range[0] || range[1] > 1e8) {
+      yaml.fail("frames", "expected [first, last] with 0 <= first <= last");
+    }
+    file.first_frame = static_cast<int>(range[0]);
+    file.last_frame = static_cast<int>(range[1]);
+  }
+  file.frames_per_s = yaml.number("frames_per_s", 0.001, 100000, 50);
+  file.background = background_options(yaml);
+}
+
+}  // namespace
+
+std::string find_data(const std::string& path, const std::string& beside) {
+  const fs::path wanted(path);
+  const auto there = [](const fs::path& p) {
+    const std::string text = p.string();
+    const auto percent = text.find('%');
+    return percent == std::string::npos ? fs::exists(p)
+                                        : fs::exists(fs::path(text.substr(0, percent)).parent_path());
+  };
+  if (wanted.is_absolute()) {
+    if (there(wanted)) return path;
+    throw Error(path + ": no such file");
+  }
+  std::vector<fs::path> folders{fs::path(beside).parent_path()};
+  if (const char* data = std::getenv("TACTUS_DATA"); data != nullptr) folders.emplace_back(data);
+  folders.emplace_back("../shared/data");
+  std::string tried;
+  for (const fs::path& folder : folders) {
+    if (there(folder / wanted)) return folder / wanted;
+    tried += (tried.empty() ? "" : ", ") + (folder.empty() ? std::string(".") : folder.string());
+  }
+  throw Error(path + ": no such file in " + tried + " (set TACTUS_DATA to the folder of the data)");
+}
+
+RigFile read_rig_file(const std::string& path) {
+  const YamlMapping yaml =
+      YamlMapping::load(path, {"unit_m", "up", "image_size_px", "workspace_m", "frames", "frames_per_s",
+                               "background", "calibration_nodes", "cameras"});
+  RigFile file;
+  read_world(yaml, file);
+  const auto size = yaml.numbers("image_size_px", 2);
+  if (!(size[0] >= 1 && size[1] >= 1 && size[0] <= 32768 && size[1] <= 32768)) {
+    yaml.fail("image_size_px", "expected 1 to 32768 pixels");
+  }
+  const double unit_m = yaml.number("unit_m", 1e-9, 1e9, 1);
+  const Mat3d R_up = rotation_to_y_up(yaml);
+  const CalibrationNodes nodes = calibration_nodes(yaml);
+  const auto cameras = yaml.children("cameras", {"name", "video", "empty_room", "mask", "calibration"});
+  if (cameras.empty()) yaml.fail("cameras", "no camera, expected at least one");
+  std::set<std::string> names;
+  for (const YamlMapping& y : cameras) {
+    const std::string name = y.text("name");
+    if (!names.insert(name).second) y.fail("name", "'" + name + "' stands here a second time");
+    CalibratedCamera c = read_calibration(find_data(y.text("calibration"), path), nodes, unit_m,
+                                          static_cast<Index>(size[0]), static_cast<Index>(size[1]));
+    c.camera.name = name;
+    c.camera.T_cam_world.R = c.camera.T_cam_world.R * transpose(R_up);
+    file.rig.cameras.push_back(c.camera);
+    file.calibrated.push_back(std::move(c));
+    const auto data = [&](const char* key) {
+      return y.has(key) ? find_data(y.text(key), path) : std::string();
+    };
+    file.videos.push_back(data("video"));
+    file.backgrounds.push_back(data("empty_room"));
+    file.masks.push_back(data("mask"));
+  }
+  return file;
+}
+
+}  // namespace tactus

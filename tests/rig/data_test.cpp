@@ -1,0 +1,140 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/data_sources.h"
+#include "tactus/rig/rig_file.h"
+
+namespace tactus {
+namespace {
+
+std::string data_folder() {
+  const char* env = std::getenv("TACTUS_DATA");
+  std::filesystem::path folder = env != nullptr
+                                     ? std::filesystem::path(env)
+                                     : std::filesystem::path(__FILE__).parent_path() / "../../../shared/data";
+  if (!std::filesystem::is_directory(folder)) return "";
+  ::setenv("TACTUS_DATA", folder.c_str(), 1);
+  return folder;
+}
+
+std::string rig_path(const std::string& name) {
+  return std::filesystem::path(__FILE__).parent_path() / "../../rigs" / name;
+}
+
+#define SKIP_WITHOUT_DATA() \
+  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA"
+
+double iou(const BitMask& a, const BitMask& b) {
+  std::int64_t both = 0, any = 0;
+  for (std::size_t i = 0; i < a.words.size(); ++i) {
+    both += __builtin_popcount(a.words[i] & b.words[i]);
+    any += __builtin_popcount(a.words[i] | b.words[i]);
+  }
+  return static_cast<double>(both) / static_cast<double>(any);
+}
+
+std::string message_of(const std::string& yaml) {
+  const std::string path = ::testing::TempDir() + "rig.yaml";
+  std::ofstream(path) << yaml;
+  try {
+    read_rig_file(path);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(DataSources, VideoSilhouettesBeatAMixtureModel) {
+  SKIP_WITHOUT_DATA();
+  const auto masks = open_source("masks", rig_path("horseman-masks.yaml"));
+  const auto videos = open_source("videos", rig_path("horseman.yaml"));
+  FrameSet truth, seen;
+  ASSERT_EQ(masks->next(truth), NextFrame::success);
+  ASSERT_EQ(videos->next(seen), NextFrame::success);
+  // OpenCV's MOG2 (history 200, threshold 40, shadows), trained on the empty room.
+  const double mixture[] = {.889, .911, .911, .892};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double value = iou(truth.silhouettes[i], seen.silhouettes[i]);
+    RecordProperty("iou" + std::to_string(i + 1), std::to_string(value));
+    EXPECT_GT(value, mixture[i]) << "camera " << i + 1;
+  }
+  EXPECT_EQ(masks->next(truth), NextFrame::no_more_data);
+  EXPECT_EQ(videos->frame_count(), 426);
+}
+
+TEST(DataSources, MiddleburyDeliversTheGoodImages) {
+  SKIP_WITHOUT_DATA();
+  const auto source = open_source("middlebury", data_folder() + "/middlebury_dino");
+  FrameSet frame;
+  ASSERT_EQ(source->next(frame), NextFrame::success);
+  EXPECT_EQ(frame.silhouettes.size(), 15U);
+  EXPECT_EQ(frame.colors.size(), 15U);
+  EXPECT_EQ(source->status(), "");
+  EXPECT_EQ(source->next(frame), NextFrame::no_more_data);
+}
+
+TEST(RigFile, NamesLineAndNearestKey) {
+  EXPECT_NE(message_of("unit_m: 1\nimage_size_xp: [4, 4]\n")
+                .find("rig.yaml:2: unknown key 'image_size_xp'; did you mean "
+                      "'image_size_px'?"),
+            std::string::npos);
+  EXPECT_NE(message_of("unit_m: 1\nunit_m: 2\n").find("rig.yaml:2: key 'unit_m' stands here a second"),
+            std::string::npos);
+}
+
+TEST(RigFile, RefusesNoCameras) {
+  EXPECT_NE(message_of("image_size_px: [4, 4]\nworkspace_m: {min: [0, 0, 0], max: [1, 1, 1]}\ncameras: []\n")
+                .find("no camera"),
+            std::string::npos);
+}
+
+TEST(Calibration, NamesFileAndNode) {
+  const std::string path = ::testing::TempDir() + "bad.yaml";
+  const auto message = [&](const std::string& K) {
+    std::ofstream(path)
+        << "%YAML:1.0\n---\nCameraMatrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [" + K +
+               "]\n";
+    try {
+      read_calibration(path, {}, 1, 4, 4);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(
+      message(".Nan, 0., 2., 0., 1., 2., 0., 0., 1.").find("'CameraMatrix' holds a value that is not finite"),
+      std::string::npos);
+  EXPECT_NE(message("1., 0., 2., 0., 1., 2., 0., 0., 1.").find("no matrix 'DistortionCoeffs'"),
+            std::string::npos);
+}
+
+TEST(Photos, CutShortOrMissingIsNamed) {
+  const std::string path = ::testing::TempDir() + "cut.png";
+  std::ofstream(path, std::ios::binary) << "\x89PNG\r\n\x1a\n0000";
+  EXPECT_THROW(read_photo(path), Error);
+  EXPECT_THROW(read_photo(path + ".absent"), Error);
+}
+
+TEST(Photos, MaskOfAnotherSizeIsRefused) {
+  SKIP_WITHOUT_DATA();
+  const std::string path = data_folder() + "/utrecht_horseman/cam1/customMask.png";
+  EXPECT_GT(read_mask(path, 644, 486).pixels.size(), 0U);
+  EXPECT_THROW(read_mask(path, 640, 480), Error);
+}
+
+TEST(DataSources, UnknownKindAndOddMasks) {
+  EXPECT_THROW(open_source("video", "x"), Error);
+  Rig rig;
+  rig.cameras.resize(2);
+  rig.cameras[1].name = "b";
+  FrameSet frame;
+  frame.silhouettes = {make_mask(3, 3, [](Index x, Index) { return x > 0; }), BitMask(3, 3)};
+  EXPECT_EQ(odd_masks(rig, frame), "camera 'b': the mask is all black");
+}
+
+}  // namespace
+}  // namespace tactus
