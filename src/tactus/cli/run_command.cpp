@@ -145,7 +145,6 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     const StepReport report = simulation.step(frame, summary.frames == 0 ? 0 : frame.time_s - last_time_s);
     last_time_s = frame.time_s;
-if (getenv("DBG")) printf("DBG %d force %.2f %.2f %.2f depth %.4f contacts %.1f rescued %d\n", summary.frames, report.contact.force_N.x, report.contact.force_N.y, report.contact.force_N.z, report.contact.max_depth_m, report.contact.contacts_per_substep, report.contact.rescued);
     summary.add(report);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
     const std::string caption = caption_of(report, simulation, frame.tick);

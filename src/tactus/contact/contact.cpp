@@ -31,6 +31,10 @@ void Contact::pose(ExecContext& ctx, const RealSurface& surface, const ContactNo
                 std::to_string(body.rest_gap_m.size()) + " rest gaps, " + std::to_string(body.fixed.size()) +
                 " fixed flags");
   }
+  if (!body.memory.empty() && body.memory.size() != body.nodes.size()) {
+    throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, but memory for " +
+                std::to_string(body.memory.size()));
+  }
   if (body.nodes.size() > records_.size()) {
     throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, room for " +
                 std::to_string(records_.size()));
@@ -49,12 +53,13 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const Contact
   add_records(ctx, body.nodes.size(), true);
 }
 
-void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
+void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s,
+                      float dt_s) {
   pose(ctx, surface, body, time_s);
   ctx.parallel_for(
       "contact/response", body.nodes.size(),
       ContactResponse{surface.samples(), pose_.const_view(), body, 2 * surface.settings().sample_spacing_m,
-                      settings_.restitution, settings_.friction, records_.view()});
+                      settings_.restitution, settings_.friction, dt_s, records_.view()});
   add_records(ctx, body.nodes.size(), false);
 }
 

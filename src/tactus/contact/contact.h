@@ -43,7 +43,9 @@ class Contact {
   /// The response of method 6: gap = (x_i - x_k)·n_k - d_i < 0 moves x_i by -gap n_k, along the normal only
   /// and without touching v_i; then an approaching v_i is reflected with e and its tangential part limited by
   /// μ.
-  void correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s);
+  /// @param dt_s time since the last `correct`: only for bodies with memory
+  void correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s,
+               float dt_s = 0);
 
   /// (1) Sums since begin_frame, for those who read them on the device.
   View<const ContactTotals> totals() const { return totals_.const_view(); }

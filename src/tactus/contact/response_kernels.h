@@ -4,6 +4,13 @@
 
 namespace tactus {
 
+/// Where a contact node touched last, kept from one correction to the next. All zero: it did not.
+struct ContactMemory {
+  Vec3f x_m;  ///< the node's corrected position, world
+  Vec3f n;    ///< the surface's normal there, world
+  Index touched = 0;
+};
+
 /// Nodes of one body, on the device.
 struct ContactNodes {
   View<Vec3f> x_m;            ///< positions, world [m] (all nodes of the body)
@@ -13,6 +20,9 @@ struct ContactNodes {
       rest_gap_m;           ///< d_i [m], as x_m: distance at which the node touches; d_i < 2 sample spacings
   View<const Index> nodes;  ///< the surface-near nodes that take part
   View<const Index> fixed;  ///< != 0: node isn't moved; as x_m, or empty
+  /// One per contact node, or empty. With it, a node that the body springs back into a thin real object
+  /// (deeper than its nearest side, in one substep) is first held on the side where it was.
+  View<ContactMemory> memory;
 };
 
 /// What one node did in one correction.
@@ -130,33 +140,63 @@ struct ContactResponse {
   View<const SurfacePose> pose;
   ContactNodes body;
   float reach_m, restitution, friction;
+  float dt_s;  ///< since the last correction: how far the surface carried what touched it
   View<ContactRecord> records;
   TACTUS_HD void operator()(Index c) const {
     ContactRecord record{};
     const Index i = body.nodes[c];
-    if (body.fixed.empty() || body.fixed[i] == 0) respond(i, record);
+    if (body.fixed.empty() || body.fixed[i] == 0) {
+      ContactMemory memory = body.memory.empty() ? ContactMemory{} : body.memory[c];
+      if (memory.touched != 0) hold(i, memory, record);
+      respond(i, memory, record);
+      if (!body.memory.empty()) body.memory[c] = memory;
+    }
     records[c] = record;
   }
 
  private:
-  TACTUS_HD void respond(Index i, ContactRecord& record) const {
+  /// Moves node i to x, takes the approach out of its velocity and notes what that did to the real object.
+  TACTUS_HD void touch(Index i, Vec3f x, Vec3f n, float depth_m, ContactRecord& record) const {
     const SurfacePose& now = pose[0];
-    const Vec3f p = now.to_capture(body.x_m[i]);
-    // The average plane is less than half the reach off the nearest sample's.
-    const NearSurface near = near_surface(samples, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
-    if (!near.found) return;
-    const float gap = dot(p - near.x_m, near.n) - body.rest_gap_m[i];
-    if (!(gap < 0.F)) return;
-    const Vec3f n = now.turn * near.n;
-    const Vec3f x = body.x_m[i] - gap * n;
     const Vec3f v = body.v_m_s[i];
     const Vec3f v_new = touched_velocity(v, now.velocity_at(x), n, restitution, friction);
     body.x_m[i] = x;
     body.v_m_s[i] = v_new;
-    record.impulse_N_s = body.mass_kg[i] * (v - v_new);
-    record.moment_N_m_s = cross(x - now.center_m, record.impulse_N_s);
-    record.depth_m = -gap;
+    const Vec3f impulse = body.mass_kg[i] * (v - v_new);
+    record.impulse_N_s += impulse;
+    record.moment_N_m_s += cross(x - now.center_m, impulse);
+    record.depth_m = max(record.depth_m, depth_m);
     record.touches = 1;
+  }
+
+  /// Keeps a node that touched from going back through the plane on which it touched, which moves with the
+  /// surface. What it slid meanwhile is Coulomb's at the level of positions: at most mu times how deep it
+  /// went.
+  TACTUS_HD void hold(Index i, ContactMemory& memory, ContactRecord& record) const {
+    const Vec3f held = memory.x_m + dt_s * pose[0].velocity_at(memory.x_m), moved = body.x_m[i] - held;
+    const float depth = -dot(moved, memory.n);
+    memory.touched = 0;
+    if (!(depth > 0.F)) return;
+    const Vec3f slide = moved + depth * memory.n;
+    const float distance = length(slide), most = friction * depth;
+    memory.x_m = held + (distance > most ? 1.F - most / distance : 0.F) * slide;
+    memory.touched = 1;
+    touch(i, memory.x_m, memory.n, depth, record);
+  }
+
+  TACTUS_HD void respond(Index i, ContactMemory& memory, ContactRecord& record) const {
+    const SurfacePose& now = pose[0];
+    const Vec3f p = now.to_capture(body.x_m[i]);
+    // The average plane is less than half the reach off the nearest sample's.
+    const NearSurface near = near_surface(samples, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
+    const float gap = near.found ? dot(p - near.x_m, near.n) - body.rest_gap_m[i] : 0.5F * reach_m;
+    if (gap < 0.F) {
+      const Vec3f n = now.turn * near.n;
+      touch(i, body.x_m[i] - gap * n, n, -gap, record);
+      memory = {body.x_m[i], n, 1};
+    } else if (gap > 0.1F * reach_m) {
+      memory.touched = 0;  // the surface is no longer where it was
+    }
   }
 };
 

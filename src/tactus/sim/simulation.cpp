@@ -127,7 +127,7 @@ void Simulation::touch(double dt_s, StepReport& report) {
       const float time_s = dt_substep * static_cast<float>(k + 1) - dt;
       for (auto& body : bodies_) {
         body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
-        contact_.correct(ctx, surface_, body->contact_nodes(), time_s);
+        contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
       }
     }
     report.substeps = substeps;

@@ -96,6 +96,7 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
   }
   rest_gap_m_ = to_device(ctx, gap_m);
   contact_nodes_ = to_device(ctx, near);
+  memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
   fixed_ = to_device(ctx, fixed);
 }
 
@@ -104,8 +105,8 @@ void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2) {
 }
 
 ContactNodes SoftBody::contact_nodes() {
-  return {state_.x_m.view(),        state_.v_m_s.view(),         mass_kg_.const_view(),
-          rest_gap_m_.const_view(), contact_nodes_.const_view(), fixed_.const_view()};
+  return {state_.x_m.view(),           state_.v_m_s.view(), mass_kg_.const_view(), rest_gap_m_.const_view(),
+          contact_nodes_.const_view(), fixed_.const_view(), memory_.view()};
 }
 
 Index SoftBody::nearest_node(Vec3f rest_m) const {

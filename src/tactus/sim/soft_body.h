@@ -61,6 +61,7 @@ class SoftBody {
   bool full_stiffness_;
   Buffer<float> mass_kg_, rest_gap_m_;
   Buffer<Index> contact_nodes_, fixed_;
+  Buffer<ContactMemory> memory_;
 };
 
 }  // namespace tactus
