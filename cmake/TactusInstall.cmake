@@ -1,1 +1,18 @@
+# find_package(tactus): static libraries tactus::<module>, headers, and the flags that keep one answer on every device.
 include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+get_property(modules GLOBAL PROPERTY TACTUS_MODULES)
+install(TARGETS ${modules} tactus_settings EXPORT tactusTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY src/tactus DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.cuh")
+set_target_properties(tactus_settings PROPERTIES EXPORT_NAME settings)
+install(EXPORT tactusTargets NAMESPACE tactus:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
+configure_package_config_file(cmake/tactusConfig.cmake.in ${CMAKE_BINARY_DIR}/tactusConfig.cmake
+                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/tactusConfig.cmake ${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
+install(FILES completions/tactus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tactus)
+if(TARGET tactus)
+  install(TARGETS tactus RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()

@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""Checks the direction of includes between the layers, and what kernels may use. Exits 1 and names each line."""
+import pathlib
+import re
+import sys
+
+# Module -> modules it may include (besides itself). Linking is the same graph: see src/tactus/*/CMakeLists.txt.
+L0 = {"base"}
+L1 = L0 | {"compute"}
+GEOM = L1 | {"multi_device"}
+L2 = GEOM | {"geom"}
+SIM = L2 | {"rig", "reconstruct", "tissue", "contact"}
+ALLOWED = {
+    "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM,
+    "rig": L2, "reconstruct": L2, "tissue": L2, "contact": L2,
+    "sim": SIM, "io": SIM | {"sim"}, "view": L2,
+    "cli": SIM | {"sim", "io", "view", "bench"},
+}
+INCLUDE = re.compile(r'#include "tactus/(\w+)/')
+LIBM = re.compile(r"\b(std::(sin|cos|tan|exp|log|pow|sqrt|atan2?|fma)|(?<![\w:.])(sinf|cosf|expf|logf|powf|sqrtf))\s*\(")
+CUDA_WORD = re.compile(r"__CUDACC__|__CUDA_ARCH__|__device__|__global__")
+
+
+def check(root: pathlib.Path) -> list[str]:
+    problems = []
+    for file in sorted((root / "src/tactus").rglob("*")):
+        if file.suffix not in {".h", ".cpp", ".cu", ".cuh"}:
+            continue
+        module = file.relative_to(root / "src/tactus").parts[0]
+        is_kernels = file.name.endswith("_kernels.h")
+        for number, line in enumerate(file.read_text().splitlines(), 1):
+            where = f"{file.relative_to(root)}:{number}"
+            code = line.split("//")[0]
+            if m := INCLUDE.search(line):
+                target = m.group(1)
+                if target != module and target not in ALLOWED[module]:
+                    problems.append(f"{where}: {module} must not include {target}")
+            if CUDA_WORD.search(code) and module not in {"base", "compute"} and file.name != "mesh_kernels.h":
+                problems.append(f"{where}: CUDA words belong in base/ and compute/")
+            if is_kernels and LIBM.search(code):
+                problems.append(f"{where}: kernels use the project's own maths, not libm")
+            if is_kernels and "atomicAdd" in code:
+                problems.append(f"{where}: no atomics in kernels: gather instead")
+    return problems
+
+
+def self_test() -> None:
+    assert INCLUDE.search('#include "tactus/rig/frame_source.h"').group(1) == "rig"
+    assert "reconstruct" not in ALLOWED["rig"] and "io" not in ALLOWED["sim"]
+    assert LIBM.search("x = std::sin(y);") and LIBM.search("a = expf(b)") and not LIBM.search("tactus::sqrt(x)")
+
+
+if __name__ == "__main__":
+    self_test()
+    found = check(pathlib.Path(__file__).resolve().parent.parent)
+    print("\n".join(found) if found else "includes: in order")
+    sys.exit(1 if found else 0)
