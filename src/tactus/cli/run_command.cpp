@@ -1,4 +1,4 @@
-#include "tactus/cli/run_command.h"
+#include "tactus/cli/commands.h"
 
 #include <unistd.h>
 

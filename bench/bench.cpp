@@ -1,0 +1,30 @@
+#include "bench.h"
+
+#include "tactus/base/timing.h"
+
+namespace tactus::bench {
+
+const std::vector<Benchmark>& benchmarks() {
+  static const std::vector<Benchmark> all{
+      {"hull", "visual hull and mesh of 8 silhouettes 640x480, against a plain voxel loop", run_hull},
+      {"flsm", "substeps of a soft body by fast lattice shape matching", run_flsm},
+  };
+  return all;
+}
+
+std::vector<double> time_ms(const std::function<void()>& body, int least, double seconds) {
+  for (int i = 0; i < 3; ++i) body();
+  std::vector<double> ms;
+  const double start_s = now_s();
+  while (static_cast<int>(ms.size()) < least || (now_s() - start_s < seconds && ms.size() < 400)) {
+    const double begin_s = now_s();
+    body();
+    ms.push_back((now_s() - begin_s) * 1e3);
+    if (now_s() - start_s > 2 * seconds + 1 && ms.size() >= 3) break;
+  }
+  return ms;
+}
+
+double p(const std::vector<double>& ms, double percent) { return percentile(ms, percent); }
+
+}  // namespace tactus::bench

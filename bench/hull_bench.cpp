@@ -1,0 +1,113 @@
+#include "bench.h"
+#include "plain_voxel_loop.h"
+#include "tactus/base/timing.h"
+#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/rig/synthetic_source.h"
+
+namespace tactus::bench {
+namespace {
+
+/// Bytes per second that a copy of 256 MB reads and writes on the first device.
+double copy_bandwidth(DeviceSet& devices) {
+  ExecContext& ctx = devices.context(0);
+  Buffer<float> from(ctx.device(), 1 << 26), to(ctx.device(), 1 << 26);
+  ctx.fill_bytes(from.view(), 0);
+  const std::vector<double> ms = time_ms(
+      [&] {
+        ctx.copy(from.const_view(), to.view());
+        ctx.synchronize();
+      },
+      5, 0.3);
+  return 2.0 * 4 * (1 << 26) / (percentile(ms, 10) * 1e-3);
+}
+
+/// A lower bound from memory alone: every byte that the result consists of, and the masks, moved once.
+double floor_ms(const HullReport& report, double mask_bytes, double bandwidth) {
+  const double brick_bytes = 64 + 256 + 256 + 32;  // signs, crossings, numbering, cameras: written and read
+  const double bytes =
+      mask_bytes + 2 * brick_bytes * report.active_bricks + 12.0 * report.vertices + 12.0 * report.triangles;
+  return bytes / bandwidth * 1e3;
+}
+
+/// Milliseconds per run of `body` when several are in flight: the device's own time, without the wait for
+/// each.
+double batch_ms(DeviceSet& devices, const std::function<void()>& body) {
+  constexpr int kBatch = 20;
+  const std::vector<double> ms = time_ms(
+      [&] {
+        for (int i = 0; i < kBatch; ++i) body();
+        devices.synchronize();
+      },
+      10, 1);
+  return percentile(ms, 50) / kBatch;
+}
+
+nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, double bandwidth) {
+  SyntheticOptions options;
+  options.figure = figure + "-still";
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  source.next(frame);
+  VisualHull hull(devices, source.rig().cameras, {.workspace_m = source.rig().workspace_m, .resolution = n});
+  const auto upload = time_ms(
+      [&] {
+        hull.upload(frame.silhouettes);
+        devices.synchronize();
+      },
+      20, 0.3);
+  const auto carve = time_ms(
+      [&] {
+        hull.carve();
+        devices.synchronize();
+      },
+      30, 1.5);
+  const auto whole = time_ms(
+      [&] {
+        hull.carve();
+        hull.extract();
+        devices.synchronize();
+      },
+      30, 2);
+  const HullReport report = hull.report();
+  nlohmann::json row{{"name", "hull+mesh"},
+                     {"case", figure},
+                     {"size", n},
+                     {"devices", devices.name()},
+                     {"ms_p50", p(whole, 50)},
+                     {"ms_p99", p(whole, 99)},
+                     {"ms_p10", p(whole, 10)},
+                     {"hull_ms_p50", p(carve, 50)},
+                     {"upload_ms_p50", p(upload, 50)},
+                     {"floor_ms", floor_ms(report, 8.0 * 640 * 480 / 8, bandwidth)},
+                     {"vertices", report.vertices},
+                     {"triangles", report.triangles}};
+  if (devices.is_cuda()) {
+    row["device_ms"] = batch_ms(devices, [&] {
+      hull.carve();
+      hull.extract();
+    });
+    row["device_hull_ms"] = batch_ms(devices, [&] { hull.carve(); });
+  }
+  if (n <= 256) {
+    PlainVoxelLoop loop(source.rig().cameras, frame.silhouettes, source.rig().workspace_m, n);
+    const auto plain = time_ms([&] { loop.run(); }, n > 128 ? 7 : 20, 1);
+    row["reference"] = {{"plain_loop", p(plain, 50)}};
+    row["plain_loop_over_hull"] = p(plain, 50) / p(carve, 50);
+  }
+  return row;
+}
+
+}  // namespace
+
+Rows run_hull(const std::string& device_text) {
+  DeviceSet devices(device_text);
+  const double bandwidth = copy_bandwidth(devices);
+  Rows rows;
+  for (const char* figure : {"hand", "rabbit"}) {
+    for (const Index n : {64, 100, 128, 256, 512}) rows.push_back(run_case(devices, figure, n, bandwidth));
+  }
+  return rows;
+}
+
+}  // namespace tactus::bench

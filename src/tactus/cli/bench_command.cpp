@@ -1,0 +1,67 @@
+#include <cstdio>
+
+#include "bench.h"
+#include "tactus/base/error.h"
+#include "tactus/cli/commands.h"
+#include "tactus/cli/interrupt.h"
+#include "tactus/cli/version.h"
+#include "tactus/io/json_file.h"
+#include "tactus/io/safe_file.h"
+
+namespace tactus {
+namespace {
+
+void print_row(const nlohmann::json& row) {
+  const auto number = [&](const char* key) {
+    return row.contains(key) && row[key].is_number() ? row[key].get<double>() : 0;
+  };
+  std::printf("%-12s %-8s %8.0f %-8s %9.3f %9.3f", row["name"].get<std::string>().c_str(),
+              row["case"].get<std::string>().c_str(), number("size"),
+              row["devices"].get<std::string>().c_str(), number("ms_p50"), number("ms_p99"));
+  for (const char* key :
+       {"hull_ms_p50", "upload_ms_p50", "device_ms", "floor_ms", "plain_loop_over_hull", "ns_per_node"}) {
+    if (row.contains(key) && row[key].is_number()) std::printf("  %s %.4g", key, number(key));
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void run_benchmarks(const std::string& name, const std::string& devices, const std::string& json_path) {
+  if (!json_path.empty()) output_is_writable(json_path);
+  std::vector<std::string> names{"all"};
+  for (const bench::Benchmark& b : bench::benchmarks()) names.push_back(b.name);
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    throw usage_error("unknown benchmark '" + name + "'" + suggestion(name, names));
+  nlohmann::json json{
+      {"machine", machine_text()}, {"commit", commit_text()}, {"rows", nlohmann::json::array()}};
+  std::printf("%s\n%-12s %-8s %8s %-8s %9s %9s\n", machine_text().c_str(), "name", "case", "size", "devices",
+              "p50 [ms]", "p99 [ms]");
+  for (const bench::Benchmark& b : bench::benchmarks()) {
+    if ((name != "all" && name != b.name) || interrupted()) continue;
+    for (const nlohmann::json& row : b.run(devices)) {
+      print_row(row);
+      json["rows"].push_back(row);
+    }
+  }
+  if (!json_path.empty()) write_json_file(json_path, json);
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app) {
+  struct Options {
+    std::string name = "all", devices = "auto", json_path;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("bench", "Time the parts, beside a reference and a floor");
+  std::string list = "all";
+  for (const bench::Benchmark& b : bench::benchmarks()) list += ", " + b.name + " (" + b.what + ")";
+  command->add_option("name", options->name, list)->capture_default_str();
+  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
+      ->capture_default_str();
+  command->add_option("--json", options->json_path, "write the rows");
+  command->footer("Example:\n  tactus bench hull --devices cpu --json hull.json");
+  command->callback([options] { run_benchmarks(options->name, options->devices, options->json_path); });
+}
+
+}  // namespace tactus

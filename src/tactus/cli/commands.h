@@ -1,0 +1,10 @@
+#pragma once
+/// The verbs. Each adds its subcommand with flags, help and callback; errors are thrown.
+#include <CLI/CLI.hpp>
+
+namespace tactus {
+void add_run_command(CLI::App& app);
+void add_reconstruct_command(CLI::App& app);
+void add_bench_command(CLI::App& app);
+void add_info_command(CLI::App& app);
+}  // namespace tactus

@@ -1,0 +1,42 @@
+#include "tactus/cli/frame_sources.h"
+
+#include "tactus/base/error.h"
+#include "tactus/rig/data_sources.h"
+#include "tactus/rig/synthetic_source.h"
+
+namespace tactus {
+namespace {
+
+std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, bool truth) {
+  SyntheticOptions options;
+  options.figure = source.figure;
+  options.shape.moving = source.moving;
+  options.shape.scale = static_cast<float>(source.scale);
+  options.shape.offset_m = vec_cast<float>(source.offset_m);
+  options.fps = source.fps.value_or(30);
+  options.truth = truth;
+  options.depth = false;
+  if (source.frames.last) options.frames = *source.frames.last + 1;
+  auto synthetic = std::make_unique<SyntheticSource>(options);
+  synthetic->seek(source.frames.first);
+  return synthetic;
+}
+
+}  // namespace
+
+std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth,
+                                               std::optional<BoxRegion> workspace_m) {
+  if (source.kind == SourceKind::synthetic) return open_synthetic(source, truth);
+  DataOptions options;
+  options.colors = false;
+  if (workspace_m)
+    options.workspace_m = Box3f{vec_cast<float>(workspace_m->min_m), vec_cast<float>(workspace_m->max_m)};
+  if (source.frames.first > 0 || source.frames.last) {
+    options.first_frame = source.frames.first;
+    options.last_frame = source.frames.last;
+  }
+  static constexpr const char* kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  return open_source(kKinds[static_cast<int>(source.kind)], source.path, options);
+}
+
+}  // namespace tactus

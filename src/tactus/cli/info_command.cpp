@@ -1,0 +1,51 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/cli/commands.h"
+#include "tactus/cli/version.h"
+#include "tactus/compute/device.h"
+#include "tactus/io/json_file.h"
+#include "tactus/view/renderer.h"
+
+namespace tactus {
+namespace {
+
+void info(const std::string& json_path) {
+  nlohmann::json json{
+      {"version", version_text()}, {"cuda", cuda_status_text()}, {"devices", nlohmann::json::array()}};
+  std::printf("%s\n\n", version_text().c_str());
+  for (const DeviceInfo& d : list_devices()) {
+    const bool gpu = d.spec.kind == DeviceKind::cuda;
+    const std::string name = gpu ? "cuda:" + std::to_string(d.spec.ordinal) : "cpu";
+    std::string peers;
+    for (const int p : d.peer_ordinals) peers += " cuda:" + std::to_string(p);
+    std::printf("%-8s %-40s %10s  %d %s%s\n", name.c_str(), d.name.c_str(),
+                bytes_text(d.memory_bytes).c_str(), d.multiprocessors, gpu ? "multiprocessors" : "cores",
+                peers.empty() ? "" : ("  peers:" + peers).c_str());
+    json["devices"].push_back({{"name", name},
+                               {"model", d.name},
+                               {"memory_bytes", d.memory_bytes},
+                               {"multiprocessors", d.multiprocessors},
+                               {"peers", d.peer_ordinals}});
+  }
+  const std::string no_gl = Renderer::why_unavailable();
+  const std::string gl =
+      no_gl.empty() ? Renderer({.width_px = 16, .height_px = 16}).description() : "none: " + no_gl;
+  std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
+  json["opengl"] = gl;
+  if (!json_path.empty()) write_json_file(json_path, json);
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app) {
+  auto json_path = std::make_shared<std::string>();
+  CLI::App* command =
+      app.add_subcommand("info", "What this machine offers: devices, memory, peers, versions");
+  command->add_option("--json", *json_path, "the same as JSON");
+  command->footer("Example:\n  tactus info --json info.json");
+  command->callback([json_path] { info(*json_path); });
+}
+
+}  // namespace tactus

@@ -1,0 +1,174 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "tactus/base/error.h"
+#include "tactus/base/log.h"
+#include "tactus/cli/commands.h"
+#include "tactus/cli/frame_sources.h"
+#include "tactus/cli/interrupt.h"
+#include "tactus/cli/version.h"
+#include "tactus/geom/mask_metrics.h"
+#include "tactus/geom/rasterize.h"
+#include "tactus/io/json_file.h"
+#include "tactus/io/mesh_file.h"
+#include "tactus/io/safe_file.h"
+#include "tactus/reconstruct/visual_hull.h"
+
+namespace tactus {
+namespace {
+
+struct ReconstructOptions {
+  std::string source = "synthetic", what, devices = "auto", mesh_path, json_path, frames;
+  int resolution = 100;
+  bool moving = false;
+  std::vector<double> workspace;
+};
+
+SourceDescription describe_source(const ReconstructOptions& options) {
+  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  SourceDescription source;
+  const auto* kind = std::find(std::begin(kKinds), std::end(kKinds), options.source);
+  if (kind == std::end(kKinds))
+    throw usage_error("--source '" + options.source + "' is unknown" + suggestion(options.source, kKinds));
+  source.kind = static_cast<SourceKind>(kind - std::begin(kKinds));
+  (source.kind == SourceKind::synthetic ? source.figure : source.path) = options.what;
+  source.moving = options.moving;
+  source.frames = {0, source.kind == SourceKind::videos ? std::nullopt : std::optional<int>(0)};
+  if (!options.frames.empty()) {
+    const std::optional<FrameRange> range = parse_frame_range(options.frames);
+    if (!range)
+      throw usage_error("--frames '" + options.frames + "': expected A-B, A- or A with 0 <= A <= B");
+    source.frames = *range;
+  }
+  return source;
+}
+
+std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
+  const std::vector<double>& w = options.workspace;
+  if (w.empty()) return {};
+  if (w.size() != 6)
+    throw usage_error("--workspace takes six numbers (x0,y0,z0,x1,y1,z1), not " + std::to_string(w.size()));
+  return BoxRegion{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
+}
+
+/// "out.ply" and frame 7 of several -> "out-00007.ply".
+std::string numbered(const std::string& path, std::int64_t tick, bool several) {
+  if (!several) return path;
+  char number[24];
+  std::snprintf(number, sizeof number, "-%05lld", static_cast<long long>(tick));
+  const std::size_t dot = path.rfind('.');
+  return path.substr(0, dot) + number + (dot == std::string::npos ? "" : path.substr(dot));
+}
+
+nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet& frame) {
+  const MeshTopology t = topology(mesh);
+  double iou_sum = 0, iou_min = 1, recall_sum = 0;
+  int used = 0;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    if (frame.silhouettes[c].words.empty()) continue;
+    const BitMask seen = render_silhouette(mesh, rig.cameras[c]);
+    const double overlap = iou(seen, frame.silhouettes[c]);
+    iou_sum += overlap;
+    iou_min = std::min(iou_min, overlap);
+    recall_sum += recall(seen, frame.silhouettes[c]);
+    ++used;
+  }
+  nlohmann::json json{{"vertices", mesh.positions_m.size()},
+                      {"triangles", mesh.triangles.size()},
+                      {"boundary_edges", t.boundary_edges},
+                      {"nonmanifold_edges", t.nonmanifold_edges},
+                      {"euler", t.euler},
+                      {"components", t.components},
+                      {"volume_m3", volume_m3(mesh)},
+                      {"iou_mean", used > 0 ? iou_sum / used : 0},
+                      {"iou_min", iou_min},
+                      {"recall", used > 0 ? recall_sum / used : 0}};
+  if (frame.truth_volume_m3) json["truth_volume_m3"] = *frame.truth_volume_m3;
+  return json;
+}
+
+void reconstruct(const ReconstructOptions& options) {
+  if (!options.json_path.empty()) output_is_writable(options.json_path);
+  if (!options.mesh_path.empty()) output_is_writable(options.mesh_path);
+  DeviceSet devices(options.devices);
+  const SourceDescription description = describe_source(options);
+  const std::optional<BoxRegion> workspace = workspace_of(options);
+  const std::unique_ptr<FrameSource> source = open_frame_source(description, true, workspace);
+  Box3f box = source->rig().workspace_m;
+  if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
+  VisualHull hull(devices, source->rig().cameras, {.workspace_m = box, .resolution = options.resolution});
+
+  const bool several = description.frames.last != description.frames.first;
+  nlohmann::json json{
+      {"devices", devices.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
+  std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
+              "volume m3", "IoU", "IoU min", "recall", "total ms");
+  FrameSet frame;
+  Timings timings;
+  while (!interrupted()) {
+    const NextFrame next = source->next(frame);
+    if (next == NextFrame::no_more_data) break;
+    if (!source->status().empty()) log_warning(source->status());
+    if (next == NextFrame::bad_frame) continue;
+    const auto stage = [&](const char* name, auto&& body) {
+      const StageTimer timer(timings, name);
+      body();
+      devices.synchronize();
+    };
+    stage("total", [&] {
+      stage("upload", [&] { hull.upload(frame.silhouettes); });
+      stage("hull", [&] { hull.carve(); });
+      stage("mesh", [&] { hull.extract(); });
+    });
+    const HullReport report = hull.report();
+    if (!report.overflow.empty()) log_warning(report.overflow);
+    TriangleMesh mesh = hull.download();
+    if (!options.mesh_path.empty()) {
+      compute_normals(mesh);
+      write_mesh(numbered(options.mesh_path, frame.tick, several), mesh);
+    }
+    nlohmann::json row = measure(mesh, source->rig(), frame);
+    row["tick"] = frame.tick;
+    row["status"] = report.overflow.empty() ? source->status() : report.overflow;
+    for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
+    std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
+                mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
+                row["volume_m3"].get<double>(), row["iou_mean"].get<double>(), row["iou_min"].get<double>(),
+                row["recall"].get<double>(), timings.last_ms("total"));
+    json["frames"].push_back(std::move(row));
+  }
+  if (!options.json_path.empty()) write_json_file(options.json_path, json);
+  if (json["frames"].empty() && !interrupted())
+    throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+}
+
+}  // namespace
+
+void add_reconstruct_command(CLI::App& app) {
+  auto options = std::make_shared<ReconstructOptions>();
+  CLI::App* command = app.add_subcommand(
+      "reconstruct", "Visual hull of a data set or a built-in figure, measured and written as a mesh");
+  command->add_option("--source", options->source, "middlebury, videos, masks or synthetic")
+      ->capture_default_str();
+  command->add_option("what", options->what, "folder, rig file, or figure")->required();
+  command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
+      ->capture_default_str();
+  command->add_option("--frames", options->frames, "A-B, A- or A (default: the first; videos: all)");
+  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
+      ->capture_default_str();
+  command->add_option("--mesh", options->mesh_path,
+                      "write the mesh (.ply, .obj); several frames get a number");
+  command->add_option("--json", options->json_path, "write the measurements");
+  command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
+      ->delimiter(',');
+  command->add_flag("--moving", options->moving, "synthetic figures move");
+  command->footer(
+      "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
+      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
+      "dino.json\n"
+      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply");
+  command->callback([options] { reconstruct(*options); });
+}
+
+}  // namespace tactus
