@@ -245,6 +245,38 @@ TEST(Contact, DeepNodesAreRescuedAndOutsideOnesAreNot) {
   }
 }
 
+/// A plate 2 cm thick touches a node from above; the body then springs the node 1.5 cm up, past the plate's
+/// middle. Its nearest side is now the upper one, and only the memory of where it touched brings it back
+/// below.
+TEST(Contact, MemoryHoldsANodeOnTheSideWhereItTouched) {
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  const test::DeviceMesh plate(ctx, test::box({0.04F, 0.01F, 0.04F}, 16));  // y from -1 cm to 1 cm
+  surface.update(ctx, plate.view(), 0);
+  for (const bool remembers : {false, true}) {
+    Contact contact(ctx.device(), 1, {0, 0.5F});
+    contact.begin_frame(ctx);
+    Buffer<Vec3f> x = to_device(ctx, std::vector<Vec3f>{{0, -0.009F, 0}}),
+                  v = to_device(ctx, std::vector<Vec3f>{{0, 1, 0}});
+    const Buffer<float> mass = to_device(ctx, std::vector<float>{1e-3F}),
+                        gap = to_device(ctx, std::vector<float>{0});
+    const Buffer<Index> nodes = to_device(ctx, std::vector<Index>{0});
+    Buffer<ContactMemory> memory = to_device(ctx, std::vector<ContactMemory>(1));
+    ContactNodes body{x.view(), v.view(), mass.const_view(), gap.const_view(), nodes.const_view(), {}};
+    if (remembers) body.memory = memory.view();
+    contact.correct(ctx, surface, body, 0, 1e-3F);
+    EXPECT_NEAR(to_host(ctx, x.const_view())[0].y, -0.01, 1e-4);
+    ctx.upload(std::vector<Vec3f>{{0.001F, 0.005F, 0}}, x.view());
+    ctx.synchronize();
+    contact.correct(ctx, surface, body, 0, 1e-3F);
+    const Vec3f after = to_host(ctx, x.const_view())[0];
+    EXPECT_NEAR(after.y, remembers ? -0.01 : 0.01, 2e-4);
+    if (!remembers) continue;
+    EXPECT_NEAR(after.x, 0, 2e-4);  // slid 1 mm, friction may hold 0.5 * 15 mm
+  }
+}
+
 TEST(Contact, BadSettingsAndSizesAreNamed) {
   DeviceSet cpu("cpu");
   ExecContext& ctx = cpu.context(0);

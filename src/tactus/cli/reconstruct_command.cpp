@@ -65,13 +65,16 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
   const MeshTopology t = topology(mesh);
   double iou_sum = 0, iou_min = 1, recall_sum = 0;
   int used = 0;
+  nlohmann::json views = nlohmann::json::array();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     if (frame.silhouettes[c].words.empty()) continue;
     const BitMask seen = render_silhouette(mesh, rig.cameras[c]);
     const double overlap = iou(seen, frame.silhouettes[c]);
     iou_sum += overlap;
     iou_min = std::min(iou_min, overlap);
-    recall_sum += recall(seen, frame.silhouettes[c]);
+    const double covered = recall(seen, frame.silhouettes[c]);
+    recall_sum += covered;
+    views.push_back({{"camera", rig.cameras[c].name}, {"iou", overlap}, {"recall", covered}});
     ++used;
   }
   nlohmann::json json{{"vertices", mesh.positions_m.size()},
@@ -84,6 +87,7 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
                       {"iou_mean", used > 0 ? iou_sum / used : 0},
                       {"iou_min", iou_min},
                       {"recall", used > 0 ? recall_sum / used : 0}};
+  json["views"] = std::move(views);
   if (frame.truth_volume_m3) json["truth_volume_m3"] = *frame.truth_volume_m3;
   return json;
 }

@@ -22,7 +22,7 @@ struct ContactNodes {
   View<const Index> fixed;  ///< != 0: node isn't moved; as x_m, or empty
   /// One per contact node, or empty. With it, a node that the body springs back into a thin real object
   /// (deeper than its nearest side, in one substep) is first held on the side where it was.
-  View<ContactMemory> memory;
+  View<ContactMemory> memory = {};
 };
 
 /// What one node did in one correction.

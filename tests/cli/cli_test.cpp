@@ -1,0 +1,181 @@
+// Runs the built program as a script would: exit codes, messages, JSON.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string text;  ///< standard output and error
+};
+
+/// The program built beside this test, or the one in a bundle.
+std::string program() { return fs::exists(TACTUS_PROGRAM) ? TACTUS_PROGRAM : "./tactus"; }
+
+Outcome run(const std::string& arguments) {
+  FILE* pipe = popen((program() + " " + arguments + " 2>&1").c_str(), "r");
+  std::string text;
+  char buffer[4096];
+  while (const std::size_t n = fread(buffer, 1, sizeof buffer, pipe)) text.append(buffer, n);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+class Cli : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(program())) GTEST_SKIP() << "the program is not here: " << program();
+    folder_ = fs::temp_directory_path() / ("tactus_cli_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  nlohmann::json read(const std::string& name) const {
+    return nlohmann::json::parse(std::ifstream(path(name)));
+  }
+  std::string write_scene(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name)) << text;
+    return path(name);
+  }
+
+ private:
+  fs::path folder_;
+};
+
+TEST_F(Cli, HelpAndVersion) {
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  for (const char* verb : {"run", "reconstruct", "bench", "info", "Examples:"})
+    EXPECT_NE(help.text.find(verb), std::string::npos);
+  const Outcome version = run("--version");
+  EXPECT_EQ(version.code, 0);
+  EXPECT_EQ(version.text.rfind("tactus 0.", 0), 0U) << version.text;
+  for (const char* verb : {"run", "reconstruct", "bench", "info"}) {
+    const Outcome verb_help = run(std::string(verb) + " --help");
+    EXPECT_EQ(verb_help.code, 0);
+    EXPECT_NE(verb_help.text.find("Example"), std::string::npos) << verb;
+  }
+}
+
+struct Wrong {
+  const char* arguments;
+  int code;
+  const char* message;
+};
+
+TEST_F(Cli, WrongUseIsNamed) {
+  const std::string deep = path("no/such/folder/x.json");
+  const Wrong wrongs[] = {
+      {"reconstrct hand", 2, "did you mean 'reconstruct'?"},
+      {"", 2, "subcommand"},
+      {"reconstruct --source synthetic hnad", 2, "did you mean 'hand'?"},
+      {"reconstruct --source synthetc hand", 2, "did you mean 'synthetic'?"},
+      {"reconstruct hand --devices cudaa", 2, "did you mean 'cuda'?"},
+      {"reconstruct hand --devices cpu:0", 2, "between 1 and 64"},
+      {"reconstruct hand --devices cpu --resolution 0", 2, "resolution 0"},
+      {"reconstruct hand --devices cpu --resolution -1", 2, "resolution -1"},
+      {"reconstruct hand --devices cpu --resolution 1000000", 1, "would need"},
+      {"reconstruct hand --devices cpu --resolution many", 2, "--resolution"},
+      {"reconstruct hand --devices cpu --frames 9-3", 2, "--frames '9-3'"},
+      {"reconstruct hand --devices cpu --workspace 1,2", 2, "six numbers"},
+      {"reconstruct hand --devices cpu --wrong", 2, "--wrong"},
+      {"reconstruct --source middlebury /no/such/place", 1, "/no/such/place"},
+      {"reconstruct --source masks /no/such/rig.yaml", 1, "/no/such/rig.yaml"},
+      {"run /no/such/scene.yaml", 1, "/no/such/scene.yaml"},
+      {"bench hul", 2, "did you mean 'hull'?"},
+  };
+  for (const Wrong& w : wrongs) {
+    const Outcome o = run(w.arguments);
+    EXPECT_EQ(o.code, w.code) << w.arguments << "\n" << o.text;
+    EXPECT_NE(o.text.find(w.message), std::string::npos) << w.arguments << "\n" << o.text;
+  }
+  for (const char* flag : {"--json ", "--mesh "}) {
+    const Outcome o = run(std::string("reconstruct sphere --devices cpu ") + flag + deep);
+    EXPECT_EQ(o.code, 1) << o.text;
+    EXPECT_NE(o.text.find("no/such/folder"), std::string::npos) << o.text;
+  }
+}
+
+TEST_F(Cli, CudaOnAMachineWithoutAGpuIsRefused) {
+  if (run("info").text.find("cuda:0") != std::string::npos) GTEST_SKIP() << "there is a GPU here";
+  const Outcome o = run("reconstruct sphere --devices cuda:0");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_NE(o.text.find("here are: cpu"), std::string::npos) << o.text;
+}
+
+TEST_F(Cli, ReconstructsASphereAndMeasuresIt) {
+  const Outcome o = run("reconstruct --source synthetic sphere --resolution 64 --devices cpu --json " +
+                        path("s.json") + " --mesh " + path("s.ply"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json json = read("s.json");
+  EXPECT_EQ(json["devices"], "cpu");
+  ASSERT_EQ(json["frames"].size(), 1U);
+  const nlohmann::json& f = json["frames"][0];
+  EXPECT_EQ(f["boundary_edges"], 0);
+  EXPECT_EQ(f["nonmanifold_edges"], 0);
+  EXPECT_EQ(f["euler"], 2);
+  // The hull of 8 cones is a little larger than the sphere, chords a little smaller than arcs (0.1 % at 64).
+  EXPECT_NEAR(f["volume_m3"].get<double>() / f["truth_volume_m3"].get<double>(), 1.03, 0.07);
+  EXPECT_GT(f["iou_min"].get<double>(), 0.97);
+  EXPECT_GT(f["recall"].get<double>(), 0.98);
+  for (const char* stage : {"upload", "hull", "mesh", "total"}) EXPECT_GT(f["ms"][stage].get<double>(), 0);
+  EXPECT_GT(fs::file_size(path("s.ply")), 100'000U);
+}
+
+TEST_F(Cli, RunsAScene) {
+  const std::string scene =
+      write_scene("tiny.yaml",
+                  "source: {kind: synthetic, figure: hand, scale: 0.8, moving: true}\n"
+                  "reconstruction: {resolution: 32}\n"
+                  "bodies:\n  - {name: block, shape: {kind: box, size_m: [0.3, 0.2, 0.3]}, spacing_m: 0.05}\n"
+                  "probes: [{name: top, body: block, position_m: [0, 0.1, 0]}]\n");
+  const Outcome o = run("run " + scene + " --devices cpu --frames 4 --view none --out " + path("out") +
+                        " --json " + path("r.json"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json json = read("r.json");
+  EXPECT_EQ(json["frames"], 4);
+  EXPECT_EQ(json["probes"]["top"].size(), 4U);
+  EXPECT_LT(json["probes"]["top"][3][1].get<double>(),
+            json["probes"]["top"][0][1].get<double>());  // nothing holds it: it falls
+  for (const char* stage : {"hull", "mesh", "surface", "bodies", "embed", "frame"})
+    EXPECT_GT(json["ms"][stage]["p99"].get<double>(), 0) << stage;
+}
+
+TEST_F(Cli, ScenesWithMistakesAreRefusedWithTheLine) {
+  const std::string scene =
+      write_scene("bad.yaml", "source: {kind: synthetic, figure: hand}\nreconstruction:\n  resoluton: 64\n");
+  const Outcome o = run("run " + scene + " --devices cpu --view none");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_NE(o.text.find("bad.yaml:3"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("did you mean 'resolution'?"), std::string::npos) << o.text;
+}
+
+TEST_F(Cli, InterruptedRunsLeaveWholeFiles) {
+  const std::string json_path = path("i.json");
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    std::freopen("/dev/null", "w", stdout);
+    execl(program().c_str(), "tactus", "reconstruct", "--source", "synthetic", "hand", "--moving", "--frames",
+          "0-", "--devices", "cpu", "--json", json_path.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  sleep(2);
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_GE(read("i.json")["frames"].size(), 1U);
+}
+
+}  // namespace

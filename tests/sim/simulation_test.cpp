@@ -1,0 +1,118 @@
+#include "tactus/sim/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include "support/device_sets.h"
+#include "tactus/base/error.h"
+#include "tactus/rig/synthetic_source.h"
+
+namespace tactus {
+namespace {
+
+/// A ball comes down on a slab that is held at both ends.
+Scene slab_scene() {
+  Scene scene;
+  scene.name = "slab";
+  scene.reconstruction.resolution = 40;
+  BodyDescription slab;
+  slab.name = "slab";
+  slab.shape.size_m = {0.8, 0.1, 0.4};
+  slab.placement.position_m = {0, 0.25, 0};
+  slab.spacing_m = 0.04;
+  slab.material.young_modulus_pa = 20000;
+  slab.material.density_kg_m3 = 300;
+  slab.material.damping = 0.5;
+  for (const double side : {-1.0, 1.0}) {
+    FixedRegion end;
+    end.kind = RegionKind::half_space;
+    end.point_m = {side * 0.36, 0, 0};
+    end.normal = {-side, 0, 0};
+    slab.fixed.push_back(end);
+  }
+  scene.bodies.push_back(slab);
+  scene.gravity_m_s2 = {0, 0, 0};
+  scene.frame.substeps = 8;
+  scene.probes.push_back({"middle", "slab", CoordinateFrame::body, {0, 0.05, 0}});
+  scene.probes.push_back({"end", "slab", CoordinateFrame::body, {0.4, 0, 0}});
+  return scene;
+}
+
+/// Silhouettes of a ball of radius 0.15 m whose lowest point is at y_m.
+FrameSet ball_frame(double y_m, double time_s) {
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.shape.scale = 0.6F;  // of 0.25 m
+  options.shape.offset_m = {0, static_cast<float>(y_m + 0.15 - 0.5), 0};
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  EXPECT_EQ(source.next(frame), NextFrame::success);
+  frame.time_s = time_s;
+  return frame;
+}
+
+struct Result {
+  std::vector<Vec3f> probes, surface;
+  StepReport report;
+};
+
+Result press(const std::string& devices_text) {
+  DeviceSet devices(devices_text, 5);
+  Simulation simulation(devices, slab_scene(), make_synthetic_rig(), {});
+  Result result;
+  for (int k = 0; k <= 20; ++k) {  // 0.5 m/s down to 10 cm below the slab's top
+    const double y_m = std::max(0.35 - 0.5 * k / 30, 0.2);
+    result.report = simulation.step(ball_frame(y_m, k / 30.0), k == 0 ? 0 : 1.0 / 30);
+    EXPECT_EQ(result.report.status, "");
+  }
+  result.probes = simulation.probe_positions_m();
+  result.surface = simulation.snapshot().bodies.at(0).positions_m;
+  return result;
+}
+
+class SimulationOnDevices : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+};
+TACTUS_INSTANTIATE_DEVICES(SimulationOnDevices);
+
+TEST_P(SimulationOnDevices, ABallPressesTheSlabAndEveryDeviceAgrees) {
+  static const Result on_cpu = press("cpu");
+  const Result got = press(GetParam());
+  // The ball's lowest point is 10 cm under the slab's rest height of 0.3 m; the middle of the top must be
+  // pushed there, to within the hull's voxel (2.5 cm) and half a lattice cube (2 cm).
+  EXPECT_LT(got.probes[0].y, 0.3F - 0.1F + 0.045F);
+  EXPECT_GT(got.probes[0].y, 0.1F);
+  EXPECT_FLOAT_EQ(got.probes[1].y, on_cpu.probes[1].y);
+  EXPECT_NEAR(got.probes[1].y, 0.25, 0.03);  // held
+  EXPECT_GT(got.report.contact.contacts_per_substep, 0);
+  EXPECT_GT(got.report.contact.force_N.y, 0);  // the slab pushes back up
+  EXPECT_EQ(got.surface, on_cpu.surface);
+  EXPECT_EQ(got.probes, on_cpu.probes);
+}
+
+TEST(Simulation, WithoutContactTheSlabStaysAtRest) {
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, slab_scene(), make_synthetic_rig(), {});
+  const std::vector<Vec3f> before = simulation.probe_positions_m();
+  for (int k = 0; k < 5; ++k) simulation.step(ball_frame(0.6, k / 30.0), k == 0 ? 0 : 1.0 / 30);
+  const std::vector<Vec3f> after = simulation.probe_positions_m();
+  for (std::size_t i = 0; i < before.size(); ++i)
+    EXPECT_LT(length(after[i] - before[i]), 1e-5F);  // 2e-4 of a cube
+}
+
+TEST(Simulation, UnknownBodyOfAProbeIsNamed) {
+  DeviceSet devices("cpu");
+  Scene scene = slab_scene();
+  scene.probes[0].body = "slob";
+  try {
+    Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("probe 'middle': there is no body 'slob'"), std::string::npos)
+        << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace tactus
