@@ -12,6 +12,9 @@ DeviceSet::DeviceSet(std::string_view devices, std::uint64_t seed) : name_(devic
     devices_.push_back(open_device(spec, scheduler));
     contexts_.push_back(std::make_unique<ExecContext>(*devices_.back()));
   }
+  for (const auto& reader : devices_) {
+    for (const auto& owner : devices_) enable_peer_access(*reader, *owner);
+  }
   if (devices == "auto") name_ = devices_.front()->name();
 }
 

@@ -13,8 +13,8 @@ namespace tactus {
 
 class DeviceSet {
  public:
-  /// Opens what `parse_devices` makes of the text. `seed`: order of the queues of virtual devices (0: fixed
-  /// order).
+  /// Opens what `parse_devices` makes of the text; GPUs can read one another's memory then. `seed`: order of
+  /// the queues of virtual devices (0: fixed order).
   explicit DeviceSet(std::string_view devices = "auto", std::uint64_t seed = 0);
 
   int count() const { return static_cast<int>(contexts_.size()); }
