@@ -58,9 +58,10 @@ target_include_directories(tactus_settings INTERFACE $<BUILD_INTERFACE:${CMAKE_S
                                                      $<INSTALL_INTERFACE:include>)
 target_compile_definitions(tactus_settings INTERFACE $<$<BOOL:${TACTUS_WITH_CUDA}>:TACTUS_WITH_CUDA=1>
                                                      $<$<BOOL:${TACTUS_CHECKED}>:TACTUS_CHECKED=1>)
-# One answer on every device: no contraction the source did not ask for (ARCHITECTURE.md, "One answer").
+# One answer on every device: no contraction the source did not ask for (ARCHITECTURE.md, "One answer"). g++ 12's SLP
+# vectoriser fuses a*b-c, a*b+c pairs (vfmaddsub) in spite of -ffp-contract=off, so it is off; loops are still vectorised.
 target_compile_options(tactus_settings INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -fno-trapping-math -fno-math-errno -fopenmp-simd -march=${TACTUS_ARCH}>
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -fno-trapping-math -fno-math-errno -fopenmp-simd -fno-tree-slp-vectorize -march=${TACTUS_ARCH}>
   $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false --expt-relaxed-constexpr -Xcompiler=-fopenmp-simd,-ffp-contract=off>)
 
 # Warnings are ours, not our users': only in this build. (-Wrestrict: false alarms on std::string in g++ 12, PR 105651.)
@@ -68,7 +69,8 @@ add_library(tactus_warnings INTERFACE)
 target_compile_options(tactus_warnings INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Werror -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict>
   $<$<COMPILE_LANGUAGE:CUDA>:-Werror=cross-execution-space-call -Xcompiler=-Wall,-Wextra>)
-add_link_options(-Wl,--no-undefined)
+# Only what is used: a test of kernels must not drag in every image codec of the machine.
+add_link_options(-Wl,--no-undefined -Wl,--as-needed)
 if(TACTUS_ARCH STREQUAL "x86-64-v3")
   add_link_options(-Wl,-z,x86-64-v3)
 endif()

@@ -5,7 +5,7 @@ set -euo pipefail
 build=$1 out=$2
 rm -rf "$out" "$out.tar.gz"
 mkdir -p "$out/bin" "$out/tests" "$out/lib"
-cp "$build/tactus" "$out/bin/"
+cp "$build/tactus" "$build/tactus-bench" "$out/bin/"
 find "$build/tests" -maxdepth 1 -type f -executable -name '*_test' -exec cp {} "$out/tests/" \;
 cp -r scenes rigs "$out/"
 strip "$out"/bin/* "$out"/tests/*

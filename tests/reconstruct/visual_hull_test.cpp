@@ -125,7 +125,9 @@ TEST(Hull, SphereHullHasTheVolumeOfThePlainLoop) {
     bool in = true;
     for (std::size_t c = 0; c < cameras.size() && in; ++c) {
       const Pixel px = project(cameras[c], p);
-      in = masks[c](static_cast<Index>(std::lround(px.u_px)), static_cast<Index>(std::lround(px.v_px)));
+      const auto u = static_cast<Index>(std::lround(px.u_px)), v = static_cast<Index>(std::lround(px.v_px));
+      const bool seen = u >= 0 && u < cameras[c].width_px && v >= 0 && v < cameras[c].height_px;
+      in = !seen || masks[c](u, v);
     }
     inside += in ? 1 : 0;
   }

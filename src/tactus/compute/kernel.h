@@ -57,6 +57,11 @@ class CpuBlock {
 #pragma omp simd
     for (int t = 0; t < count; ++t) f(t);
   }
+  /// As for_threads, for work on what is each thread's own: no barrier follows, so a GPU may run ahead.
+  template <class F>
+  void for_own(int count, F&& f) const {
+    for_threads(count, f);
+  }
   /// Groups of kGroup threads work on g = 0 .. count-1 where select(g): f(g, t in 0 .. kGroup-1).
   template <int kGroup, class S, class F>
   void for_groups(int count, S&& select, F&& f) const {

@@ -245,7 +245,7 @@ struct EmitVertices {
     const std::uint32_t* words = bits.data();
     const float stride = 1.F / static_cast<float>(steps);
     Walks<Block> w;
-    b.for_threads(count, [&](int t) {
+    b.for_own(count, [&](int t) {
       const int e = s.carved[t];
       const Vec3f inner{s.inner_x[e], s.inner_y[e], s.inner_z[e]};
       const Vec3f from = project_node(c, inner),
@@ -262,18 +262,18 @@ struct EmitVertices {
     for (int k = steps - 1; k > 0;
          --k) {  // from the far end: the background sample seen last is the first on the way
       const float at = static_cast<float>(k) * stride;
-      b.for_threads(count, [&](int t) {
+      b.for_own(count, [&](int t) {
         const float value = sample_silhouette(c, words, w.at(t, at));
         w.outside_t[t] = value < 0 ? at : w.outside_t[t];
         w.outside_value[t] = value < 0 ? value : w.outside_value[t];
       });
     }
-    b.for_threads(count, [&](int t) {
+    b.for_own(count, [&](int t) {
       w.inside_t[t] = max(w.outside_t[t] - stride, 0.F);
       w.inside_value[t] = 0.5F;
     });
     for (int i = 0; i < kBisections; ++i) {
-      b.for_threads(count, [&](int t) {
+      b.for_own(count, [&](int t) {
         const float middle = 0.5F * (w.inside_t[t] + w.outside_t[t]);
         const float value = sample_silhouette(c, words, w.at(t, middle));
         const bool outside = value < 0;
@@ -283,7 +283,7 @@ struct EmitVertices {
         w.inside_value[t] = outside ? w.inside_value[t] : value;
       });
     }
-    b.for_threads(count, [&](int t) {
+    b.for_own(count, [&](int t) {
       const float share = w.inside_value[t] / (w.inside_value[t] - w.outside_value[t]);
       float& leave = s.leave[s.carved[t]];
       leave = min(leave, fma(w.outside_t[t] - w.inside_t[t], share, w.inside_t[t]));

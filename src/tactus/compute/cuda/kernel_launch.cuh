@@ -34,6 +34,10 @@ class CudaBlock {
     if (static_cast<int>(threadIdx.x) < count) f(static_cast<int>(threadIdx.x));
     __syncthreads();
   }
+  template <class F>
+  __device__ void for_own(int count, F&& f) const {
+    if (static_cast<int>(threadIdx.x) < count) f(static_cast<int>(threadIdx.x));
+  }
   template <int kGroup, class S, class F>
   __device__ void for_groups(int count, S&& select, F&& f) const {
     static_assert(kThreads % kGroup == 0);
