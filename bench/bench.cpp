@@ -6,6 +6,8 @@ namespace tactus::bench {
 
 const std::vector<Benchmark>& benchmarks() {
   static const std::vector<Benchmark> all{
+      {"affine", "the smallest kernel through parallel_for, against the same loop written by hand",
+       run_affine},
       {"hull", "visual hull and mesh of 8 silhouettes 640x480, against a plain voxel loop", run_hull},
       {"flsm", "substeps of a soft body by fast lattice shape matching", run_flsm},
       {"frame", "the whole frame of scenes/demo.yaml, without pictures", run_frame},

@@ -17,6 +17,7 @@ struct Benchmark {
 /// All benchmarks, in the order in which `all` runs them. Adding one: a line here.
 const std::vector<Benchmark>& benchmarks();
 
+Rows run_affine(const std::string& devices);
 Rows run_hull(const std::string& devices);
 Rows run_flsm(const std::string& devices);
 Rows run_frame(const std::string& devices);

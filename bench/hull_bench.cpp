@@ -1,3 +1,4 @@
+#include "bandwidth.h"
 #include "bench.h"
 #include "plain_voxel_loop.h"
 #include "tactus/base/timing.h"
@@ -6,20 +7,6 @@
 
 namespace tactus::bench {
 namespace {
-
-/// Bytes per second that a copy of 256 MB reads and writes on the first device.
-double copy_bandwidth(DeviceSet& devices) {
-  ExecContext& ctx = devices.context(0);
-  Buffer<float> from(ctx.device(), 1 << 26), to(ctx.device(), 1 << 26);
-  ctx.fill_bytes(from.view(), 0);
-  const std::vector<double> ms = time_ms(
-      [&] {
-        ctx.copy(from.const_view(), to.view());
-        ctx.synchronize();
-      },
-      5, 0.3);
-  return 2.0 * 4 * (1 << 26) / (percentile(ms, 10) * 1e-3);
-}
 
 /// A lower bound from memory alone: every byte that the result consists of, and the masks, moved once.
 double floor_ms(const HullReport& report, double mask_bytes, double bandwidth) {
@@ -40,6 +27,16 @@ double batch_ms(DeviceSet& devices, const std::function<void()>& body) {
       },
       10, 1);
   return percentile(ms, 50) / kBatch;
+}
+
+/// Median; the largest grid takes seconds and runs once.
+double plain_loop_ms(PlainVoxelLoop& loop, Index n) {
+  if (n > 256) {
+    const double begin_s = now_s();
+    loop.run();
+    return (now_s() - begin_s) * 1e3;
+  }
+  return p(time_ms([&] { loop.run(); }, n > 128 ? 7 : 20, 1), 50);
 }
 
 nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, double bandwidth) {
@@ -89,12 +86,10 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
     });
     row["device_hull_ms"] = batch_ms(devices, [&] { hull.carve(); });
   }
-  if (n <= 256) {
-    PlainVoxelLoop loop(source.rig().cameras, frame.silhouettes, source.rig().workspace_m, n);
-    const auto plain = time_ms([&] { loop.run(); }, n > 128 ? 7 : 20, 1);
-    row["reference"] = {{"plain_loop", p(plain, 50)}};
-    row["plain_loop_over_hull"] = p(plain, 50) / p(carve, 50);
-  }
+  PlainVoxelLoop loop(source.rig().cameras, frame.silhouettes, source.rig().workspace_m, n);
+  const double plain_ms = plain_loop_ms(loop, n);
+  row["reference"] = {{"plain_loop", plain_ms}};
+  row["plain_loop_over_hull"] = plain_ms / p(carve, 50);
   return row;
 }
 
@@ -102,10 +97,16 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
 
 Rows run_hull(const std::string& device_text) {
   DeviceSet devices(device_text);
-  const double bandwidth = copy_bandwidth(devices);
+  const double bandwidth = measure_bandwidth_B_s(devices.context(0));
   Rows rows;
   for (const char* figure : {"hand", "rabbit"}) {
-    for (const Index n : {64, 100, 128, 256, 512}) rows.push_back(run_case(devices, figure, n, bandwidth));
+    double ms_at_128 = 0;
+    for (const Index n : {64, 100, 128, 256, 512}) {
+      nlohmann::json row = run_case(devices, figure, n, bandwidth);
+      if (n == 128) ms_at_128 = row["ms_p50"];
+      if (n == 256) row["growth_from_128"] = row["ms_p50"].get<double>() / ms_at_128;  // volume would give 8
+      rows.push_back(std::move(row));
+    }
   }
   return rows;
 }

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -47,7 +49,32 @@ class Cli : public ::testing::Test {
     return path(name);
   }
 
+  /// A rig of cameras at (0, 0, -4 m) that look along +z at a 1 m cube, each with a mask of one grey.
+  std::string write_mask_rig(const std::vector<int>& greys) const {
+    std::ofstream(path("camera.yaml"))
+        << "%YAML:1.0\n---\n" +
+               opencv_matrix("CameraMatrix", 3, 3, "60., 0., 31.5, 0., 60., 31.5, 0., 0., 1.") +
+               opencv_matrix("DistortionCoeffs", 5, 1, "0., 0., 0., 0., 0.") +
+               opencv_matrix("RotationValues", 3, 1, "0., 0., 0.") +
+               opencv_matrix("TranslationValues", 3, 1, "0., 0., 4.");
+    std::string rig =
+        "unit_m: 1\nimage_size_px: [64, 64]\n"
+        "workspace_m: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}\ncameras:\n";
+    for (std::size_t i = 0; i < greys.size(); ++i) {
+      const std::string name(1, static_cast<char>('a' + i));
+      std::ofstream(path(name + ".pgm"), std::ios::binary)
+          << "P5\n64 64\n255\n"
+          << std::string(64 * 64, static_cast<char>(greys[i]));
+      rig += "  - {name: " + name + ", calibration: camera.yaml, mask: " + name + ".pgm}\n";
+    }
+    return write_scene("rig.yaml", rig);
+  }
+
  private:
+  static std::string opencv_matrix(const std::string& name, int rows, int columns, const std::string& data) {
+    return name + ": !!opencv-matrix\n  rows: " + std::to_string(rows) +
+           "\n  cols: " + std::to_string(columns) + "\n  dt: d\n  data: [" + data + "]\n";
+  }
   fs::path folder_;
 };
 
@@ -73,7 +100,7 @@ struct Wrong {
 };
 
 TEST_F(Cli, WrongUseIsNamed) {
-  const std::string deep = path("no/such/folder/x.json");
+  const std::string deep = path("no/such/folder/x.ply");
   const Wrong wrongs[] = {
       {"reconstrct hand", 2, "did you mean 'reconstruct'?"},
       {"", 2, "subcommand"},
@@ -103,6 +130,46 @@ TEST_F(Cli, WrongUseIsNamed) {
     EXPECT_EQ(o.code, 1) << o.text;
     EXPECT_NE(o.text.find("no/such/folder"), std::string::npos) << o.text;
   }
+}
+
+TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
+  const Outcome o =
+      run("reconstruct sphere --devices cpu --mesh " + path("s.stp") + " --json " + path("s.json"));
+  EXPECT_EQ(o.code, 2) << o.text;
+  EXPECT_NE(o.text.find("ends in .ply or .obj"), std::string::npos) << o.text;
+  EXPECT_FALSE(fs::exists(path("s.json")));
+}
+
+TEST_F(Cli, FramesThatAStillPictureDoesNotHaveAreRefused) {
+  const std::string rig = write_mask_rig({255, 255});
+  const Outcome o =
+      run("reconstruct --source masks " + rig + " --frames 5-9 --devices cpu --json " + path("n.json"));
+  EXPECT_EQ(o.code, 2) << o.text;
+  EXPECT_NE(o.text.find("holds one frame"), std::string::npos) << o.text;
+  EXPECT_FALSE(fs::exists(path("n.json")));
+}
+
+TEST_F(Cli, BlackMasksGiveNothingAndWhiteOnesTheBoxWithAStatus) {
+  const auto frame_of = [&](std::vector<int> grey, const std::string& status) {
+    const Outcome o =
+        run("reconstruct --source masks " + write_mask_rig(grey) + " --resolution 16 --devices cpu --mesh " +
+            path("m.ply") + " --json " + path("m.json"));
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_NE(o.text.find(status), std::string::npos) << o.text;
+    const nlohmann::json frame = read("m.json")["frames"].at(0);
+    EXPECT_NE(frame["status"].get<std::string>().find(status), std::string::npos) << frame;
+    return frame;
+  };
+  const nlohmann::json black = frame_of({0, 0}, "all black");
+  EXPECT_EQ(black["triangles"], 0);
+  EXPECT_EQ(black["volume_m3"], 0);
+  EXPECT_EQ(frame_of({255, 0}, "'b': the mask is all black")["triangles"], 0);
+  const nlohmann::json white = frame_of({255, 255}, "all white");
+  EXPECT_EQ(white["euler"], 2);
+  EXPECT_EQ(white["boundary_edges"], 0);
+  // The box is 1 m^3; its surface is closed by one layer of nodes outside or inside it, half a voxel (1/32 m)
+  // each side: between (1 - 1/16)^3 = 0.82 and (1 + 1/16)^3 = 1.20.
+  EXPECT_NEAR(white["volume_m3"].get<double>(), 1.01, 0.19);
 }
 
 TEST_F(Cli, CudaOnAMachineWithoutAGpuIsRefused) {

@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -52,6 +53,27 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
   return BoxRegion{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
 }
 
+/// What would spoil the outputs, found before the work.
+void check_outputs(const ReconstructOptions& options) {
+  if (!options.json_path.empty()) output_is_writable(options.json_path);
+  if (options.mesh_path.empty()) return;
+  const std::string& path = options.mesh_path;
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (extension != ".ply" && extension != ".obj")
+    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply or .obj");
+  output_is_writable(path);
+}
+
+/// Still pictures are frame 0. (Videos check their own range, sequences of masks end where the files end.)
+void check_still(const ReconstructOptions& options, const SourceDescription& description,
+                 const FrameSource& source) {
+  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury) &&
+                     source.frame_count() == 1;
+  if (still && description.frames.first > 0)
+    throw usage_error("--frames '" + options.frames + "': '" + options.what + "' holds one frame, number 0");
+}
+
 /// "out.ply" and frame 7 of several -> "out-00007.ply".
 std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   if (!several) return path;
@@ -93,12 +115,12 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
 }
 
 void reconstruct(const ReconstructOptions& options) {
-  if (!options.json_path.empty()) output_is_writable(options.json_path);
-  if (!options.mesh_path.empty()) output_is_writable(options.mesh_path);
+  check_outputs(options);
   DeviceSet devices(options.devices);
   const SourceDescription description = describe_source(options);
   const std::optional<BoxRegion> workspace = workspace_of(options);
   const std::unique_ptr<FrameSource> source = open_frame_source(description, true, workspace);
+  check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
   VisualHull hull(devices, source->rig().cameras, {.workspace_m = box, .resolution = options.resolution});
@@ -142,9 +164,9 @@ void reconstruct(const ReconstructOptions& options) {
                 row["recall"].get<double>(), timings.last_ms("total"));
     json["frames"].push_back(std::move(row));
   }
-  if (!options.json_path.empty()) write_json_file(options.json_path, json);
   if (json["frames"].empty() && !interrupted())
     throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+  if (!options.json_path.empty()) write_json_file(options.json_path, json);
 }
 
 }  // namespace
