@@ -100,7 +100,8 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
          positive("Pa", 1e9));
   v.real({"density_kg_m3", "mass per volume; tissue and water 1000"}, m.density_kg_m3,
          positive("kg/m^3", 30000));
-  v.real({"damping", "share of the non-rigid velocity taken away, 0 (rings) to 1"}, m.damping, {"", 0, 1});
+  v.real({"damping", "part of critical damping of the fastest vibration; rigid motion is not damped"},
+         m.damping, {"", 0, 0.75});
   v.choice(
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});

@@ -77,7 +77,7 @@ struct MaterialDescription {
   int half_width = 2;               ///< of the FLSM regions, in lattice cubes, 1..4
   double young_modulus_pa = 10000;  ///< E
   double density_kg_m3 = 1000;
-  double damping = 0.1;  ///< share of the non-rigid velocity taken away, 0..1
+  double damping = 0.1;  ///< part of critical damping of the fastest mode, 0..0.75
   Stiffness kappa = Stiffness::material;
 };
 
