@@ -29,7 +29,7 @@ def main() -> int:
                 if case.get("result") == "SKIPPED" or case.get("status") == "NOTRUN":
                     skipped += 1
                     for why in case.get("skipped", [{}]):
-                        text = why.get("message", "disabled").strip().splitlines()[-1]
+                        text = why.get("message", "a device or data set is not here (run the test program to see which)").strip().splitlines()[-1]
                         reasons[text] = reasons.get(text, 0) + 1
                 elif case.get("failures"):
                     failed += 1
