@@ -167,6 +167,11 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
 
 void run(const RunOptions& options) {
   const Scene scene = read_scene(options.scene_path);
+  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.trace) {
+    std::error_code failed;
+    std::filesystem::create_directories(options.out, failed);
+    if (failed) throw Error("output folder '" + options.out + "': " + failed.message());
+  }
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(scene.source);
@@ -175,11 +180,6 @@ void run(const RunOptions& options) {
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
   std::optional<RunPictures> pictures;
-  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.trace) {
-    std::error_code failed;
-    std::filesystem::create_directories(options.out, failed);
-    if (failed) throw Error("output folder '" + options.out + "': " + failed.message());
-  }
   if (options.view == "file") pictures.emplace(scene, source->rig(), stem, scene.source.fps.value_or(30));
 
   const RunSummary summary =
