@@ -2,6 +2,7 @@
 /// Marching cubes over active bricks: one vertex per crossed grid edge, shared by all its triangles, on the
 /// silhouette itself. Everything is numbered in global order of bricks, rows and axes, so parts of a device
 /// set agree by themselves.
+#include "tactus/base/bits.h"
 #include "tactus/geom/marching_cubes.h"
 #include "tactus/reconstruct/hull_kernels.h"
 
@@ -61,21 +62,6 @@ struct PaddedSigns {
            (at(y + 1, z + 1) >> x & 3U) << 6;
   }
 };
-
-TACTUS_HD inline int popcount(std::uint32_t x) {
-#if defined(__CUDA_ARCH__)
-  return __popc(x);
-#else
-  return __builtin_popcount(x);
-#endif
-}
-TACTUS_HD inline int lowest_bit(std::uint32_t x) {
-#if defined(__CUDA_ARCH__)
-  return __ffs(static_cast<int>(x)) - 1;
-#else
-  return __builtin_ctz(x);
-#endif
-}
 
 /// Counts vertices and triangles of each active brick, and numbers them within the brick, row by row.
 struct CountBrickMesh {
