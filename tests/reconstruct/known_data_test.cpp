@@ -1,9 +1,7 @@
 // The hull of real photographs and videos whose answers are known.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-
+#include "support/data_folder.h"
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -15,14 +13,8 @@ namespace {
 class KnownData : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* env = std::getenv("TACTUS_DATA");
-    const std::filesystem::path here = std::filesystem::path(__FILE__).parent_path();
-    data_ = env != nullptr ? env : (here / "../../../shared/data").string();
-    rigs_ = (here / "../../rigs").string();
-    if (!std::filesystem::is_directory(data_)) GTEST_SKIP() << "no data: set TACTUS_DATA";
-    ::setenv("TACTUS_DATA", data_.c_str(), 1);
+    if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
   }
-  std::string data_, rigs_;
 };
 
 struct Result {
@@ -53,7 +45,7 @@ Result hull_of_first_frame(FrameSource& source, Index resolution) {
 /// ours must be better and cover the silhouettes.
 TEST_F(KnownData, DinoCoversItsSilhouettes) {
   for (const auto& [resolution, least_iou] : {std::pair{128, 0.975}, std::pair{256, 0.985}}) {
-    const auto source = open_middlebury(data_ + "/middlebury_dino");
+    const auto source = open_middlebury(data_folder() + "/middlebury_dino");
     const Result result = hull_of_first_frame(*source, resolution);
     EXPECT_GE(result.iou_mean, least_iou) << resolution;
     EXPECT_GE(result.recall, 0.995) << resolution;
@@ -64,7 +56,7 @@ TEST_F(KnownData, DinoCoversItsSilhouettes) {
 
 /// Hulls of independent programs from the hand-painted masks hold 0.19 to 0.215 m^3, by resolution and rule.
 TEST_F(KnownData, HorsemanHasItsVolume) {
-  const auto source = open_masks(rigs_ + "/horseman-masks.yaml");
+  const auto source = open_masks(source_path("rigs/horseman-masks.yaml"));
   const double volume = volume_m3(hull_of_first_frame(*source, 200).mesh);
   EXPECT_GE(volume, 0.19);
   EXPECT_LE(volume, 0.215);
