@@ -67,11 +67,12 @@ class CpuBlock {
   void for_own(int count, F&& f) const {
     for_threads(count, f);
   }
-  /// All threads in groups of kGroup, f(g, t in 0 .. kGroup-1) for g = 0 .. count-1, on what is each
-  /// thread's own, as for_own. count * kGroup <= kThreads.
-  template <int kGroup, class F>
-  void for_own_groups(int count, F&& f) const {
+  /// All threads in groups of kGroup, f(g, t in 0 .. kGroup-1) for g = 0 .. count-1 where select(g), on what
+  /// is each thread's own, as for_own. count * kGroup <= kThreads.
+  template <int kGroup, class S, class F>
+  void for_own_groups(int count, S&& select, F&& f) const {
     for (int g = 0; g < count; ++g) {
+      if (!select(g)) continue;
 #pragma omp simd
       for (int t = 0; t < kGroup; ++t) f(g, t);
     }
@@ -96,6 +97,8 @@ class CpuBlock {
     }
     *out_count = n;
   }
+  /// All threads have come here before any goes on.
+  void barrier() const {}
   template <class F>
   void on_one_thread(F&& f) const {
     f();

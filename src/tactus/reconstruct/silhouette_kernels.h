@@ -197,15 +197,16 @@ struct SumCellColumns {
     const HullCamera c = cameras[at.x];
     std::uint32_t* table = cells.data() + c.cells_begin + at.y;
     const Index strip_rows = ceil_div(c.cells_height + 1, kStrips);
+    const auto all = [](int) { return true; };
     const auto each_row_of_strips = [&](auto&& f) {
       for (Index i = 0; i < strip_rows; ++i) {
-        b.template for_own_groups<kColumns>(kStrips, [&](int strip, int t) {
+        b.template for_own_groups<kColumns>(kStrips, all, [&](int strip, int t) {
           const Index r = strip * strip_rows + i;
           if (r <= c.cells_height) f(s.sum[strip][t], table[r * c.cells_row + t]);
         });
       }
     };
-    b.template for_own_groups<kColumns>(kStrips, [&](int strip, int t) { s.sum[strip][t] = 0; });
+    b.template for_own_groups<kColumns>(kStrips, all, [&](int strip, int t) { s.sum[strip][t] = 0; });
     each_row_of_strips([](std::uint32_t& sum, std::uint32_t& cell) { sum += cell; });
     b.for_threads(kColumns, [&](int t) {
       std::uint32_t before = 0;
