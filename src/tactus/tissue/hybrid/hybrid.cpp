@@ -70,18 +70,15 @@ LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(st
     part.lattice.nodes.push_back(lattice.nodes[i]);
     part.lattice.fixed.push_back(lattice.fixed[i]);
   }
-  part.lattice.node_mass_kg.assign(part.node.size(), 0);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (!keep(c)) continue;
     part.lattice.cubes.push_back(lattice.cubes[c]);
     part.lattice.cube_mass_kg.push_back(lattice.cube_mass_kg[c]);
     std::array<Index, 8> nodes = lattice.cube_nodes[c];
-    for (Index& i : nodes) {
-      i = id[static_cast<std::size_t>(i)];
-      part.lattice.node_mass_kg[static_cast<std::size_t>(i)] += 0.125F * lattice.cube_mass_kg[c];
-    }
+    for (Index& i : nodes) i = id[static_cast<std::size_t>(i)];
     part.lattice.cube_nodes.push_back(nodes);
   }
+  part.lattice.share_masses();
   return part;
 }
 
