@@ -1,4 +1,5 @@
 # find_package(tactus [COMPONENTS module ...]): static libraries tactus::<module>, headers, and the flags that keep one answer on every device.
+include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 get_property(modules GLOBAL PROPERTY TACTUS_MODULES)

@@ -50,7 +50,6 @@ else()
   endif()
 endif()
 
-include(GNUInstallDirs)
 find_package(TBB REQUIRED)
 
 add_library(tactus_settings INTERFACE)
@@ -76,7 +75,7 @@ if(TACTUS_ARCH STREQUAL "x86-64-v3")
   add_link_options(-Wl,-z,x86-64-v3)
 endif()
 # Programs find the libraries of the folder they were moved to, and DT_RPATH (not RUNPATH) lets those libraries find theirs.
-set(CMAKE_INSTALL_RPATH "\$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+set(CMAKE_INSTALL_RPATH "\$ORIGIN/../lib")
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)  # the bundle copies what was built
 add_link_options(-Wl,--disable-new-dtags)

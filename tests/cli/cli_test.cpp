@@ -21,7 +21,7 @@ struct Outcome {
 };
 
 /// The program built beside this test, or the one in a bundle.
-std::string program() { return fs::exists(TACTUS_PROGRAM) ? TACTUS_PROGRAM : "./tactus"; }
+std::string program() { return fs::exists(TACTUS_PROGRAM) ? TACTUS_PROGRAM : "bin/tactus"; }
 
 Outcome run(const std::string& arguments) {
   FILE* pipe = popen((program() + " " + arguments + " 2>&1").c_str(), "r");
