@@ -12,8 +12,8 @@ _tactus() {
     return
   fi
   case $verb in
-    run) COMPREPLY=($(compgen -W "--devices --frames --out --json --view --help" -- "$cur") $(compgen -f -X '!*.yaml' -- "$cur")) ;;
-    reconstruct) COMPREPLY=($(compgen -W "--source --resolution --frames --devices --mesh --json --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
+    run) COMPREPLY=($(compgen -W "--devices --frames --out --json --view --verbose --quiet --help" -- "$cur") $(compgen -f -X '!*.yaml' -- "$cur")) ;;
+    reconstruct) COMPREPLY=($(compgen -W "--source --resolution --frames --devices --mesh --json --verbose --quiet --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
     bench) COMPREPLY=($(compgen -W "all hull --devices --json --help" -- "$cur")) ;;
     info) COMPREPLY=($(compgen -W "--json --help" -- "$cur")) ;;
   esac

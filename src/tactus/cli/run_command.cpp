@@ -101,8 +101,12 @@ void print_table(const Simulation& simulation) {
   }
 }
 
+/// The line that is written over and over: for people at a terminal who didn't ask for more, or less.
+bool shows_progress() { return isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info; }
+
 void show_progress(int frame, std::optional<int> total, const std::string& caption) {
-  if (isatty(STDERR_FILENO) == 0) return;
+  log_debug(caption);
+  if (!shows_progress()) return;
   std::fprintf(stderr, "\rframe %d%s  %s\033[K", frame, total ? ("/" + std::to_string(*total)).c_str() : "",
                caption.c_str());
 }
@@ -161,7 +165,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     show_progress(summary.frames, total, caption);
   }
-  if (isatty(STDERR_FILENO) != 0) std::fputc('\n', stderr);
+  if (shows_progress()) std::fputc('\n', stderr);
   return summary;
 }
 
@@ -176,6 +180,10 @@ void run(const RunOptions& options) {
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(scene.source);
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
+  for (const auto& body : simulation.bodies()) {
+    log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
+              std::to_string(body->contact_node_count()) + " of them for contact");
+  }
 
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
@@ -185,6 +193,8 @@ void run(const RunOptions& options) {
   const RunSummary summary =
       run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);
   if (summary.frames == 0) throw Error("scene '" + scene.name + "': its source gave no usable frame");
+  if (interrupted())
+    log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
   if (pictures) pictures->finish();
   if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
   if (!options.json_path.empty())

@@ -40,7 +40,7 @@ TACTUS_HD inline float sample_silhouette(const HullCamera& c, const std::uint32_
   const float u = h.x * inverse_z, v = h.y * inverse_z;
   const float u_max = static_cast<float>(c.width_px) - 0.5F, v_max = static_cast<float>(c.height_px) - 0.5F;
   const float u_seen = clamp(u, -0.5F, u_max), v_seen = clamp(v, -0.5F, v_max);
-  const float at_least = in_front & (u == u_seen) & (v == v_seen) ? -0.5F : 0.5F;
+  const float at_least = (in_front & (u == u_seen) & (v == v_seen)) ? -0.5F : 0.5F;
   // Padded pixel s is image pixel s-1; the border pixels are repeated once on each side.
   const float us = u_seen + 1.F, vs = v_seen + 1.F;
   const Index s = static_cast<Index>(us), r = static_cast<Index>(vs);

@@ -32,7 +32,7 @@ Image<std::uint8_t> read_mask(const std::string& file, Index width_px, Index hei
 /// Look-up from the pure pinhole's pixels to the lens's; what lies outside the photo is 0.
 class Undistortion {
  public:
-  explicit Undistortion(const CalibratedCamera& camera);
+  explicit Undistortion(const CalibratedCamera& calibrated);
   ~Undistortion();
   Undistortion(Undistortion&&) noexcept;
   /// 255/0 bytes to a mask; `scratch` is reused.
