@@ -89,20 +89,6 @@ Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t br
   return c;
 }
 
-/// A stage that is recorded on its second run and replayed from then on (GPU only; others just run).
-class Replay {
- public:
-  void run(ExecContext& ctx, const std::function<void()>& stage) {
-    if (!ctx.device().is_cuda() || ctx.is_profiling() || runs_++ == 0) return stage();
-    if (!graph_) graph_ = ctx.capture(stage);
-    ctx.launch(*graph_);
-  }
-
- private:
-  int runs_ = 0;
-  std::optional<Graph> graph_;
-};
-
 /// All memory of one device, and what runs there.
 struct Part {
   HullGrid grid{};

@@ -46,6 +46,18 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
   return undamped_step_s * (std::sqrt(1 + z * z) - z);
 }
 
+/// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
+tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
+                        const std::vector<std::uint8_t>& in_use) {
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, 6, 16);
+  constexpr std::size_t kEnoughTiles = 256;
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, 2, 16);
+  for (const Index layers : {8, 4, 2}) {
+    if (plan.tiles.size() < kEnoughTiles) plan = tled::plan_tiles(lattice, in_use, 2, layers);
+  }
+  return plan;
+}
+
 }  // namespace
 
 void check_material(const ElasticMaterial& m) {
@@ -88,8 +100,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
-  const bool gpu = ctx.device().is_cuda();
-  const tled::TilePlan plan = tled::plan_tiles(lattice, in_use, gpu ? 2 : 6, gpu ? 4 : 16);
+  const tled::TilePlan plan = plan_for(ctx.device(), lattice, in_use);
   grid_ = plan.grid;
   tiles_ = to_device(ctx, plan.tiles);
   active_ = to_device(ctx, plan.active);
@@ -124,9 +135,17 @@ void Tled::launch_forces(ExecContext& ctx, const Law& law) {
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {
+  load(ctx, state);
+  sum_forces(ctx);
+}
+
+void Tled::load(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load", node_count(),
                    tled::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(),
                                    x_m_.view(), grid_.cells, damping_time_s_});
+}
+
+void Tled::sum_forces(ExecContext& ctx) {
   switch (options_.law) {
     case MaterialLaw::neo_hookean:
       return launch_forces(ctx, NeoHookean{});
@@ -144,18 +163,22 @@ void Tled::check_step(float dt_s) const {
                 text(stable_step_s_) + " s for this body");
 }
 
-void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step) {
+void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int count) {
   require(step.drag_per_s >= 0, "drag [1/s]", step.drag_per_s, "0 or more");
   check_step(step.dt_s);
   if (state.x_m.size() != node_count())
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
-  compute_forces(ctx, state);
-  ctx.parallel_for(
-      "tled/integrate", node_count(),
-      tled::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), f_N_.const_view(),
-                      cell_.const_view(), fixed_.const_view(), inverse_mass_per_kg_.const_view(), grid_.cells,
-                      step.gravity_m_s2, step.dt_s, 1 / (1 + step.dt_s * step.drag_per_s)});
+  load(ctx, state);
+  for (int k = 0; k < count; ++k) {
+    sum_forces(ctx);
+    ctx.parallel_for(
+        "tled/integrate", node_count(),
+        tled::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), f_N_.const_view(),
+                        cell_.const_view(), fixed_.const_view(), inverse_mass_per_kg_.const_view(),
+                        x_m_.view(), grid_.cells, step.gravity_m_s2, step.dt_s,
+                        1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});
+  }
 }
 
 tled::CubeExtremes Tled::extremes(ExecContext& ctx) {

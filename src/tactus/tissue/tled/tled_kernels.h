@@ -316,16 +316,21 @@ struct Integrate {
   View<const float> f_int_N;  ///< 3 fields over cells
   View<const Index> cell, fixed;
   View<const float> inverse_mass_per_kg;
+  View<float> ahead_m;  ///< as LoadNodes' out_m
   Index cells;
   Vec3f gravity_m_s2;
-  float dt_s, drag;  ///< drag: 1 / (1 + dt drag_per_s)
+  float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
   TACTUS_HD void operator()(Index i) const {
     const Index d = cell[i];
     const Vec3f f = Vec3f{f_int_N[d], f_int_N[cells + d], f_int_N[2 * cells + d]} + f_ext_N[i];
     const Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v_m_s[i] + dv);
+    const Vec3f x = x_m[i] + dt_s * next, p = x + damping_time_s * next;
     v_m_s[i] = next;
-    x_m[i] = x_m[i] + dt_s * next;
+    x_m[i] = x;
+    ahead_m[d] = p.x;
+    ahead_m[cells + d] = p.y;
+    ahead_m[2 * cells + d] = p.z;
   }
 };
 
