@@ -39,6 +39,21 @@ double plain_loop_ms(PlainVoxelLoop& loop, Index n) {
   return p(time_ms([&] { loop.run(); }, n > 128 ? 7 : 20, 1), 50);
 }
 
+/// Median milliseconds of every kernel, run one by one: what fills the gap to the floor.
+nlohmann::json kernel_ms(DeviceSet& devices, VisualHull& hull) {
+  Timings timings;
+  devices.context(0).profile(&timings);
+  for (int i = 0; i < 30; ++i) {
+    hull.carve();
+    hull.extract();
+    devices.synchronize();
+  }
+  devices.context(0).profile(nullptr);
+  nlohmann::json kernels;
+  for (const std::string& name : timings.stages()) kernels[name] = timings.percentile_ms(name, 50);
+  return kernels;
+}
+
 nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, double bandwidth) {
   SyntheticOptions options;
   options.figure = figure + "-still";
@@ -77,6 +92,7 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
                      {"hull_ms_p50", p(carve, 50)},
                      {"upload_ms_p50", p(upload, 50)},
                      {"floor_ms", floor_ms(report, 8.0 * 640 * 480 / 8, bandwidth)},
+                     {"kernels_ms_p50", kernel_ms(devices, hull)},
                      {"vertices", report.vertices},
                      {"triangles", report.triangles}};
   if (devices.is_cuda()) {

@@ -1,4 +1,5 @@
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/geom/mask_growth.h"
 
 #include <gtest/gtest.h>
 
@@ -106,6 +107,25 @@ TEST(Hull, RandomSilhouettesGiveClosedOrientedManifolds) {
     EXPECT_EQ(t.boundary_edges, 0) << seed;
     EXPECT_EQ(t.nonmanifold_edges, 0) << seed;
     EXPECT_GT(volume_m3(mesh), 0) << seed;
+  }
+}
+
+TEST(GrowMask, IsTheSetOfPixelsWithinSoManySteps) {
+  const Index width = 70, height = 9;
+  const BitMask mask =
+      make_mask(width, height, [](Index x, Index y) { return (x * 7 + y * 13) % 41 == 0 || x == 69; });
+  for (const int steps : {0, 1, 3}) {
+    BitMask grown;
+    grow_mask(mask, steps, grown);
+    const BitMask expected = make_mask(width, height, [&](Index x, Index y) {
+      for (Index v = 0; v < height; ++v) {
+        for (Index u = 0; u < width; ++u) {
+          if (mask(u, v) && std::abs(u - x) + std::abs(v - y) <= steps) return true;
+        }
+      }
+      return false;
+    });
+    EXPECT_EQ(grown, expected) << steps;
   }
 }
 

@@ -22,6 +22,7 @@ namespace {
 struct ReconstructOptions {
   std::string source = "synthetic", what, devices = "auto", mesh_path, json_path, frames;
   int resolution = 100;
+  std::optional<int> slack_px;
   bool moving = false;
   std::vector<double> workspace;
 };
@@ -123,7 +124,10 @@ void reconstruct(const ReconstructOptions& options) {
   check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
-  VisualHull hull(devices, source->rig().cameras, {.workspace_m = box, .resolution = options.resolution});
+  VisualHull hull(devices, source->rig().cameras,
+                  {.workspace_m = box,
+                   .resolution = options.resolution,
+                   .slack_px = options.slack_px.value_or(source->rig().slack_px)});
 
   const bool several = description.frames.last != description.frames.first;
   nlohmann::json json{
@@ -188,6 +192,8 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--json", options->json_path, "write the measurements");
   command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
       ->delimiter(',');
+  command->add_option("--slack-px", options->slack_px,
+                      "grow silhouettes by so many pixels before they carve");
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->footer(
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"

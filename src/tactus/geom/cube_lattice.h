@@ -22,6 +22,7 @@ struct CubeLattice {
   std::vector<Vec3i> nodes;                      ///< coordinates, 0 <= . < node_dims
   std::vector<Vec3i> cubes;                      ///< coordinates of corner 0
   std::vector<std::array<Index, 8>> cube_nodes;  ///< corner q is at cubes[c] + (q & 1, q >> 1 & 1, q >> 2)
+  std::vector<float> cube_fill;  ///< share of each cube that is solid, 0 < fill <= 1; empty: all of it
   std::vector<float> cube_mass_kg;
   std::vector<float> node_mass_kg;  ///< an eighth of every adjacent cube
   std::vector<std::uint8_t> fixed;  ///< per node: 1 = does not move

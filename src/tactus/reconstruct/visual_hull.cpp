@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/mask_growth.h"
 
 namespace tactus {
 namespace {
@@ -17,8 +18,7 @@ constexpr Index kMaxCells = 65535;  // both halves of a summed cell must hold th
 struct SilhouetteLayout {
   std::vector<HullCamera> cameras;
   std::vector<Vec2i> cell_rows, cell_columns;
-  Index raw_words = kMaskLanes, bit_words = 0,
-        cell_words = 0;  // lanes may read beyond either end of the raw masks
+  Index raw_words = 1, bit_words = 0, cell_words = 0;  // a word is read beyond either end of the raw masks
 };
 
 /// Largest Index, so that sizes computed in 64 bits can be refused by name.
@@ -47,7 +47,7 @@ void lay_out(SilhouetteLayout& layout, HullCamera camera, const std::string& nam
   const Index padded_width = camera.width_px + 2, padded_height = camera.height_px + 2;
   camera.raw_row_words = ceil_div(camera.width_px, 32);
   camera.raw_begin = layout.raw_words;
-  camera.bits_row_words = round_up((padded_width - 1) / 16 + 1, 2 * kMaskLanes);
+  camera.bits_row_words = round_up(ceil_div(padded_width, 8), 8);
   camera.bits_begin = layout.bit_words;
   camera.cell_shift = 2;
   const auto cells_along = [&](Index pixels) { return ceil_div(pixels, 1 << camera.cell_shift); };
@@ -60,10 +60,10 @@ void lay_out(SilhouetteLayout& layout, HullCamera camera, const std::string& nam
   }
   camera.cells_width = cells_along(padded_width);
   camera.cells_height = cells_along(padded_height);
-  camera.cells_row = round_up(camera.cells_width, kMaskLanes) + 8;
+  camera.cells_row = round_up(round_up(camera.cells_width, 8) + 1, SumCellColumns::kColumns);  // whole words
   camera.cells_begin = layout.cell_words;
   layout.raw_words += camera.raw_row_words * camera.height_px;
-  layout.bit_words += camera.bits_row_words * padded_height;
+  layout.bit_words += camera.bits_row_words * ceil_div(padded_height, 2);
   layout.cell_words += camera.cells_row * (camera.cells_height + 1);
   for (Index y = 0; y < camera.cells_height; ++y) layout.cell_rows.push_back({number, y});
   for (Index x = 0; x <= camera.cells_width; x += SumCellColumns::kColumns)
@@ -134,6 +134,8 @@ struct Part {
 struct VisualHull::Impl {
   DeviceSet& devices;
   std::vector<Camera> cameras;
+  int slack_px;
+  std::vector<BitMask> grown;  ///< silhouettes with their slack
   Vec3i voxels{};
   float voxel_size_m = 0;
   Vec3f origin_m;  ///< of padded node 0
@@ -153,7 +155,7 @@ struct VisualHull::Impl {
 };
 
 VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options)
-    : devices(set), cameras(rig.begin(), rig.end()) {
+    : devices(set), cameras(rig.begin(), rig.end()), slack_px(options.slack_px), grown(rig.size()) {
   const Vec3d extent = vec_cast<double>(options.workspace_m.extent());
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
   if (rig.size() > kMaxCameras)
@@ -165,6 +167,8 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
     throw usage_error("resolution " + std::to_string(options.resolution) +
                       ": expected a positive number of voxels along the longest side");
   }
+  if (options.slack_px < 0 || options.slack_px > 64)
+    throw usage_error("slack of " + std::to_string(options.slack_px) + " px: expected 0 to 64");
   for (const Camera& camera : rig) check_camera(camera);
 
   const double voxel = std::max({extent.x, extent.y, extent.z}) / options.resolution;
@@ -224,8 +228,8 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   part.cell_rows = to_device(ctx, layout.cell_rows);
   part.cell_columns = to_device(ctx, layout.cell_columns);
   part.cases = to_device(ctx, make_marching_cubes_table());
-  part.staging = HostBuffer<std::uint32_t>(device, layout.raw_words + kMaskLanes);
-  part.raw = Buffer<std::uint32_t>(device, layout.raw_words + kMaskLanes);
+  part.staging = HostBuffer<std::uint32_t>(device, layout.raw_words + 1);
+  part.raw = Buffer<std::uint32_t>(device, layout.raw_words + 1);
   part.bits = Buffer<std::uint32_t>(device, layout.bit_words);
   part.cells = Buffer<std::uint32_t>(device, layout.cell_words);
   part.active = Buffer<Index>(device, bricks);
@@ -264,6 +268,10 @@ void VisualHull::upload(std::span<const BitMask> silhouettes) {
     throw Error("camera '" + camera.name + "': the silhouette has " + std::to_string(mask.width_px) + "x" +
                 std::to_string(mask.height_px) + " pixels, its calibration says " +
                 std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+  }
+  if (m.slack_px > 0) {
+    for (std::size_t c = 0; c < silhouettes.size(); ++c) grow_mask(silhouettes[c], m.slack_px, m.grown[c]);
+    silhouettes = m.grown;
   }
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     Part& part = m.parts[static_cast<std::size_t>(p)];

@@ -17,6 +17,9 @@ namespace tactus {
 struct HullOptions {
   Box3f workspace_m;      ///< what is reconstructed, world frame
   Index resolution = 64;  ///< voxels along the longest side of the workspace; voxels are cubes
+  /// Silhouettes grow by this many pixels before they carve: what calibration and segmentation may be wrong
+  /// by. Cameras that disagree by less then keep what one of them sees.
+  int slack_px = 0;
   Index max_active_bricks =
       0;  ///< capacity of 8^3-voxel bricks that hold surface, per device; 0: from the resolution
   Index max_vertices = 0;   ///< 0: from the resolution

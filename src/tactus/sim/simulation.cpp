@@ -9,6 +9,7 @@ namespace {
 HullOptions hull_options(const Scene& scene, const Rig& rig) {
   HullOptions options;
   options.workspace_m = rig.workspace_m;
+  options.slack_px = rig.slack_px;
   if (const auto& box = scene.reconstruction.workspace_m) {
     options.workspace_m = {vec_cast<float>(box->min_m), vec_cast<float>(box->max_m)};
   }
