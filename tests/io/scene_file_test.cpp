@@ -101,11 +101,11 @@ TEST(SceneFile, PlacementAndFixedRegions) {
   EXPECT_NEAR(back.x, 1, 1e-14);
   EXPECT_NEAR(back.z, 0, 1e-14);
 
-  FixedRegion low;
+  SpaceRegion low;
   low.kind = RegionKind::half_space;
   low.frame = CoordinateFrame::world;
   low.point_m = {0, 2, 0};
-  FixedRegion box;
+  SpaceRegion box;
   box.box = {{-1, -1, -1}, {0, 5, 1}};
   body.fixed = {low};
   EXPECT_TRUE(body.holds({9, 1.9, 9}));

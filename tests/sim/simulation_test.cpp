@@ -23,7 +23,7 @@ Scene slab_scene() {
   slab.material.density_kg_m3 = 300;
   slab.material.damping = 0.5;
   for (const double side : {-1.0, 1.0}) {
-    FixedRegion end;
+    SpaceRegion end;
     end.kind = RegionKind::half_space;
     end.point_m = {side * 0.36, 0, 0};
     end.normal = {-side, 0, 0};

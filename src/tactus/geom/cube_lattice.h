@@ -32,6 +32,12 @@ struct CubeLattice {
   Vec3f rest_m(Index node) const;
   std::vector<Vec3f> rest_positions_m() const;
   double mass_kg() const;
+  /// Makes node_mass_kg from cube_mass_kg.
+  void share_masses();
+  /// Boundary cubes are solid in part: fill from the signed distances of the nodes to the solid's surface
+  /// (positive outside), trilinear in between; masses are scaled by it. Slivers count as kSmallestFill.
+  void fill_by_distance(const std::vector<float>& node_distance_m);
+  static constexpr float kSmallestFill = 1.F / 16;
 
   /// Fixes the nodes whose rest position satisfies the predicate. @returns how many are fixed now.
   Index fix_where(const std::function<bool(Vec3f)>& predicate);

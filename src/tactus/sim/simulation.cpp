@@ -131,6 +131,7 @@ void Simulation::touch(double dt_s, StepReport& report) {
         contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
       }
     }
+    for (auto& body : bodies_) body->measure_strain(ctx);
     report.substeps = substeps;
     report.contact = contact_.report(ctx, dt, substeps);
   }

@@ -51,11 +51,49 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets)
   return surface_nets(solid.distance_m, {solid.box_m.min - margin, solid.box_m.max + margin}, fineness);
 }
 
+/// Materials and models of the cubes: the body's own, then region after region.
+void paint(const BodyDescription& body, BodyShape& shape) {
+  const MaterialDescription& m = body.material;
+  shape.materials = {{static_cast<float>(m.young_modulus_pa), static_cast<float>(m.poisson_ratio),
+                      static_cast<float>(m.density_kg_m3)}};
+  CubeLattice& lattice = shape.lattice;
+  shape.material_of_cube.assign(lattice.cubes.size(), 0);
+  shape.elements.assign(lattice.cubes.size(), m.model == TissueModel::tled ? 1 : 0);
+  if (body.ratio)
+    shape.elements =
+        split_by_ratio(lattice, static_cast<int>(body.ratio->axis), body.ratio->tled, body.ratio->flsm);
+  for (std::size_t r = 0; r < body.regions.size(); ++r) {
+    const PaintedRegion& region = body.regions[r];
+    ElasticMaterial material = shape.materials.front();
+    if (region.young_modulus_pa) material.young_Pa = static_cast<float>(*region.young_modulus_pa);
+    if (region.poisson_ratio) material.poisson = static_cast<float>(*region.poisson_ratio);
+    if (region.density_kg_m3) material.density_kg_m3 = static_cast<float>(*region.density_kg_m3);
+    shape.materials.push_back(material);
+    std::size_t painted = 0;
+    for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+      const Vec3f center =
+          lattice.origin_m + lattice.spacing_m * (vec_cast<float>(lattice.cubes[c]) + Vec3f{.5F, .5F, .5F});
+      if (!body.in(region.where, vec_cast<double>(center))) continue;
+      shape.material_of_cube[c] = static_cast<std::uint8_t>(r + 1);
+      if (region.model != RegionModel::unchanged)
+        shape.elements[c] = region.model == RegionModel::tled ? 1 : 0;
+      lattice.cube_mass_kg[c] *= material.density_kg_m3 / shape.materials.front().density_kg_m3;
+      ++painted;
+    }
+    if (painted == 0)
+      throw usage_error("region " + std::to_string(r) +
+                        (region.name.empty() ? "" : " ('" + region.name + "')") +
+                        " holds no cube of the body");
+  }
+  lattice.share_masses();
+}
+
 }  // namespace
 
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets) {
   try {
-    BodyShape shape{body_surface(body, assets), {}};
+    BodyShape shape;
+    shape.surface_m = body_surface(body, assets);
     for (Vec3f& p : shape.surface_m.positions_m)
       p = vec_cast<float>(body.placement.to_world(vec_cast<double>(p)));
     compute_normals(shape.surface_m);
@@ -63,6 +101,9 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets)
     options.spacing_m = static_cast<float>(body.spacing_m);
     options.density_kg_m3 = static_cast<float>(body.material.density_kg_m3);
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
+    shape.node_outside_m = node_outside_m(shape.lattice, shape.surface_m);
+    shape.lattice.fill_by_distance(shape.node_outside_m);
+    paint(body, shape);
     shape.lattice.fix_where([&](Vec3f p) { return body.holds(vec_cast<double>(p)); });
     return shape;
   } catch (const Error& e) {
@@ -77,18 +118,22 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAsse
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
     : name_(body.name),
       rest_m_(shape.lattice.rest_positions_m()),
-      flsm_(ctx, shape.lattice,
-            {.young_Pa = static_cast<float>(body.material.young_modulus_pa),
-             .density_kg_m3 = static_cast<float>(body.material.density_kg_m3),
-             .half_width = body.material.half_width,
-             .damping_ratio = static_cast<float>(body.material.damping)}),
+      tissue_(ctx, shape.lattice, shape.elements, shape.materials, shape.material_of_cube,
+              {.law = body.material.law,
+               .fibre = vec_cast<float>(body.material.fibre),
+               .fibre_ratio = static_cast<float>(body.material.fibre_ratio),
+               .damping_ratio = static_cast<float>(body.material.damping)},
+              {.young_Pa = static_cast<float>(body.material.young_modulus_pa),
+               .density_kg_m3 = static_cast<float>(body.material.density_kg_m3),
+               .half_width = body.material.half_width,
+               .damping_ratio = static_cast<float>(body.material.damping)}),
       state_(rest_state(ctx, shape.lattice)),
       surface_(ctx, shape.lattice, shape.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper),
       mass_kg_(to_device(ctx, shape.lattice.node_mass_kg)) {
   // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
   // what touches is what is seen (method, "Contact").
-  std::vector<float> gap_m = node_outside_m(shape.lattice, shape.surface_m);
+  std::vector<float> gap_m = shape.node_outside_m;
   std::vector<Index> near, fixed(shape.lattice.fixed.begin(), shape.lattice.fixed.end());
   for (std::size_t i = 0; i < gap_m.size(); ++i) {
     gap_m[i] = -gap_m[i];
@@ -101,7 +146,7 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
 }
 
 void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2) {
-  flsm_.step(ctx, state_, {.dt_s = dt_s, .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_});
+  tissue_.step(ctx, state_, {.dt_s = dt_s, .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_});
 }
 
 ContactNodes SoftBody::contact_nodes() {

@@ -7,7 +7,7 @@
 #include "tactus/geom/label_volume.h"
 #include "tactus/sim/scene.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/flsm/flsm.h"
+#include "tactus/tissue/hybrid/hybrid.h"
 
 namespace tactus {
 
@@ -17,10 +17,14 @@ struct BodyAssets {
   std::map<std::string, LabelVolume> labels;
 };
 
-/// Signed distance or mesh of a body's shape, placed in the world.
+/// A body's shape, placed in the world, and what its cubes are made of.
 struct BodyShape {
-  TriangleMesh surface_m;  ///< closed, world
-  CubeLattice lattice;     ///< with the fixed nodes of the description
+  TriangleMesh surface_m;             ///< closed, world
+  CubeLattice lattice;                ///< with masses and the fixed nodes of the description
+  std::vector<float> node_outside_m;  ///< rest signed distance of every node to the surface
+  ElementMask elements;
+  std::vector<ElasticMaterial> materials;
+  std::vector<std::uint8_t> material_of_cube;
 };
 /// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the
 /// body, ...).
@@ -33,9 +37,14 @@ class SoftBody {
   SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
 
   const std::string& name() const { return name_; }
-  Index node_count() const { return flsm_.node_count(); }
+  Index node_count() const { return tissue_.node_count(); }
   Index contact_node_count() const { return contact_nodes_.size(); }
-  int substeps_for(float dt_frame_s) const { return flsm_.substeps_for(dt_frame_s); }
+  const Hybrid& tissue() const { return tissue_; }
+  /// Substeps for which the body is stable as strained as it was at the end of the last frame.
+  int substeps_for(float dt_frame_s) const { return tissue_.substeps_for(dt_frame_s, strain_.speed_ratio); }
+  /// Reads how strained the elements are. Synchronizes.
+  void measure_strain(ExecContext& ctx) { strain_ = tissue_.extremes(ctx); }
+  const tled::CubeExtremes& strain() const { return strain_; }
 
   /// One substep without contact. Asynchronous.
   void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2);
@@ -55,7 +64,8 @@ class SoftBody {
 
   std::string name_;
   std::vector<Vec3f> rest_m_;
-  Flsm flsm_;
+  Hybrid tissue_;
+  tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   BodyState state_;
   EmbeddedSurface surface_;
   bool full_stiffness_;

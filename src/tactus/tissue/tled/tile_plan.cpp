@@ -68,8 +68,6 @@ TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>&
   std::vector<std::uint8_t> used(tile_count);
   std::vector<std::uint32_t> mask(tile_count * at(masks));
   const auto tile_index = [&](Vec3i t) { return at((t.z * tiles.y + t.y) * tiles.x + t.x); };
-  for (const Vec3i p : lattice.nodes)
-    used[tile_index({p.x / shape.own_x(), p.y / shape.own_y(), p.z / shape.layers})] = 1;
   // A cube takes part in every tile that owns one of its corners: at most 8.
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (!in_use.empty() && in_use[c] == 0) continue;
@@ -82,6 +80,7 @@ TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>&
           if (x >= tiles.x || y >= tiles.y || z >= tiles.z) continue;
           const Vec3i column =
               p + Vec3i{1, 1, 1} - Vec3i{x * shape.own_x(), y * shape.own_y(), z * shape.layers};
+          used[tile_index({x, y, z})] = 1;
           mask[tile_index({x, y, z}) * at(masks) + at(column.z)] |=
               1U << (column.y * shape.groups + column.x / kLanes);
         }

@@ -9,7 +9,7 @@ namespace tactus::tled {
 
 struct TilePlan {
   Grid grid;
-  std::vector<Tile> tiles;            ///< those that hold a node, ascending
+  std::vector<Tile> tiles;            ///< those with an element at one of their nodes, ascending
   std::vector<std::uint32_t> active;  ///< per tile and layer of cubes: groups that hold a cube
   std::vector<Index> node_cell;       ///< per node
   std::vector<Index> cube_cell;       ///< per cube

@@ -138,11 +138,15 @@ void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {
   }
 }
 
+void Tled::check_step(float dt_s) const {
+  if (!(dt_s > 0 && dt_s <= stable_step_s_ * 1.0001F))
+    throw Error("a substep of " + text(dt_s) + " s is not stable: expected more than 0 and at most " +
+                text(stable_step_s_) + " s for this body");
+}
+
 void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step) {
   require(step.drag_per_s >= 0, "drag [1/s]", step.drag_per_s, "0 or more");
-  if (!(step.dt_s > 0 && step.dt_s <= stable_step_s_ * 1.0001F))
-    throw Error("a substep of " + text(step.dt_s) + " s is not stable: expected more than 0 and at most " +
-                text(stable_step_s_) + " s for this body");
+  check_step(step.dt_s);
   if (state.x_m.size() != node_count())
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));

@@ -38,7 +38,9 @@ class Tled {
 
   /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. Asynchronous.
   void compute_forces(ExecContext& ctx, const BodyState& state);
-  /// One substep. @throws Error when dt_s exceeds stable_step_s(), naming the limit.
+  /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
+  void check_step(float dt_s) const;
+  /// One substep, after check_step.
   void step(ExecContext& ctx, BodyState& state, const TledStep& step);
 
   /// No smaller lattice of these materials and no deformation up to the monitor's margin has a smaller
