@@ -16,7 +16,7 @@ struct Rig {
   std::vector<Camera> cameras;         ///< of the silhouettes
   std::optional<Camera> depth_camera;  ///< time-of-flight
   Box3f workspace_m;                   ///< what is reconstructed
-  int slack_px = 0;  ///< by how much silhouettes of different cameras are known to disagree
+  int slack_px = 0;                    ///< by how much silhouettes of different cameras are known to disagree
 };
 
 /// What the rig saw at one trigger tick.
