@@ -84,7 +84,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   reconstruct(frame);
   touch(report.dt_s, report);
   report.hull = hull_.report();
-  report.status = report.hull.overflow;
+  if (report.status.empty()) report.status = report.hull.overflow;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
   if (report.status.empty() && surface.dropped_pieces + surface.dropped_samples > 0) {
     report.status = std::to_string(surface.dropped_pieces + surface.dropped_samples) +
@@ -122,6 +122,7 @@ void Simulation::touch(double dt_s, StepReport& report) {
     }
     const float dt_substep = dt / static_cast<float>(substeps);
     contact_.begin_frame(ctx);
+    for (auto& body : bodies_) body->begin_frame(ctx);
     for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - dt);
     for (int k = 0; k < substeps; ++k) {
       // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
@@ -131,7 +132,10 @@ void Simulation::touch(double dt_s, StepReport& report) {
         contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
       }
     }
-    for (auto& body : bodies_) body->measure_strain(ctx);
+    for (auto& body : bodies_) {
+      const std::string trouble = body->end_frame(ctx);
+      if (!trouble.empty()) report.status = trouble;
+    }
     report.substeps = substeps;
     report.contact = contact_.report(ctx, dt, substeps);
   }
@@ -152,6 +156,12 @@ FrameSnapshot Simulation::snapshot() {
     }
   }
   return snapshot;
+}
+
+std::vector<BodyMonitors> Simulation::monitors() {
+  std::vector<BodyMonitors> all;
+  for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0)));
+  return all;
 }
 
 std::vector<Vec3f> Simulation::probe_positions_m() {
