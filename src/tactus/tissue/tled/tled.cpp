@@ -49,11 +49,12 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
 /// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
 tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
                         const std::vector<std::uint8_t>& in_use) {
-  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, 6, 16);
-  constexpr std::size_t kEnoughTiles = 256;
-  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, 2, 16);
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16);
+  constexpr std::size_t kEnoughTiles = 512;
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16);
   for (const Index layers : {8, 4, 2}) {
-    if (plan.tiles.size() < kEnoughTiles) plan = tled::plan_tiles(lattice, in_use, 2, layers);
+    if (plan.tiles.size() < kEnoughTiles)
+      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers);
   }
   return plan;
 }
@@ -122,16 +123,22 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
 template <class Law>
 void Tled::launch_forces(ExecContext& ctx, const Law& law) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
-  const auto launch = [&](const auto& cube) {
-    using Cube = std::decay_t<decltype(cube)>;
+  const auto launch = [&]<int kGroups>(const auto& cube, std::integral_constant<int, kGroups>) {
+    using Kernel = tled::ElementForces<std::decay_t<decltype(cube)>, kGroups>;
     ctx.parallel_for("tled/element_forces", tiles_.size(),
-                     tled::ElementForces<Cube>{tiles_.const_view(), active_.const_view(), x_m_.const_view(),
-                                               stiffness_.const_view(), f_N_.view(), grid_, cube});
+                     Kernel{tiles_.const_view(), active_.const_view(), x_m_.const_view(),
+                            stiffness_.const_view(), f_N_.view(), grid_, cube});
+  };
+  const auto launch_cube = [&](const auto& cube) {
+    if (ctx.device().is_cuda())
+      launch(cube, std::integral_constant<int, tled::kGroupsOnGpu>{});
+    else
+      launch(cube, std::integral_constant<int, tled::kGroupsOnCpu>{});
   };
   if (options_.full_integration)
-    launch(tled::EightPointCube<Law>{law, gradient, area});
+    launch_cube(tled::EightPointCube<Law>{law, gradient, area});
   else
-    launch(tled::OnePointCube<Law>{law, gradient, area});
+    launch_cube(tled::OnePointCube<Law>{law, gradient, area});
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {

@@ -25,6 +25,9 @@ struct Tile {
   Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
 };
 
+/// A CPU wants tiles as wide as its caches allow, a GPU many small ones.
+inline constexpr int kGroupsOnCpu = 32, kGroupsOnGpu = 16;
+
 /// Values of one cube as sums over its corners with the signs of x, y, z and their products.
 struct CubeModes {
   Vec3f x, y, z, xy, yz, xz, xyz;
@@ -90,9 +93,9 @@ struct LoadNodes {
 
 /// Internal forces of all nodes [P 6]. One block is a tile; its columns are walked upwards, a layer of cubes
 /// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
-template <class Cube>
+template <class Cube, int kMaxGroups>
 struct ElementForces {
-  static constexpr int kLanes = 8, kMaxGroups = 32, kThreads = kLanes * kMaxGroups;
+  static constexpr int kLanes = 8, kThreads = kLanes * kMaxGroups;
   View<const Tile> tiles;
   View<const std::uint32_t> active;
   View<const float> x_m;        ///< 3 fields
@@ -102,8 +105,8 @@ struct ElementForces {
   Cube cube;
 
   struct Shared {
-    float part[4][3]
-              [kThreads];  ///< per column: force on a layer of nodes; sums over corners of sign 1, x, y, xy
+    float part[4][3][kThreads];  ///< per column: force on a layer of nodes, with signs 1, x, y, xy
+    float row[2][3][kThreads];   ///< per node and row of columns: force with signs 1, y
   };
 
   template <class Block>
@@ -143,7 +146,6 @@ struct ElementForces {
           });
       b.barrier();
       if (z > 0) sum_nodes(b, s, tile, z);
-      b.barrier();
     }
   }
 
@@ -212,25 +214,30 @@ struct ElementForces {
     column.up[m][2][i] = up.z;
   }
 
-  /// Forces on the own nodes of a layer: from the four columns round each.
+  /// Forces on the own nodes of a layer: first from the columns left and right of each, then from the rows of
+  /// columns before and behind.
   template <class Block>
-  TACTUS_HD void sum_nodes(const Block& b, const Shared& s, const Tile& tile, Index z) const {
-    const int row = tile.groups * kLanes;
+  TACTUS_HD void sum_nodes(const Block& b, Shared& s, const Tile& tile, Index z) const {
+    const int row = tile.groups * kLanes, groups = tile.groups * tile.rows;
     b.template for_own_groups<kLanes>(
-        tile.groups * tile.rows, [&](int g) { return g >= tile.groups; },
+        groups, [](int) { return true; },
         [&](int g, int t) {
-          const int i = g * kLanes + t, left = i - 1, before = i - row, both = before - 1;
+          const int i = g * kLanes + t, left = max(i - 1, 0);
+          for (int a = 0; a < 3; ++a) {
+            s.row[0][a][i] = (s.part[0][a][left] + s.part[1][a][left]) + (s.part[0][a][i] - s.part[1][a][i]);
+            s.row[1][a][i] = (s.part[2][a][left] + s.part[3][a][left]) + (s.part[2][a][i] - s.part[3][a][i]);
+          }
+        });
+    b.barrier();
+    b.template for_own_groups<kLanes>(
+        groups, [&](int g) { return g >= tile.groups; },
+        [&](int g, int t) {
+          const int i = g * kLanes + t, before = i - row;
           const Index cell = cell_of(tile, g) + t + z * grid.stride_z;
           if (i % row == 0) return;
           for (Index a = 0; a < 3; ++a) {
-            const float near_y = (s.part[0][a][both] + s.part[1][a][both]) +
-                                 (s.part[2][a][both] + s.part[3][a][both]) +
-                                 ((s.part[0][a][before] - s.part[1][a][before]) +
-                                  (s.part[2][a][before] - s.part[3][a][before]));
-            const float far_y = (s.part[0][a][left] + s.part[1][a][left]) -
-                                (s.part[2][a][left] + s.part[3][a][left]) +
-                                ((s.part[0][a][i] - s.part[1][a][i]) - (s.part[2][a][i] - s.part[3][a][i]));
-            f_N[a * grid.cells + cell] = near_y + far_y;
+            f_N[a * grid.cells + cell] =
+                (s.row[0][a][before] + s.row[1][a][before]) + (s.row[0][a][i] - s.row[1][a][i]);
           }
         });
   }
