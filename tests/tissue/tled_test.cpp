@@ -429,7 +429,7 @@ TEST(Tled, MonitorSplitsTheStepsOfAStretchedCube) {
   BodyState body = rest_state(ctx, lattice);
   body.x_m = to_device(ctx, moved(lattice, {{{1.5F, 0, 0}, {0, 1.5F, 0}, {0, 0, 1}}}));
   tled.compute_forces(ctx, body);
-  const tled::CubeExtremes e = tled.extremes(ctx);
+  const tled::CubeExtremes e = tled.extremes(ctx, body);
   EXPECT_NEAR(e.smallest_J, 2.25F, 1e-4F);
   EXPECT_EQ(e.inverted, 0);
   // cof F = diag(1.5, 1.5, 2.25): (lambda + mu/J^2) 5.06 + mu over lambda + 2 mu.
@@ -490,7 +490,7 @@ TEST_P(TledDevices, SameBitsAsOneCpu) {
     BodyState body = rest_state(ctx, lattice);
     body.x_m = to_device(ctx, shaken(lattice, 0.1F * kH, 9));
     for (int k = 0; k < 50; ++k) tled.step(ctx, body, {tled.stable_step_s()});
-    return std::pair{to_host(ctx, body.x_m.const_view()), tled.extremes(ctx).speed_ratio};
+    return std::pair{to_host(ctx, body.x_m.const_view()), tled.extremes(ctx, body).speed_ratio};
   };
   for (const TledOptions& options :
        {TledOptions{}, TledOptions{.law = MaterialLaw::isochoric_neo_hookean},

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/log.h"
+
 namespace tactus {
 namespace {
 
@@ -72,6 +74,10 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     const Vec3d at =
         probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
+  }
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.fixed.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+      log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   for (auto& body : bodies_) body->update_surface(devices.context(0));
   devices_.synchronize();

@@ -1,35 +1,13 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
-#include <map>
 #include <string>
 
 #include "tactus/contact/contact.h"
-#include "tactus/geom/label_volume.h"
-#include "tactus/sim/scene.h"
+#include "tactus/sim/body_shape.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/hybrid/hybrid.h"
 
 namespace tactus {
-
-/// What shapes need from files, by the body's name; in the file's own coordinates, metres.
-struct BodyAssets {
-  std::map<std::string, TriangleMesh> meshes;
-  std::map<std::string, LabelVolume> labels;
-};
-
-/// A body's shape, placed in the world, and what its cubes are made of.
-struct BodyShape {
-  TriangleMesh surface_m;             ///< closed, world
-  CubeLattice lattice;                ///< with masses and the fixed nodes of the description
-  std::vector<float> node_outside_m;  ///< rest signed distance of every node to the surface
-  ElementMask elements;
-  std::vector<ElasticMaterial> materials;
-  std::vector<std::uint8_t> material_of_cube;
-};
-/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the
-/// body, ...).
-BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets);
 
 class SoftBody {
  public:

@@ -188,7 +188,8 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
   }
 }
 
-tled::CubeExtremes Tled::extremes(ExecContext& ctx) {
+tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
+  load(ctx, state);
   ctx.parallel_for("tled/extremes", extremes_.size(),
                    tled::FindExtremes{cube_cell_.const_view(), x_m_.const_view(), stiffness_.const_view(),
                                       extremes_.view(), grid_, 1 / (4 * spacing_m_)});

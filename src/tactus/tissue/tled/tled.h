@@ -51,8 +51,8 @@ class Tled {
   /// 0.95 of 2/omega_max of this body at rest, by power iteration; becomes stable_step_s(). Not for bodies
   /// that will be cut. Synchronizes.
   float measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations = 300);
-  /// How strained the body was at the last compute_forces. Synchronizes.
-  tled::CubeExtremes extremes(ExecContext& ctx);
+  /// How strained the body is. Synchronizes.
+  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
   /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float damping_time_s() const { return damping_time_s_; }

@@ -292,10 +292,13 @@ struct FindExtremes {
   TACTUS_HD static float largest_column2(const GradientColumns& m) {
     return max(dot(m.x, m.x), max(dot(m.y, m.y), dot(m.z, m.z)));
   }
+  /// What is not a number is worst, and stays.
   TACTUS_HD static CubeExtremes worse(const CubeExtremes& a, const CubeExtremes& b) {
     CubeExtremes w = a;
-    if (!(b.speed_ratio <= a.speed_ratio)) w.speed_ratio = b.speed_ratio, w.fastest_cube = b.fastest_cube;
-    if (!(b.smallest_J >= a.smallest_J)) w.smallest_J = b.smallest_J, w.smallest_cube = b.smallest_cube;
+    if (a.speed_ratio == a.speed_ratio && !(b.speed_ratio <= a.speed_ratio))
+      w.speed_ratio = b.speed_ratio, w.fastest_cube = b.fastest_cube;
+    if (a.smallest_J == a.smallest_J && !(b.smallest_J >= a.smallest_J))
+      w.smallest_J = b.smallest_J, w.smallest_cube = b.smallest_cube;
     w.inverted = a.inverted + b.inverted;
     return w;
   }
