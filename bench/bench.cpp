@@ -11,6 +11,7 @@ const std::vector<Benchmark>& benchmarks() {
       {"hull", "visual hull and mesh of 8 silhouettes 640x480, against a plain voxel loop", run_hull},
       {"flsm", "substeps of a soft body by fast lattice shape matching", run_flsm},
       {"frame", "the whole frame of scenes/demo.yaml, without pictures", run_frame},
+      {"texture", "normals and view-dependent texture of every vertex from 8 photos 640x480", run_texture},
   };
   return all;
 }

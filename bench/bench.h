@@ -21,6 +21,7 @@ Rows run_affine(const std::string& devices);
 Rows run_hull(const std::string& devices);
 Rows run_flsm(const std::string& devices);
 Rows run_frame(const std::string& devices);
+Rows run_texture(const std::string& devices);
 
 /// Milliseconds of `body` (which must wait for what it starts): at least `least` repetitions, then until
 /// `seconds` are over.
