@@ -19,11 +19,9 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
   VisualHull hull(devices, rig.cameras, {.workspace_m = rig.workspace_m, .resolution = n});
   const Index room = hull.mesh().positions_m.size();
   SurfaceNormals normals(devices.device(0), room);
-  SurfaceTexture texture(ctx, rig.cameras,
-                         {.k = k,
-                          .voxel_size_m = hull.voxel_size_m(),
-                          .center_m = {0, 0.5F, 0},
-                          .max_vertices = room});
+  SurfaceTexture texture(
+      ctx, rig.cameras,
+      {.k = k, .voxel_size_m = hull.voxel_size_m(), .center_m = {0, 0.5F, 0}, .max_vertices = room});
   hull.upload(frame.silhouettes);
   hull.carve();
   hull.extract();

@@ -32,8 +32,8 @@ struct Stage {
     }
   }
 
-  /// Colour of ball i where its outward direction is n: ball 0 is green and blue, ball 1 red. |gradient| <= 70
-  /// per unit of n in each channel.
+  /// Colour of ball i where its outward direction is n: ball 0 is green and blue, ball 1 red. |gradient| <=
+  /// 70 per unit of n in each channel.
   static Vec3d paint(std::size_t i, Vec3d n) {
     return i == 0 ? Vec3d{0, 150 + 70 * n.y, 150 + 70 * n.x} : Vec3d{200 + 50 * n.z, 0, 0};
   }
@@ -159,8 +159,8 @@ TEST(Normals, OfABallPointOutwards) {
 }
 
 /// A vertex at height d above the ball, seen at an angle θ to its normal, shows the point d tan θ beside its
-/// foot; sampling adds a pixel (2.9 mm at 1.75 m) over cos θ. With cos θ >= 0.2: tan θ <= 4.9. Paint changes by
-/// 70 per radius in a channel. One more unit for rounding twice.
+/// foot; sampling adds a pixel (2.9 mm at 1.75 m) over cos θ. With cos θ >= 0.2: tan θ <= 4.9. Paint changes
+/// by 70 per radius in a channel. One more unit for rounding twice.
 double paint_tolerance(double height_m, double radius_m) {
   return 70 / radius_m * (4.9 * height_m + 0.0029 / 0.2) + 1;
 }
@@ -257,8 +257,9 @@ TEST(Texture, RefusesWhatItCannotUse) {
     return "";
   };
   for (const Index k : {0, 13}) {
-    EXPECT_NE(message([&] { SurfaceTexture(ctx, stage.cameras, {.k = k, .voxel_size_m = 0.01F}); })
-                  .find("expected 1 to 12"),
+    EXPECT_NE(message([&] {
+                SurfaceTexture(ctx, stage.cameras, {.k = k, .voxel_size_m = 0.01F});
+              }).find("expected 1 to 12"),
               std::string::npos);
   }
   SurfaceTexture paint(ctx, stage.cameras, {.k = 2, .voxel_size_m = 0.01F, .max_vertices = 10});

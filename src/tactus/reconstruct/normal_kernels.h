@@ -7,8 +7,8 @@
 
 namespace tactus {
 
-/// Sums of small vectors. A component is held in steps of 1/kSteps; each summand is cut to +-4 and 32 of those
-/// fit.
+/// Sums of small vectors. A component is held in steps of 1/kSteps; each summand is cut to +-4 and 32 of
+/// those fit.
 struct PackedVector {
   static constexpr float kSteps = 8192;
   static constexpr int kBits = 21;

@@ -29,11 +29,11 @@ class SurfaceNormals {
 };
 
 struct TextureOptions {
-  Index k = 1;            ///< cameras that a vertex is coloured from: 1 as in the paper, more are blended
-  float voxel_size_m = 0; ///< of the hull: sets the grain of the visibility test, > 0
-  Vec3f center_m{};       ///< middle of the workspace, where that grain is meant
-  Index max_vertices = 0; ///< largest mesh
-  int fill_steps = 4;     ///< what nobody sees takes its neighbours' colours, this many rings deep
+  Index k = 1;             ///< cameras that a vertex is coloured from: 1 as in the paper, more are blended
+  float voxel_size_m = 0;  ///< of the hull: sets the grain of the visibility test, > 0
+  Vec3f center_m{};        ///< middle of the workspace, where that grain is meant
+  Index max_vertices = 0;  ///< largest mesh
+  int fill_steps = 4;      ///< what nobody sees takes its neighbours' colours, this many rings deep
 };
 
 /// View-dependent texture (Shao et al. 2019, "Texture mapping") as a pass over vertices.

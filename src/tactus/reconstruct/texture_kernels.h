@@ -27,92 +27,71 @@ struct TextureCamera {
   }
 };
 
-/// Draws what faces away from each camera into its map: the largest 1/z of every texel, as bits. A point that
-/// faces the camera is hidden where something has its far side before it; its own body's far side is behind
-/// it, so the map never shades the surface it was made of.
+/// Vectors of a block's threads, component by component, so that loops over threads vectorise.
+template <int kThreads>
+struct VectorLanes {
+  float x[kThreads], y[kThreads], z[kThreads];
+  TACTUS_HD Vec3f operator[](int t) const { return {x[t], y[t], z[t]}; }
+  TACTUS_HD void set(int t, Vec3f v) {
+    x[t] = v.x;
+    y[t] = v.y;
+    z[t] = v.z;
+  }
+  template <class Block>
+  TACTUS_HD void load(const Block& b, View<const Vec3f> from, Index first, int count) {
+    b.for_own(count, [&](int t) {
+      x[t] = from[first + t].x;
+      y[t] = from[first + t].y;
+      z[t] = from[first + t].z;
+    });
+  }
+};
+
+/// Draws the vertices that face away from each camera into its map: the largest 1/z of every texel, as bits.
+/// A point that faces the camera is hidden where something has its far side before it; its own body's far
+/// side is behind it, so the map never shades the surface it was made of. A texel is about as wide as the
+/// mesh's edges: once widened, the map has no holes between neighbouring vertices.
 struct DrawDepthMaps {
   View<const TextureCamera> cameras;
-  View<const Vec3f> positions_m;
-  View<const Vec3i> triangles;
-  Count triangle_count;
+  View<const Vec3f> positions_m, normals;
+  Count vertex_count;
   View<std::uint32_t> maps;
 
-  static constexpr int kThreads = 64;
+  static constexpr int kThreads = 128;
+  static constexpr int kGrain = 2;
   static constexpr float kNear_m = 1e-3F;
-  static constexpr float kSlack = 1e-4F;  ///< [texel²] neighbours overlap rather than leave a pinhole
-  struct Shared {};
-  template <class Block>
-  struct Corners {
-    typename Block::template PerThread<float> x, y, z;
-    TACTUS_HD void set(int t, Vec3f p) {
-      x[t] = p.x;
-      y[t] = p.y;
-      z[t] = p.z;
-    }
-    TACTUS_HD Vec3f operator[](int t) const { return {x[t], y[t], z[t]}; }
+  struct Shared {
+    VectorLanes<kThreads> p, n;
+    Index texel[kThreads];
+    std::uint32_t inverse_z[kThreads];
   };
 
   template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared&) const {
-    const Index first = b.index() * kThreads, total = triangle_count.get();
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index first = b.index() * kThreads, total = vertex_count.get();
     if (first >= total) return;
     const int count = min(total - first, Index{kThreads});
-    Corners<Block> p0, p1, p2, q0, q1, q2;
-    b.for_own(count, [&](int t) {
-      const Vec3i v = triangles[first + t];
-      p0.set(t, positions_m[v.x]);
-      p1.set(t, positions_m[v.y]);
-      p2.set(t, positions_m[v.z]);
-    });
-    typename Block::template PerThread<int> draws;
+    s.p.load(b, positions_m, first, count);
+    s.n.load(b, normals, first, count);
     for (Index c = 0; c < cameras.size(); ++c) {
       const TextureCamera camera = cameras[c];
       b.for_own(count, [&](int t) {
-        const Vec3f a = to_map(camera, p0[t]), e = to_map(camera, p1[t]), f = to_map(camera, p2[t]);
-        q0.set(t, a);
-        q1.set(t, e);
-        q2.set(t, f);
-        // Images have y down: what is counter-clockwise from outside turns right here when it faces away.
-        const bool away = (e.x - a.x) * (f.y - a.y) - (e.y - a.y) * (f.x - a.x) > 0.F;
-        const bool before = (a.z > 0.F) & (e.z > 0.F) & (f.z > 0.F);
-        draws[t] = before & away ? 1 : 0;
+        const Vec3f p = s.p[t], h = camera.project(p);
+        const bool in_front = h.z > kNear_m;
+        const float inverse_z = 1.F / (in_front ? h.z : 1.F), scale = camera.texels_per_px * inverse_z;
+        const float x = h.x * scale + 0.5F, y = h.y * scale + 0.5F;
+        const bool inside = (x >= 0.F) & (y >= 0.F) & (x < static_cast<float>(camera.map_width)) &
+                            (y < static_cast<float>(camera.map_height));
+        const bool away = dot(s.n[t], camera.eye_m - p) < 0.F;
+        const bool draws = in_front & inside & away;
+        const Index at =
+            static_cast<Index>(draws ? y : 0.F) * camera.map_width + static_cast<Index>(draws ? x : 0.F);
+        s.texel[t] = draws ? camera.map_begin + at : -1;
+        s.inverse_z[t] = std::bit_cast<std::uint32_t>(inverse_z);
       });
       b.for_own(count, [&](int t) {
-        if (draws[t] != 0) draw(camera, q0[t], q1[t], q2[t]);
+        if (s.texel[t] >= 0) atomic_max(maps[s.texel[t]], s.inverse_z[t]);
       });
-    }
-  }
-
- private:
-  /// Texel coordinates and 1/z [1/m]; z = 0 where the point is too near or behind.
-  TACTUS_HD static Vec3f to_map(const TextureCamera& c, Vec3f p_m) {
-    const Vec3f h = c.project(p_m);
-    const float inverse_z = 1.F / (h.z > kNear_m ? h.z : 1.F), scale = c.texels_per_px * inverse_z;
-    return {h.x * scale, h.y * scale, h.z > kNear_m ? inverse_z : 0.F};
-  }
-  TACTUS_HD void draw(const TextureCamera& c, Vec3f a, Vec3f e, Vec3f f) const {
-    const float area = (e.x - a.x) * (f.y - a.y) - (e.y - a.y) * (f.x - a.x);
-    const float far = 1e6F;  // keeps the casts defined
-    const Index x0 = static_cast<Index>(clamp(min(a.x, min(e.x, f.x)) - 1e-3F, -1.F, far) + 1.F),
-                x1 = min(static_cast<Index>(clamp(max(a.x, max(e.x, f.x)), -1.F, far) + 1.F) - 1,
-                         c.map_width - 1);
-    const Index y0 = static_cast<Index>(clamp(min(a.y, min(e.y, f.y)) - 1e-3F, -1.F, far) + 1.F),
-                y1 = min(static_cast<Index>(clamp(max(a.y, max(e.y, f.y)), -1.F, far) + 1.F) - 1,
-                         c.map_height - 1);
-    if (x0 > x1 || y0 > y1) return;
-    const float inverse_area = 1.F / max(area, 1e-12F);
-    const Vec3f edge_e = e - a, edge_f = f - a;
-    for (Index y = y0; y <= y1; ++y) {
-      for (Index x = x0; x <= x1; ++x) {
-        const float dx = static_cast<float>(x) - a.x, dy = static_cast<float>(y) - a.y;
-        const float weight_f = edge_e.x * dy - edge_e.y * dx, weight_e = dx * edge_f.y - dy * edge_f.x;
-        if (!((weight_e >= -kSlack) & (weight_f >= -kSlack) & (area - weight_e - weight_f >= -kSlack)))
-          continue;
-        const float inverse_z = a.z + (weight_e * edge_e.z + weight_f * edge_f.z) * inverse_area;
-        const float within =
-            clamp(inverse_z, min(a.z, min(e.z, f.z)), max(a.z, max(e.z, f.z)));  // thin ones
-        atomic_max(maps[c.map_begin + y * c.map_width + x], std::bit_cast<std::uint32_t>(within));
-      }
     }
   }
 };
@@ -180,7 +159,10 @@ struct ColorVertices {
   static constexpr float kLeastCosine = 0.2F, kFullCosine = 0.5F;  ///< f_j's ramp over the angle of view
   static constexpr float kEpsilon = 0.01F;  ///< ε: cameras within 8 degrees are about equally good
   struct Shared {
+    VectorLanes<kThreads> p, n, look;  ///< look: unit, from the viewer to the point
     float score[kMaxTextureCameras][kThreads];
+    float weight[kMaxTextureCameras][kThreads];  ///< of the best, the next best ...
+    Index chosen[kMaxTextureCameras][kThreads];
   };
 
   template <class Block>
@@ -188,18 +170,24 @@ struct ColorVertices {
     const Index first = b.index() * kThreads, total = vertex_count.get();
     if (first >= total) return;
     const int count = min(total - first, Index{kThreads});
+    s.p.load(b, positions_m, first, count);
+    s.n.load(b, normals, first, count);
+    b.for_own(count, [&](int t) {
+      const Vec3f look = has_eye ? s.p[t] - eye_m : -s.n[t];
+      s.look.set(t, (1.F / max(tactus::sqrt(dot(look, look)), 1e-6F)) * look);
+    });
     for (Index c = 0; c < cameras.size(); ++c) {
       const TextureCamera camera = cameras[c];
-      const bool is_live = (live >> c & 1U) != 0;
-      b.for_own(count, [&](int t) {
-        s.score[c][t] = is_live ? score(camera, positions_m[first + t], normals[first + t]) : 0.F;
-      });
+      const float is_live = (live >> c & 1U) != 0 ? 1.F : 0.F;
+      b.for_own(count, [&](int t) { s.score[c][t] = is_live * score(camera, s.p[t], s.n[t], s.look[t]); });
     }
-    b.for_own(count, [&](int t) { colors[first + t] = blend(s, t, positions_m[first + t]); });
+    for (Index rank = 0; rank < k; ++rank) take_best(b, s, count, rank);
+    if (k > 1) subtract_next(b, s, count);
+    b.for_own(count, [&](int t) { colors[first + t] = blend(s, t); });
   }
 
  private:
-  TACTUS_HD float score(const TextureCamera& c, Vec3f p, Vec3f n) const {
+  TACTUS_HD float score(const TextureCamera& c, Vec3f p, Vec3f n, Vec3f look) const {
     const Vec3f h = c.project(p), to_camera = c.eye_m - p;
     const bool in_front = h.z > 1e-3F;
     const float inverse_z = 1.F / (in_front ? h.z : 1.F);
@@ -211,62 +199,72 @@ struct ColorVertices {
     const float facing = clamp((cosine - kLeastCosine) * ramp, 0.F, 1.F);
     const float framed = clamp(border_px * 0.0625F, 0.F, 1.F);  // over 16 px
     const float seen = visibility(c, u, v, h.z);
-    const float f = in_front ? facing * framed * seen : 0.F;
-    const Vec3f look = has_eye ? p - eye_m : -n;
-    const float cos_view = dot(c.axis, look) / max(tactus::sqrt(dot(look, look)), 1e-6F);
-    const float fade = k == 1 ? (f > 0.F ? 1.F : 0.F) : f;
-    return fade / max(1.F - cos_view + kEpsilon, kEpsilon);
+    const float f = as_float(in_front) * facing * framed * seen;
+    const float hard = k == 1 ? 1.F : 0.F, fade = fma(hard, as_float(f > 0.F) - f, f);
+    return fade / max(1.F - dot(c.axis, look) + kEpsilon, kEpsilon);
   }
+  /// 0 or 1, without a branch: loops over vertices vectorise.
+  TACTUS_HD static float as_float(bool b) { return static_cast<float>(static_cast<Index>(b)); }
   /// 1 where the camera sees the point, 0 from about a texel before what hides it.
   TACTUS_HD float visibility(const TextureCamera& c, float u_px, float v_px, float z_m) const {
     const float x = clamp(u_px * c.texels_per_px, 0.F, static_cast<float>(c.map_width - 2)),
                 y = clamp(v_px * c.texels_per_px, 0.F, static_cast<float>(c.map_height - 2));
     const Index i = static_cast<Index>(x), j = static_cast<Index>(y);
     const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
-    // Positive floats are ordered as their bits are.
-    const auto hidden_from = std::bit_cast<std::uint32_t>(1.F / max(z_m - bias_m, 1e-3F));
+    const float hidden_from = 1.F / max(z_m - bias_m, 1e-3F);
     const Index at = c.map_begin + j * c.map_width + i;
-    const auto open = [&](Index texel) { return maps[texel] > hidden_from ? 0.F : 1.F; };
-    const float top = fma(fx, open(at + 1) - open(at), open(at)),
-                bottom = fma(fx, open(at + c.map_width + 1) - open(at + c.map_width), open(at + c.map_width));
+    const std::uint32_t* texels = maps.data();
+    const auto open = [&](Index texel) {
+      return as_float(std::bit_cast<float>(texels[texel]) <= hidden_from);
+    };
+    const float open00 = open(at), open10 = open(at + 1), open01 = open(at + c.map_width),
+                open11 = open(at + c.map_width + 1);
+    const float top = fma(fx, open10 - open00, open00), bottom = fma(fx, open11 - open01, open01);
     return clamp(3.F * fma(fy, bottom - top, top) - 2.F, 0.F, 1.F);
   }
 
-  TACTUS_HD std::uint32_t blend(Shared& s, int t, Vec3f p) const {
-    const auto take_best = [&](Index& best) {
-      float value = 0;
-      best = -1;
-      for (Index c = 0; c < cameras.size(); ++c) {
-        if (s.score[c][t] > value) {
-          value = s.score[c][t];
-          best = c;
-        }
-      }
-      if (best >= 0) s.score[best][t] = 0;
-      return value;
-    };
-    Index chosen[kMaxTextureCameras];
-    float weight[kMaxTextureCameras];
-    Index n = 0;
-    for (; n < k; ++n) {
-      weight[n] = take_best(chosen[n]);
-      if (chosen[n] < 0) break;
+  /// Moves the highest score of every thread to `rank`; the first of equals wins. Weight 0: there is none.
+  template <class Block>
+  TACTUS_HD void take_best(const Block& b, Shared& s, int count, Index rank) const {
+    b.for_own(count, [&](int t) {
+      s.weight[rank][t] = s.score[0][t];
+      s.chosen[rank][t] = 0;
+    });
+    for (Index c = 1; c < cameras.size(); ++c) {
+      b.for_own(count, [&](int t) {
+        const bool better = s.score[c][t] > s.weight[rank][t];
+        s.weight[rank][t] = better ? s.score[c][t] : s.weight[rank][t];
+        s.chosen[rank][t] = better ? c : s.chosen[rank][t];
+      });
     }
-    if (n == 0) return 0;
-    Index next = -1;
-    const float threshold = n == k && k > 1 ? take_best(next) : 0.F;
+    b.for_own(count, [&](int t) { s.score[s.chosen[rank][t]][t] = 0; });
+  }
+  template <class Block>
+  TACTUS_HD void subtract_next(const Block& b, Shared& s, int count) const {
+    for (Index c = 1; c < cameras.size(); ++c)
+      b.for_own(count, [&](int t) { s.score[0][t] = max(s.score[0][t], s.score[c][t]); });
+    for (Index rank = 0; rank < k; ++rank) {
+      // Equals keep a trace of their weight, so that the sum is never 0 where somebody sees.
+      b.for_own(count, [&](int t) {
+        s.weight[rank][t] = max(s.weight[rank][t] - s.score[0][t], 1e-6F * s.weight[rank][t]);
+      });
+    }
+  }
+
+  TACTUS_HD std::uint32_t blend(const Shared& s, int t) const {
     Vec3f sum{};
     float total = 0;
-    for (Index i = 0; i < n; ++i) {
-      // Ties leave at least a trace of the best ones, so the sum is never 0.
-      const float w = max(weight[i] - threshold, 1e-6F * weight[i]);
-      sum += w * photo_at(cameras[chosen[i]], p);
+    for (Index rank = 0; rank < k; ++rank) {
+      const float w = s.weight[rank][t];
+      if (!(w > 0.F)) break;
+      sum += w * photo_at(cameras[s.chosen[rank][t]], s.p[t]);
       total += w;
     }
-    const Vec3f mean = sum / total;
+    if (!(total > 0.F)) return 0;
+    const Vec3f mean = (1.F / total) * sum;
     const auto byte = [](float x) { return static_cast<std::uint32_t>(clamp(x + 0.5F, 0.F, 255.F)); };
     return VertexColor::pack(byte(mean.x), byte(mean.y), byte(mean.z),
-                             static_cast<std::uint32_t>(chosen[0] + 1));
+                             static_cast<std::uint32_t>(s.chosen[0][t] + 1));
   }
 
   /// Bilinear colour, 0..255.
