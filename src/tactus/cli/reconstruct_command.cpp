@@ -8,6 +8,7 @@
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/motion_output.h"
 #include "tactus/cli/texture_output.h"
 #include "tactus/cli/version.h"
 #include "tactus/geom/mask_metrics.h"
@@ -15,6 +16,7 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
+#include "tactus/reconstruct/view_scores.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {
@@ -122,6 +124,19 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
   return json;
 }
 
+/// Returns what is odd about them.
+std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vector<Camera>& cameras,
+                            nlohmann::json& row) {
+  nlohmann::json list = nlohmann::json::array();
+  for (std::size_t c = 0; c < scores.size(); ++c) {
+    list.push_back({{"camera", cameras[c].name},
+                    {"carved_alone", scores[c].carved_alone},
+                    {"suspect", scores[c].is_suspect}});
+  }
+  row["view_scores"] = std::move(list);
+  return suspect_views_text(cameras, scores);
+}
+
 void reconstruct(const ReconstructOptions& options) {
   check_outputs(options);
   DeviceSet devices(options.devices);
@@ -137,6 +152,9 @@ void reconstruct(const ReconstructOptions& options) {
   SurfaceNormals normals(devices.device(0), hull.mesh().positions_m.size());
   std::optional<TextureOutput> texture;
   if (options.texture) texture.emplace(devices, source->rig(), hull, box, *options.texture);
+
+  MotionOutput motion(hull.voxel_size_m());
+  ViewScores view_scores(devices.context(0), source->rig().cameras, {.workspace_m = box});
 
   const bool several = description.frames.last != description.frames.first;
   nlohmann::json json{
@@ -173,8 +191,13 @@ void reconstruct(const ReconstructOptions& options) {
     if (!options.views_path.empty())
       write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
     nlohmann::json row = measure(mesh, source->rig(), frame);
+    motion.add(mesh, frame, *source, row);
+    std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
+                                      source->rig().cameras, row);
+    if (!odd.empty()) log_warning(odd);
     row["tick"] = frame.tick;
-    row["status"] = report.overflow.empty() ? source->status() : report.overflow;
+    if (odd.empty()) odd = source->status();
+    row["status"] = report.overflow.empty() ? odd : report.overflow;
     for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),

@@ -2,6 +2,7 @@
 #include "tactus/reconstruct/mesh_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
+#include "tactus/reconstruct/view_score_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
@@ -23,3 +24,5 @@ TACTUS_CUDA_KERNEL(tactus::WidenDepthMaps);
 TACTUS_CUDA_KERNEL(tactus::ColorVertices);
 TACTUS_CUDA_KERNEL(tactus::AddNeighbourColors);
 TACTUS_CUDA_KERNEL(tactus::FillColors);
+TACTUS_CUDA_KERNEL(tactus::BlameSamples);
+TACTUS_CUDA_KERNEL(tactus::CountBlame);
