@@ -138,6 +138,13 @@ void run(const RunOptions& options) {
   std::optional<RunPictures> pictures;
   if (options.view == "file") pictures.emplace(scene, source->rig(), stem, scene.source.fps.value_or(30));
 
+  if (pictures && scene.view.show_models) {
+    std::vector<std::vector<std::uint8_t>> element_triangles;
+    for (const auto& body : simulation.bodies())
+      element_triangles.push_back(body->element_triangles(devices.context(0)));
+    pictures->show_models(std::move(element_triangles));
+  }
+
   const RunSummary summary =
       run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);
   if (summary.frames == 0) throw Error("scene '" + scene.name + "': its source gave no usable frame");

@@ -238,6 +238,8 @@ void describe_view(FieldVisitor& v, ViewDescription& view) {
   v.section({"camera", "from where the picture is taken"},
             [&](FieldVisitor& in) { describe_view_camera(in, view.camera); });
   v.boolean({"show_frusta", "draw the real cameras"}, view.show_frusta);
+  v.boolean({"show_models", "colour hybrid bodies by what deforms them: elements red, shape matching blue"},
+            view.show_models);
   v.boolean({"overlay", "print frame number and times into the picture"}, view.overlay);
 }
 

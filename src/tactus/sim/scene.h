@@ -163,6 +163,7 @@ struct ViewDescription {
   Vec2i size_px = {1280, 720};
   ViewCameraDescription camera;
   bool show_frusta = true;
+  bool show_models = false;  ///< colour hybrid bodies by what deforms them
   bool overlay = true;
 };
 
