@@ -65,8 +65,9 @@ std::vector<BitMask> random_silhouettes(const std::vector<Camera>& cameras, unsi
 }
 
 TriangleMesh hull_of(const std::string& devices, const std::vector<Camera>& cameras,
-                     const std::vector<BitMask>& masks, Index resolution, std::uint64_t seed = 1) {
-  DeviceSet set(devices, seed);
+                     const std::vector<BitMask>& masks, Index resolution, std::uint64_t seed = 1,
+                     PeerAccess access = PeerAccess::automatic) {
+  DeviceSet set(devices, seed, access);
   VisualHull hull(set, cameras, {kCube, resolution});
   for (int frame = 0; frame < 3;
        ++frame) {  // later frames must not depend on earlier ones (nor on how they are replayed)
@@ -94,6 +95,9 @@ TEST_P(Hull, SameBitsAsOneCpu) {
       ASSERT_GT(expected.triangles.size(), 100U);
       EXPECT_EQ(got.triangles, expected.triangles);
       EXPECT_EQ(got.positions_m, expected.positions_m);
+      const TriangleMesh staged = hull_of(GetParam(), cameras, masks, resolution, seed, PeerAccess::staged);
+      EXPECT_EQ(staged.triangles, expected.triangles);
+      EXPECT_EQ(staged.positions_m, expected.positions_m);
     }
   }
 }

@@ -7,7 +7,7 @@ namespace tactus {
 
 std::string data_folder() {
   const char* env = std::getenv("TACTUS_DATA");
-  const std::string folder = env != nullptr ? env : source_path("../shared/data");
+  std::string folder = env != nullptr ? env : source_path("../shared/data");
   if (!std::filesystem::is_directory(folder)) return "";
   ::setenv("TACTUS_DATA", folder.c_str(), 1);
   return folder;

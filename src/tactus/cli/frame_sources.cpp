@@ -7,7 +7,7 @@
 namespace tactus {
 namespace {
 
-std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, bool truth) {
+std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, bool truth, bool colors) {
   SyntheticOptions options;
   options.figure = source.figure;
   options.shape.moving = source.moving;
@@ -15,6 +15,7 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, boo
   options.shape.offset_m = vec_cast<float>(source.offset_m);
   options.fps = source.fps.value_or(30);
   options.truth = truth;
+  options.colors = colors;
   options.depth = false;
   if (source.frames.last) options.frames = *source.frames.last + 1;
   auto synthetic = std::make_unique<SyntheticSource>(options);
@@ -25,10 +26,10 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, boo
 }  // namespace
 
 std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth,
-                                               std::optional<BoxRegion> workspace_m) {
-  if (source.kind == SourceKind::synthetic) return open_synthetic(source, truth);
+                                               std::optional<BoxRegion> workspace_m, bool colors) {
+  if (source.kind == SourceKind::synthetic) return open_synthetic(source, truth, colors);
   DataOptions options;
-  options.colors = false;
+  options.colors = colors;
   if (workspace_m)
     options.workspace_m = Box3f{vec_cast<float>(workspace_m->min_m), vec_cast<float>(workspace_m->max_m)};
   if (source.frames.first > 0 || source.frames.last) {

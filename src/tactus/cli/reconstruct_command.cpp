@@ -8,21 +8,25 @@
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/motion_output.h"
+#include "tactus/cli/texture_output.h"
 #include "tactus/cli/version.h"
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
+#include "tactus/reconstruct/view_scores.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {
 namespace {
 
 struct ReconstructOptions {
-  std::string source = "synthetic", what, devices = "auto", mesh_path, json_path, frames;
+  std::string source = "synthetic", what, devices = "auto", mesh_path, json_path, views_path, frames;
   int resolution = 100;
   std::optional<int> slack_px;
+  std::optional<int> texture;
   bool moving = false;
   std::vector<double> workspace;
 };
@@ -57,12 +61,18 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
 /// What would spoil the outputs, found before the work.
 void check_outputs(const ReconstructOptions& options) {
   if (!options.json_path.empty()) output_is_writable(options.json_path);
+  if (!options.views_path.empty()) {
+    if (!options.texture) throw usage_error("--texture-views needs --texture K");
+    check_writable(options.views_path);
+  }
   if (options.mesh_path.empty()) return;
   const std::string& path = options.mesh_path;
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   if (extension != ".ply" && extension != ".obj")
     throw usage_error("--mesh '" + path + "': expected a name that ends in .ply or .obj");
+  if (options.texture && extension == ".obj")
+    throw usage_error("--mesh '" + path + "': OBJ holds no colours; with --texture, write .ply");
   output_is_writable(path);
 }
 
@@ -115,12 +125,26 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
   return json;
 }
 
+/// Returns what is odd about them.
+std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vector<Camera>& cameras,
+                            nlohmann::json& row) {
+  nlohmann::json list = nlohmann::json::array();
+  for (std::size_t c = 0; c < scores.size(); ++c) {
+    list.push_back({{"camera", cameras[c].name},
+                    {"carved_alone", scores[c].carved_alone},
+                    {"suspect", scores[c].is_suspect}});
+  }
+  row["view_scores"] = std::move(list);
+  return suspect_views_text(cameras, scores);
+}
+
 void reconstruct(const ReconstructOptions& options) {
   check_outputs(options);
   DeviceSet devices(options.devices);
   const SourceDescription description = describe_source(options);
   const std::optional<BoxRegion> workspace = workspace_of(options);
-  const std::unique_ptr<FrameSource> source = open_frame_source(description, true, workspace);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(description, true, workspace, options.texture.has_value());
   check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
@@ -128,6 +152,13 @@ void reconstruct(const ReconstructOptions& options) {
                   {.workspace_m = box,
                    .resolution = options.resolution,
                    .slack_px = options.slack_px.value_or(source->rig().slack_px)});
+
+  SurfaceNormals normals(devices.device(0), hull.mesh().positions_m.size());
+  std::optional<TextureOutput> texture;
+  if (options.texture) texture.emplace(devices, source->rig(), hull, box, *options.texture);
+
+  MotionOutput motion(hull.voxel_size_m());
+  ViewScores view_scores(devices.context(0), source->rig().cameras, {.workspace_m = box});
 
   const bool several = description.frames.last != description.frames.first;
   nlohmann::json json{
@@ -150,17 +181,27 @@ void reconstruct(const ReconstructOptions& options) {
       stage("upload", [&] { hull.upload(frame.silhouettes); });
       stage("hull", [&] { hull.carve(); });
       stage("mesh", [&] { hull.extract(); });
+      stage("normals", [&] { normals.compute(devices.context(0), hull.mesh(), hull.voxel_size_m()); });
+      if (texture) stage("texture", [&] { texture->shade(frame, hull, normals.view()); });
     });
     const HullReport report = hull.report();
     if (!report.overflow.empty()) log_warning(report.overflow);
     TriangleMesh mesh = hull.download();
+    mesh.normals = to_host(devices.context(0), normals.view().part(0, report.vertices));
     if (!options.mesh_path.empty()) {
-      compute_normals(mesh);
-      write_mesh(numbered(options.mesh_path, frame.tick, several), mesh);
+      write_mesh(numbered(options.mesh_path, frame.tick, several), mesh,
+                 texture ? texture->colors(report.vertices) : std::vector<Rgb8>{});
     }
+    if (!options.views_path.empty())
+      write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
     nlohmann::json row = measure(mesh, source->rig(), frame);
+    motion.add(mesh, frame, *source, row);
+    std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
+                                      source->rig().cameras, row);
+    if (!odd.empty()) log_warning(odd);
     row["tick"] = frame.tick;
-    row["status"] = report.overflow.empty() ? source->status() : report.overflow;
+    if (odd.empty()) odd = source->status();
+    row["status"] = report.overflow.empty() ? odd : report.overflow;
     for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
@@ -194,11 +235,16 @@ void add_reconstruct_command(CLI::App& app) {
       ->delimiter(',');
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
+  command->add_option("--texture", options->texture,
+                      "colour the mesh (.ply) from the photos: each vertex from its best K cameras");
+  command->add_option("--texture-views", options->views_path,
+                      "with --texture: write a picture (.png) of three free views, K = 1 above K");
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->footer(
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
+      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.ply\n"
       "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply");
   command->callback([options] { reconstruct(*options); });
 }

@@ -1,5 +1,8 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/reconstruct/mesh_kernels.h"
+#include "tactus/reconstruct/normal_kernels.h"
+#include "tactus/reconstruct/texture_kernels.h"
+#include "tactus/reconstruct/view_score_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
@@ -13,3 +16,13 @@ TACTUS_CUDA_KERNEL(tactus::CollectCounts);
 TACTUS_CUDA_KERNEL(tactus::GatherVertices);
 TACTUS_CUDA_KERNEL(tactus::GatherTriangles);
 TACTUS_CUDA_KERNEL(tactus::SumCounts);
+TACTUS_CUDA_KERNEL(tactus::AddFaceNormals);
+TACTUS_CUDA_KERNEL(tactus::AddCornerNormals);
+TACTUS_CUDA_KERNEL(tactus::NormalizeSums);
+TACTUS_CUDA_KERNEL(tactus::DrawDepthMaps);
+TACTUS_CUDA_KERNEL(tactus::WidenDepthMaps);
+TACTUS_CUDA_KERNEL(tactus::ColorVertices);
+TACTUS_CUDA_KERNEL(tactus::AddNeighbourColors);
+TACTUS_CUDA_KERNEL(tactus::FillColors);
+TACTUS_CUDA_KERNEL(tactus::BlameSamples);
+TACTUS_CUDA_KERNEL(tactus::CountBlame);

@@ -208,6 +208,7 @@ struct SumCellColumns {
     };
     b.template for_own_groups<kColumns>(kStrips, all, [&](int strip, int t) { s.sum[strip][t] = 0; });
     each_row_of_strips([](std::uint32_t& sum, std::uint32_t& cell) { sum += cell; });
+    b.barrier();
     b.for_threads(kColumns, [&](int t) {
       std::uint32_t before = 0;
       for (auto& strip : s.sum) {

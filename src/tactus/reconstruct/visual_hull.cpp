@@ -89,20 +89,6 @@ Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t br
   return c;
 }
 
-/// A stage that is recorded on its second run and replayed from then on (GPU only; others just run).
-class Replay {
- public:
-  void run(ExecContext& ctx, const std::function<void()>& stage) {
-    if (!ctx.device().is_cuda() || ctx.is_profiling() || runs_++ == 0) return stage();
-    if (!graph_) graph_ = ctx.capture(stage);
-    ctx.launch(*graph_);
-  }
-
- private:
-  int runs_ = 0;
-  std::optional<Graph> graph_;
-};
-
 /// All memory of one device, and what runs there.
 struct Part {
   HullGrid grid{};
@@ -145,6 +131,12 @@ struct VisualHull::Impl {
   Buffer<Vec3f> all_positions_m;
   Buffer<Vec3i> all_triangles;
   Buffer<PartCounts> part_counts, total;
+  /// Copies of the other parts' meshes, where kernels can't read them in place.
+  struct PartMesh {
+    Buffer<Vec3f> positions_m;
+    Buffer<Vec3i> triangles;
+  };
+  Parts<PartMesh> staged;
 
   Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options);
   void allocate(Part& part, ExecContext& ctx, const HullOptions& options) const;
@@ -200,6 +192,12 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
     all_triangles = Buffer<Vec3i>(first, capacity.triangles);
     part_counts = Buffer<PartCounts>(first, set.count());
     total = Buffer<PartCounts>(first, 1);
+    if (!set.reads_peers()) {
+      for (const Part& part : parts) {
+        staged.push_back(
+            {Buffer<Vec3f>(first, part.capacity.vertices), Buffer<Vec3i>(first, part.capacity.triangles)});
+      }
+    }
   }
   set.synchronize();
 }
@@ -361,12 +359,21 @@ void VisualHull::Impl::gather() {
   const View<const PartCounts> counts = part_counts.const_view();
   for (Index p = 0; p < part_counts.size(); ++p) {
     const Part& part = parts[static_cast<std::size_t>(p)];
+    View<const Vec3f> positions_m = part.positions_m.view();
+    View<const Vec3i> triangles = part.triangles.view();
+    if (!staged.empty()) {
+      PartMesh& copy = staged[static_cast<std::size_t>(p)];
+      ctx.copy(positions_m, copy.positions_m.view());
+      ctx.copy(triangles, copy.triangles.view());
+      positions_m = copy.positions_m.view();
+      triangles = copy.triangles.view();
+    }
     ctx.parallel_for("mesh/gather_vertices",
                      Count(View<const Index>(&counts.data()[p].vertices, 1), part.capacity.vertices),
-                     GatherVertices{part.positions_m.view(), counts, p, all_positions_m.view()});
+                     GatherVertices{positions_m, counts, p, all_positions_m.view()});
     ctx.parallel_for("mesh/gather_triangles",
                      Count(View<const Index>(&counts.data()[p].triangles, 1), part.capacity.triangles),
-                     GatherTriangles{part.triangles.view(), counts, p, all_triangles.view()});
+                     GatherTriangles{triangles, counts, p, all_triangles.view()});
   }
   ctx.parallel_for("mesh/total", 1, SumCounts{counts, total.view()});
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/log.h"
+
 namespace tactus {
 namespace {
 
@@ -73,6 +75,10 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.fixed.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+      log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
+  }
   for (auto& body : bodies_) body->update_surface(devices.context(0));
   devices_.synchronize();
 }
@@ -84,7 +90,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   reconstruct(frame);
   touch(report.dt_s, report);
   report.hull = hull_.report();
-  report.status = report.hull.overflow;
+  if (report.status.empty()) report.status = report.hull.overflow;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
   if (report.status.empty() && surface.dropped_pieces + surface.dropped_samples > 0) {
     report.status = std::to_string(surface.dropped_pieces + surface.dropped_samples) +
@@ -122,6 +128,7 @@ void Simulation::touch(double dt_s, StepReport& report) {
     }
     const float dt_substep = dt / static_cast<float>(substeps);
     contact_.begin_frame(ctx);
+    for (auto& body : bodies_) body->begin_frame(ctx);
     for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - dt);
     for (int k = 0; k < substeps; ++k) {
       // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
@@ -131,7 +138,10 @@ void Simulation::touch(double dt_s, StepReport& report) {
         contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
       }
     }
-    for (auto& body : bodies_) body->measure_strain(ctx);
+    for (auto& body : bodies_) {
+      const std::string trouble = body->end_frame(ctx);
+      if (!trouble.empty()) report.status = trouble;
+    }
     report.substeps = substeps;
     report.contact = contact_.report(ctx, dt, substeps);
   }
@@ -152,6 +162,12 @@ FrameSnapshot Simulation::snapshot() {
     }
   }
   return snapshot;
+}
+
+std::vector<BodyMonitors> Simulation::monitors() {
+  std::vector<BodyMonitors> all;
+  for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0)));
+  return all;
 }
 
 std::vector<Vec3f> Simulation::probe_positions_m() {

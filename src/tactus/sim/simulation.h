@@ -43,6 +43,8 @@ class Simulation {
   FrameSnapshot snapshot();
   /// World positions of the scene's probes [m], in its order. Synchronizes.
   std::vector<Vec3f> probe_positions_m();
+  /// Of every body, in the scene's order. Synchronizes.
+  std::vector<BodyMonitors> monitors();
 
   const Timings& timings() const { return timings_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }

@@ -44,6 +44,10 @@ void check_mesh(const ViewMesh& view) {
     throw Error("mesh '" + view.name + "': " + std::to_string(view.mesh.normals.size()) + " normals for " +
                 std::to_string(vertices) + " vertices");
   }
+  if (!view.colors.empty() && view.colors.size() != vertices) {
+    throw Error("mesh '" + view.name + "': " + std::to_string(view.colors.size()) + " colours for " +
+                std::to_string(vertices) + " vertices");
+  }
   std::uint32_t largest = 0;  // a negative index is huge as unsigned
   for (const auto& t : view.mesh.triangles) {
     for (const Index v : t) largest = std::max(largest, static_cast<std::uint32_t>(v));
@@ -57,7 +61,7 @@ void check_mesh(const ViewMesh& view) {
 
 /// A mesh on the GPU. Slots are reused from frame to frame.
 struct MeshSlot {
-  GlStreamBuffer positions, normals, indices;
+  GlStreamBuffer positions, normals, colors, indices;
   GlVertexArray array;
   GLsizei index_count = 0;
 
@@ -69,9 +73,15 @@ struct MeshSlot {
       glVertexArrayAttribFormat(name, i, 3, GL_FLOAT, GL_FALSE, 0);
       glVertexArrayAttribBinding(name, i, i);
     }
+    glVertexArrayAttribFormat(name, 2, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
+    glVertexArrayAttribBinding(name, 2, 2);
     glEnableVertexArrayAttrib(name, 0);
   }
-  void upload(const TriangleMesh& mesh) {
+  void upload(const ViewMesh& view) {
+    const TriangleMesh& mesh = view.mesh;
+    if (colors.upload(view.colors.data(), view.colors.size() * sizeof(Rgb8)))
+      glVertexArrayVertexBuffer(array.get(), 2, colors.get(), 0, sizeof(Rgb8));
+    (view.colors.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 2);
     if (positions.upload(mesh.positions_m.data(), mesh.positions_m.size() * sizeof(Vec3f)))
       glVertexArrayVertexBuffer(array.get(), 0, positions.get(), 0, sizeof(Vec3f));
     if (normals.upload(mesh.normals.data(), mesh.normals.size() * sizeof(Vec3f)))
@@ -230,7 +240,7 @@ struct Renderer::Impl {
 
   void upload(const ViewScene& scene) {
     while (gl->meshes.size() < scene.meshes.size()) gl->meshes.emplace_back();
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].upload(scene.meshes[i].mesh);
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].upload(scene.meshes[i]);
     gl->lines.upload(scene.lines);
   }
 
@@ -285,6 +295,7 @@ struct Renderer::Impl {
     set(gl->surface, "specular", clamp(m.specular, 0.F, 1.F));
     set(gl->surface, "softness", clamp(m.softness, 0.F, 1.F));
     set(gl->surface, "opacity", clamp(m.opacity, 0.F, 1.F));
+    set(gl->surface, "is_photographed", !view.colors.empty());
     set(gl->surface, "flat_shaded", view.mesh.normals.empty());
     glUseProgram(gl->surface.get());
     (m.two_sided ? glDisable : glEnable)(GL_CULL_FACE);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tactus/geom/camera.h"
+#include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
 
 namespace tactus {
@@ -31,7 +32,9 @@ inline Material soft_material() {
 struct ViewMesh {
   std::string name;
   TriangleMesh mesh;  ///< [m], world; drawn flat-shaded when it has no normals
-  Material material;
+  Material material{};
+  /// One a vertex, or none: photographed colours, which hold their light already and are shown as they are.
+  std::vector<Rgb8> colors{};
 };
 
 /// A straight line, as wide on the picture wherever it is.

@@ -74,13 +74,16 @@ vec3 encode(vec3 c) {
 inline constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 photographed;
 uniform mat4 view_proj;
 out vec3 p;
 out vec3 n;
+out vec3 photo_color;
 invariant gl_Position;
 void main() {
   p = position;
   n = normal;
+  photo_color = photographed;
   gl_Position = view_proj * vec4(position, 1);
 }
 )";
@@ -88,6 +91,8 @@ void main() {
 inline constexpr const char* kSurfaceFragment = R"(
 in vec3 p;
 in vec3 n;
+in vec3 photo_color;
+uniform bool is_photographed;
 uniform vec3 albedo;
 uniform float roughness;
 uniform float specular;
@@ -115,6 +120,10 @@ vec3 diffuse(float cosine) {
 }
 
 void main() {
+  if (is_photographed) {
+    color = vec4(photo_color, opacity);
+    return;
+  }
   vec3 V = normalize(eye - p);
   vec3 N = flat_shaded ? normalize(cross(dFdx(p), dFdy(p))) : normalize(n);
   if (flat_shaded ? dot(N, V) < 0.0 : !gl_FrontFacing) N = -N;

@@ -143,8 +143,8 @@ int Hybrid::substeps_for(float dt_frame_s, float speed_ratio) const {
   return flsm_ ? std::max(elements, flsm_->substeps_for(dt_frame_s)) : elements;
 }
 
-tled::CubeExtremes Hybrid::extremes(ExecContext& ctx) {
-  return has_elements_ ? tled_.extremes(ctx) : tled::CubeExtremes{1, 0, 1, 0, 0};
+tled::CubeExtremes Hybrid::extremes(ExecContext& ctx, const BodyState& state) {
+  return has_elements_ ? tled_.extremes(ctx, state) : tled::CubeExtremes{1, 0, 1, 0, 0};
 }
 
 }  // namespace tactus

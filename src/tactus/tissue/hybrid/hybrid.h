@@ -47,8 +47,8 @@ class Hybrid {
   /// its material's stiffness.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float stable_step_s() const;
-  /// Strain of the elements at the last step; a ratio of 1 without elements. Synchronizes.
-  tled::CubeExtremes extremes(ExecContext& ctx);
+  /// Strain of the elements; a ratio of 1 without elements. Synchronizes.
+  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
   const Tled& tled() const { return tled_; }
   const std::optional<Flsm>& flsm() const { return flsm_; }
   Index node_count() const { return tled_.node_count(); }

@@ -8,7 +8,7 @@
 namespace tactus::tled {
 namespace {
 
-constexpr Index kLanes = 8, kMaxGroups = 32;
+constexpr Index kLanes = 8;
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Number and shape of the tiles along each axis.
@@ -18,11 +18,11 @@ struct TileShape {
   Index own_y() const { return rows - 1; }
 };
 
-TileShape choose_shape(Vec3i nodes, Index max_groups_x, Index layers) {
-  TileShape best{1, kMaxGroups, layers};
+TileShape choose_shape(Vec3i nodes, Index max_groups, Index max_groups_x, Index layers) {
+  TileShape best{1, max_groups, layers};
   double least = 1e30;
   for (Index groups = 1; groups <= max_groups_x; ++groups) {
-    const Index most_rows = kMaxGroups / groups;
+    const Index most_rows = max_groups / groups;
     const Index tiles_y = ceil_div(nodes.y, most_rows - 1), rows = ceil_div(nodes.y, tiles_y) + 1;
     const double work = static_cast<double>(ceil_div(nodes.x, groups * kLanes - 1)) * groups * tiles_y * rows;
     if (work < least) {
@@ -53,10 +53,10 @@ Grid make_grid(Vec3i nodes, const TileShape& shape) {
 
 }  // namespace
 
-TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups_x,
-                    Index layers) {
+TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups,
+                    Index max_groups_x, Index layers) {
   const Vec3i n = lattice.node_dims;
-  const TileShape shape = choose_shape(n, max_groups_x, layers);
+  const TileShape shape = choose_shape(n, max_groups, max_groups_x, layers);
   TilePlan plan;
   plan.grid = make_grid(n, shape);
   for (const Vec3i p : lattice.nodes) plan.node_cell.push_back(plan.grid.cell(p));

@@ -16,9 +16,10 @@ struct TilePlan {
 };
 
 /// @param in_use per cube: whether it is an element here; empty: all.
+/// @param max_groups of a tile; @param max_groups_x those along x
 /// @param layers of nodes per tile: few keep many processors busy, many share more.
 /// @throws Error when the lattice's box is too large to be indexed.
-TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups_x,
-                    Index layers);
+TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups,
+                    Index max_groups_x, Index layers);
 
 }  // namespace tactus::tled

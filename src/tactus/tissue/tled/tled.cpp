@@ -46,6 +46,19 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
   return undamped_step_s * (std::sqrt(1 + z * z) - z);
 }
 
+/// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
+tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
+                        const std::vector<std::uint8_t>& in_use) {
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16);
+  constexpr std::size_t kEnoughTiles = 512;
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16);
+  for (const Index layers : {8, 4, 2}) {
+    if (plan.tiles.size() < kEnoughTiles)
+      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers);
+  }
+  return plan;
+}
+
 }  // namespace
 
 void check_material(const ElasticMaterial& m) {
@@ -88,8 +101,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
-  const bool gpu = ctx.device().is_cuda();
-  const tled::TilePlan plan = tled::plan_tiles(lattice, in_use, gpu ? 2 : 6, gpu ? 4 : 16);
+  const tled::TilePlan plan = plan_for(ctx.device(), lattice, in_use);
   grid_ = plan.grid;
   tiles_ = to_device(ctx, plan.tiles);
   active_ = to_device(ctx, plan.active);
@@ -111,22 +123,36 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
 template <class Law>
 void Tled::launch_forces(ExecContext& ctx, const Law& law) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
-  const auto launch = [&](const auto& cube) {
-    using Cube = std::decay_t<decltype(cube)>;
+  const auto launch = [&]<int kGroups>(const auto& cube, std::integral_constant<int, kGroups>) {
+    using Kernel = tled::ElementForces<std::decay_t<decltype(cube)>, kGroups>;
     ctx.parallel_for("tled/element_forces", tiles_.size(),
-                     tled::ElementForces<Cube>{tiles_.const_view(), active_.const_view(), x_m_.const_view(),
-                                               stiffness_.const_view(), f_N_.view(), grid_, cube});
+                     Kernel{tiles_.const_view(), active_.const_view(), x_m_.const_view(),
+                            stiffness_.const_view(), f_N_.view(), grid_, cube});
+  };
+  const auto launch_cube = [&](const auto& cube) {
+    if (ctx.device().is_cuda())
+      launch(cube, std::integral_constant<int, tled::kGroupsOnGpu>{});
+    else
+      launch(cube, std::integral_constant<int, tled::kGroupsOnCpu>{});
   };
   if (options_.full_integration)
-    launch(tled::EightPointCube<Law>{law, gradient, area});
+    launch_cube(tled::EightPointCube<Law>{law, gradient, area});
   else
-    launch(tled::OnePointCube<Law>{law, gradient, area});
+    launch_cube(tled::OnePointCube<Law>{law, gradient, area});
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {
+  load(ctx, state);
+  sum_forces(ctx);
+}
+
+void Tled::load(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load", node_count(),
                    tled::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(),
                                    x_m_.view(), grid_.cells, damping_time_s_});
+}
+
+void Tled::sum_forces(ExecContext& ctx) {
   switch (options_.law) {
     case MaterialLaw::neo_hookean:
       return launch_forces(ctx, NeoHookean{});
@@ -144,21 +170,26 @@ void Tled::check_step(float dt_s) const {
                 text(stable_step_s_) + " s for this body");
 }
 
-void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step) {
+void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int count) {
   require(step.drag_per_s >= 0, "drag [1/s]", step.drag_per_s, "0 or more");
   check_step(step.dt_s);
   if (state.x_m.size() != node_count())
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
-  compute_forces(ctx, state);
-  ctx.parallel_for(
-      "tled/integrate", node_count(),
-      tled::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), f_N_.const_view(),
-                      cell_.const_view(), fixed_.const_view(), inverse_mass_per_kg_.const_view(), grid_.cells,
-                      step.gravity_m_s2, step.dt_s, 1 / (1 + step.dt_s * step.drag_per_s)});
+  load(ctx, state);
+  for (int k = 0; k < count; ++k) {
+    sum_forces(ctx);
+    ctx.parallel_for(
+        "tled/integrate", node_count(),
+        tled::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), f_N_.const_view(),
+                        cell_.const_view(), fixed_.const_view(), inverse_mass_per_kg_.const_view(),
+                        x_m_.view(), grid_.cells, step.gravity_m_s2, step.dt_s,
+                        1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});
+  }
 }
 
-tled::CubeExtremes Tled::extremes(ExecContext& ctx) {
+tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
+  load(ctx, state);
   ctx.parallel_for("tled/extremes", extremes_.size(),
                    tled::FindExtremes{cube_cell_.const_view(), x_m_.const_view(), stiffness_.const_view(),
                                       extremes_.view(), grid_, 1 / (4 * spacing_m_)});

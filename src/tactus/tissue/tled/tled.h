@@ -40,8 +40,8 @@ class Tled {
   void compute_forces(ExecContext& ctx, const BodyState& state);
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
-  /// One substep, after check_step.
-  void step(ExecContext& ctx, BodyState& state, const TledStep& step);
+  /// So many substeps, after check_step. Asynchronous.
+  void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
   /// No smaller lattice of these materials and no deformation up to the monitor's margin has a smaller
   /// critical step: min h sqrt(rho / (3 lambda + 2 mu)), less what damping costs.
@@ -51,8 +51,8 @@ class Tled {
   /// 0.95 of 2/omega_max of this body at rest, by power iteration; becomes stable_step_s(). Not for bodies
   /// that will be cut. Synchronizes.
   float measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations = 300);
-  /// How strained the body was at the last compute_forces. Synchronizes.
-  tled::CubeExtremes extremes(ExecContext& ctx);
+  /// How strained the body is. Synchronizes.
+  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
   /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float damping_time_s() const { return damping_time_s_; }
@@ -67,6 +67,8 @@ class Tled {
   Index cells() const { return grid_.cells; }
 
  private:
+  void load(ExecContext& ctx, const BodyState& state);
+  void sum_forces(ExecContext& ctx);
   template <class Law>
   void launch_forces(ExecContext& ctx, const Law& law);
 

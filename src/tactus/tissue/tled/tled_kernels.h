@@ -25,6 +25,9 @@ struct Tile {
   Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
 };
 
+/// A CPU wants tiles as wide as its caches allow, a GPU many small ones.
+inline constexpr int kGroupsOnCpu = 32, kGroupsOnGpu = 16;
+
 /// Values of one cube as sums over its corners with the signs of x, y, z and their products.
 struct CubeModes {
   Vec3f x, y, z, xy, yz, xz, xyz;
@@ -90,9 +93,9 @@ struct LoadNodes {
 
 /// Internal forces of all nodes [P 6]. One block is a tile; its columns are walked upwards, a layer of cubes
 /// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
-template <class Cube>
+template <class Cube, int kMaxGroups>
 struct ElementForces {
-  static constexpr int kLanes = 8, kMaxGroups = 32, kThreads = kLanes * kMaxGroups;
+  static constexpr int kLanes = 8, kThreads = kLanes * kMaxGroups;
   View<const Tile> tiles;
   View<const std::uint32_t> active;
   View<const float> x_m;        ///< 3 fields
@@ -102,8 +105,8 @@ struct ElementForces {
   Cube cube;
 
   struct Shared {
-    float part[4][3]
-              [kThreads];  ///< per column: force on a layer of nodes; sums over corners of sign 1, x, y, xy
+    float part[4][3][kThreads];  ///< per column: force on a layer of nodes, with signs 1, x, y, xy
+    float row[2][3][kThreads];   ///< per node and row of columns: force with signs 1, y
   };
 
   template <class Block>
@@ -143,7 +146,6 @@ struct ElementForces {
           });
       b.barrier();
       if (z > 0) sum_nodes(b, s, tile, z);
-      b.barrier();
     }
   }
 
@@ -212,25 +214,30 @@ struct ElementForces {
     column.up[m][2][i] = up.z;
   }
 
-  /// Forces on the own nodes of a layer: from the four columns round each.
+  /// Forces on the own nodes of a layer: first from the columns left and right of each, then from the rows of
+  /// columns before and behind.
   template <class Block>
-  TACTUS_HD void sum_nodes(const Block& b, const Shared& s, const Tile& tile, Index z) const {
-    const int row = tile.groups * kLanes;
+  TACTUS_HD void sum_nodes(const Block& b, Shared& s, const Tile& tile, Index z) const {
+    const int row = tile.groups * kLanes, groups = tile.groups * tile.rows;
     b.template for_own_groups<kLanes>(
-        tile.groups * tile.rows, [&](int g) { return g >= tile.groups; },
+        groups, [](int) { return true; },
         [&](int g, int t) {
-          const int i = g * kLanes + t, left = i - 1, before = i - row, both = before - 1;
+          const int i = g * kLanes + t, left = max(i - 1, 0);
+          for (int a = 0; a < 3; ++a) {
+            s.row[0][a][i] = (s.part[0][a][left] + s.part[1][a][left]) + (s.part[0][a][i] - s.part[1][a][i]);
+            s.row[1][a][i] = (s.part[2][a][left] + s.part[3][a][left]) + (s.part[2][a][i] - s.part[3][a][i]);
+          }
+        });
+    b.barrier();
+    b.template for_own_groups<kLanes>(
+        groups, [&](int g) { return g >= tile.groups; },
+        [&](int g, int t) {
+          const int i = g * kLanes + t, before = i - row;
           const Index cell = cell_of(tile, g) + t + z * grid.stride_z;
           if (i % row == 0) return;
           for (Index a = 0; a < 3; ++a) {
-            const float near_y = (s.part[0][a][both] + s.part[1][a][both]) +
-                                 (s.part[2][a][both] + s.part[3][a][both]) +
-                                 ((s.part[0][a][before] - s.part[1][a][before]) +
-                                  (s.part[2][a][before] - s.part[3][a][before]));
-            const float far_y = (s.part[0][a][left] + s.part[1][a][left]) -
-                                (s.part[2][a][left] + s.part[3][a][left]) +
-                                ((s.part[0][a][i] - s.part[1][a][i]) - (s.part[2][a][i] - s.part[3][a][i]));
-            f_N[a * grid.cells + cell] = near_y + far_y;
+            f_N[a * grid.cells + cell] =
+                (s.row[0][a][before] + s.row[1][a][before]) + (s.row[0][a][i] - s.row[1][a][i]);
           }
         });
   }
@@ -285,10 +292,13 @@ struct FindExtremes {
   TACTUS_HD static float largest_column2(const GradientColumns& m) {
     return max(dot(m.x, m.x), max(dot(m.y, m.y), dot(m.z, m.z)));
   }
+  /// What is not a number is worst, and stays.
   TACTUS_HD static CubeExtremes worse(const CubeExtremes& a, const CubeExtremes& b) {
     CubeExtremes w = a;
-    if (!(b.speed_ratio <= a.speed_ratio)) w.speed_ratio = b.speed_ratio, w.fastest_cube = b.fastest_cube;
-    if (!(b.smallest_J >= a.smallest_J)) w.smallest_J = b.smallest_J, w.smallest_cube = b.smallest_cube;
+    if (a.speed_ratio == a.speed_ratio && !(b.speed_ratio <= a.speed_ratio))
+      w.speed_ratio = b.speed_ratio, w.fastest_cube = b.fastest_cube;
+    if (a.smallest_J == a.smallest_J && !(b.smallest_J >= a.smallest_J))
+      w.smallest_J = b.smallest_J, w.smallest_cube = b.smallest_cube;
     w.inverted = a.inverted + b.inverted;
     return w;
   }
@@ -316,16 +326,21 @@ struct Integrate {
   View<const float> f_int_N;  ///< 3 fields over cells
   View<const Index> cell, fixed;
   View<const float> inverse_mass_per_kg;
+  View<float> ahead_m;  ///< as LoadNodes' out_m
   Index cells;
   Vec3f gravity_m_s2;
-  float dt_s, drag;  ///< drag: 1 / (1 + dt drag_per_s)
+  float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
   TACTUS_HD void operator()(Index i) const {
     const Index d = cell[i];
     const Vec3f f = Vec3f{f_int_N[d], f_int_N[cells + d], f_int_N[2 * cells + d]} + f_ext_N[i];
     const Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v_m_s[i] + dv);
+    const Vec3f x = x_m[i] + dt_s * next, p = x + damping_time_s * next;
     v_m_s[i] = next;
-    x_m[i] = x_m[i] + dt_s * next;
+    x_m[i] = x;
+    ahead_m[d] = p.x;
+    ahead_m[cells + d] = p.y;
+    ahead_m[2 * cells + d] = p.z;
   }
 };
 

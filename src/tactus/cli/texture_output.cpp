@@ -1,0 +1,85 @@
+#include "tactus/cli/texture_output.h"
+
+#include <algorithm>
+
+#include "tactus/base/error.h"
+#include "tactus/view/renderer.h"
+
+namespace tactus {
+namespace {
+
+constexpr Index kCell_px = 480;
+
+/// Turns the world so that what the cameras hold upright is upright: data sets have their own up.
+Mat3f upright(const Rig& rig) {
+  Vec3d up{};
+  for (const Camera& camera : rig.cameras) up -= camera.T_cam_world.R.row[1];
+  const Vec3f y = vec_cast<float>(normalized(up, Vec3d{0, 1, 0}));
+  const Vec3f x = normalized(cross(y, std::abs(y.z) < 0.9F ? Vec3f{0, 0, 1} : Vec3f{1, 0, 0}));
+  return {{x, y, cross(x, y)}};
+}
+
+void paste(const ColorImage& from, ColorImage& to, Index x0, Index y0) {
+  for (Index y = 0; y < from.height_px; ++y) {
+    for (Index x = 0; x < from.width_px; ++x) to(x0 + x, y0 + y) = from(x, y);
+  }
+}
+
+}  // namespace
+
+TextureOutput::TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHull& hull,
+                             const Box3f& workspace_m, Index k)
+    : devices_(devices),
+      rig_(rig),
+      workspace_m_(workspace_m),
+      k_(k),
+      texture_(devices.context(0), rig.cameras,
+               {.k = k,
+                .voxel_size_m = hull.voxel_size_m(),
+                .center_m = 0.5F * (workspace_m.min + workspace_m.max),
+                .max_vertices = hull.mesh().positions_m.size(),
+                .fill_steps = 8}) {}
+
+void TextureOutput::shade(const FrameSet& frame, const VisualHull& hull, View<const Vec3f> normals) {
+  if (frame.colors.empty())
+    throw Error(
+        "--texture: the source has no photos (masks need a 'photo' beside each 'mask' in the rig file)");
+  ExecContext& ctx = devices_.context(0);
+  texture_.upload(ctx, frame.colors);
+  texture_.shade(ctx, hull.mesh(), normals);
+}
+
+std::vector<Rgb8> TextureOutput::colors(Index vertices) const {
+  return to_rgb(to_host(devices_.context(0), texture_.colors().part(0, vertices)));
+}
+
+ColorImage TextureOutput::picture(const VisualHull& hull, const SurfaceNormals& normals,
+                                  const TriangleMesh& mesh) {
+  ExecContext& ctx = devices_.context(0);
+  const Mat3f R_view_world = upright(rig_);
+  ViewScene scene;
+  scene.ground = false;
+  scene.meshes.push_back({.name = "hull", .mesh = mesh});
+  TriangleMesh& turned = scene.meshes.front().mesh;
+  for (Vec3f& p : turned.positions_m) p = R_view_world * p;
+  for (Vec3f& n : turned.normals) n = R_view_world * n;
+  Renderer renderer({.width_px = kCell_px, .height_px = kCell_px, .samples = 4, .shadow_map_px = 0});
+  static constexpr float kAzimuths_rad[] = {0.4F, 2.5F, 4.6F};
+  ColorImage sheet(3 * kCell_px, 2 * kCell_px), cell;
+  const auto vertices = static_cast<Index>(mesh.positions_m.size());
+  for (const Index row : {0, 1}) {
+    texture_.set_k(row == 0 ? 1 : k_);
+    for (Index column = 0; column < 3; ++column) {
+      const ViewCamera camera = frame_box(bounds(turned), kAzimuths_rad[column], 0.3F, 1.F);
+      texture_.shade(ctx, hull.mesh(), normals.view(), transpose(R_view_world) * camera.eye_m());
+      scene.meshes.front().colors = colors(vertices);
+      renderer.render(scene, camera, cell);
+      draw_text(cell, "k = " + std::to_string(texture_.k()), 16, kCell_px - 16, 20);
+      paste(cell, sheet, column * kCell_px, row * kCell_px);
+    }
+  }
+  texture_.set_k(k_);
+  return sheet;
+}
+
+}  // namespace tactus

@@ -1,0 +1,30 @@
+#pragma once
+/// Photographic colours of what `tactus reconstruct` makes, and pictures of them.
+#include <vector>
+
+#include "tactus/reconstruct/surface_texture.h"
+#include "tactus/rig/frame_source.h"
+#include "tactus/view/image_files.h"
+
+namespace tactus {
+
+class TextureOutput {
+ public:
+  /// @throws usage_error when k is not 1 to the number of cameras.
+  TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHull& hull, const Box3f& workspace_m,
+                Index k);
+  /// Each vertex as seen along its own normal. @throws Error when the frame has no photos, or wrong ones.
+  void shade(const FrameSet& frame, const VisualHull& hull, View<const Vec3f> normals);
+  std::vector<Rgb8> colors(Index vertices) const;
+  /// Three views from between the cameras: a row with k = 1 and one with k.
+  ColorImage picture(const VisualHull& hull, const SurfaceNormals& normals, const TriangleMesh& mesh);
+
+ private:
+  DeviceSet& devices_;
+  Rig rig_;
+  Box3f workspace_m_;
+  Index k_;
+  SurfaceTexture texture_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,161 @@
+#include "tactus/reconstruct/components.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/symmetric_eigen.h"
+
+namespace tactus {
+namespace {
+
+Index root_of(std::vector<Index>& parent, Index i) {
+  while (parent[static_cast<std::size_t>(i)] != i) {
+    Index& p = parent[static_cast<std::size_t>(i)];
+    p = parent[static_cast<std::size_t>(p)];
+    i = p;
+  }
+  return i;
+}
+
+/// Sums over the tetrahedra between an origin and each triangle.
+struct Moments {
+  double volume = 0, area = 0;
+  Vec3d first{}, area_first{};
+  Mat3d second{};
+  void add(Vec3d a, Vec3d b, Vec3d c) {
+    const Vec3d normal = cross(b - a, c - a);
+    const double v = dot(a, cross(b, c)) / 6, s = length(normal) / 2;
+    const Vec3d sum = a + b + c;
+    volume += v;
+    first += v / 4 * sum;
+    // Integral of x x^T over a tetrahedron with a corner at the origin.
+    second = second + v / 20 * (outer(a, a) + outer(b, b) + outer(c, c) + outer(sum, sum));
+    area += s;
+    area_first += s / 3 * sum;
+  }
+};
+
+void describe(MeshComponent& piece, const Moments& m, Vec3d origin_m) {
+  piece.volume_m3 = m.volume;
+  piece.area_m2 = m.area;
+  // An open or flat piece has no volume to speak of: less than a thousandth of a ball's of the same area.
+  const bool solid = std::abs(m.volume) > 1e-3 * 0.094 * m.area * std::sqrt(m.area);
+  const Vec3d center = solid ? m.first / m.volume : (m.area > 0 ? m.area_first / m.area : Vec3d{});
+  piece.centroid_m = origin_m + center;
+  piece.axes = Mat3d::identity();
+  if (!solid) return;
+  const Mat3d covariance = 1 / m.volume * m.second - outer(center, center);
+  const SymmetricEigen eigen = symmetric_eigen(covariance);
+  piece.axes = eigen.vectors;
+  for (int i = 0; i < 3; ++i) piece.extent_m[i] = std::sqrt(std::max(eigen.values[i], 0.0));
+}
+
+void check_triangles(const TriangleMesh& mesh) {
+  const auto count = static_cast<Index>(mesh.positions_m.size());
+  for (const auto& t : mesh.triangles) {
+    for (const Index v : t) {
+      if (v < 0 || v >= count)
+        throw Error("components: a triangle has vertex " + std::to_string(v) + ", expected 0 to " +
+                    std::to_string(count - 1));
+    }
+  }
+}
+
+}  // namespace
+
+MeshComponents find_components(const TriangleMesh& mesh) {
+  check_triangles(mesh);
+  MeshComponents result;
+  const std::size_t count = mesh.positions_m.size();
+  std::vector<Index> parent(count);
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const auto& t : mesh.triangles) {
+    const Index a = root_of(parent, t[0]), b = root_of(parent, t[1]);
+    parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    const Index c = root_of(parent, t[2]), d = root_of(parent, t[0]);
+    parent[static_cast<std::size_t>(std::max(c, d))] = std::min(c, d);
+  }
+  std::vector<Index> piece_of_root(count, -1);
+  std::vector<Moments> moments;
+  const auto at = [&](Index v) { return vec_cast<double>(mesh.positions_m[static_cast<std::size_t>(v)]); };
+  const Vec3d origin_m = mesh.positions_m.empty() ? Vec3d{} : at(0);
+  result.of_vertex.assign(count, -1);
+  for (const auto& t : mesh.triangles) {
+    Index& piece = piece_of_root[static_cast<std::size_t>(root_of(parent, t[0]))];
+    if (piece < 0) {
+      piece = static_cast<Index>(result.pieces.size());
+      result.pieces.emplace_back();
+      moments.emplace_back();
+    }
+    MeshComponent& p = result.pieces[static_cast<std::size_t>(piece)];
+    ++p.triangles;
+    moments[static_cast<std::size_t>(piece)].add(at(t[0]) - origin_m, at(t[1]) - origin_m,
+                                                 at(t[2]) - origin_m);
+    for (const Index v : t) {
+      Index& owner = result.of_vertex[static_cast<std::size_t>(v)];
+      if (owner < 0) ++p.vertices;
+      owner = piece;
+    }
+  }
+  for (std::size_t i = 0; i < moments.size(); ++i) describe(result.pieces[i], moments[i], origin_m);
+  // Largest first; the order of first triangles decides between equals.
+  std::vector<Index> order(result.pieces.size()), rank(result.pieces.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+    return result.pieces[static_cast<std::size_t>(a)].volume_m3 >
+           result.pieces[static_cast<std::size_t>(b)].volume_m3;
+  });
+  std::vector<MeshComponent> sorted;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    sorted.push_back(result.pieces[static_cast<std::size_t>(order[i])]);
+    rank[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
+  }
+  result.pieces = std::move(sorted);
+  for (Index& piece : result.of_vertex) {
+    if (piece >= 0) piece = rank[static_cast<std::size_t>(piece)];
+  }
+  return result;
+}
+
+void ComponentTracker::update(MeshComponents& components) {
+  struct Pair {
+    double distance_m;
+    std::size_t piece, known;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t i = 0; i < components.pieces.size(); ++i) {
+    const MeshComponent& piece = components.pieces[i];
+    for (std::size_t k = 0; k < known_.size(); ++k) {
+      const Known& known = known_[k];
+      if (known.volume_m3 * piece.volume_m3 < 0) continue;  // a cavity is not a body
+      const double stayed = length(piece.centroid_m - known.centroid_m);
+      const double moved = length(piece.centroid_m - known.centroid_m - (known.unseen + 1.0) * known.step_m);
+      const double size = std::max(known.size_m, piece.extent_m.x);
+      if (std::min(stayed, moved) <= reach_ * size + 1e-9) pairs.push_back({std::min(stayed, moved), i, k});
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.distance_m < b.distance_m; });
+  for (Known& known : known_) ++known.unseen;
+  for (MeshComponent& piece : components.pieces) piece.label = -1;
+  std::vector<bool> taken(known_.size());
+  for (const Pair& pair : pairs) {
+    MeshComponent& piece = components.pieces[pair.piece];
+    Known& known = known_[pair.known];
+    if (piece.label >= 0 || taken[pair.known]) continue;
+    taken[pair.known] = true;
+    piece.label = known.label;
+    known = {known.label,     piece.centroid_m, 1.0 / known.unseen * (piece.centroid_m - known.centroid_m),
+             piece.volume_m3, piece.extent_m.x, 0};
+  }
+  for (MeshComponent& piece : components.pieces) {
+    if (piece.label >= 0) continue;
+    piece.label = next_label_++;
+    known_.push_back({piece.label, piece.centroid_m, {}, piece.volume_m3, piece.extent_m.x, 0});
+  }
+  std::erase_if(known_, [this](const Known& known) { return known.unseen > memory_frames_; });
+}
+
+}  // namespace tactus
