@@ -11,7 +11,7 @@ namespace {
 
 /// A first word that is no verb gets the nearest one.
 void check_verb(int argc, char** argv) {
-  static const std::string kVerbs[] = {"run", "reconstruct", "bench", "info"};
+  static const std::string kVerbs[] = {"run", "reconstruct", "synth", "bench", "info"};
   if (argc < 2 || argv[1][0] == '-') return;
   for (const std::string& verb : kVerbs) {
     if (verb == argv[1]) return;
@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
       "interrupted.");
   tactus::add_run_command(app);
   tactus::add_reconstruct_command(app);
+  tactus::add_synth_command(app);
   tactus::add_bench_command(app);
   tactus::add_info_command(app);
   tactus::install_interrupt_handler();

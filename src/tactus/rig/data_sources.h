@@ -20,8 +20,8 @@ struct DataOptions {
 std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const DataOptions& options = {});
 /// Synchronised videos of a rig file, silhouettes by background subtraction.
 std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const DataOptions& options = {});
-/// Masks of a rig file: one image per camera (one frame), or a printf pattern with one %d (a sequence that
-/// ends with the first number without any file).
+/// Masks (and, where every camera has a `photo`, colours) of a rig file: one image per camera (one frame), or
+/// a printf pattern with one %d (a sequence that ends with the first number without any file).
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
 /// `kind` is middlebury, videos or masks. @throws usage Error otherwise.
 std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,

@@ -25,12 +25,14 @@ std::string numbered(const std::string& pattern, int number) {
 
 class MaskSource final : public FrameSource {
  public:
-  MaskSource(const std::string& path, const DataOptions& options) : file_(read_rig_file(path)) {
+  MaskSource(const std::string& path, const DataOptions& options)
+      : file_(read_rig_file(path)), has_photos_(options.colors) {
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
     for (std::size_t i = 0; i < file_.masks.size(); ++i) {
       if (file_.masks[i].empty()) {
         throw usage_error(path + ": camera '" + file_.rig.cameras[i].name + "' has no 'mask'");
       }
+      has_photos_ = has_photos_ && !file_.photos[i].empty();
       sequence_ |= file_.masks[i].find('%') != std::string::npos;
       undistort_.emplace_back(file_.calibrated[i]);
     }
@@ -56,6 +58,7 @@ class MaskSource final : public FrameSource {
         const auto bytes = read_mask(numbered(file_.masks[i], tick_ - 1), c.width_px, c.height_px);
         undistort_[i].mask(bytes.pixels.data(), scratch_, frame.silhouettes[i]);
       }
+      if (has_photos_) read_photos(frame);
     } catch (const Error& e) {
       if (!sequence_) throw;
       status_ = e.what();
@@ -67,7 +70,22 @@ class MaskSource final : public FrameSource {
   std::string status() const override { return status_; }
 
  private:
+  void read_photos(FrameSet& frame) {
+    frame.colors.resize(file_.photos.size());
+    for (std::size_t i = 0; i < file_.photos.size(); ++i) {
+      const Camera& c = file_.rig.cameras[i];
+      const std::string path = numbered(file_.photos[i], tick_ - 1);
+      ColorImage photo = read_photo(path);
+      if (photo.width_px != c.width_px || photo.height_px != c.height_px)
+        throw Error(path + ": " + std::to_string(photo.width_px) + "x" + std::to_string(photo.height_px) +
+                    " pixels, expected " + std::to_string(c.width_px) + "x" + std::to_string(c.height_px));
+      for (Rgb8& pixel : photo.pixels) std::swap(pixel.r, pixel.b);  // as cameras deliver it
+      undistort_[i].color(&photo.pixels.front().r, frame.colors[i]);
+    }
+  }
+
   RigFile file_;
+  bool has_photos_;  ///< of every camera, and wanted
   std::vector<Undistortion> undistort_;
   Image<std::uint8_t> scratch_;
   bool sequence_ = false, done_ = false;

@@ -12,7 +12,8 @@ namespace tactus {
 struct RigFile {
   Rig rig;  ///< world +Y up, metres
   std::vector<CalibratedCamera> calibrated;
-  std::vector<std::string> videos, backgrounds, masks;  ///< one per camera, "" where not given
+  std::vector<std::string> videos, backgrounds, masks,
+      photos;  ///< one per camera, "" where not given
   BackgroundOptions background;
   int first_frame = 0, last_frame = -1;  ///< inclusive; -1: to the end
   double frames_per_s = 50;
