@@ -21,6 +21,7 @@ TACTUS_CUDA_KERNEL(tactus::AddCornerNormals);
 TACTUS_CUDA_KERNEL(tactus::NormalizeSums);
 TACTUS_CUDA_KERNEL(tactus::DrawDepthMaps);
 TACTUS_CUDA_KERNEL(tactus::WidenDepthMaps);
+TACTUS_CUDA_KERNEL(tactus::MarkOutlines);
 TACTUS_CUDA_KERNEL(tactus::ColorVertices);
 TACTUS_CUDA_KERNEL(tactus::AddNeighbourColors);
 TACTUS_CUDA_KERNEL(tactus::FillColors);
