@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/depth_check.h"
+#include "tactus/reconstruct/depth_stage.h"
 
 namespace tactus {
 namespace {
@@ -121,6 +123,7 @@ struct Part {
   Buffer<Vec3f> positions_m;
   Buffer<Vec3i> triangles;
   Buffer<PartCounts> counts;
+  DepthPart depth;
   Event done;
   Replay carve, extract;
 
@@ -133,18 +136,24 @@ struct Part {
 
 struct VisualHull::Impl {
   DeviceSet& devices;
-  std::vector<Camera> cameras;
+  std::vector<Camera> cameras, depth_cameras;
+  Box3f workspace_m;
+  std::string depth_status;
   Vec3i voxels{};
   float voxel_size_m = 0;
   Vec3f origin_m;  ///< of padded node 0
   SilhouetteLayout layout;
+  DepthLayout depth;
   Parts<Part> parts;
   // The welded mesh of several parts, on the first device; unused with one part.
   Buffer<Vec3f> all_positions_m;
   Buffer<Vec3i> all_triangles;
   Buffer<PartCounts> part_counts, total;
 
-  Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options);
+  Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
+       std::span<const Camera> depth_rig);
+  void check_sizes(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) const;
+  void lay_out_depth(Vec3d origin, double voxel, float jump_m);
   void allocate(Part& part, ExecContext& ctx, const HullOptions& options) const;
   void carve(ExecContext& ctx, Part& part);
   void extract(ExecContext& ctx, Part& part);
@@ -152,8 +161,12 @@ struct VisualHull::Impl {
   bool welds() const { return parts.size() > 1; }
 };
 
-VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options)
-    : devices(set), cameras(rig.begin(), rig.end()) {
+VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
+                       std::span<const Camera> depth_rig)
+    : devices(set),
+      cameras(rig.begin(), rig.end()),
+      depth_cameras(depth_rig.begin(), depth_rig.end()),
+      workspace_m(options.workspace_m) {
   const Vec3d extent = vec_cast<double>(options.workspace_m.extent());
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
   if (rig.size() > kMaxCameras)
@@ -174,6 +187,7 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   const Vec3d origin = vec_cast<double>(options.workspace_m.min) - Vec3d{voxel, voxel, voxel};
   origin_m = vec_cast<float>(origin);
   for (const Camera& camera : rig) lay_out(layout, device_camera(camera, origin, voxel), camera.name);
+  lay_out_depth(origin, voxel, options.depth_jump_m);
 
   const auto bricks_along = [](Index cells) { return ceil_div(cells + 2, kBrick); };
   const Vec3i bricks{bricks_along(voxels.x), bricks_along(voxels.y), bricks_along(voxels.z)};
@@ -198,6 +212,23 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
     total = Buffer<PartCounts>(first, 1);
   }
   set.synchronize();
+}
+
+void VisualHull::Impl::lay_out_depth(Vec3d origin, double voxel, float jump_m) {
+  if (depth_cameras.size() > kMaxCameras)
+    throw Error(std::to_string(depth_cameras.size()) + " depth cameras: at most " +
+                std::to_string(kMaxCameras) + " are possible");
+  if (!depth_cameras.empty() && !(jump_m > 0))
+    throw usage_error("depth_jump_m " + std::to_string(jump_m) + ": expected a positive length");
+  for (const Camera& camera : depth_cameras) {
+    check_camera(camera);
+    if (min(camera.width_px, camera.height_px) < 2 ||
+        std::int64_t{camera.width_px} * camera.height_px > (1 << 24))
+      throw Error("depth camera '" + camera.name + "': an image of " + std::to_string(camera.width_px) + "x" +
+                  std::to_string(camera.height_px) + " pixels; expected 2x2 to 16 megapixels");
+    depth.add(device_camera(camera, origin, voxel),
+              vec_cast<float>((1 / voxel) * (camera.center_world() - origin)), voxel_size_m, jump_m);
+  }
 }
 
 void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions& options) const {
@@ -243,27 +274,54 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   part.positions_m = Buffer<Vec3f>(device, c.vertices);
   part.triangles = Buffer<Vec3i>(device, c.triangles);
   part.counts = Buffer<PartCounts>(device, 1);
+  if (!depth.empty()) part.depth.allocate(ctx, depth, bricks, c.bricks);
 }
 
-VisualHull::VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options)
-    : impl_(std::make_unique<Impl>(devices, cameras, options)) {}
+VisualHull::VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options,
+                       std::span<const Camera> depth_cameras)
+    : impl_(std::make_unique<Impl>(devices, cameras, options, depth_cameras)) {}
 VisualHull::~VisualHull() = default;
 VisualHull::VisualHull(VisualHull&&) noexcept = default;
 
-void VisualHull::upload(std::span<const BitMask> silhouettes) {
-  Impl& m = *impl_;
-  if (silhouettes.size() != m.cameras.size()) {
-    throw Error(std::to_string(silhouettes.size()) + " silhouettes for " + std::to_string(m.cameras.size()) +
+void VisualHull::Impl::check_sizes(std::span<const BitMask> silhouettes,
+                                   std::span<const DepthImage> depths_m) const {
+  const auto check = [](const Camera& camera, const char* what, Index width_px, Index height_px) {
+    if (width_px == camera.width_px && height_px == camera.height_px) return;
+    throw Error("camera '" + camera.name + "': the " + what + " has " + std::to_string(width_px) + "x" +
+                std::to_string(height_px) + " pixels, its calibration says " +
+                std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+  };
+  if (silhouettes.size() != cameras.size()) {
+    throw Error(std::to_string(silhouettes.size()) + " silhouettes for " + std::to_string(cameras.size()) +
                 " cameras");
+  }
+  if (!depths_m.empty() && depths_m.size() != depth_cameras.size()) {
+    throw Error(std::to_string(depths_m.size()) + " depth images for " +
+                std::to_string(depth_cameras.size()) + " depth cameras");
   }
   for (std::size_t c = 0; c < silhouettes.size(); ++c) {
     const BitMask& mask = silhouettes[c];
-    const Camera& camera = m.cameras[c];
-    if (mask.words.empty() || (mask.width_px == camera.width_px && mask.height_px == camera.height_px))
-      continue;
-    throw Error("camera '" + camera.name + "': the silhouette has " + std::to_string(mask.width_px) + "x" +
-                std::to_string(mask.height_px) + " pixels, its calibration says " +
-                std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+    if (!mask.words.empty()) check(cameras[c], "silhouette", mask.width_px, mask.height_px);
+  }
+  for (std::size_t d = 0; d < depths_m.size(); ++d) {
+    const DepthImage& image = depths_m[d];
+    if (!image.empty()) check(depth_cameras[d], "depth image", image.width_px, image.height_px);
+  }
+}
+
+void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) {
+  Impl& m = *impl_;
+  m.check_sizes(silhouettes, depths_m);
+  m.depth_status.clear();
+  static const DepthImage kNoImage;
+  std::vector<const DepthImage*> depths(m.depth_cameras.size(), &kNoImage);
+  for (std::size_t d = 0; d < depths_m.size(); ++d) {
+    const std::string odd = depth_inconsistency(m.cameras, silhouettes, m.depth_cameras[d], depths_m[d],
+                                                m.workspace_m);
+    if (odd.empty())
+      depths[d] = &depths_m[d];
+    else
+      m.depth_status += (m.depth_status.empty() ? "" : "; ") + odd;
   }
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     Part& part = m.parts[static_cast<std::size_t>(p)];
@@ -278,6 +336,14 @@ void VisualHull::upload(std::span<const BitMask> silhouettes) {
         std::copy(words.begin(), words.end(), to);
     }
     ctx.upload(part.staging.span(), part.raw.view());
+    if (m.depth.empty()) return;
+    for (std::size_t d = 0; d < depths.size(); ++d) {
+      const std::int64_t measured = m.depth.stage(d, *depths[d], part.depth.staging.data());
+      if (measured == 0 && p == 0 && !depths[d]->empty())
+        m.depth_status += (m.depth_status.empty() ? "" : "; ") + std::string("camera '") +
+                          m.depth_cameras[d].name + "': the depth image has no valid pixel";
+    }
+    ctx.upload(part.depth.staging.span(), part.depth.raw.view());
   });
 }
 
@@ -299,6 +365,8 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
   ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
                    ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(), part.active.view(),
                                   part.slot.view(), part.brick_cameras.view()});
+  if (!depth.empty())
+    part.depth.vote(ctx, in.grid, in.blocks, part.active.view(), part.slot.view());
   ctx.compact("hull/compact", in.active.view(), part.active_bricks.view(), part.active_count.view());
   ctx.fill_bytes(part.own_count.view(), 0);
   const Count active(in.active_count.view(), in.capacity.bricks);
@@ -309,6 +377,7 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
       "hull/signs", active,
       BrickSigns{in.grid, in.cameras.view(), in.cells.view(), in.bits.view(), in.active_bricks.view(),
                  in.brick_cameras.view(), part.rows.view(), part.sub_cameras.view()});
+  if (!depth.empty()) part.depth.sign(ctx, active, in.table(), part.rows.view());
 }
 
 void VisualHull::extract() {
@@ -332,10 +401,17 @@ void VisualHull::Impl::extract(ExecContext& ctx, Part& part) {
                                   part.vertex_start.view(), part.triangle_start.view()});
   ctx.exclusive_scan("mesh/scan_vertices", in.vertex_start.view(), part.vertex_start.view());
   ctx.exclusive_scan("mesh/scan_triangles", in.triangle_start.view(), part.triangle_start.view());
-  ctx.parallel_for(
-      "mesh/vertices", own,
-      EmitVertices{in.table(), in.cameras.view(), in.bits.view(), in.crossings.view(), in.row_start.view(),
-                   in.vertex_start.view(), origin_m, voxel_size_m, part.positions_m.view()});
+  const EmitVertices emit{in.table(),
+                          in.cameras.view(),
+                          in.bits.view(),
+                          in.crossings.view(),
+                          in.row_start.view(),
+                          in.vertex_start.view(),
+                          origin_m,
+                          voxel_size_m,
+                          part.positions_m.view()};
+  ctx.parallel_for("mesh/vertices", own, emit);
+  if (!depth.empty()) part.depth.cut(ctx, own, emit);
   ctx.parallel_for("mesh/triangles", own,
                    EmitTriangles{in.table(), in.cases.view(), in.crossings.view(), in.row_start.view(),
                                  in.vertex_start.view(), in.triangle_start.view(), part.triangles.view()});
@@ -380,6 +456,7 @@ DeviceMesh VisualHull::mesh() const {
 HullReport VisualHull::report() {
   Impl& m = *impl_;
   HullReport report;
+  report.depth = m.depth_status;
   const auto check = [&](Index wanted, Index capacity, const char* what, const char* option) {
     if (wanted <= capacity || !report.overflow.empty()) return;
     report.overflow =

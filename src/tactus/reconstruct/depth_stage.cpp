@@ -1,0 +1,90 @@
+#include "tactus/reconstruct/depth_stage.h"
+
+#include <limits>
+
+namespace tactus {
+
+void DepthLayout::add(const HullCamera& image, Vec3f center, float voxel_size_m, float jump_m) {
+  const auto number = static_cast<Index>(cameras.size());
+  DepthCamera camera{};
+  camera.image = image;
+  camera.center = center;
+  camera.voxel_size_m = voxel_size_m;
+  camera.jump_m = jump_m;
+  camera.begin = pixels;
+  camera.row = ceil_div(image.width_px, kDepthTile) * kDepthTile;
+  pixels += camera.row * image.height_px;
+  for (int level = 0; level < kDepthLevels; ++level) {
+    const Index cell = 2 << level;
+    camera.cells_begin[level] = cells;
+    camera.cells_row[level] = ceil_div(image.width_px, cell);
+    cells += camera.cells_row[level] * ceil_div(image.height_px, cell);
+  }
+  for (Index y = 0; y < image.height_px; y += kDepthTile) {
+    for (Index x = 0; x < image.width_px; x += kDepthTile) tiles.push_back({number, x, y});
+  }
+  cameras.push_back(camera);
+}
+
+std::int64_t DepthLayout::stage(std::size_t number, const DepthImage& image, float* staging) const {
+  const DepthCamera& camera = cameras[number];
+  float* to = staging + camera.begin;
+  const Index width = camera.image.width_px, height = camera.image.height_px;
+  if (image.empty()) {
+    std::fill_n(to, camera.row * height, 0.F);
+    return 0;
+  }
+  Index measured = 0;
+  for (Index y = 0; y < height; ++y) {
+    const float* from = &image(0, y);
+    for (Index x = 0; x < width; ++x) {
+      const bool valid = (from[x] > 0) & (from[x] <= std::numeric_limits<float>::max());  // false for NaN
+      to[y * camera.row + x] = valid ? from[x] : 0.F;
+      measured += valid ? 1 : 0;
+    }
+  }
+  return measured;
+}
+
+void DepthPart::allocate(ExecContext& ctx, const DepthLayout& layout, std::int64_t bricks,
+                         Index active_bricks) {
+  Device& device = ctx.device();
+  cameras = to_device(ctx, layout.cameras);
+  tiles = to_device(ctx, layout.tiles);
+  staging = HostBuffer<float>(device, layout.pixels);
+  std::fill_n(staging.data(), layout.pixels, 0.F);
+  raw = Buffer<float>(device, layout.pixels);
+  usable = Buffer<float>(device, layout.pixels);
+  low = Buffer<float>(device, layout.cells);
+  high = Buffer<float>(device, layout.cells);
+  brick_depth = Buffer<std::uint32_t>(device, bricks);
+  sub_depth = Buffer<std::uint32_t>(device, std::int64_t{active_bricks} * 8);
+}
+
+void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active,
+                     View<Index> slot) {
+  const DepthPart& in = *this;
+  ctx.parallel_for("depth/prepare", in.tiles.size(),
+                   PrepareDepth{in.cameras.view(), in.raw.view(), in.tiles.view(), usable.view(), low.view(),
+                                high.view()});
+  ctx.parallel_for("depth/vote", blocks.x * blocks.y * blocks.z,
+                   VoteDepth{grid, blocks, in.cameras.view(), in.low.view(), in.high.view(), active, slot,
+                             brick_depth.view()});
+}
+
+void DepthPart::sign(ExecContext& ctx, Count active, const BrickTable& table, View<std::uint8_t> rows) {
+  const DepthPart& in = *this;
+  ctx.parallel_for("depth/signs", active,
+                   DepthSigns{table.grid, in.cameras.view(), in.usable.view(), in.low.view(), in.high.view(),
+                              table.active_bricks, in.brick_depth.view(), rows, sub_depth.view()});
+}
+
+void DepthPart::cut(ExecContext& ctx, Count own, const EmitVertices& emit) {
+  const DepthPart& in = *this;
+  ctx.parallel_for("depth/cut", own,
+                   CutAtDepth{emit.table, in.cameras.view(), in.usable.view(), in.sub_depth.view(),
+                              emit.crossings, emit.row_start, emit.vertex_start, emit.origin_m,
+                              emit.voxel_size_m, emit.positions_m});
+}
+
+}  // namespace tactus

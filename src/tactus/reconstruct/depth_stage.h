@@ -1,0 +1,42 @@
+#pragma once
+/// The host's side of depth correction: where the images of all depth cameras lie, their memory on one
+/// device, and the launches. Used by VisualHull.
+#include <span>
+#include <vector>
+
+#include "tactus/compute/exec_context.h"
+#include "tactus/geom/image.h"
+#include "tactus/reconstruct/depth_mesh_kernels.h"
+
+namespace tactus {
+
+struct DepthLayout {
+  std::vector<DepthCamera> cameras;
+  std::vector<Vec3i> tiles;  ///< (camera, first x, first y)
+  Index pixels = 0, cells = 0;
+  bool empty() const { return cameras.empty(); }
+
+  /// `image` projects padded nodes, `center` is the optical centre in padded nodes.
+  void add(const HullCamera& image, Vec3f center, float voxel_size_m, float jump_m);
+  /// Copies an image into the staging memory; what is no distance becomes 0. Empty: no measurement at all.
+  /// Returns the number of measured pixels.
+  std::int64_t stage(std::size_t camera, const DepthImage& image, float* staging) const;
+};
+
+/// Of one device.
+struct DepthPart {
+  Buffer<DepthCamera> cameras;
+  Buffer<Vec3i> tiles;
+  HostBuffer<float> staging;
+  Buffer<float> raw, usable, low, high;
+  Buffer<std::uint32_t> brick_depth, sub_depth;
+
+  void allocate(ExecContext& ctx, const DepthLayout& layout, std::int64_t bricks, Index active_bricks);
+  /// Usable pixels, pyramid, and the vote on the bricks.
+  void vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active, View<Index> slot);
+  void sign(ExecContext& ctx, Count active, const BrickTable& table, View<std::uint8_t> rows);
+  /// `emit` is the launch that made the vertices.
+  void cut(ExecContext& ctx, Count own, const EmitVertices& emit);
+};
+
+}  // namespace tactus
