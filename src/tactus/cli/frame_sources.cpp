@@ -7,7 +7,7 @@
 namespace tactus {
 namespace {
 
-std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, bool truth) {
+std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, bool truth, bool depth) {
   SyntheticOptions options;
   options.figure = source.figure;
   options.shape.moving = source.moving;
@@ -15,7 +15,7 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, boo
   options.shape.offset_m = vec_cast<float>(source.offset_m);
   options.fps = source.fps.value_or(30);
   options.truth = truth;
-  options.depth = false;
+  options.depth = depth;
   if (source.frames.last) options.frames = *source.frames.last + 1;
   auto synthetic = std::make_unique<SyntheticSource>(options);
   synthetic->seek(source.frames.first);
@@ -24,9 +24,9 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, boo
 
 }  // namespace
 
-std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth,
+std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth, bool depth,
                                                std::optional<BoxRegion> workspace_m) {
-  if (source.kind == SourceKind::synthetic) return open_synthetic(source, truth);
+  if (source.kind == SourceKind::synthetic) return open_synthetic(source, truth, depth);
   DataOptions options;
   options.colors = false;
   if (workspace_m)
@@ -35,7 +35,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, 
     options.first_frame = source.frames.first;
     options.last_frame = source.frames.last;
   }
-  static constexpr const char* kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  static constexpr const char* kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
   return open_source(kKinds[static_cast<int>(source.kind)], source.path, options);
 }
 

@@ -1,7 +1,9 @@
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <span>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
@@ -15,6 +17,7 @@
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
@@ -22,12 +25,12 @@ namespace {
 struct ReconstructOptions {
   std::string source = "synthetic", what, devices = "auto", mesh_path, json_path, frames;
   int resolution = 100;
-  bool moving = false;
+  bool moving = false, no_depth = false;
   std::vector<double> workspace;
 };
 
 SourceDescription describe_source(const ReconstructOptions& options) {
-  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
   SourceDescription source;
   const auto* kind = std::find(std::begin(kKinds), std::end(kKinds), options.source);
   if (kind == std::end(kKinds))
@@ -68,7 +71,8 @@ void check_outputs(const ReconstructOptions& options) {
 /// Still pictures are frame 0. (Videos check their own range, sequences of masks end where the files end.)
 void check_still(const ReconstructOptions& options, const SourceDescription& description,
                  const FrameSource& source) {
-  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury) &&
+  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury ||
+                      description.kind == SourceKind::kinect) &&
                      source.frame_count() == 1;
   if (still && description.frames.first > 0)
     throw usage_error("--frames '" + options.frames + "': '" + options.what + "' holds one frame, number 0");
@@ -81,6 +85,13 @@ std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   std::snprintf(number, sizeof number, "-%05lld", static_cast<long long>(tick));
   const std::size_t dot = path.rfind('.');
   return path.substr(0, dot) + number + (dot == std::string::npos ? "" : path.substr(dot));
+}
+
+/// Root mean square distance of the vertices from the figure's true surface [m].
+double surface_rms_m(const TriangleMesh& mesh, const FigureShape& truth) {
+  double sum = 0;
+  for (const Vec3f p : mesh.positions_m) sum += sqr(static_cast<double>(truth.distance_m(p)));
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(mesh.positions_m.size(), 1)));
 }
 
 nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet& frame) {
@@ -119,15 +130,19 @@ void reconstruct(const ReconstructOptions& options) {
   DeviceSet devices(options.devices);
   const SourceDescription description = describe_source(options);
   const std::optional<BoxRegion> workspace = workspace_of(options);
-  const std::unique_ptr<FrameSource> source = open_frame_source(description, true, workspace);
+  const std::unique_ptr<FrameSource> source = open_frame_source(description, true, !options.no_depth, workspace);
   check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
-  VisualHull hull(devices, source->rig().cameras, {.workspace_m = box, .resolution = options.resolution});
+  const std::optional<Camera>& tof = source->rig().depth_camera;
+  const bool use_depth = tof.has_value() && !options.no_depth;
+  VisualHull hull(devices, source->rig().cameras, {.workspace_m = box, .resolution = options.resolution},
+                  std::span(use_depth ? &*tof : nullptr, use_depth ? 1 : 0));
+  const auto* synthetic = dynamic_cast<const SyntheticSource*>(source.get());
 
   const bool several = description.frames.last != description.frames.first;
   nlohmann::json json{
-      {"devices", devices.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
+      {"devices", devices.name()}, {"commit", commit_text()}, {"depth", use_depth}, {"frames", nlohmann::json::array()}};
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;
@@ -143,12 +158,13 @@ void reconstruct(const ReconstructOptions& options) {
       devices.synchronize();
     };
     stage("total", [&] {
-      stage("upload", [&] { hull.upload(frame.silhouettes); });
+      stage("upload", [&] { hull.upload(frame.silhouettes, std::span(&frame.depth_m, use_depth ? 1 : 0)); });
       stage("hull", [&] { hull.carve(); });
       stage("mesh", [&] { hull.extract(); });
     });
     const HullReport report = hull.report();
     if (!report.overflow.empty()) log_warning(report.overflow);
+    if (!report.depth.empty()) log_warning(report.depth);
     TriangleMesh mesh = hull.download();
     if (!options.mesh_path.empty()) {
       compute_normals(mesh);
@@ -156,7 +172,11 @@ void reconstruct(const ReconstructOptions& options) {
     }
     nlohmann::json row = measure(mesh, source->rig(), frame);
     row["tick"] = frame.tick;
-    row["status"] = report.overflow.empty() ? source->status() : report.overflow;
+    if (synthetic != nullptr)
+      row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
+    row["status"] = !report.overflow.empty() ? report.overflow
+                    : report.depth.empty()   ? source->status()
+                                             : report.depth;
     for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
@@ -175,7 +195,7 @@ void add_reconstruct_command(CLI::App& app) {
   auto options = std::make_shared<ReconstructOptions>();
   CLI::App* command = app.add_subcommand(
       "reconstruct", "Visual hull of a data set or a built-in figure, measured and written as a mesh");
-  command->add_option("--source", options->source, "middlebury, videos, masks or synthetic")
+  command->add_option("--source", options->source, "middlebury, videos, masks, kinect or synthetic")
       ->capture_default_str();
   command->add_option("what", options->what, "folder, rig file, or figure")->required();
   command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
@@ -188,6 +208,7 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--json", options->json_path, "write the measurements");
   command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
       ->delimiter(',');
+  command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->footer(
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"

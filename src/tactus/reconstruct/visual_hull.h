@@ -23,7 +23,7 @@ struct HullOptions {
   Index max_vertices = 0;   ///< 0: from the resolution
   Index max_triangles = 0;  ///< 0: twice max_vertices
   float depth_jump_m =
-      0.05F;  ///< neighbouring depth pixels that differ by more are mixed ("flying") and not used
+      0.1F;  ///< neighbouring depth pixels that differ by more are mixed ("flying") and not used
 };
 
 /// A mesh in the memory of the first device; counts are on the device, too.

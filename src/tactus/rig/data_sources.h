@@ -23,7 +23,7 @@ std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const Data
 /// Masks of a rig file: one image per camera (one frame), or a printf pattern with one %d (a sequence that
 /// ends with the first number without any file).
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
-/// `kind` is middlebury, videos or masks. @throws usage Error otherwise.
+/// `kind` is middlebury, videos, masks or kinect (kinect.h). @throws usage Error otherwise.
 std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
                                          const DataOptions& options = {});
 
