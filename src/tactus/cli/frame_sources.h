@@ -8,6 +8,6 @@
 namespace tactus {
 /// `truth`: synthetic sources also measure the figure's volume; `depth`: their
 /// depth camera is there. @throws Error naming file, figure or value.
-std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth = false, bool depth = true,
-                                               std::optional<BoxRegion> workspace_m = {});
+std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth = false,
+                                               bool depth = true, std::optional<BoxRegion> workspace_m = {});
 }  // namespace tactus

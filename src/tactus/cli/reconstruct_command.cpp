@@ -130,7 +130,8 @@ void reconstruct(const ReconstructOptions& options) {
   DeviceSet devices(options.devices);
   const SourceDescription description = describe_source(options);
   const std::optional<BoxRegion> workspace = workspace_of(options);
-  const std::unique_ptr<FrameSource> source = open_frame_source(description, true, !options.no_depth, workspace);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(description, true, !options.no_depth, workspace);
   check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
@@ -141,8 +142,10 @@ void reconstruct(const ReconstructOptions& options) {
   const auto* synthetic = dynamic_cast<const SyntheticSource*>(source.get());
 
   const bool several = description.frames.last != description.frames.first;
-  nlohmann::json json{
-      {"devices", devices.name()}, {"commit", commit_text()}, {"depth", use_depth}, {"frames", nlohmann::json::array()}};
+  nlohmann::json json{{"devices", devices.name()},
+                      {"commit", commit_text()},
+                      {"depth", use_depth},
+                      {"frames", nlohmann::json::array()}};
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;

@@ -174,7 +174,8 @@ void run(const RunOptions& options) {
   }
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
-  const std::unique_ptr<FrameSource> source = open_frame_source(scene.source, false, scene.reconstruction.depth);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(scene.source, false, scene.reconstruction.depth);
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
 
   const std::string stem =

@@ -39,7 +39,9 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
             {"middlebury", SourceKind::middlebury},
             {"kinect", SourceKind::kinect}});
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
-  v.path({"path", "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"}, s.path);
+  v.path({"path",
+          "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},
+         s.path);
   v.frames({"frames", "`A-B`, both included; `A-` to the end; `A` alone"}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
                  "the recording's own; 30 for `synthetic`");

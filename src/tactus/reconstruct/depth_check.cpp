@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace tactus {
 namespace {
 
-constexpr Index kSamplesAlong = 24;
+constexpr int kSamples = 300;
 /// A wrong reading must lose this share of the better one's points, and at least kFewest of them: contours,
 /// noise and calibration errors move some points across a silhouette's border, too.
 constexpr double kLost = 0.15;
@@ -29,16 +30,18 @@ class Judge {
   Judge(std::span<const Camera> cameras, std::span<const BitMask> silhouettes, const Camera& depth_camera,
         const DepthImage& depth_m, Box3f workspace_m)
       : cameras_(cameras), silhouettes_(silhouettes), box_(workspace_m), eye_(depth_camera.center_world()) {
-    const Index step_x = std::max(1, depth_m.width_px / kSamplesAlong),
-                step_y = std::max(1, depth_m.height_px / kSamplesAlong);
+    std::int64_t measured = 0;
+    for (const float e : depth_m.pixels) measured += is_distance(e) ? 1 : 0;
+    const std::int64_t step = std::max<std::int64_t>(1, measured / kSamples);
     const Vec3d axis = depth_camera.axis_world();
-    for (Index y = step_y / 2; y < depth_m.height_px; y += step_y) {
-      for (Index x = step_x / 2; x < depth_m.width_px; x += step_x) {
-        const double e = static_cast<double>(depth_m(x, y));
-        if (!(e > 0) || !std::isfinite(e)) continue;
-        const Vec3d direction = pixel_ray_world(depth_camera, x, y);
-        rays_.push_back({direction, e, dot(direction, axis)});
-      }
+    std::int64_t number = step / 2;
+    for (std::size_t i = 0; i < depth_m.pixels.size(); ++i) {
+      const float e = depth_m.pixels[i];
+      if (!is_distance(e) || ++number % step != 0) continue;
+      const auto width = static_cast<std::size_t>(depth_m.width_px);
+      const Vec3d direction =
+          pixel_ray_world(depth_camera, static_cast<double>(i % width), static_cast<double>(i / width));
+      rays_.push_back({direction, static_cast<double>(e), dot(direction, axis)});
     }
   }
 
@@ -51,6 +54,7 @@ class Judge {
   }
 
  private:
+  static bool is_distance(float e) { return (e > 0) & (e <= std::numeric_limits<float>::max()); }
   bool is_inside(Vec3d p) const {
     const auto between = [](double x, float low, float high) {
       return x >= static_cast<double>(low) && x <= static_cast<double>(high);
@@ -95,10 +99,11 @@ std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const
   const int as_given = judge.inside({"", 1, false}), samples = judge.samples();
   const auto is_better = [as_given](int n) { return n - as_given >= std::max(kFewest + 0.0, kLost * n); };
   if (samples == 0 || !is_better(samples)) return "";  // no reading can be much better
-  static constexpr Reading kReadings[] = {{"millimetres given as metres", 1e-3, false},
-                                          {"kilometres given as metres", 1e3, false},
-                                          {"z (distance along the optical axis) given as radial distance", 1, true},
-                                          {"z in millimetres given as radial distance in metres", 1e-3, true}};
+  static constexpr Reading kReadings[] = {
+      {"millimetres given as metres", 1e-3, false},
+      {"kilometres given as metres", 1e3, false},
+      {"z (distance along the optical axis) given as radial distance", 1, true},
+      {"z in millimetres given as radial distance in metres", 1e-3, true}};
   const Reading* best = nullptr;
   int most = as_given;
   for (const Reading& reading : kReadings) {

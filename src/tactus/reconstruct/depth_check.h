@@ -9,7 +9,7 @@
 namespace tactus {
 
 /// Measured points of the object lie inside every silhouette that sees them; those of the background lie
-/// outside under any reading. Of a grid of at most 24x24 measured pixels, counts the points inside the
+/// outside under any reading. Of about 300 measured pixels, counts the points inside the
 /// workspace and inside every silhouette, as given and as other readings of the same numbers (millimetres,
 /// kilometres, z instead of radial distance).
 /// Returns "" when the image as given is at least nearly as good as any other reading; else what it looks

@@ -17,9 +17,9 @@ struct DepthCamera {
   HullCamera image;  ///< its projection and size; it has no silhouette
   Vec3f center;      ///< optical centre, padded node units
   float voxel_size_m;
-  float jump_m;                       ///< a larger step between two neighbours: neither is used
-  Index begin, row;                   ///< pixel (x,y) is begin + y row + x
-  Index cells_begin[kDepthLevels];    ///< of the cells 2, 4, .. pixels wide
+  float jump_m;                     ///< a larger step between two neighbours: neither is used
+  Index begin, row;                 ///< pixel (x,y) is begin + y row + x
+  Index cells_begin[kDepthLevels];  ///< of the cells 2, 4, .. pixels wide
   Index cells_row[kDepthLevels];
 };
 
@@ -77,7 +77,8 @@ TACTUS_HD inline Footprint classify_depth(const DepthCamera& c, const float* low
       most = max(most, high[at]);
     }
   }
-  // Distances of the box: centre -+ half its diagonal; 1e-5 covers the rounding of A and of E's interpolation.
+  // Distances of the box: centre -+ half its diagonal; 1e-5 covers the rounding of A and of E's
+  // interpolation.
   const float distance_m = c.voxel_size_m * length(center - c.center),
               radius_m = c.voxel_size_m * half * 1.7320509F, rounding_m = 1e-5F * (distance_m + radius_m);
   const bool outside = whole && distance_m + radius_m + rounding_m < least;
@@ -231,7 +232,8 @@ struct DepthSigns {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index brick = active_bricks[b.index()];
     const std::uint32_t candidates = brick_depth[brick];
-    b.for_threads(8, [&](int t) { look(s, t, kBrick * grid.brick_at(brick), candidates, b.index() * 8 + t); });
+    b.for_threads(8,
+                  [&](int t) { look(s, t, kBrick * grid.brick_at(brick), candidates, b.index() * 8 + t); });
     if (candidates == 0) return;
     carve(b, s, kBrick * grid.brick_at(brick), candidates);
     b.for_threads(kBrickRows, [&](int t) {

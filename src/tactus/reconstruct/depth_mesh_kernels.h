@@ -98,8 +98,8 @@ struct CutAtDepth {
       if (outer < 0 && inner - outer <= smooth_m) s.leave[t] = min(s.leave[t], inner / (inner - outer));
     });
     b.compact(
-        count, [&](int t) { return s.outer_D_m[t] < 0 && s.inner_D_m[t] - s.outer_D_m[t] > smooth_m; }, s.chosen,
-        &s.chosen_count);
+        count, [&](int t) { return s.outer_D_m[t] < 0 && s.inner_D_m[t] - s.outer_D_m[t] > smooth_m; },
+        s.chosen, &s.chosen_count);
     b.for_threads(s.chosen_count, [&](int k) {
       const int e = s.chosen[k];
       s.leave[e] = min(s.leave[e], first_free(s, e, c));

@@ -1,14 +1,29 @@
 #include "tactus/reconstruct/depth_stage.h"
 
 #include <limits>
+#include <string>
+
+#include "tactus/base/error.h"
 
 namespace tactus {
 
-void DepthLayout::add(const HullCamera& image, Vec3f center, float voxel_size_m, float jump_m) {
+void DepthLayout::add(const Camera& source, const HullCamera& image, Vec3d origin_m, float voxel_size_m,
+                      float jump_m) {
   const auto number = static_cast<Index>(cameras.size());
+  check_camera(source);
+  if (number == kMaxCameras)
+    throw Error("depth camera '" + source.name + "': at most " + std::to_string(kMaxCameras) +
+                " are possible");
+  if (!(jump_m > 0))
+    throw usage_error("depth_jump_m " + std::to_string(jump_m) + ": expected a positive length");
+  if (min(source.width_px, source.height_px) < 2 ||
+      std::int64_t{source.width_px} * source.height_px > (1 << 24))
+    throw Error("depth camera '" + source.name + "': an image of " + std::to_string(source.width_px) + "x" +
+                std::to_string(source.height_px) + " pixels; expected 2x2 to 16 megapixels");
   DepthCamera camera{};
   camera.image = image;
-  camera.center = center;
+  camera.center =
+      vec_cast<float>((1 / static_cast<double>(voxel_size_m)) * (source.center_world() - origin_m));
   camera.voxel_size_m = voxel_size_m;
   camera.jump_m = jump_m;
   camera.begin = pixels;
@@ -26,17 +41,17 @@ void DepthLayout::add(const HullCamera& image, Vec3f center, float voxel_size_m,
   cameras.push_back(camera);
 }
 
-std::int64_t DepthLayout::stage(std::size_t number, const DepthImage& image, float* staging) const {
+std::int64_t DepthLayout::stage(std::size_t number, const DepthImage* image, float* staging) const {
   const DepthCamera& camera = cameras[number];
   float* to = staging + camera.begin;
   const Index width = camera.image.width_px, height = camera.image.height_px;
-  if (image.empty()) {
+  if (image == nullptr || image->empty()) {
     std::fill_n(to, camera.row * height, 0.F);
     return 0;
   }
   Index measured = 0;
   for (Index y = 0; y < height; ++y) {
-    const float* from = &image(0, y);
+    const float* from = &(*image)(0, y);
     for (Index x = 0; x < width; ++x) {
       const bool valid = (from[x] > 0) & (from[x] <= std::numeric_limits<float>::max());  // false for NaN
       to[y * camera.row + x] = valid ? from[x] : 0.F;
@@ -81,10 +96,10 @@ void DepthPart::sign(ExecContext& ctx, Count active, const BrickTable& table, Vi
 
 void DepthPart::cut(ExecContext& ctx, Count own, const EmitVertices& emit) {
   const DepthPart& in = *this;
-  ctx.parallel_for("depth/cut", own,
-                   CutAtDepth{emit.table, in.cameras.view(), in.usable.view(), in.sub_depth.view(),
-                              emit.crossings, emit.row_start, emit.vertex_start, emit.origin_m,
-                              emit.voxel_size_m, emit.positions_m});
+  ctx.parallel_for(
+      "depth/cut", own,
+      CutAtDepth{emit.table, in.cameras.view(), in.usable.view(), in.sub_depth.view(), emit.crossings,
+                 emit.row_start, emit.vertex_start, emit.origin_m, emit.voxel_size_m, emit.positions_m});
 }
 
 }  // namespace tactus

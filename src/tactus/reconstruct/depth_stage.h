@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tactus/compute/exec_context.h"
+#include "tactus/geom/camera.h"
 #include "tactus/geom/image.h"
 #include "tactus/reconstruct/depth_mesh_kernels.h"
 
@@ -16,11 +17,13 @@ struct DepthLayout {
   Index pixels = 0, cells = 0;
   bool empty() const { return cameras.empty(); }
 
-  /// `image` projects padded nodes, `center` is the optical centre in padded nodes.
-  void add(const HullCamera& image, Vec3f center, float voxel_size_m, float jump_m);
-  /// Copies an image into the staging memory; what is no distance becomes 0. Empty: no measurement at all.
+  /// `image` projects padded nodes, `origin_m` is padded node 0. @throws Error naming the camera: a bad one,
+  /// an image smaller than 2x2 or larger than 16 megapixels; more than 32 cameras; a jump that is not
+  /// positive.
+  void add(const Camera& camera, const HullCamera& image, Vec3d origin_m, float voxel_size_m, float jump_m);
+  /// Copies an image into the staging memory; what is no distance becomes 0. Empty or null: no measurement.
   /// Returns the number of measured pixels.
-  std::int64_t stage(std::size_t camera, const DepthImage& image, float* staging) const;
+  std::int64_t stage(std::size_t camera, const DepthImage* image, float* staging) const;
 };
 
 /// Of one device.

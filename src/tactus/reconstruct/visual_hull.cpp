@@ -87,8 +87,8 @@ Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t br
   c.bricks = options.max_active_bricks > 0
                  ? options.max_active_bricks
                  : static_cast<Index>(std::min<double>(static_cast<double>(brick_count), 0.1 * area + 2000));
-  c.vertices =
-      options.max_vertices > 0 ? options.max_vertices : static_cast<Index>(std::min(crossed * area + 20000, 2e8));
+  c.vertices = options.max_vertices > 0 ? options.max_vertices
+                                        : static_cast<Index>(std::min(crossed * area + 20000, 2e8));
   c.triangles = options.max_triangles > 0 ? options.max_triangles : 2 * c.vertices;
   return c;
 }
@@ -155,7 +155,6 @@ struct VisualHull::Impl {
   Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
        std::span<const Camera> depth_rig);
   void check_sizes(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) const;
-  void lay_out_depth(Vec3d origin, double voxel, float jump_m);
   void allocate(Part& part, ExecContext& ctx, const HullOptions& options) const;
   void carve(ExecContext& ctx, Part& part);
   void extract(ExecContext& ctx, Part& part);
@@ -189,7 +188,8 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   const Vec3d origin = vec_cast<double>(options.workspace_m.min) - Vec3d{voxel, voxel, voxel};
   origin_m = vec_cast<float>(origin);
   for (const Camera& camera : rig) lay_out(layout, device_camera(camera, origin, voxel), camera.name);
-  lay_out_depth(origin, voxel, options.depth_jump_m);
+  for (const Camera& camera : depth_rig)
+    depth.add(camera, device_camera(camera, origin, voxel), origin, voxel_size_m, options.depth_jump_m);
 
   const auto bricks_along = [](Index cells) { return ceil_div(cells + 2, kBrick); };
   const Vec3i bricks{bricks_along(voxels.x), bricks_along(voxels.y), bricks_along(voxels.z)};
@@ -214,23 +214,6 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
     total = Buffer<PartCounts>(first, 1);
   }
   set.synchronize();
-}
-
-void VisualHull::Impl::lay_out_depth(Vec3d origin, double voxel, float jump_m) {
-  if (depth_cameras.size() > kMaxCameras)
-    throw Error(std::to_string(depth_cameras.size()) + " depth cameras: at most " +
-                std::to_string(kMaxCameras) + " are possible");
-  if (!depth_cameras.empty() && !(jump_m > 0))
-    throw usage_error("depth_jump_m " + std::to_string(jump_m) + ": expected a positive length");
-  for (const Camera& camera : depth_cameras) {
-    check_camera(camera);
-    if (min(camera.width_px, camera.height_px) < 2 ||
-        std::int64_t{camera.width_px} * camera.height_px > (1 << 24))
-      throw Error("depth camera '" + camera.name + "': an image of " + std::to_string(camera.width_px) + "x" +
-                  std::to_string(camera.height_px) + " pixels; expected 2x2 to 16 megapixels");
-    depth.add(device_camera(camera, origin, voxel),
-              vec_cast<float>((1 / voxel) * (camera.center_world() - origin)), voxel_size_m, jump_m);
-  }
 }
 
 void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions& options) const {
@@ -315,15 +298,15 @@ void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const De
   Impl& m = *impl_;
   m.check_sizes(silhouettes, depths_m);
   m.depth_status.clear();
-  static const DepthImage kNoImage;
-  std::vector<const DepthImage*> depths(m.depth_cameras.size(), &kNoImage);
+  std::uint32_t used = 0;  // bit d: the image of depth camera d
+  const auto note = [&m](const std::string& what) {
+    m.depth_status += (m.depth_status.empty() ? "" : "; ") + what;
+  };
   for (std::size_t d = 0; d < depths_m.size(); ++d) {
-    const std::string odd = depth_inconsistency(m.cameras, silhouettes, m.depth_cameras[d], depths_m[d],
-                                                m.workspace_m);
-    if (odd.empty())
-      depths[d] = &depths_m[d];
-    else
-      m.depth_status += (m.depth_status.empty() ? "" : "; ") + odd;
+    const std::string odd =
+        depth_inconsistency(m.cameras, silhouettes, m.depth_cameras[d], depths_m[d], m.workspace_m);
+    if (odd.empty()) used |= 1U << d;
+    if (!odd.empty()) note(odd);
   }
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     Part& part = m.parts[static_cast<std::size_t>(p)];
@@ -339,11 +322,11 @@ void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const De
     }
     ctx.upload(part.staging.span(), part.raw.view());
     if (m.depth.empty()) return;
-    for (std::size_t d = 0; d < depths.size(); ++d) {
-      const std::int64_t measured = m.depth.stage(d, *depths[d], part.depth.staging.data());
-      if (measured == 0 && p == 0 && !depths[d]->empty())
-        m.depth_status += (m.depth_status.empty() ? "" : "; ") + std::string("camera '") +
-                          m.depth_cameras[d].name + "': the depth image has no valid pixel";
+    for (std::size_t d = 0; d < m.depth_cameras.size(); ++d) {
+      const DepthImage* image = (used >> d & 1U) != 0 ? &depths_m[d] : nullptr;
+      const std::int64_t measured = m.depth.stage(d, image, part.depth.staging.data());
+      if (measured == 0 && p == 0 && image != nullptr && !image->empty())
+        note("camera '" + m.depth_cameras[d].name + "': the depth image has no valid pixel");
     }
     ctx.upload(part.depth.staging.span(), part.depth.raw.view());
   });
@@ -367,8 +350,7 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
   ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
                    ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(), part.active.view(),
                                   part.slot.view(), part.brick_cameras.view()});
-  if (!depth.empty())
-    part.depth.vote(ctx, in.grid, in.blocks, part.active.view(), part.slot.view());
+  if (!depth.empty()) part.depth.vote(ctx, in.grid, in.blocks, part.active.view(), part.slot.view());
   ctx.compact("hull/compact", in.active.view(), part.active_bricks.view(), part.active_count.view());
   ctx.fill_bytes(part.own_count.view(), 0);
   const Count active(in.active_count.view(), in.capacity.bricks);

@@ -40,7 +40,7 @@ struct DeviceMesh {
 struct HullReport {
   Index vertices = 0, triangles = 0, active_bricks = 0;
   std::string
-      overflow;  ///< empty, or what was too small and which option cures it; the mesh is then incomplete
+      overflow;       ///< empty, or what was too small and which option cures it; the mesh is then incomplete
   std::string depth;  ///< empty, or why the depth of a camera was not used (the silhouettes were)
 };
 
@@ -55,11 +55,11 @@ class VisualHull {
   VisualHull(VisualHull&&) noexcept;
 
   /// Sends one silhouette per camera to every device. An empty mask (0x0) is a camera that missed the tick:
-  /// it carves nothing. Likewise one depth image per depth camera: radial distance [m]; 0, NaN and what is not
-  /// positive are no measurement; an empty image or none at all is a camera that missed the tick. Depth that
-  /// contradicts the silhouettes (wrong unit, z as radial distance) or holds no measurement is not used; the
-  /// report says so. Asynchronous; all is copied before it returns. @throws Error when a size contradicts its
-  /// camera or a number of images that of the cameras.
+  /// it carves nothing. Likewise one depth image per depth camera: radial distance [m]; 0, NaN and what is
+  /// not positive are no measurement; an empty image or none at all is a camera that missed the tick. Depth
+  /// that contradicts the silhouettes (wrong unit, z as radial distance) or holds no measurement is not used;
+  /// the report says so. Asynchronous; all is copied before it returns. @throws Error when a size contradicts
+  /// its camera or a number of images that of the cameras.
   void upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m = {});
   /// Finds which nodes are inside every silhouette and not in front of a measured surface. Asynchronous.
   void carve();

@@ -39,7 +39,8 @@ CalibratedCamera read_camera(const nlohmann::json& json, const std::string& what
                              Index height_px) {
   if (!json.contains("Intrinsics") || !json.contains("Rt"))
     throw Error(what + ": expected 'Intrinsics' and 'Rt'");
-  // cx cy fx fy (over the sensor's size, pixel corners at whole numbers), k1..k6, centre of distortion, p2 p1.
+  // cx cy fx fy (over the sensor's size, pixel corners at whole numbers), k1..k6, centre of distortion, p2
+  // p1.
   const std::vector<double> p = numbers(json["Intrinsics"], what, "ModelParameters", 14);
   const std::vector<double> R = numbers(json["Rt"], what, "Rotation", 9),
                             t = numbers(json["Rt"], what, "Translation", 3);

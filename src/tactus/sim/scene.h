@@ -30,7 +30,7 @@ enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kin
 struct SourceDescription {
   SourceKind kind = SourceKind::synthetic;
   std::string figure = "hand";  ///< synthetic only
-  std::string path;             ///< rig YAML, or folder of Middlebury or Azure Kinect, resolved; empty for synthetic
+  std::string path;  ///< rig YAML, or folder of Middlebury or Azure Kinect, resolved; empty for synthetic
   FrameRange frames;
   std::optional<double> fps;  ///< none: the recording's own; synthetic 30
   bool moving = true;         ///< synthetic only
