@@ -16,8 +16,11 @@ inline constexpr float kUnknownDepth_m = 1e30F;
 struct DepthCamera {
   HullCamera image;  ///< its projection and size; it has no silhouette
   Vec3f center;      ///< optical centre, padded node units
+  /// Along the ray of pixel (u,v): ray + u ray_per_u + v ray_per_v, any length.
+  Vec3f ray, ray_per_u, ray_per_v;
   float voxel_size_m;
   float jump_m;                     ///< a larger step between two neighbours: neither is used
+  float fade_m;  ///< how far before the surface carving ends beside a hole (see depth_seam_kernels.h)
   Index begin, row;                 ///< pixel (x,y) is begin + y row + x
   Index cells_begin[kDepthLevels];  ///< of the cells 2, 4, .. pixels wide
   Index cells_row[kDepthLevels];
@@ -25,7 +28,7 @@ struct DepthCamera {
 
 /// D [m] at a node or between nodes, kUnknownDepth_m where the camera does not look or one of the four pixels
 /// around is not usable. Without branches: loops over nodes vectorise.
-TACTUS_HD inline float sample_depth_m(const DepthCamera& c, const float* usable, Vec3f node) {
+TACTUS_HD inline float sample_depth_m(const DepthCamera& c, const float* carving, Vec3f node) {
   const Vec3f h = project_node(c.image, node);
   const bool in_front = h.z > 1e-6F;
   const float inverse_z = 1.F / (in_front ? h.z : 1.F);
@@ -37,7 +40,7 @@ TACTUS_HD inline float sample_depth_m(const DepthCamera& c, const float* usable,
               y = min(static_cast<Index>(v_seen), c.image.height_px - 2);
   const float fu = u_seen - static_cast<float>(x), fv = v_seen - static_cast<float>(y);
   const Index at = c.begin + y * c.row + x;
-  const float e00 = usable[at], e10 = usable[at + 1], e01 = usable[at + c.row], e11 = usable[at + c.row + 1];
+  const float e00 = carving[at], e10 = carving[at + 1], e01 = carving[at + c.row], e11 = carving[at + c.row + 1];
   const bool known = in_front & (u == u_seen) & (v == v_seen) & (e00 > 0) & (e10 > 0) & (e01 > 0) & (e11 > 0);
   const float top = fma(fu, e10 - e00, e00), bottom = fma(fu, e11 - e01, e01);
   const Vec3f d = node - c.center;
@@ -81,7 +84,7 @@ TACTUS_HD inline Footprint classify_depth(const DepthCamera& c, const float* low
   // interpolation.
   const float distance_m = c.voxel_size_m * length(center - c.center),
               radius_m = c.voxel_size_m * half * 1.7320509F, rounding_m = 1e-5F * (distance_m + radius_m);
-  const bool outside = whole && distance_m + radius_m + rounding_m < least;
+  const bool outside = whole && distance_m + radius_m + rounding_m + c.fade_m < least;
   const bool inside = distance_m - radius_m - rounding_m > most;
   return {outside, inside};
 }
@@ -216,7 +219,7 @@ struct VoteDepth {
 struct DepthSigns {
   HullGrid grid;
   View<const DepthCamera> cameras;
-  View<const float> usable, low, high;
+  View<const float> carving, low, high;
   View<const Index> active_bricks;
   View<const std::uint32_t> brick_depth;
   View<std::uint8_t> rows;        ///< in and out: as BrickSigns
@@ -273,7 +276,7 @@ struct DepthSigns {
     for (Index d = 0; d < cameras.size(); ++d) {
       if ((candidates >> d & 1U) == 0) continue;
       const DepthCamera camera = cameras[d];
-      const float* pixels = usable.data();
+      const float* pixels = carving.data();
       b.template for_groups<kSubNodes>(
           8, [&](int sub) { return (s.sub_mixed[sub] >> d & 1U) != 0; },
           [&](int sub, int t) {

@@ -11,7 +11,7 @@ namespace tactus {
 struct CutAtDepth {
   BrickTable table;
   View<const DepthCamera> cameras;
-  View<const float> usable;
+  View<const float> carving;
   View<const std::uint32_t> sub_depth;  ///< 8 per slot
   View<const std::uint32_t> crossings, row_start;
   View<const Index> vertex_start;
@@ -83,7 +83,7 @@ struct CutAtDepth {
   template <class Block>
   TACTUS_HD void cut(const Block& b, Shared& s, int count, Index number) const {
     const DepthCamera c = cameras[number];
-    const float* pixels = usable.data();
+    const float* pixels = carving.data();
     b.for_threads(count, [&](int t) {
       const bool asked = (s.cameras[t] >> number & 1U) != 0;
       s.outer_D_m[t] = asked ? sample_depth_m(c, pixels, s.at(t, 1.F)) : kUnknownDepth_m;
@@ -111,12 +111,12 @@ struct CutAtDepth {
     float free = 1;
     for (int k = kSteps - 1; k > 0; --k) {  // from the far end: the sample seen last is the first on the way
       const float at = static_cast<float>(k) / kSteps;
-      free = sample_depth_m(c, usable.data(), s.at(e, at)) < 0 ? at : free;
+      free = sample_depth_m(c, carving.data(), s.at(e, at)) < 0 ? at : free;
     }
     float kept = free - 1.F / kSteps;
     for (int i = 0; i < kBisections; ++i) {
       const float middle = 0.5F * (kept + free);
-      const bool is_free = sample_depth_m(c, usable.data(), s.at(e, middle)) < 0;
+      const bool is_free = sample_depth_m(c, carving.data(), s.at(e, middle)) < 0;
       free = is_free ? middle : free;
       kept = is_free ? kept : middle;
     }

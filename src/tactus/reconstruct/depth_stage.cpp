@@ -4,8 +4,13 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/depth_seam_kernels.h"
 
 namespace tactus {
+namespace {
+/// A step of the surface within a voxel is what the grid resolves.
+constexpr float kFadeVoxels = 1.5F;
+}  // namespace
 
 void DepthLayout::add(const Camera& source, const HullCamera& image, Vec3d origin_m, float voxel_size_m,
                       float jump_m) {
@@ -24,8 +29,17 @@ void DepthLayout::add(const Camera& source, const HullCamera& image, Vec3d origi
   camera.image = image;
   camera.center =
       vec_cast<float>((1 / static_cast<double>(voxel_size_m)) * (source.center_world() - origin_m));
+  const auto ray = [&](double u, double v) {
+    const double y = (v - source.cy_px) / source.fy_px;
+    return transpose(source.T_cam_world.R) *
+           Vec3d{(u - source.cx_px - source.skew_px * y) / source.fx_px, y, 1};
+  };
+  camera.ray = vec_cast<float>(ray(0, 0));
+  camera.ray_per_u = vec_cast<float>(ray(1, 0) - ray(0, 0));
+  camera.ray_per_v = vec_cast<float>(ray(0, 1) - ray(0, 0));
   camera.voxel_size_m = voxel_size_m;
   camera.jump_m = jump_m;
+  camera.fade_m = kFadeVoxels * voxel_size_m;
   camera.begin = pixels;
   camera.row = ceil_div(image.width_px, kDepthTile) * kDepthTile;
   pixels += camera.row * image.height_px;
@@ -70,18 +84,35 @@ void DepthPart::allocate(ExecContext& ctx, const DepthLayout& layout, std::int64
   std::fill_n(staging.data(), layout.pixels, 0.F);
   raw = Buffer<float>(device, layout.pixels);
   usable = Buffer<float>(device, layout.pixels);
+  holes = Buffer<std::uint8_t>(device, layout.pixels);
+  tile_holes = Buffer<std::uint8_t>(device, layout.cells);
+  carving = Buffer<float>(device, layout.pixels);
   low = Buffer<float>(device, layout.cells);
   high = Buffer<float>(device, layout.cells);
   brick_depth = Buffer<std::uint32_t>(device, bricks);
   sub_depth = Buffer<std::uint32_t>(device, std::int64_t{active_bricks} * 8);
 }
 
-void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active,
-                     View<Index> slot) {
+void DepthPart::prepare(ExecContext& ctx, View<const HullCamera> silhouettes,
+                        View<const std::uint32_t> bits) {
   const DepthPart& in = *this;
   ctx.parallel_for("depth/prepare", in.tiles.size(),
                    PrepareDepth{in.cameras.view(), in.raw.view(), in.tiles.view(), usable.view(), low.view(),
                                 high.view()});
+  ctx.fill_bytes(holes.view(), 0);
+  ctx.fill_bytes(tile_holes.view(), 0);
+  ctx.parallel_for("depth/holes", in.tiles.size(),
+                   FindHoles{in.cameras.view(), silhouettes, bits, in.raw.view(), in.usable.view(),
+                             in.low.view(), in.high.view(), in.tiles.view(), holes.view(),
+                             tile_holes.view()});
+  ctx.parallel_for("depth/fade", in.tiles.size(),
+                   FadeDepth{in.cameras.view(), in.usable.view(), in.holes.view(), in.tile_holes.view(),
+                             in.tiles.view(), carving.view()});
+}
+
+void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active,
+                     View<Index> slot) {
+  const DepthPart& in = *this;
   ctx.parallel_for("depth/vote", blocks.x * blocks.y * blocks.z,
                    VoteDepth{grid, blocks, in.cameras.view(), in.low.view(), in.high.view(), active, slot,
                              brick_depth.view()});
@@ -90,7 +121,7 @@ void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<
 void DepthPart::sign(ExecContext& ctx, Count active, const BrickTable& table, View<std::uint8_t> rows) {
   const DepthPart& in = *this;
   ctx.parallel_for("depth/signs", active,
-                   DepthSigns{table.grid, in.cameras.view(), in.usable.view(), in.low.view(), in.high.view(),
+                   DepthSigns{table.grid, in.cameras.view(), in.carving.view(), in.low.view(), in.high.view(),
                               table.active_bricks, in.brick_depth.view(), rows, sub_depth.view()});
 }
 
@@ -98,7 +129,7 @@ void DepthPart::cut(ExecContext& ctx, Count own, const EmitVertices& emit) {
   const DepthPart& in = *this;
   ctx.parallel_for(
       "depth/cut", own,
-      CutAtDepth{emit.table, in.cameras.view(), in.usable.view(), in.sub_depth.view(), emit.crossings,
+      CutAtDepth{emit.table, in.cameras.view(), in.carving.view(), in.sub_depth.view(), emit.crossings,
                  emit.row_start, emit.vertex_start, emit.origin_m, emit.voxel_size_m, emit.positions_m});
 }
 

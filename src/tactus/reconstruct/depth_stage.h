@@ -31,11 +31,14 @@ struct DepthPart {
   Buffer<DepthCamera> cameras;
   Buffer<Vec3i> tiles;
   HostBuffer<float> staging;
-  Buffer<float> raw, usable, low, high;
+  Buffer<std::uint8_t> holes, tile_holes;
+  Buffer<float> raw, usable, carving, low, high;
   Buffer<std::uint32_t> brick_depth, sub_depth;
 
   void allocate(ExecContext& ctx, const DepthLayout& layout, std::int64_t bricks, Index active_bricks);
-  /// Usable pixels, pyramid, and the vote on the bricks.
+  /// Usable pixels, pyramid, and the ramps at holes; `bits` are the prepared silhouettes.
+  void prepare(ExecContext& ctx, View<const HullCamera> silhouettes, View<const std::uint32_t> bits);
+  /// The vote on the bricks.
   void vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active, View<Index> slot);
   void sign(ExecContext& ctx, Count active, const BrickTable& table, View<std::uint8_t> rows);
   /// `emit` is the launch that made the vertices.

@@ -1,5 +1,6 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/reconstruct/depth_mesh_kernels.h"
+#include "tactus/reconstruct/depth_seam_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
@@ -14,6 +15,8 @@ TACTUS_CUDA_KERNEL(tactus::GatherVertices);
 TACTUS_CUDA_KERNEL(tactus::GatherTriangles);
 TACTUS_CUDA_KERNEL(tactus::SumCounts);
 TACTUS_CUDA_KERNEL(tactus::PrepareDepth);
+TACTUS_CUDA_KERNEL(tactus::FindHoles);
+TACTUS_CUDA_KERNEL(tactus::FadeDepth);
 TACTUS_CUDA_KERNEL(tactus::VoteDepth);
 TACTUS_CUDA_KERNEL(tactus::DepthSigns);
 TACTUS_CUDA_KERNEL(tactus::CutAtDepth);

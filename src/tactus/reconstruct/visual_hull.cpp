@@ -347,6 +347,7 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
                                       part.cells.view()});
   ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
                    SumCellColumns{in.cameras.view(), in.cell_columns.view(), part.cells.view()});
+  if (!depth.empty()) part.depth.prepare(ctx, in.cameras.view(), in.bits.view());
   ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
                    ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(), part.active.view(),
                                   part.slot.view(), part.brick_cameras.view()});
