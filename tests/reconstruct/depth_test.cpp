@@ -238,6 +238,30 @@ TEST(Depth, BordersOfWhatIsKnownAreClosed) {
   }
 }
 
+/// Between the measured surface and that of the silhouettes beside it.
+TEST(Depth, SeamHasNoStep) {
+  View view = sphere_view();
+  for (Index y = 0; y < 200; ++y) {
+    for (Index x = 94; x < 106; ++x) view.depths_m[0](x, y) = 0;
+  }
+  const Result r = reconstruct(view, 100);
+  const Vec3d eye = view.depth_cameras.front().center_world();
+  double worst_m = 0;
+  for (const auto& triangle : r.mesh.triangles) {
+    const auto at = [&](Index i) {
+      return vec_cast<double>(r.mesh.positions_m[static_cast<std::size_t>(i)]);
+    };
+    const auto height_m = [&](Index i) { return length(at(i) - kCenter); };
+    const Vec3d p = at(triangle[0]);
+    if (dot(normalized(p - kCenter), normalized(eye - p)) < 0.34) continue;
+    for (std::size_t k = 0; k < 3; ++k)
+      worst_m = std::max(worst_m, std::abs(height_m(triangle[k]) - height_m(triangle[(k + 1) % 3])));
+  }
+  // The ramp climbs 1.5 voxels over 3 pixels of 1.37 m / 200 = 6.9 mm: 0.73 voxels along an edge of one voxel
+  // (10 mm). Without it the step is 0.96 voxels, which is all that the hull stands off.
+  EXPECT_LT(worst_m / r.voxel_m, 0.75);
+}
+
 /// A world of noise, holes and jumps.
 View random_view(unsigned seed) {
   View view = figure_view("hand-still");

@@ -9,6 +9,8 @@ namespace tactus {
 /// The pyramid has cells of 2, 4, .. 32 pixels; larger footprints loop over the largest.
 inline constexpr int kDepthLevels = 5;
 inline constexpr Index kDepthTile = 1 << kDepthLevels;
+/// Zeros (no measurement) behind each row and before the first, so that neighbours need no guard.
+inline constexpr Index kDepthPadding = 8;
 /// D where nothing is known; like every D >= 0 it carves nothing.
 inline constexpr float kUnknownDepth_m = 1e30F;
 
@@ -19,9 +21,9 @@ struct DepthCamera {
   /// Along the ray of pixel (u,v): ray + u ray_per_u + v ray_per_v, any length.
   Vec3f ray, ray_per_u, ray_per_v;
   float voxel_size_m;
-  float jump_m;                     ///< a larger step between two neighbours: neither is used
-  float fade_m;  ///< how far before the surface carving ends beside a hole (see depth_seam_kernels.h)
-  Index begin, row;                 ///< pixel (x,y) is begin + y row + x
+  float jump_m;      ///< a larger step between two neighbours: neither is used
+  float fade_m;      ///< how far before the surface carving ends beside a hole (see depth_seam_kernels.h)
+  Index begin, row;  ///< pixel (x,y) is begin + y row + x; each row ends with kDepthPadding zeros
   Index cells_begin[kDepthLevels];  ///< of the cells 2, 4, .. pixels wide
   Index cells_row[kDepthLevels];
 };
@@ -40,7 +42,8 @@ TACTUS_HD inline float sample_depth_m(const DepthCamera& c, const float* carving
               y = min(static_cast<Index>(v_seen), c.image.height_px - 2);
   const float fu = u_seen - static_cast<float>(x), fv = v_seen - static_cast<float>(y);
   const Index at = c.begin + y * c.row + x;
-  const float e00 = carving[at], e10 = carving[at + 1], e01 = carving[at + c.row], e11 = carving[at + c.row + 1];
+  const float e00 = carving[at], e10 = carving[at + 1], e01 = carving[at + c.row],
+              e11 = carving[at + c.row + 1];
   const bool known = in_front & (u == u_seen) & (v == v_seen) & (e00 > 0) & (e10 > 0) & (e01 > 0) & (e11 > 0);
   const float top = fma(fu, e10 - e00, e00), bottom = fma(fu, e11 - e01, e01);
   const Vec3f d = node - c.center;
@@ -107,17 +110,21 @@ struct PrepareDepth {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Vec3i tile = tiles[b.index()];
     const DepthCamera c = cameras[tile.x];
-    const Index width = min(c.image.width_px - tile.y, kDepthTile);
+    const Index width = c.image.width_px, height = c.image.height_px;
     b.template for_groups<kDepthTile>(
         kDepthTile, [](int) { return true; },
         [&](int row, int t) {
-          const Index y = tile.z + row, x = tile.y + t;
-          const bool real = (t < width) & (y < c.image.height_px);
-          const float e = real ? use(c, x, y) : 0.F;
+          const Index y = min(tile.z + row, height - 1), x = tile.y + t;
+          const float e = use(c, x, y);
           // Beyond the image there is nothing that could speak against a cell.
+          const bool real = (x < width) & (tile.z + row < height);
           s.low[0][row * kDepthTile + t] = real ? e : 1e30F;
-          s.high[0][row * kDepthTile + t] = e;
-          if (real) usable[c.begin + y * c.row + x] = e;
+          s.high[0][row * kDepthTile + t] = real ? e : 0.F;
+        });
+    b.template for_groups<kDepthTile>(
+        kDepthTile, [&](int row) { return tile.z + row < height; },
+        [&](int row, int t) {
+          usable[c.begin + (tile.z + row) * c.row + tile.y + t] = s.high[0][row * kDepthTile + t];
         });
     for (int level = 0; level < kDepthLevels; ++level) reduce(b, s, c, tile, level);
   }
@@ -125,8 +132,9 @@ struct PrepareDepth {
  private:
   TACTUS_HD float use(const DepthCamera& c, Index x, Index y) const {
     const float* row = raw.data() + c.begin + y * c.row;
-    const float e = row[x], left = row[max(x - 1, 0)], right = row[min(x + 1, c.image.width_px - 1)],
-                above = row[y > 0 ? x - c.row : x], below = row[y + 1 < c.image.height_px ? x + c.row : x];
+    const float *row_above = y > 0 ? row - c.row : row,
+                *row_below = y + 1 < c.image.height_px ? row + c.row : row;
+    const float e = row[x], left = row[x - 1], right = row[x + 1], above = row_above[x], below = row_below[x];
     const auto jumps = [&](float n) { return (n > 0) & (abs(n - e) > c.jump_m); };
     return jumps(left) | jumps(right) | jumps(above) | jumps(below) ? 0.F : e;
   }

@@ -1,14 +1,15 @@
 #pragma once
 /// The seam between the measured surface and the silhouettes' one. Full correction beside none would leave a
-/// step, so depth carves a little less towards a hole in what it measured: a ramp, as long as `fade_m` reaches.
-/// A pixel without depth is a hole only where the silhouettes' hull goes on in front of the measured surface;
-/// beside the object there is nothing to join.
+/// step, so depth carves a little less towards a hole in what it measured: a ramp, as long as `fade_m`
+/// reaches. A pixel without depth is a hole only where the silhouettes' hull goes on in front of the measured
+/// surface; beside the object there is nothing to join.
 #include "tactus/reconstruct/depth_kernels.h"
 
 namespace tactus {
 
 /// Depth gives way over so many pixels.
 inline constexpr Index kFadePixels = 3;
+static_assert(kFadePixels <= kDepthPadding);
 
 /// A tile of 32x32 pixels is one cell of the pyramid's last level.
 TACTUS_HD inline Index tile_cell(const DepthCamera& c, Index x, Index y) {
@@ -53,17 +54,17 @@ struct FindHoles {
     const Index width = c.image.width_px, height = c.image.height_px;
     const auto all = [](int) { return true; };
     b.template for_groups<kDepthTile>(kRows, all, [&](int row, int t) {
-      const float* pixels = usable.data() + c.begin + clamp(tile.z + row - kFadePixels, 0, height - 1) * c.row;
+      const float* pixels =
+          usable.data() + c.begin + clamp(tile.z + row - kFadePixels, 0, height - 1) * c.row;
       float most = 0;
-      for (Index dx = -kFadePixels; dx <= kFadePixels; ++dx)
-        most = max(most, pixels[clamp(tile.y + t + dx, 0, width - 1)]);
+      for (Index dx = -kFadePixels; dx <= kFadePixels; ++dx) most = max(most, pixels[tile.y + t + dx]);
       s.near_usable[row * kDepthTile + t] = most > 0 ? 1 : 0;
     });
     b.template for_groups<kDepthTile>(kDepthTile, all, [&](int row, int t) {
-      const Index x = min(tile.y + t, width - 1), y = min(tile.z + row, height - 1);
+      const float* pixels = raw.data() + c.begin + min(tile.z + row, height - 1) * c.row;
       std::int32_t near = 0;
       for (int dy = 0; dy <= 2 * kFadePixels; ++dy) near |= s.near_usable[(row + dy) * kDepthTile + t];
-      s.hole[row * kDepthTile + t] = raw[c.begin + y * c.row + x] > 0 ? 0 : near;
+      s.hole[row * kDepthTile + t] = pixels[tile.y + t] > 0 ? 0 : near;
     });
     b.template for_groups<kDepthTile>(kDepthTile, all, [&](int row, int t) {
       std::int32_t& hole = s.hole[row * kDepthTile + t];
@@ -121,7 +122,6 @@ struct FadeDepth {
     const Vec3i tile = tiles[b.index()];
     const DepthCamera c = cameras[tile.x];
     const Index width = c.image.width_px, height = c.image.height_px;
-    const auto all = [](int) { return true; };
     const bool has_holes = any_tile_around(c, tile, [&](Index cell) { return tile_holes[cell] != 0; });
     b.template for_groups<kDepthTile>(
         kRows, [has_holes](int) { return has_holes; },
@@ -130,24 +130,22 @@ struct FadeDepth {
           const std::uint8_t* pixels = holes.data() + c.begin + y * c.row;
           std::int32_t nearest = kFadePixels + 1;
           for (Index dx = -kFadePixels; dx <= kFadePixels; ++dx) {
-            const Index x = clamp(tile.y + t + dx, 0, width - 1);
-            nearest = min(nearest, pixels[x] == 0 ? kFadePixels + 1 : max(dx, -dx));
+            nearest = min(nearest, pixels[tile.y + t + dx] == 0 ? kFadePixels + 1 : max(dx, -dx));
           }
           s.along[row * kDepthTile + t] = nearest;
         });
-    b.template for_groups<kDepthTile>(kDepthTile, all, [&](int row, int t) {
+    const auto real = [&](int row) { return tile.z + row < height; };
+    b.template for_groups<kDepthTile>(kDepthTile, real, [&](int row, int t) {
       const Index x = tile.y + t, y = tile.z + row;
       std::int32_t nearest = min(min(min(x, width - 1 - x), min(y, height - 1 - y)) + 1, kFadePixels + 1);
-      if (has_holes) {
-        for (Index dy = -kFadePixels; dy <= kFadePixels; ++dy)
-          nearest = min(nearest, max(max(dy, -dy), s.along[(row + kFadePixels + dy) * kDepthTile + t]));
-      }
-      if (x >= width || y >= height) return;
+      for (Index dy = has_holes ? -kFadePixels : kFadePixels + 1; dy <= kFadePixels; ++dy)
+        nearest = min(nearest, max(max(dy, -dy), s.along[(row + kFadePixels + dy) * kDepthTile + t]));
       const Index at = c.begin + y * c.row + x;
       const float e = usable[at];
       const float share =
           static_cast<float>(kFadePixels + 1 - nearest) * (1.F / static_cast<float>(kFadePixels));
-      carving[at] = e > 0 ? max(fma(-c.fade_m, share, e), 1e-3F * e) : 0.F;
+      const float faded = max(fma(-c.fade_m, share, e), 1e-3F * e);
+      carving[at] = e > 0 ? faded : 0.F;
     });
   }
 };

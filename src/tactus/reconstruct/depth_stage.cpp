@@ -8,7 +8,8 @@
 
 namespace tactus {
 namespace {
-/// A step of the surface within a voxel is what the grid resolves.
+/// Length of the ramp beside a hole. The hull of the paper's eight cameras stands up to a voxel of 100^3 off
+/// a sphere of 0.25 m; a longer ramp would be steeper.
 constexpr float kFadeVoxels = 1.5F;
 }  // namespace
 
@@ -41,7 +42,7 @@ void DepthLayout::add(const Camera& source, const HullCamera& image, Vec3d origi
   camera.jump_m = jump_m;
   camera.fade_m = kFadeVoxels * voxel_size_m;
   camera.begin = pixels;
-  camera.row = ceil_div(image.width_px, kDepthTile) * kDepthTile;
+  camera.row = ceil_div(image.width_px + kDepthPadding, kDepthTile) * kDepthTile;
   pixels += camera.row * image.height_px;
   for (int level = 0; level < kDepthLevels; ++level) {
     const Index cell = 2 << level;
@@ -80,13 +81,14 @@ void DepthPart::allocate(ExecContext& ctx, const DepthLayout& layout, std::int64
   Device& device = ctx.device();
   cameras = to_device(ctx, layout.cameras);
   tiles = to_device(ctx, layout.tiles);
-  staging = HostBuffer<float>(device, layout.pixels);
-  std::fill_n(staging.data(), layout.pixels, 0.F);
-  raw = Buffer<float>(device, layout.pixels);
-  usable = Buffer<float>(device, layout.pixels);
-  holes = Buffer<std::uint8_t>(device, layout.pixels);
+  staging = HostBuffer<float>(device, layout.buffer_pixels());
+  std::fill_n(staging.data(), layout.buffer_pixels(), 0.F);
+  raw = Buffer<float>(device, layout.buffer_pixels());
+  usable = Buffer<float>(device, layout.buffer_pixels());
+  ctx.fill_bytes(usable.view(), 0);  // padding stays so
+  holes = Buffer<std::uint8_t>(device, layout.buffer_pixels());
   tile_holes = Buffer<std::uint8_t>(device, layout.cells);
-  carving = Buffer<float>(device, layout.pixels);
+  carving = Buffer<float>(device, layout.buffer_pixels());
   low = Buffer<float>(device, layout.cells);
   high = Buffer<float>(device, layout.cells);
   brick_depth = Buffer<std::uint32_t>(device, bricks);
@@ -101,10 +103,10 @@ void DepthPart::prepare(ExecContext& ctx, View<const HullCamera> silhouettes,
                                 high.view()});
   ctx.fill_bytes(holes.view(), 0);
   ctx.fill_bytes(tile_holes.view(), 0);
-  ctx.parallel_for("depth/holes", in.tiles.size(),
-                   FindHoles{in.cameras.view(), silhouettes, bits, in.raw.view(), in.usable.view(),
-                             in.low.view(), in.high.view(), in.tiles.view(), holes.view(),
-                             tile_holes.view()});
+  ctx.parallel_for(
+      "depth/holes", in.tiles.size(),
+      FindHoles{in.cameras.view(), silhouettes, bits, in.raw.view(), in.usable.view(), in.low.view(),
+                in.high.view(), in.tiles.view(), holes.view(), tile_holes.view()});
   ctx.parallel_for("depth/fade", in.tiles.size(),
                    FadeDepth{in.cameras.view(), in.usable.view(), in.holes.view(), in.tile_holes.view(),
                              in.tiles.view(), carving.view()});

@@ -13,8 +13,9 @@ namespace tactus {
 
 struct DepthLayout {
   std::vector<DepthCamera> cameras;
-  std::vector<Vec3i> tiles;  ///< (camera, first x, first y)
-  Index pixels = 0, cells = 0;
+  std::vector<Vec3i> tiles;              ///< (camera, first x, first y)
+  Index pixels = kDepthTile, cells = 0;  ///< a tile of margin before the first image, and behind the last
+  Index buffer_pixels() const { return pixels + kDepthTile; }
   bool empty() const { return cameras.empty(); }
 
   /// `image` projects padded nodes, `origin_m` is padded node 0. @throws Error naming the camera: a bad one,
