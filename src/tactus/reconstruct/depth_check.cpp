@@ -1,9 +1,9 @@
 #include "tactus/reconstruct/depth_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 namespace tactus {
 namespace {
@@ -41,13 +41,13 @@ class Judge {
       const auto width = static_cast<std::size_t>(depth_m.width_px);
       const Vec3d direction =
           pixel_ray_world(depth_camera, static_cast<double>(i % width), static_cast<double>(i / width));
-      rays_.push_back({direction, static_cast<double>(e), dot(direction, axis)});
+      if (count_ < rays_.size()) rays_[count_++] = {direction, static_cast<double>(e), dot(direction, axis)};
     }
   }
 
-  int samples() const { return static_cast<int>(rays_.size()); }
+  int samples() const { return static_cast<int>(count_); }
   int inside(const Reading& reading) const {
-    return static_cast<int>(std::count_if(rays_.begin(), rays_.end(), [&](const Ray& ray) {
+    return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_, [&](const Ray& ray) {
       const double distance_m = ray.distance_m * reading.factor / (reading.from_z ? ray.cosine : 1.0);
       return is_inside(eye_ + distance_m * ray.direction);
     }));
@@ -87,7 +87,8 @@ class Judge {
   std::span<const BitMask> silhouettes_;
   Box3f box_;
   Vec3d eye_;
-  std::vector<Ray> rays_;
+  std::array<Ray, 2 * std::size_t{kSamples}> rays_;  // whole steps give less than twice the samples
+  std::size_t count_ = 0;
 };
 
 }  // namespace

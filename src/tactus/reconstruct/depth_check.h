@@ -13,7 +13,8 @@ namespace tactus {
 /// workspace and inside every silhouette, as given and as other readings of the same numbers (millimetres,
 /// kilometres, z instead of radial distance).
 /// Returns "" when the image as given is at least nearly as good as any other reading; else what it looks
-/// like, with the counts. Empty images and masks take no part. ~20 us when all is well.
+/// like, with the counts. Empty images and masks take no part. Allocates nothing; about 40 us when all is
+/// well.
 std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
                                 const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m);
 
