@@ -107,7 +107,7 @@ struct FindHoles {
 /// One block is a tile.
 struct FadeDepth {
   View<const DepthCamera> cameras;
-  View<const float> usable;
+  View<const float> usable, high;  ///< high: of the pyramid
   View<const std::uint8_t> holes, tile_holes;
   View<const Vec3i> tiles;
   View<float> carving;  ///< out
@@ -135,6 +135,15 @@ struct FadeDepth {
           s.along[row * kDepthTile + t] = nearest;
         });
     const auto real = [&](int row) { return tile.z + row < height; };
+    const bool at_border = min(tile.y, tile.z) < kFadePixels || tile.y + kDepthTile + kFadePixels > width ||
+                           tile.z + kDepthTile + kFadePixels > height;
+    if ((!at_border && !has_holes) || !(high[tile_cell(c, tile.y, tile.z)] > 0)) {  // nothing to fade
+      b.template for_groups<kDepthTile>(kDepthTile, real, [&](int row, int t) {
+        const Index at = c.begin + (tile.z + row) * c.row + tile.y + t;
+        carving[at] = usable[at];
+      });
+      return;
+    }
     b.template for_groups<kDepthTile>(kDepthTile, real, [&](int row, int t) {
       const Index x = tile.y + t, y = tile.z + row;
       std::int32_t nearest = min(min(min(x, width - 1 - x), min(y, height - 1 - y)) + 1, kFadePixels + 1);

@@ -108,8 +108,8 @@ void DepthPart::prepare(ExecContext& ctx, View<const HullCamera> silhouettes,
       FindHoles{in.cameras.view(), silhouettes, bits, in.raw.view(), in.usable.view(), in.low.view(),
                 in.high.view(), in.tiles.view(), holes.view(), tile_holes.view()});
   ctx.parallel_for("depth/fade", in.tiles.size(),
-                   FadeDepth{in.cameras.view(), in.usable.view(), in.holes.view(), in.tile_holes.view(),
-                             in.tiles.view(), carving.view()});
+                   FadeDepth{in.cameras.view(), in.usable.view(), in.high.view(), in.holes.view(),
+                             in.tile_holes.view(), in.tiles.view(), carving.view()});
 }
 
 void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active,
