@@ -217,7 +217,8 @@ void add_reconstruct_command(CLI::App& app) {
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
-      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply");
+      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
+      "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");
   command->callback([options] { reconstruct(*options); });
 }
 
