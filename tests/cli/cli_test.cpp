@@ -140,6 +140,22 @@ TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
   EXPECT_FALSE(fs::exists(path("s.json")));
 }
 
+TEST_F(Cli, DepthIsUsedUnlessToldOtherwise) {
+  const auto frame_of = [&](const std::string& more) {
+    const Outcome o =
+        run("reconstruct bowl --devices cpu --resolution 48 --json " + path("b.json") + " " + more);
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_EQ(read("b.json")["depth"], more.empty());
+    return read("b.json")["frames"].at(0);
+  };
+  const nlohmann::json deep = frame_of(""), plain = frame_of("--no-depth");
+  EXPECT_GT(plain["volume_m3"], 1.2 * deep["volume_m3"].get<double>());
+  // With depth the mesh follows the figure but for its back; without, the cavity (0.27 m deep) is closed.
+  EXPECT_LT(deep["surface_rms_m"], 0.01);
+  EXPECT_GT(plain["surface_rms_m"], 0.02);
+  EXPECT_EQ(deep["boundary_edges"], 0);
+}
+
 TEST_F(Cli, FramesThatAStillPictureDoesNotHaveAreRefused) {
   const std::string rig = write_mask_rig({255, 255});
   const Outcome o =

@@ -126,7 +126,8 @@ void run(const RunOptions& options) {
   }
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
-  const std::unique_ptr<FrameSource> source = open_frame_source(scene.source);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(scene.source, {.depth = scene.reconstruction.depth});
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
   for (const auto& body : simulation.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
