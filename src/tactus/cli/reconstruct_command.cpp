@@ -164,10 +164,14 @@ void reconstruct(const ReconstructOptions& options) {
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
   const std::optional<Camera>& tof = source->rig().depth_camera;
   const bool use_depth = tof.has_value() && !options.no_depth;
-  VisualHull hull(devices, source->rig().cameras,
-                  {.workspace_m = box,
-                   .resolution = options.resolution,
-                   .slack_px = options.slack_px.value_or(source->rig().slack_px)},
+  HullOptions hull_options{.workspace_m = box,
+                           .resolution = options.resolution,
+                           .slack_px = options.slack_px.value_or(source->rig().slack_px)};
+  // A whole room's depth is rough: noise, and walls along the rays wherever it ends.
+  if (description.kind == SourceKind::kinect)
+    hull_options.max_vertices =
+        static_cast<Index>(std::min(15.0 * sqr<double>(options.resolution) + 20000, 2e8));
+  VisualHull hull(devices, source->rig().cameras, hull_options,
                   std::span(use_depth ? &*tof : nullptr, use_depth ? 1 : 0));
   const auto* synthetic = dynamic_cast<const SyntheticSource*>(source.get());
 

@@ -77,18 +77,16 @@ struct Capacity {
   Index bricks, vertices, triangles;
 };
 
-Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t brick_count, bool depth) {
+Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t brick_count) {
   // Surfaces of real scenes cross 1-2 n^2 cells; six faces of the box filled to the brim cross 6 n^2.
   const double area = static_cast<double>(voxels.x) * voxels.y + static_cast<double>(voxels.y) * voxels.z +
                       static_cast<double>(voxels.z) * voxels.x;
-  // Measured depth is rough: noise, and walls along the rays wherever it ends.
-  const double crossed = depth ? 5 : 2.5;
   Capacity c{};
   c.bricks = options.max_active_bricks > 0
                  ? options.max_active_bricks
                  : static_cast<Index>(std::min<double>(static_cast<double>(brick_count), 0.1 * area + 2000));
-  c.vertices = options.max_vertices > 0 ? options.max_vertices
-                                        : static_cast<Index>(std::min(crossed * area + 20000, 2e8));
+  c.vertices =
+      options.max_vertices > 0 ? options.max_vertices : static_cast<Index>(std::min(2.5 * area + 20000, 2e8));
   c.triangles = options.max_triangles > 0 ? options.max_triangles : 2 * c.vertices;
   return c;
 }
@@ -205,7 +203,7 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   });
   if (welds()) {
     Device& first = set.device(0);
-    const Capacity capacity = plan_capacity(options, voxels, 0, !depth.empty());
+    const Capacity capacity = plan_capacity(options, voxels, 0);
     all_positions_m = Buffer<Vec3f>(first, capacity.vertices);
     all_triangles = Buffer<Vec3i>(first, capacity.triangles);
     part_counts = Buffer<PartCounts>(first, set.count());
@@ -224,7 +222,7 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   Device& device = ctx.device();
   const std::int64_t bricks =
       std::int64_t{part.grid.bricks.x} * part.grid.bricks.y * (part.grid.layer_end - part.grid.layer_begin);
-  part.capacity = plan_capacity(options, voxels, bricks, !depth.empty());
+  part.capacity = plan_capacity(options, voxels, bricks);
   const Capacity& c = part.capacity;
   const double bytes = 16.0 * static_cast<double>(bricks) + (8.0 + 64 + 32 + 512) * c.bricks +
                        12.0 * c.vertices + 12.0 * c.triangles;
