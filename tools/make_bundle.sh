@@ -7,7 +7,7 @@ rm -rf "$out" "$out.tar.gz"
 mkdir -p "$out/bin" "$out/tests" "$out/lib"
 cp "$build/tactus" "$build/tactus-bench" "$out/bin/"
 # The tests of what runs on devices; the others test files and programs of the source tree.
-for t in compute cell_list visual_hull flsm contact simulation; do cp "$build/tests/${t}_test" "$out/tests/"; done
+for t in compute cell_list visual_hull surface_texture view_scores flsm contact simulation; do cp "$build/tests/${t}_test" "$out/tests/"; done
 cp -r scenes rigs "$out/"
 strip "$out"/bin/* "$out"/tests/*
 ldd "$out"/bin/* "$out"/tests/* | awk '/=> \//{print $3}' | sort -u |

@@ -137,76 +137,108 @@ std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vec
   return suspect_views_text(cameras, scores);
 }
 
-void reconstruct(const ReconstructOptions& options) {
-  check_outputs(options);
-  DeviceSet devices(options.devices);
-  const SourceDescription description = describe_source(options);
-  const std::optional<BoxRegion> workspace = workspace_of(options);
-  const std::unique_ptr<FrameSource> source =
-      open_frame_source(description, true, workspace, options.texture.has_value());
-  check_still(options, description, *source);
-  Box3f box = source->rig().workspace_m;
-  if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
-  VisualHull hull(devices, source->rig().cameras, {.workspace_m = box, .resolution = options.resolution});
+/// All that turns frames into meshes, files and rows.
+class Reconstruction {
+ public:
+  explicit Reconstruction(const ReconstructOptions& options)
+      : options_(options),
+        devices_(options.devices),
+        description_(describe_source(options)),
+        workspace_(workspace_of(options)),
+        source_(open_frame_source(description_, true, workspace_, options.texture.has_value())),
+        box_m_(workspace_ ? Box3f{vec_cast<float>(workspace_->min_m), vec_cast<float>(workspace_->max_m)}
+                          : source_->rig().workspace_m),
+        hull_(devices_, source_->rig().cameras, {.workspace_m = box_m_, .resolution = options.resolution}),
+        normals_(devices_.device(0), hull_.mesh().positions_m.size()),
+        motion_(hull_.voxel_size_m()),
+        view_scores_(devices_.context(0), source_->rig().cameras, {.workspace_m = box_m_}),
+        several_(description_.frames.last != description_.frames.first) {
+    check_still(options, description_, *source_);
+    if (options.texture) texture_.emplace(devices_, source_->rig(), hull_, box_m_, *options.texture);
+  }
 
-  SurfaceNormals normals(devices.device(0), hull.mesh().positions_m.size());
-  std::optional<TextureOutput> texture;
-  if (options.texture) texture.emplace(devices, source->rig(), hull, box, *options.texture);
+  nlohmann::json run() {
+    nlohmann::json json{
+        {"devices", devices_.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
+    std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
+                "volume m3", "IoU", "IoU min", "recall", "total ms");
+    FrameSet frame;
+    while (!interrupted()) {
+      const NextFrame next = source_->next(frame);
+      if (next == NextFrame::no_more_data) break;
+      if (!source_->status().empty()) log_warning(source_->status());
+      if (next == NextFrame::bad_frame) continue;
+      compute(frame);
+      json["frames"].push_back(finish(frame));
+    }
+    if (json["frames"].empty() && !interrupted())
+      throw Error("'" + options_.what + "' gave no usable frame: " + source_->status());
+    return json;
+  }
 
-  MotionOutput motion(hull.voxel_size_m());
-  ViewScores view_scores(devices.context(0), source->rig().cameras, {.workspace_m = box});
-
-  const bool several = description.frames.last != description.frames.first;
-  nlohmann::json json{
-      {"devices", devices.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
-  std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
-              "volume m3", "IoU", "IoU min", "recall", "total ms");
-  FrameSet frame;
-  Timings timings;
-  while (!interrupted()) {
-    const NextFrame next = source->next(frame);
-    if (next == NextFrame::no_more_data) break;
-    if (!source->status().empty()) log_warning(source->status());
-    if (next == NextFrame::bad_frame) continue;
+ private:
+  void compute(const FrameSet& frame) {
     const auto stage = [&](const char* name, auto&& body) {
-      const StageTimer timer(timings, name);
+      const StageTimer timer(timings_, name);
       body();
-      devices.synchronize();
+      devices_.synchronize();
     };
     stage("total", [&] {
-      stage("upload", [&] { hull.upload(frame.silhouettes); });
-      stage("hull", [&] { hull.carve(); });
-      stage("mesh", [&] { hull.extract(); });
-      stage("normals", [&] { normals.compute(devices.context(0), hull.mesh(), hull.voxel_size_m()); });
-      if (texture) stage("texture", [&] { texture->shade(frame, hull, normals.view()); });
+      stage("upload", [&] { hull_.upload(frame.silhouettes); });
+      stage("hull", [&] { hull_.carve(); });
+      stage("mesh", [&] { hull_.extract(); });
+      stage("normals", [&] { normals_.compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m()); });
+      if (texture_) stage("texture", [&] { texture_->shade(frame, hull_, normals_.view()); });
     });
-    const HullReport report = hull.report();
+  }
+
+  /// Writes what is wanted of a frame; its row of measurements.
+  nlohmann::json finish(const FrameSet& frame) {
+    const HullReport report = hull_.report();
     if (!report.overflow.empty()) log_warning(report.overflow);
-    TriangleMesh mesh = hull.download();
-    mesh.normals = to_host(devices.context(0), normals.view().part(0, report.vertices));
-    if (!options.mesh_path.empty()) {
-      write_mesh(numbered(options.mesh_path, frame.tick, several), mesh,
-                 texture ? texture->colors(report.vertices) : std::vector<Rgb8>{});
+    TriangleMesh mesh = hull_.download();
+    mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
+    if (!options_.mesh_path.empty()) {
+      write_mesh(numbered(options_.mesh_path, frame.tick, several_), mesh,
+                 texture_ ? texture_->colors(report.vertices) : std::vector<Rgb8>{});
     }
-    if (!options.views_path.empty())
-      write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
-    nlohmann::json row = measure(mesh, source->rig(), frame);
-    motion.add(mesh, frame, *source, row);
-    std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
-                                      source->rig().cameras, row);
+    if (!options_.views_path.empty())
+      write_png(numbered(options_.views_path, frame.tick, several_),
+                texture_->picture(hull_, normals_, mesh));
+    nlohmann::json row = measure(mesh, source_->rig(), frame);
+    motion_.add(mesh, frame, *source_, row);
+    std::string odd = add_view_scores(view_scores_.measure(devices_.context(0), frame.silhouettes),
+                                      source_->rig().cameras, row);
     if (!odd.empty()) log_warning(odd);
+    if (odd.empty()) odd = source_->status();
     row["tick"] = frame.tick;
-    if (odd.empty()) odd = source->status();
     row["status"] = report.overflow.empty() ? odd : report.overflow;
-    for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
+    for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
                 row["volume_m3"].get<double>(), row["iou_mean"].get<double>(), row["iou_min"].get<double>(),
-                row["recall"].get<double>(), timings.last_ms("total"));
-    json["frames"].push_back(std::move(row));
+                row["recall"].get<double>(), timings_.last_ms("total"));
+    return row;
   }
-  if (json["frames"].empty() && !interrupted())
-    throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+
+  const ReconstructOptions& options_;
+  DeviceSet devices_;
+  SourceDescription description_;
+  std::optional<BoxRegion> workspace_;
+  std::unique_ptr<FrameSource> source_;
+  Box3f box_m_;
+  VisualHull hull_;
+  SurfaceNormals normals_;
+  MotionOutput motion_;
+  ViewScores view_scores_;
+  std::optional<TextureOutput> texture_;
+  bool several_;
+  Timings timings_;
+};
+
+void reconstruct(const ReconstructOptions& options) {
+  check_outputs(options);
+  const nlohmann::json json = Reconstruction(options).run();
   if (!options.json_path.empty()) write_json_file(options.json_path, json);
 }
 
