@@ -206,9 +206,16 @@ class Reconstruction {
       write_png(numbered(options_.views_path, frame.tick, several_),
                 texture_->picture(hull_, normals_, mesh));
     nlohmann::json row = measure(mesh, source_->rig(), frame);
-    motion_.add(mesh, frame, *source_, row);
-    std::string odd = add_view_scores(view_scores_.measure(devices_.context(0), frame.silhouettes),
-                                      source_->rig().cameras, row);
+    {
+      const StageTimer timer(timings_, "motion");
+      motion_.add(mesh, frame, *source_, row);
+    }
+    std::vector<ViewScore> scores;
+    {
+      const StageTimer timer(timings_, "view_scores");
+      scores = view_scores_.measure(devices_.context(0), frame.silhouettes);
+    }
+    std::string odd = add_view_scores(scores, source_->rig().cameras, row);
     if (!odd.empty()) log_warning(odd);
     if (odd.empty()) odd = source_->status();
     row["tick"] = frame.tick;

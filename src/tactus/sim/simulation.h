@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "tactus/base/timing.h"
+#include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/soft_body.h"
@@ -59,6 +60,7 @@ class Simulation {
   DeviceSet& devices_;
   Scene scene_;
   VisualHull hull_;
+  SurfaceNormals normals_;  ///< for pictures
   float sample_spacing_m_;
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
