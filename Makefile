@@ -30,7 +30,7 @@ bench: build     ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
 	$(BUILD)/tactus bench all --devices $(DEVICES) --json out/bench.json
 
-bundle: tests    ## relocatable folder bundle/ and bundle.tar.gz: program, tests, needed libraries
+bundle: tests    ## bundle/ with two relocatable archives: tactus-device (GPU tests, bench) and tactus (all)
 	@tools/make_bundle.sh $(BUILD) bundle
 
 install: build   ## library, headers and program to PREFIX
@@ -39,8 +39,8 @@ install: build   ## library, headers and program to PREFIX
 format:          ## clang-format all sources
 	git ls-files '*.h' '*.cpp' '*.cu' '*.cuh' | xargs clang-format -i
 
-lint:            ## format, include direction, kernels' rules, headers alone
+lint:            ## format, include direction, kernels' rules, headers alone, clang-tidy
 	@tools/lint.sh
 
 clean:           ## remove what was built
-	rm -rf $(BUILD) bundle bundle.tar.gz out
+	rm -rf $(BUILD) build-tidy build-cpu-asan bundle out

@@ -9,7 +9,9 @@ const std::vector<Benchmark>& benchmarks() {
       {"affine", "the smallest kernel through parallel_for, against the same loop written by hand",
        run_affine},
       {"hull", "visual hull and mesh of 8 silhouettes 640x480, against a plain voxel loop", run_hull},
-      {"flsm", "substeps of a soft body by fast lattice shape matching", run_flsm},
+      {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)", run_tissue},
+      {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
+       run_fig20},
       {"frame", "the whole frame of scenes/demo.yaml, without pictures", run_frame},
       {"texture", "normals and view-dependent texture of every vertex from 8 photos 640x480", run_texture},
   };

@@ -17,11 +17,13 @@ struct Benchmark {
 /// All benchmarks, in the order in which `all` runs them. Adding one: a line here.
 const std::vector<Benchmark>& benchmarks();
 
-Rows run_affine(const std::string& devices);
-Rows run_hull(const std::string& devices);
-Rows run_flsm(const std::string& devices);
-Rows run_frame(const std::string& devices);
-Rows run_texture(const std::string& devices);
+Rows run_affine(const std::string& device_text);
+Rows run_hull(const std::string& device_text);
+Rows run_flsm(const std::string& device_text);
+Rows run_texture(const std::string& device_text);
+Rows run_tissue(const std::string& device_text);
+Rows run_fig20(const std::string& device_text);
+Rows run_frame(const std::string& device_text);
 
 /// Milliseconds of `body` (which must wait for what it starts): at least `least` repetitions, then until
 /// `seconds` are over.

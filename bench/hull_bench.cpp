@@ -39,6 +39,21 @@ double plain_loop_ms(PlainVoxelLoop& loop, Index n) {
   return p(time_ms([&] { loop.run(); }, n > 128 ? 7 : 20, 1), 50);
 }
 
+/// Median milliseconds of every kernel, run one by one: what fills the gap to the floor.
+nlohmann::json kernel_ms(DeviceSet& devices, VisualHull& hull) {
+  Timings timings;
+  devices.context(0).profile(&timings);
+  for (int i = 0; i < 30; ++i) {
+    hull.carve();
+    hull.extract();
+    devices.synchronize();
+  }
+  devices.context(0).profile(nullptr);
+  nlohmann::json kernels;
+  for (const std::string& name : timings.stages()) kernels[name] = timings.percentile_ms(name, 50);
+  return kernels;
+}
+
 nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, double bandwidth) {
   SyntheticOptions options;
   options.figure = figure + "-still";
@@ -77,6 +92,7 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
                      {"hull_ms_p50", p(carve, 50)},
                      {"upload_ms_p50", p(upload, 50)},
                      {"floor_ms", floor_ms(report, 8.0 * 640 * 480 / 8, bandwidth)},
+                     {"kernels_ms_p50", kernel_ms(devices, hull)},
                      {"vertices", report.vertices},
                      {"triangles", report.triangles}};
   if (devices.is_cuda()) {
@@ -90,6 +106,50 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
   const double plain_ms = plain_loop_ms(loop, n);
   row["reference"] = {{"plain_loop", plain_ms}};
   row["plain_loop_over_hull"] = plain_ms / p(carve, 50);
+  return row;
+}
+
+/// The extended hull: one depth camera of 200x200 pixels more.
+nlohmann::json run_depth_case(DeviceSet& devices, const std::string& figure, Index n) {
+  SyntheticOptions options;
+  options.figure = figure + "-still";
+  options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  source.next(frame);
+  VisualHull hull(devices, source.rig().cameras, {.workspace_m = source.rig().workspace_m, .resolution = n},
+                  {&*source.rig().depth_camera, 1});
+  const auto upload = time_ms(
+      [&] {
+        hull.upload(frame.silhouettes, {&frame.depth_m, 1});
+        devices.synchronize();
+      },
+      20, 0.3);
+  const auto whole = time_ms(
+      [&] {
+        hull.carve();
+        hull.extract();
+        devices.synchronize();
+      },
+      30, 2);
+  const HullReport report = hull.report();
+  nlohmann::json row{{"name", "hull+depth+mesh"},
+                     {"case", figure},
+                     {"size", n},
+                     {"devices", devices.name()},
+                     {"ms_p50", p(whole, 50)},
+                     {"ms_p99", p(whole, 99)},
+                     {"ms_p10", p(whole, 10)},
+                     {"ms_min", p(whole, 0)},
+                     {"upload_ms_p50", p(upload, 50)},
+                     {"vertices", report.vertices},
+                     {"triangles", report.triangles}};
+  if (devices.is_cuda()) {
+    row["device_ms"] = batch_ms(devices, [&] {
+      hull.carve();
+      hull.extract();
+    });
+  }
   return row;
 }
 
@@ -107,6 +167,7 @@ Rows run_hull(const std::string& device_text) {
       if (n == 256) row["growth_from_128"] = row["ms_p50"].get<double>() / ms_at_128;  // volume would give 8
       rows.push_back(std::move(row));
     }
+    for (const Index n : {64, 100, 256}) rows.push_back(run_depth_case(devices, figure, n));
   }
   return rows;
 }

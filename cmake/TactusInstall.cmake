@@ -1,4 +1,4 @@
-# find_package(tactus): static libraries tactus::<module>, headers, and the flags that keep one answer on every device.
+# find_package(tactus [COMPONENTS module ...]): static libraries tactus::<module>, headers, and the flags that keep one answer on every device.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -7,6 +7,7 @@ install(TARGETS ${modules} tactus_settings EXPORT tactusTargets ARCHIVE DESTINAT
 install(DIRECTORY src/tactus DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.cuh")
 set_target_properties(tactus_settings PROPERTIES EXPORT_NAME settings)
 install(EXPORT tactusTargets NAMESPACE tactus:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
+get_property(TACTUS_COMPONENT_FACTS GLOBAL PROPERTY TACTUS_COMPONENT_FACTS)
 configure_package_config_file(cmake/tactusConfig.cmake.in ${CMAKE_BINARY_DIR}/tactusConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake COMPATIBILITY SameMinorVersion)

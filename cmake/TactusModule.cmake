@@ -1,7 +1,8 @@
-# tactus_module(name SOURCES a.cpp ... [CUDA kernels.cu ...] [LINK tactus_x ...] [PRIVATE_LINK lib ...])
-# One target per folder: what a folder links is what it may include.
+# tactus_module(name SOURCES a.cpp ... [CUDA kernels.cu ...] [LINK tactus_x ...] [PRIVATE_LINK lib ...] [PACKAGES Pkg ...])
+# One target per folder: what a folder links is what it may include. PACKAGES: what find_package(tactus) looks for when this
+# component is used.
 function(tactus_module name)
-  cmake_parse_arguments(M "" "" "SOURCES;CUDA;LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(M "" "" "SOURCES;CUDA;LINK;PRIVATE_LINK;PACKAGES" ${ARGN})
   set(sources ${M_SOURCES})
   if(TACTUS_WITH_CUDA)
     list(APPEND sources ${M_CUDA})
@@ -14,4 +15,8 @@ function(tactus_module name)
     target_link_libraries(tactus_${name} PRIVATE ${M_PRIVATE_LINK})
   endif()
   set_property(GLOBAL APPEND PROPERTY TACTUS_MODULES tactus_${name})
+  list(TRANSFORM M_LINK REPLACE "^tactus_" "")
+  string(CONCAT facts "list(APPEND _tactus_known ${name})\n" "set(_tactus_${name}_uses ${M_LINK})\n"
+         "set(_tactus_${name}_packages ${M_PACKAGES})\n")
+  set_property(GLOBAL APPEND_STRING PROPERTY TACTUS_COMPONENT_FACTS "${facts}")
 endfunction()

@@ -74,7 +74,13 @@ add_link_options(-Wl,--no-undefined -Wl,--as-needed)
 if(TACTUS_ARCH STREQUAL "x86-64-v3")
   add_link_options(-Wl,-z,x86-64-v3)
 endif()
+# Programs find the libraries of the folder they were moved to, and DT_RPATH (not RUNPATH) lets those libraries find theirs.
+set(CMAKE_INSTALL_RPATH "\$ORIGIN/../lib")
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)  # the bundle copies what was built
+add_link_options(-Wl,--disable-new-dtags)
+# Of this build only: options of `tactus_settings` would reach whoever uses the installed package.
 if(TACTUS_SANITIZE)
-  target_compile_options(tactus_settings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${TACTUS_SANITIZE} -fno-omit-frame-pointer>)
+  add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${TACTUS_SANITIZE};-fno-omit-frame-pointer>")
   add_link_options(-fsanitize=${TACTUS_SANITIZE})
 endif()

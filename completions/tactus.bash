@@ -12,8 +12,8 @@ _tactus() {
     return
   fi
   case $verb in
-    run) COMPREPLY=($(compgen -W "--devices --frames --out --json --view --help" -- "$cur") $(compgen -f -X '!*.yaml' -- "$cur")) ;;
-    reconstruct) COMPREPLY=($(compgen -W "--source --resolution --frames --devices --mesh --texture --texture-views --json --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
+    run) COMPREPLY=($(compgen -W "--devices --frames --out --json --view --verbose --quiet --help" -- "$cur") $(compgen -f -X '!*.yaml' -- "$cur")) ;;
+    reconstruct) COMPREPLY=($(compgen -W "--source --resolution --frames --devices --mesh --texture --texture-views --json --verbose --quiet --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
     synth) COMPREPLY=($(compgen -W "--out --frames --fps --moving --size --turns --cameras --no-colors --noise-calibration --noise-sync --noise-segmentation --noise-depth --noise-wiggle --seed --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
     bench) COMPREPLY=($(compgen -W "all hull texture --devices --json --help" -- "$cur")) ;;
     info) COMPREPLY=($(compgen -W "--json --help" -- "$cur")) ;;

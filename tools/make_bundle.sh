@@ -1,33 +1,62 @@
 #!/usr/bin/env bash
-# tools/make_bundle.sh BUILD OUT: programs, tests and the shared libraries they need, in a folder that runs on another
-# Linux (libc, the GPU driver and OpenGL come from there).
+# tools/make_bundle.sh BUILD OUT: two folders in OUT, and an archive of each, that run on another Linux with the libraries in
+# their lib/ (found through DT_RPATH, so no wrapper or environment is needed):
+#   tactus-device  tactus-bench, the scenes, and every test that runs on devices: small enough to carry to a GPU host
+#   tactus         that and the program itself, with the image and video codecs of this machine's OpenCV
+# libc, the GPU's driver and OpenGL belong to the machine they run on.
 set -euo pipefail
 build=$1 out=$2
-rm -rf "$out" "$out.tar.gz"
-mkdir -p "$out/bin" "$out/tests" "$out/lib"
-cp "$build/tactus" "$build/tactus-bench" "$out/bin/"
-# The tests of what runs on devices; the others test files and programs of the source tree.
-for t in compute cell_list visual_hull surface_texture view_scores flsm contact simulation; do cp "$build/tests/${t}_test" "$out/tests/"; done
-cp -r scenes rigs "$out/"
-strip "$out"/bin/* "$out"/tests/*
-ldd "$out"/bin/* "$out"/tests/* | awk '/=> \//{print $3}' | sort -u |
-  grep -vE '/(libc|libm|libdl|librt|libpthread|ld-linux[^/]*|libcuda|libGL|libGLX|libGLdispatch|libEGL|libOpenGL|libdrm|libX[^/]*|libxcb[^/]*|libwayland[^/]*)\.so' |
-  xargs -I{} cp -L {} "$out/lib/"
-cat >"$out/run-tests.sh" <<'S'
-#!/usr/bin/env bash
-# Runs all tests of this bundle, GPU ones where there is a GPU.
+from_the_host='/(libc|libm|libdl|librt|libpthread|libresolv|libutil|ld-linux[^/]*|libcuda|libGL|libEGL|libOpenGL)\.so'
+
+add_libraries() {  # add_libraries FOLDER: what its programs need, and that it is found there and not here
+  local folder=$1 wrong
+  ldd "$folder"/bin/* "$folder"/tests/* | awk '/=> \//{print $3}' | sort -u | grep -vE "$from_the_host" |
+    xargs -I{} cp -L {} "$folder/lib/"
+  wrong=$(env -i /usr/bin/ldd "$folder"/bin/* "$folder"/tests/* | grep '=>' | grep -v "=> $(realpath "$folder")/" |
+    awk '{print $1, $2, $3}' | grep -vE "$from_the_host" | sort -u || true)
+  if [ -n "$wrong" ]; then
+    echo "$folder: not found in its own lib/:" && echo "$wrong"
+    exit 1
+  fi >&2
+}
+
+pack() {  # pack FOLDER: archive and sizes
+  tar -C "$out" -cf - "$(basename "$1")" | gzip -9 >"$1.tar.gz"
+  du -sh "$1" "$1.tar.gz"
+}
+
+device=$out/tactus-device all=$out/tactus
+rm -rf "$out"
+mkdir -p "$device/bin" "$device/tests" "$device/lib"
+cp "$build/tactus-bench" "$device/bin/"
+for t in "$build"/tests/*_test; do
+  if "$t" --gtest_list_tests | grep -q '^Devices/'; then cp "$t" "$device/tests/"; fi
+done
+strip "$device"/bin/* "$device"/tests/*
+cp -r scenes rigs "$device/"
+cat >"$device/run-tests.sh" <<'S'
+#!/bin/sh
+# Runs all tests of this bundle, those for GPUs where there is one. Arguments go to every test (--gtest_filter=...).
 cd "$(dirname "$0")" && failed=0
 for t in tests/*_test; do
   echo "== $t"
-  LD_LIBRARY_PATH=$PWD/lib "$t" --gtest_brief=1 || failed=1
+  "$t" --gtest_brief=1 "$@" || failed=1
 done
 exit $failed
 S
-cat >"$out/tactus" <<'S'
-#!/usr/bin/env bash
-here=$(cd "$(dirname "$0")" && pwd)
-LD_LIBRARY_PATH=$here/lib exec "$here/bin/tactus" "$@"
-S
-chmod +x "$out/run-tests.sh" "$out/tactus"
-tar czf "$out.tar.gz" "$out"
-du -sh "$out" "$out.tar.gz"
+chmod +x "$device/run-tests.sh"
+
+cp -r "$device" "$all"
+cp "$build/tactus" "$all/bin/"
+cp "$build/tests/cli_test" "$all/tests/"
+strip "$all/bin/tactus" "$all/tests/cli_test"
+add_libraries "$device"
+add_libraries "$all"
+pack "$device"
+pack "$all"
+
+limit_mib=64
+if [ "$(stat -c %s "$device.tar.gz")" -gt $((limit_mib * 1024 * 1024)) ]; then
+  echo "$device.tar.gz is larger than $limit_mib MiB" >&2
+  exit 1
+fi

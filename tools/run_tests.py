@@ -1,14 +1,36 @@
 #!/usr/bin/env python3
-"""Runs all test programs of a build through ctest and counts gtest cases honestly: passed, failed, skipped.
+"""Runs all test programs of a build through ctest and counts cases honestly: passed, failed, skipped and why.
 
+A test that is not a gtest program (the package test) counts as one case.
 usage: tools/run_tests.py BUILD [ctest arguments]
 """
-import json
+import collections
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
+
+
+def reason_of(skipped: ElementTree.Element) -> str:
+    """gtest's message is "file:line" and, on the lines below, what was given to GTEST_SKIP."""
+    lines = skipped.get("message", "").strip().splitlines()
+    return " ".join(lines[1:]).strip() or "without a reason, at " + (lines[0] if lines else "an unknown place")
+
+
+def count_gtest(file: pathlib.Path, counts: collections.Counter, reasons: collections.Counter) -> None:
+    for case in ElementTree.parse(file).getroot().iter("testcase"):
+        if case.find("failure") is not None:
+            counts["failed"] += 1
+        elif (skipped := case.find("skipped")) is not None:
+            counts["skipped"] += 1
+            reasons[reason_of(skipped)] += 1
+        elif case.get("status") == "notrun":
+            counts["skipped"] += 1
+            reasons["disabled in the source"] += 1
+        else:
+            counts["passed"] += 1
 
 
 def main() -> int:
@@ -16,31 +38,26 @@ def main() -> int:
     results = build / "test_results"
     shutil.rmtree(results, ignore_errors=True)
     results.mkdir(parents=True)
-    environment = dict(os.environ, GTEST_OUTPUT=f"json:{results}/")
+    programs = build / "test_programs.xml"
+    programs.unlink(missing_ok=True)
     ctest = subprocess.run(
-        ["ctest", "--test-dir", str(build), "--output-on-failure", "-j", str(os.cpu_count() or 1), *sys.argv[2:]],
-        env=environment, check=False)
-    passed = failed = skipped = 0
-    reasons: dict[str, int] = {}
-    for file in sorted(results.glob("*.json")):
-        report = json.loads(file.read_text())
-        for suite in report["testsuites"]:
-            for case in suite["testsuite"]:
-                if case.get("result") == "SKIPPED" or case.get("status") == "NOTRUN":
-                    skipped += 1
-                    for why in case.get("skipped", [{}]):
-                        text = why.get("message", "a device or data set is not here (run the test program to see which)").strip().splitlines()[-1]
-                        reasons[text] = reasons.get(text, 0) + 1
-                elif case.get("failures"):
-                    failed += 1
-                else:
-                    passed += 1
-    for text, count in sorted(reasons.items(), key=lambda item: -item[1]):
+        ["ctest", "--test-dir", str(build), "--output-on-failure", "-j", str(os.cpu_count() or 1),
+         "--output-junit", str(programs), *sys.argv[2:]],
+        env=dict(os.environ, GTEST_OUTPUT=f"xml:{results}/"), check=False)
+    counts: collections.Counter = collections.Counter()
+    reasons: collections.Counter = collections.Counter()
+    for file in sorted(results.glob("*.xml")):
+        count_gtest(file, counts, reasons)
+    if programs.exists():
+        for program in ElementTree.parse(programs).getroot().iter("testcase"):
+            if not (results / f"{program.get('name')}.xml").exists():  # not gtest, or it crashed
+                counts["passed" if program.get("status") == "run" else "failed"] += 1
+    if ctest.returncode != 0 and counts["failed"] == 0:
+        counts["failed"] = 1
+    for text, count in reasons.most_common():
         print(f"skipped {count}: {text}")
-    if ctest.returncode != 0 and failed == 0:
-        failed = 1  # a program crashed, or a test that is not gtest failed
-    print(f"{passed} passed, {failed} failed, {skipped} skipped")
-    return 1 if failed or ctest.returncode != 0 or passed == 0 else 0
+    print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
+    return 1 if counts["failed"] or ctest.returncode != 0 or counts["passed"] == 0 else 0
 
 
 if __name__ == "__main__":

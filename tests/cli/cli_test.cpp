@@ -21,7 +21,7 @@ struct Outcome {
 };
 
 /// The program built beside this test, or the one in a bundle.
-std::string program() { return fs::exists(TACTUS_PROGRAM) ? TACTUS_PROGRAM : "./tactus"; }
+std::string program() { return fs::exists(TACTUS_PROGRAM) ? TACTUS_PROGRAM : "bin/tactus"; }
 
 Outcome run(const std::string& arguments) {
   FILE* pipe = popen((program() + " " + arguments + " 2>&1").c_str(), "r");
@@ -140,6 +140,22 @@ TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
   EXPECT_FALSE(fs::exists(path("s.json")));
 }
 
+TEST_F(Cli, DepthIsUsedUnlessToldOtherwise) {
+  const auto frame_of = [&](const std::string& more) {
+    const Outcome o =
+        run("reconstruct bowl --devices cpu --resolution 48 --json " + path("b.json") + " " + more);
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_EQ(read("b.json")["depth"], more.empty());
+    return read("b.json")["frames"].at(0);
+  };
+  const nlohmann::json deep = frame_of(""), plain = frame_of("--no-depth");
+  EXPECT_GT(plain["volume_m3"], 1.2 * deep["volume_m3"].get<double>());
+  // With depth the mesh follows the figure but for its back; without, the cavity (0.27 m deep) is closed.
+  EXPECT_LT(deep["surface_rms_m"], 0.01);
+  EXPECT_GT(plain["surface_rms_m"], 0.02);
+  EXPECT_EQ(deep["boundary_edges"], 0);
+}
+
 TEST_F(Cli, FramesThatAStillPictureDoesNotHaveAreRefused) {
   const std::string rig = write_mask_rig({255, 255});
   const Outcome o =
@@ -156,7 +172,7 @@ TEST_F(Cli, BlackMasksGiveNothingAndWhiteOnesTheBoxWithAStatus) {
             path("m.ply") + " --json " + path("m.json"));
     EXPECT_EQ(o.code, 0) << o.text;
     EXPECT_NE(o.text.find(status), std::string::npos) << o.text;
-    const nlohmann::json frame = read("m.json")["frames"].at(0);
+    nlohmann::json frame = read("m.json")["frames"].at(0);
     EXPECT_NE(frame["status"].get<std::string>().find(status), std::string::npos) << frame;
     return frame;
   };
@@ -300,6 +316,28 @@ TEST_F(Cli, RunsAScene) {
             json["probes"]["top"][0][1].get<double>());  // nothing holds it: it falls
   for (const char* stage : {"hull", "mesh", "surface", "bodies", "embed", "frame"})
     EXPECT_GT(json["ms"][stage]["p99"].get<double>(), 0) << stage;
+}
+
+TEST_F(Cli, QuietAndVerboseChangeWhatIsToldNotTheResult) {
+  const std::string masks =
+      "reconstruct --source masks " + write_mask_rig({0, 0}) + " --resolution 16 --devices cpu";
+  EXPECT_NE(run(masks).text.find("warning: camera 'a'"), std::string::npos);
+  const Outcome quiet = run(masks + " --quiet");
+  EXPECT_EQ(quiet.code, 0) << quiet.text;
+  EXPECT_EQ(quiet.text.find("warning"), std::string::npos) << quiet.text;
+  EXPECT_NE(quiet.text.find("triangles"), std::string::npos) << quiet.text;
+  EXPECT_EQ(run(masks + " --quiet --verbose").code, 2);
+
+  const std::string scene = write_scene(
+      "one.yaml",
+      "source: {kind: synthetic, figure: sphere}\nreconstruction: {resolution: 16}\n"
+      "bodies:\n  - {name: block, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.1}\n");
+  const std::string once = "run " + scene + " --devices cpu --frames 1 --view none --out " + path("out");
+  EXPECT_EQ(run(once).text.find("frame 0 "), std::string::npos);
+  const Outcome loud = run(once + " --verbose");
+  EXPECT_EQ(loud.code, 0) << loud.text;
+  EXPECT_NE(loud.text.find("frame 0 "), std::string::npos) << loud.text;
+  EXPECT_NE(loud.text.find("body 'block': "), std::string::npos) << loud.text;
 }
 
 TEST_F(Cli, ScenesWithMistakesAreRefusedWithTheLine) {

@@ -6,7 +6,19 @@
 #include "compute/compute_test_kernels.h"
 #include "support/device_sets.h"
 #include "tactus/base/math.h"
+#include "tactus/compute/host_kernel.h"
 #include "tactus/multi_device/device_set.h"
+
+namespace tactus::test {
+namespace {
+/// Of a program without nvcc: not listed in compute_test_kernels.cu.
+struct Halve {
+  View<float> x;
+  void operator()(Index i) const { x[i] *= 0.5F; }
+};
+}  // namespace
+}  // namespace tactus::test
+TACTUS_HOST_KERNEL(tactus::test::Halve);
 
 namespace tactus {
 namespace {
@@ -120,6 +132,31 @@ TEST_P(Compute, GraphReplaysOnNewContents) {
   EXPECT_EQ(to_host(ctx, data.view())[0], before[63]);
   ctx.launch(graph);
   EXPECT_EQ(to_host(ctx, data.view()), before);
+}
+
+TEST_P(Compute, HostKernelRunsOnTheCpuAndIsNamedOnAGpu) {
+  DeviceSet devices(GetParam(), 3);
+  ExecContext& ctx = devices.context(0);
+  Buffer<float> x = to_device(ctx, ramp(3000));
+  const auto halve = [&] { ctx.parallel_for("my/halve", 3000, test::Halve{x.view()}); };
+  if (ctx.device().is_cuda()) {
+    EXPECT_THROW(halve(), Error);
+    return;
+  }
+  halve();
+  std::vector<float> expected = ramp(3000);
+  for (float& value : expected) value *= 0.5F;
+  EXPECT_EQ(to_host(ctx, x.view()), expected);
+}
+
+TEST(HostKernel, RefusalNamesLaunchAndType) {
+  try {
+    detail::launch_cuda<test::Halve, sizeof(test::Halve), alignof(test::Halve)>(nullptr, "my/halve", 1,
+                                                                                test::Halve{});
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("'my/halve' (tactus::test::Halve)"), std::string::npos) << e.what();
+  }
 }
 
 TEST(VirtualDevices, AMissingWaitIsSeen) {

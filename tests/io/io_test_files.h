@@ -25,7 +25,7 @@ struct TempFolder {
   }
   /// Creates a file; returns its path.
   std::string write(const std::string& name, const std::string& content) const {
-    const std::string file = path + "/" + name;
+    std::string file = path + "/" + name;
     std::ofstream(file, std::ios::binary) << content;
     return file;
   }
@@ -41,6 +41,8 @@ inline std::string data_folder() {
 
 }  // namespace tactus
 
+// NOLINTBEGIN(bugprone-macro-parentheses): `name` is declared here
 #define TACTUS_DATA_OR_SKIP(name)                   \
   const std::string name = ::tactus::data_folder(); \
   if (name.empty()) GTEST_SKIP() << "no test data: set TACTUS_DATA to its folder"
+// NOLINTEND(bugprone-macro-parentheses)

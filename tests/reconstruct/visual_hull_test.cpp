@@ -1,4 +1,5 @@
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/geom/mask_growth.h"
 
 #include <gtest/gtest.h>
 
@@ -64,8 +65,9 @@ std::vector<BitMask> random_silhouettes(const std::vector<Camera>& cameras, unsi
 }
 
 TriangleMesh hull_of(const std::string& devices, const std::vector<Camera>& cameras,
-                     const std::vector<BitMask>& masks, Index resolution, std::uint64_t seed = 1) {
-  DeviceSet set(devices, seed);
+                     const std::vector<BitMask>& masks, Index resolution, std::uint64_t seed = 1,
+                     PeerAccess access = PeerAccess::automatic) {
+  DeviceSet set(devices, seed, access);
   VisualHull hull(set, cameras, {kCube, resolution});
   for (int frame = 0; frame < 3;
        ++frame) {  // later frames must not depend on earlier ones (nor on how they are replayed)
@@ -93,6 +95,9 @@ TEST_P(Hull, SameBitsAsOneCpu) {
       ASSERT_GT(expected.triangles.size(), 100U);
       EXPECT_EQ(got.triangles, expected.triangles);
       EXPECT_EQ(got.positions_m, expected.positions_m);
+      const TriangleMesh staged = hull_of(GetParam(), cameras, masks, resolution, seed, PeerAccess::staged);
+      EXPECT_EQ(staged.triangles, expected.triangles);
+      EXPECT_EQ(staged.positions_m, expected.positions_m);
     }
   }
 }
@@ -106,6 +111,25 @@ TEST(Hull, RandomSilhouettesGiveClosedOrientedManifolds) {
     EXPECT_EQ(t.boundary_edges, 0) << seed;
     EXPECT_EQ(t.nonmanifold_edges, 0) << seed;
     EXPECT_GT(volume_m3(mesh), 0) << seed;
+  }
+}
+
+TEST(GrowMask, IsTheSetOfPixelsWithinSoManySteps) {
+  const Index width = 70, height = 9;
+  const BitMask mask =
+      make_mask(width, height, [](Index x, Index y) { return (x * 7 + y * 13) % 41 == 0 || x == 69; });
+  for (const int steps : {0, 1, 3}) {
+    BitMask grown;
+    grow_mask(mask, steps, grown);
+    const BitMask expected = make_mask(width, height, [&](Index x, Index y) {
+      for (Index v = 0; v < height; ++v) {
+        for (Index u = 0; u < width; ++u) {
+          if (mask(u, v) && std::abs(u - x) + std::abs(v - y) <= steps) return true;
+        }
+      }
+      return false;
+    });
+    EXPECT_EQ(grown, expected) << steps;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/data_folder.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/rig_file.h"
@@ -11,19 +12,7 @@
 namespace tactus {
 namespace {
 
-std::string data_folder() {
-  const char* env = std::getenv("TACTUS_DATA");
-  std::filesystem::path folder = env != nullptr
-                                     ? std::filesystem::path(env)
-                                     : std::filesystem::path(__FILE__).parent_path() / "../../../shared/data";
-  if (!std::filesystem::is_directory(folder)) return "";
-  ::setenv("TACTUS_DATA", folder.c_str(), 1);
-  return folder;
-}
-
-std::string rig_path(const std::string& name) {
-  return std::filesystem::path(__FILE__).parent_path() / "../../rigs" / name;
-}
+std::string rig_path(const std::string& name) { return source_path("rigs/" + name); }
 
 #define SKIP_WITHOUT_DATA() \
   if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA"

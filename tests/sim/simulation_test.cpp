@@ -23,7 +23,7 @@ Scene slab_scene() {
   slab.material.density_kg_m3 = 300;
   slab.material.damping = 0.5;
   for (const double side : {-1.0, 1.0}) {
-    FixedRegion end;
+    SpaceRegion end;
     end.kind = RegionKind::half_space;
     end.point_m = {side * 0.36, 0, 0};
     end.normal = {-side, 0, 0};
@@ -99,6 +99,121 @@ TEST(Simulation, WithoutContactTheSlabStaysAtRest) {
   const std::vector<Vec3f> after = simulation.probe_positions_m();
   for (std::size_t i = 0; i < before.size(); ++i)
     EXPECT_LT(length(after[i] - before[i]), 1e-5F);  // 2e-4 of a cube
+}
+
+/// A cube of 0.2 m as a mesh body.
+BodyAssets cube_asset(float scale, bool inside_out) {
+  TriangleMesh mesh;
+  for (int q = 0; q < 8; ++q)
+    mesh.positions_m.push_back(
+        scale * Vec3f{(q & 1) != 0 ? 0.1F : -0.1F, (q & 2) != 0 ? 0.1F : -0.1F, (q & 4) != 0 ? 0.1F : -0.1F});
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  if (inside_out)
+    for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+  return {{{"cube", mesh}}, {}};
+}
+BodyDescription cube_body() {
+  BodyDescription body;
+  body.name = "cube";
+  body.shape.kind = ShapeKind::mesh;
+  body.spacing_m = 0.05;
+  return body;
+}
+
+SpaceRegion ball(Vec3d center_m, double radius_m) {
+  SpaceRegion region;
+  region.kind = RegionKind::sphere;
+  region.center_m = center_m;
+  region.radius_m = radius_m;
+  return region;
+}
+
+TEST(BodyShape, OddMeshesAreNamed) {
+  EXPECT_TRUE(make_body_shape(cube_body(), cube_asset(1, false)).warnings.empty());
+  const BodyShape turned = make_body_shape(cube_body(), cube_asset(1, true));
+  ASSERT_EQ(turned.warnings.size(), 1U);
+  EXPECT_EQ(turned.warnings[0], "its triangles face inwards; they are taken the other way round");
+  EXPECT_GT(volume_m3(turned.surface_m), 0);
+  BodyDescription large = cube_body();
+  large.spacing_m = 50;
+  const BodyShape millimetres = make_body_shape(large, cube_asset(1000, false));
+  ASSERT_EQ(millimetres.warnings.size(), 1U);
+  EXPECT_EQ(millimetres.warnings[0],
+            "it is 200 m long: is its file in millimetres? Then say 'unit_m: 0.001'");
+  BodyDescription free = cube_body();
+  free.fixed.push_back(ball({5, 5, 5}, 0.1));
+  EXPECT_EQ(make_body_shape(free, cube_asset(1, false)).warnings.at(0),
+            "its 'fixed' regions hold no node: it is free");
+}
+
+TEST(BodyShape, RegionsPaintMaterialsAndModels) {
+  BodyDescription body = cube_body();
+  body.material.model = TissueModel::hybrid;
+  PaintedRegion core;
+  core.name = "core";
+  core.where = ball({}, 0.06);
+  core.model = RegionModel::tled;
+  core.young_modulus_pa = 50000;
+  core.density_kg_m3 = 2000;
+  body.regions.push_back(core);
+  const BodyShape shape = make_body_shape(body, cube_asset(1, false));
+  // 4^3 cubes whose centres are 0.025 or 0.075 from the middle planes: the inner 8 lie within 0.06.
+  EXPECT_EQ(std::count(shape.elements.begin(), shape.elements.end(), 1), 8);
+  EXPECT_EQ(std::count(shape.material_of_cube.begin(), shape.material_of_cube.end(), 1), 8);
+  EXPECT_FLOAT_EQ(shape.materials[1].young_Pa, 50000);
+  // 0.2^3 m^3 of water and 8 cubes of 0.05^3 twice as heavy; the surface coincides with cube faces.
+  EXPECT_NEAR(shape.lattice.mass_kg(), 8 + 1, 1e-3);
+  body.regions[0].where.center_m = {3, 0, 0};
+  try {
+    make_body_shape(body, cube_asset(1, false));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "body 'cube': region 0 ('core') holds no cube of the body");
+  }
+}
+
+/// A body that is pressed to numbers that are no longer finite goes back and rests; the run goes on.
+TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
+  DeviceSet devices("cpu");
+  ExecContext& ctx = devices.context(0);
+  BodyDescription description = cube_body();
+  description.material.model = TissueModel::tled;
+  SoftBody body(ctx, description, cube_asset(1, false), 0.05F);
+  body.begin_frame(ctx);
+  for (int k = 0; k < 3; ++k) body.step(ctx, 1e-5F, {0, NAN, 0});
+  const std::string trouble = body.end_frame(ctx);
+  EXPECT_NE(trouble.find("body 'cube' blew up, first seen in cube 0, at rest round ("), std::string::npos)
+      << trouble;
+  EXPECT_TRUE(body.at_rest());
+  for (const Vec3f x : body.positions_m(ctx)) EXPECT_LT(length(x), 0.2F);
+  body.step(ctx, 1e-5F, {0, -9.81F, 0});
+  EXPECT_EQ(body.end_frame(ctx), "");
+}
+
+TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
+  DeviceSet devices("cpu");
+  SyntheticOptions options;
+  options.figure = "bowl";
+  options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  ASSERT_EQ(source.next(frame), NextFrame::success);
+  Scene scene = slab_scene();
+  scene.bodies.clear();
+  scene.probes.clear();
+  const auto volume = [&](bool depth) {
+    scene.reconstruction.depth = depth;
+    Simulation simulation(devices, scene, source.rig(), {});
+    EXPECT_EQ(simulation.step(frame, 0).status, "");
+    return volume_m3(simulation.snapshot().real);
+  };
+  // The wall is 4 cm of a ball of 31 cm: a third of the closed half ball.
+  EXPECT_GT(volume(false), 2 * volume(true));
+  frame.depth_m = DepthImage(200, 200);
+  scene.reconstruction.depth = true;
+  Simulation simulation(devices, scene, source.rig(), {});
+  EXPECT_EQ(simulation.step(frame, 0).status, "camera 'tof': the depth image has no valid pixel");
 }
 
 TEST(Simulation, UnknownBodyOfAProbeIsNamed) {

@@ -1,7 +1,9 @@
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <span>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
@@ -18,6 +20,7 @@
 #include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/view_scores.h"
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
@@ -25,13 +28,14 @@ namespace {
 struct ReconstructOptions {
   std::string source = "synthetic", what, devices = "auto", mesh_path, json_path, views_path, frames;
   int resolution = 100;
+  std::optional<int> slack_px;
   std::optional<int> texture;
-  bool moving = false;
+  bool moving = false, no_depth = false;
   std::vector<double> workspace;
 };
 
 SourceDescription describe_source(const ReconstructOptions& options) {
-  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
   SourceDescription source;
   const auto* kind = std::find(std::begin(kKinds), std::end(kKinds), options.source);
   if (kind == std::end(kKinds))
@@ -78,7 +82,8 @@ void check_outputs(const ReconstructOptions& options) {
 /// Still pictures are frame 0. (Videos check their own range, sequences of masks end where the files end.)
 void check_still(const ReconstructOptions& options, const SourceDescription& description,
                  const FrameSource& source) {
-  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury) &&
+  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury ||
+                      description.kind == SourceKind::kinect) &&
                      source.frame_count() == 1;
   if (still && description.frames.first > 0)
     throw usage_error("--frames '" + options.frames + "': '" + options.what + "' holds one frame, number 0");
@@ -91,6 +96,13 @@ std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   std::snprintf(number, sizeof number, "-%05lld", static_cast<long long>(tick));
   const std::size_t dot = path.rfind('.');
   return path.substr(0, dot) + number + (dot == std::string::npos ? "" : path.substr(dot));
+}
+
+/// Root mean square distance of the vertices from the figure's true surface [m].
+double surface_rms_m(const TriangleMesh& mesh, const FigureShape& truth) {
+  double sum = 0;
+  for (const Vec3f p : mesh.positions_m) sum += sqr(static_cast<double>(truth.distance_m(p)));
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(mesh.positions_m.size(), 1)));
 }
 
 nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet& frame) {
@@ -137,115 +149,92 @@ std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vec
   return suspect_views_text(cameras, scores);
 }
 
-/// All that turns frames into meshes, files and rows.
-class Reconstruction {
- public:
-  explicit Reconstruction(const ReconstructOptions& options)
-      : options_(options),
-        devices_(options.devices),
-        description_(describe_source(options)),
-        workspace_(workspace_of(options)),
-        source_(open_frame_source(description_, true, workspace_, options.texture.has_value())),
-        box_m_(workspace_ ? Box3f{vec_cast<float>(workspace_->min_m), vec_cast<float>(workspace_->max_m)}
-                          : source_->rig().workspace_m),
-        hull_(devices_, source_->rig().cameras, {.workspace_m = box_m_, .resolution = options.resolution}),
-        normals_(devices_.device(0), hull_.mesh().positions_m.size()),
-        motion_(hull_.voxel_size_m()),
-        view_scores_(devices_.context(0), source_->rig().cameras, {.workspace_m = box_m_}),
-        several_(description_.frames.last != description_.frames.first) {
-    check_still(options, description_, *source_);
-    if (options.texture) texture_.emplace(devices_, source_->rig(), hull_, box_m_, *options.texture);
-  }
+void reconstruct(const ReconstructOptions& options) {
+  check_outputs(options);
+  DeviceSet devices(options.devices);
+  const SourceDescription description = describe_source(options);
+  const std::optional<BoxRegion> workspace = workspace_of(options);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(description, {.truth = true,
+                                      .colors = options.texture.has_value(),
+                                      .depth = !options.no_depth,
+                                      .workspace_m = workspace});
+  check_still(options, description, *source);
+  Box3f box = source->rig().workspace_m;
+  if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
+  const std::optional<Camera>& tof = source->rig().depth_camera;
+  const bool use_depth = tof.has_value() && !options.no_depth;
+  VisualHull hull(devices, source->rig().cameras,
+                  {.workspace_m = box,
+                   .resolution = options.resolution,
+                   .slack_px = options.slack_px.value_or(source->rig().slack_px)},
+                  std::span(use_depth ? &*tof : nullptr, use_depth ? 1 : 0));
+  const auto* synthetic = dynamic_cast<const SyntheticSource*>(source.get());
 
-  nlohmann::json run() {
-    nlohmann::json json{
-        {"devices", devices_.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
-    std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
-                "volume m3", "IoU", "IoU min", "recall", "total ms");
-    FrameSet frame;
-    while (!interrupted()) {
-      const NextFrame next = source_->next(frame);
-      if (next == NextFrame::no_more_data) break;
-      if (!source_->status().empty()) log_warning(source_->status());
-      if (next == NextFrame::bad_frame) continue;
-      compute(frame);
-      json["frames"].push_back(finish(frame));
-    }
-    if (json["frames"].empty() && !interrupted())
-      throw Error("'" + options_.what + "' gave no usable frame: " + source_->status());
-    return json;
-  }
+  SurfaceNormals normals(devices.device(0), hull.mesh().positions_m.size());
+  std::optional<TextureOutput> texture;
+  if (options.texture) texture.emplace(devices, source->rig(), hull, box, *options.texture);
 
- private:
-  void compute(const FrameSet& frame) {
+  MotionOutput motion(hull.voxel_size_m());
+  ViewScores view_scores(devices.context(0), source->rig().cameras, {.workspace_m = box});
+
+  const bool several = description.frames.last != description.frames.first;
+  nlohmann::json json{{"devices", devices.name()},
+                      {"commit", commit_text()},
+                      {"depth", use_depth},
+                      {"frames", nlohmann::json::array()}};
+  std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
+              "volume m3", "IoU", "IoU min", "recall", "total ms");
+  FrameSet frame;
+  Timings timings;
+  while (!interrupted()) {
+    const NextFrame next = source->next(frame);
+    if (next == NextFrame::no_more_data) break;
+    if (!source->status().empty()) log_warning(source->status());
+    if (next == NextFrame::bad_frame) continue;
     const auto stage = [&](const char* name, auto&& body) {
-      const StageTimer timer(timings_, name);
+      const StageTimer timer(timings, name);
       body();
-      devices_.synchronize();
+      devices.synchronize();
     };
     stage("total", [&] {
-      stage("upload", [&] { hull_.upload(frame.silhouettes); });
-      stage("hull", [&] { hull_.carve(); });
-      stage("mesh", [&] { hull_.extract(); });
-      stage("normals", [&] { normals_.compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m()); });
-      if (texture_) stage("texture", [&] { texture_->shade(frame, hull_, normals_.view()); });
+      stage("upload", [&] { hull.upload(frame.silhouettes, std::span(&frame.depth_m, use_depth ? 1 : 0)); });
+      stage("hull", [&] { hull.carve(); });
+      stage("mesh", [&] { hull.extract(); });
+      stage("normals", [&] { normals.compute(devices.context(0), hull.mesh(), hull.voxel_size_m()); });
+      if (texture) stage("texture", [&] { texture->shade(frame, hull, normals.view()); });
     });
-  }
-
-  /// Writes what is wanted of a frame; its row of measurements.
-  nlohmann::json finish(const FrameSet& frame) {
-    const HullReport report = hull_.report();
+    const HullReport report = hull.report();
     if (!report.overflow.empty()) log_warning(report.overflow);
-    TriangleMesh mesh = hull_.download();
-    mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
-    if (!options_.mesh_path.empty()) {
-      write_mesh(numbered(options_.mesh_path, frame.tick, several_), mesh,
-                 texture_ ? texture_->colors(report.vertices) : std::vector<Rgb8>{});
+    if (!report.depth.empty()) log_warning(report.depth);
+    TriangleMesh mesh = hull.download();
+    mesh.normals = to_host(devices.context(0), normals.view().part(0, report.vertices));
+    if (!options.mesh_path.empty()) {
+      write_mesh(numbered(options.mesh_path, frame.tick, several), mesh,
+                 texture ? texture->colors(report.vertices) : std::vector<Rgb8>{});
     }
-    if (!options_.views_path.empty())
-      write_png(numbered(options_.views_path, frame.tick, several_),
-                texture_->picture(hull_, normals_, mesh));
-    nlohmann::json row = measure(mesh, source_->rig(), frame);
-    {
-      const StageTimer timer(timings_, "motion");
-      motion_.add(mesh, frame, *source_, row);
-    }
-    std::vector<ViewScore> scores;
-    {
-      const StageTimer timer(timings_, "view_scores");
-      scores = view_scores_.measure(devices_.context(0), frame.silhouettes);
-    }
-    std::string odd = add_view_scores(scores, source_->rig().cameras, row);
+    if (!options.views_path.empty())
+      write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
+    nlohmann::json row = measure(mesh, source->rig(), frame);
+    motion.add(mesh, frame, *source, row);
+    std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
+                                      source->rig().cameras, row);
     if (!odd.empty()) log_warning(odd);
-    if (odd.empty()) odd = source_->status();
     row["tick"] = frame.tick;
+    if (synthetic != nullptr)
+      row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
+    if (!report.depth.empty()) odd = report.depth;
+    if (odd.empty()) odd = source->status();
     row["status"] = report.overflow.empty() ? odd : report.overflow;
-    for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
+    for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
                 row["volume_m3"].get<double>(), row["iou_mean"].get<double>(), row["iou_min"].get<double>(),
-                row["recall"].get<double>(), timings_.last_ms("total"));
-    return row;
+                row["recall"].get<double>(), timings.last_ms("total"));
+    json["frames"].push_back(std::move(row));
   }
-
-  const ReconstructOptions& options_;
-  DeviceSet devices_;
-  SourceDescription description_;
-  std::optional<BoxRegion> workspace_;
-  std::unique_ptr<FrameSource> source_;
-  Box3f box_m_;
-  VisualHull hull_;
-  SurfaceNormals normals_;
-  MotionOutput motion_;
-  ViewScores view_scores_;
-  std::optional<TextureOutput> texture_;
-  bool several_;
-  Timings timings_;
-};
-
-void reconstruct(const ReconstructOptions& options) {
-  check_outputs(options);
-  const nlohmann::json json = Reconstruction(options).run();
+  if (json["frames"].empty() && !interrupted())
+    throw Error("'" + options.what + "' gave no usable frame: " + source->status());
   if (!options.json_path.empty()) write_json_file(options.json_path, json);
 }
 
@@ -255,7 +244,7 @@ void add_reconstruct_command(CLI::App& app) {
   auto options = std::make_shared<ReconstructOptions>();
   CLI::App* command = app.add_subcommand(
       "reconstruct", "Visual hull of a data set or a built-in figure, measured and written as a mesh");
-  command->add_option("--source", options->source, "middlebury, videos, masks or synthetic")
+  command->add_option("--source", options->source, "middlebury, videos, masks, kinect or synthetic")
       ->capture_default_str();
   command->add_option("what", options->what, "folder, rig file, or figure")->required();
   command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
@@ -268,17 +257,22 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--json", options->json_path, "write the measurements");
   command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
       ->delimiter(',');
+  command->add_option("--slack-px", options->slack_px,
+                      "grow silhouettes by so many pixels before they carve");
   command->add_option("--texture", options->texture,
                       "colour the mesh (.ply) from the photos: each vertex from its best K cameras");
   command->add_option("--texture-views", options->views_path,
                       "with --texture: write a picture (.png) of three free views, K = 1 above K");
+  command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->footer(
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.ply\n"
-      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply");
+      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
+
+      "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");
   command->callback([options] { reconstruct(*options); });
 }
 

@@ -11,7 +11,7 @@
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/run_pictures.h"
-#include "tactus/cli/version.h"
+#include "tactus/cli/run_report.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/label_file.h"
 #include "tactus/io/mesh_file.h"
@@ -23,7 +23,8 @@ namespace {
 
 struct RunOptions {
   std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
-  int frames = 0;  ///< 0: all
+  int frames = 0;        ///< 0: all
+  bool explain = false;  ///< where and why bodies are strained
 };
 
 BodyAssets load_assets(const Scene& scene) {
@@ -38,61 +39,6 @@ BodyAssets load_assets(const Scene& scene) {
   return assets;
 }
 
-/// What the run found over all its frames.
-struct RunSummary {
-  int frames = 0, bad_frames = 0, substeps = 0;
-  Index max_vertices = 0, max_triangles = 0, rescued = 0;
-  double max_force_N = 0, max_correction_m = 0;
-  std::vector<std::string> statuses;
-  std::vector<std::vector<Vec3f>> probes;  ///< per frame, in the scene's order
-
-  void add(const StepReport& report) {
-    ++frames;
-    substeps = std::max(substeps, report.substeps);
-    max_vertices = std::max(max_vertices, report.hull.vertices);
-    max_triangles = std::max(max_triangles, report.hull.triangles);
-    rescued += report.contact.rescued;
-    max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
-    max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
-    note(report.status);
-  }
-  /// Keeps a status once.
-  void note(const std::string& status) {
-    if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
-    statuses.push_back(status);
-    log_warning(status);
-  }
-};
-
-nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
-                       const std::string& devices) {
-  nlohmann::json json{
-      {"scene", scene.name}, {"devices", devices}, {"commit", commit_text()}, {"frames", summary.frames}};
-  for (const std::string& stage : simulation.timings().stages()) {
-    json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
-                         {"p99", simulation.timings().percentile_ms(stage, 99)}};
-  }
-  json["counters"] = {{"bad_frames", summary.bad_frames},
-                      {"substeps", summary.substeps},
-                      {"max_vertices", summary.max_vertices},
-                      {"max_triangles", summary.max_triangles},
-                      {"rescued_nodes", summary.rescued}};
-  for (const auto& body : simulation.bodies()) {
-    json["bodies"].push_back({{"name", body->name()},
-                              {"nodes", body->node_count()},
-                              {"contact_nodes", body->contact_node_count()}});
-  }
-  json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
-  json["statuses"] = summary.statuses;
-  for (std::size_t p = 0; p < scene.probes.size(); ++p) {
-    nlohmann::json track = nlohmann::json::array();
-    for (const std::vector<Vec3f>& frame : summary.probes)
-      track.push_back({frame[p].x, frame[p].y, frame[p].z});
-    json["probes"][scene.probes[p].name] = track;
-  }
-  return json;
-}
-
 void print_table(const Simulation& simulation) {
   std::printf("\n%-10s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
   for (const std::string& stage : simulation.timings().stages()) {
@@ -101,8 +47,12 @@ void print_table(const Simulation& simulation) {
   }
 }
 
+/// The line that is written over and over: for people at a terminal who didn't ask for more, or less.
+bool shows_progress() { return isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info; }
+
 void show_progress(int frame, std::optional<int> total, const std::string& caption) {
-  if (isatty(STDERR_FILENO) == 0) return;
+  log_debug(caption);
+  if (!shows_progress()) return;
   std::fprintf(stderr, "\rframe %d%s  %s\033[K", frame, total ? ("/" + std::to_string(*total)).c_str() : "",
                caption.c_str());
 }
@@ -147,6 +97,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     last_time_s = frame.time_s;
     summary.add(report);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
+    if (!options.json_path.empty()) summary.monitors.push_back(simulation.monitors());
+    if (options.explain) explain(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
     const bool keep_meshes =
         scene.output.mesh_every > 0 && (summary.frames - 1) % scene.output.mesh_every == 0;
@@ -161,7 +113,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     show_progress(summary.frames, total, caption);
   }
-  if (isatty(STDERR_FILENO) != 0) std::fputc('\n', stderr);
+  if (shows_progress()) std::fputc('\n', stderr);
   return summary;
 }
 
@@ -174,17 +126,31 @@ void run(const RunOptions& options) {
   }
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
-  const std::unique_ptr<FrameSource> source = open_frame_source(scene.source);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(scene.source, {.depth = scene.reconstruction.depth});
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
+  for (const auto& body : simulation.bodies()) {
+    log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
+              std::to_string(body->contact_node_count()) + " of them for contact");
+  }
 
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
   std::optional<RunPictures> pictures;
   if (options.view == "file") pictures.emplace(scene, source->rig(), stem, scene.source.fps.value_or(30));
 
+  if (pictures && scene.view.show_models) {
+    std::vector<std::vector<std::uint8_t>> element_triangles;
+    for (const auto& body : simulation.bodies())
+      element_triangles.push_back(body->element_triangles(devices.context(0)));
+    pictures->show_models(std::move(element_triangles));
+  }
+
   const RunSummary summary =
       run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);
   if (summary.frames == 0) throw Error("scene '" + scene.name + "': its source gave no usable frame");
+  if (interrupted())
+    log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
   if (pictures) pictures->finish();
   if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
   if (!options.json_path.empty())
@@ -207,12 +173,15 @@ void add_run_command(CLI::App& app) {
   command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();
   command->add_option("--json", options->json_path, "stage times, counters, monitors and probes as JSON");
+  command->add_flag("--explain", options->explain,
+                    "say in which frames and where bodies are strained badly, and why");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();
   command->footer(
       "Examples:\n  tactus run scenes/demo.yaml\n  tactus run scenes/demo.yaml --devices cuda:0 --view none "
-      "--json out/demo.json");
+      "--json out/demo.json\n"
+      "  tactus run my-scene.yaml --view none --explain        # a run went bad: where and why");
   command->callback([options] { run(*options); });
 }
 

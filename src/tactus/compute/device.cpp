@@ -145,8 +145,9 @@ std::unique_ptr<Device> open_device(DeviceSpec spec, std::shared_ptr<VirtualSche
   return std::make_unique<HostDevice>(spec, std::move(scheduler));
 }
 
-void enable_peer_access(const Device& reader, const Device& owner) {
-  if (reader.is_cuda() && owner.is_cuda()) cuda::enable_peer_access(reader.ordinal(), owner.ordinal());
+bool enable_peer_access(const Device& reader, const Device& owner) {
+  if (!reader.is_cuda() || !owner.is_cuda()) return true;
+  return cuda::enable_peer_access(reader.ordinal(), owner.ordinal());
 }
 
 std::size_t detail::checked_bytes(std::int64_t count, std::size_t element_size) {

@@ -75,9 +75,9 @@ class Device {
   DeviceSpec spec_;
 };
 
-/// Lets kernels on `reader` read the memory of `owner`; nothing to do but between GPUs.
-/// @throws Error naming both when the machine can't.
-void enable_peer_access(const Device& reader, const Device& owner);
+/// Lets kernels on `reader` read the memory of `owner`; nothing to do but between GPUs. @returns false when
+/// the driver says that they can't.
+bool enable_peer_access(const Device& reader, const Device& owner);
 
 /// Opens one device. `scheduler`: the queue order shared by the virtual devices of a set; required for those.
 std::unique_ptr<Device> open_device(DeviceSpec spec, std::shared_ptr<VirtualScheduler> scheduler = nullptr);

@@ -6,6 +6,7 @@
 
 #include "tactus/base/math.h"
 #include "tactus/compute/cuda/cuda_backend.h"
+#include "tactus/compute/host_kernel.h"
 #include "tactus/compute/sum_kernels.h"
 #include "tactus/compute/virtual_scheduler.h"
 
@@ -175,6 +176,11 @@ void ExecContext::sum(const char* name, View<const float> in, View<float> out, V
     in = level;
     scratch = scratch.part(chunks, scratch.size() - chunks);
   }
+}
+
+void detail::refuse_on_gpu(const char* name, const char* type) {
+  throw Error("kernel '" + std::string(name) + "' (" + type +
+              ") was built for the CPU only (TACTUS_HOST_KERNEL): run it on 'cpu', or list it in a .cu file");
 }
 
 void ExecContext::check_copy(std::size_t from, Index to) {

@@ -3,6 +3,7 @@
 /// `synchronize`.
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "tactus/base/timing.h"
@@ -218,5 +219,19 @@ template <class T>
 Buffer<T> to_device(ExecContext& ctx, const std::vector<T>& values) {
   return to_device(ctx, std::span<const T>(values));
 }
+
+/// A stage that is recorded on its second run and replayed from then on (GPU only; others just run).
+class Replay {
+ public:
+  void run(ExecContext& ctx, const std::function<void()>& stage) {
+    if (!ctx.device().is_cuda() || ctx.is_profiling() || runs_++ == 0) return stage();
+    if (!graph_) graph_ = ctx.capture(stage);
+    ctx.launch(*graph_);
+  }
+
+ private:
+  int runs_ = 0;
+  std::optional<Graph> graph_;
+};
 
 }  // namespace tactus

@@ -57,10 +57,25 @@ class CpuBlock {
 #pragma omp simd
     for (int t = 0; t < count; ++t) f(t);
   }
+  /// f(i) for i = 0 .. count-1, however many.
+  template <class F>
+  void for_range(int count, F&& f) const {
+    for_threads(count, f);
+  }
   /// As for_threads, for work on what is each thread's own: no barrier follows, so a GPU may run ahead.
   template <class F>
   void for_own(int count, F&& f) const {
     for_threads(count, f);
+  }
+  /// All threads in groups of kGroup, f(g, t in 0 .. kGroup-1) for g = 0 .. count-1 where select(g), on what
+  /// is each thread's own, as for_own. count * kGroup <= kThreads.
+  template <int kGroup, class S, class F>
+  TACTUS_FLATTEN void for_own_groups(int count, S&& select, F&& f) const {
+    for (int g = 0; g < count; ++g) {
+      if (!select(g)) continue;
+#pragma omp simd
+      for (int t = 0; t < kGroup; ++t) f(g, t);
+    }
   }
   /// Groups of kGroup threads work on g = 0 .. count-1 where select(g): f(g, t in 0 .. kGroup-1).
   template <int kGroup, class S, class F>
@@ -82,6 +97,8 @@ class CpuBlock {
     }
     *out_count = n;
   }
+  /// All threads have come here before any goes on.
+  void barrier() const {}
   template <class F>
   void on_one_thread(F&& f) const {
     f();

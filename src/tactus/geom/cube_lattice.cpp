@@ -92,16 +92,15 @@ CubeLattice to_lattice(const CubeGrid& grid, const LatticeOptions& o) {
       }
   const float mass = o.density_kg_m3 * grid.h * grid.h * grid.h;
   lattice.cube_mass_kg.assign(lattice.cubes.size(), mass);
-  lattice.node_mass_kg.assign(lattice.nodes.size(), 0);
   lattice.fixed.assign(lattice.nodes.size(), 0);
   lattice.cube_nodes.resize(lattice.cubes.size());
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     for (int q = 0; q < 8; ++q) {
       const Index i = id[at(node(corner(lattice.cubes[c], q)))];
       lattice.cube_nodes[c][static_cast<std::size_t>(q)] = i;
-      lattice.node_mass_kg[at(i)] += 0.125F * lattice.cube_mass_kg[c];
     }
   }
+  lattice.share_masses();
   return lattice;
 }
 
@@ -156,6 +155,38 @@ std::vector<Vec3f> CubeLattice::rest_positions_m() const {
   std::vector<Vec3f> x(nodes.size());
   for (Index i = 0; i < node_count(); ++i) x[at(i)] = rest_m(i);
   return x;
+}
+
+void CubeLattice::share_masses() {
+  node_mass_kg.assign(nodes.size(), 0);
+  for (std::size_t c = 0; c < cubes.size(); ++c) {
+    for (const Index i : cube_nodes[c]) node_mass_kg[at(i)] += 0.125F * cube_mass_kg[c];
+  }
+}
+
+void CubeLattice::fill_by_distance(const std::vector<float>& node_distance_m) {
+  constexpr int kSamples = 4;  // along each edge
+  cube_fill.assign(cubes.size(), 1);
+  for (std::size_t c = 0; c < cubes.size(); ++c) {
+    float d[8], largest = -1;
+    for (std::size_t q = 0; q < 8; ++q) {
+      d[q] = node_distance_m[at(cube_nodes[c][q])];
+      largest = std::max(largest, d[q]);
+    }
+    if (largest <= 0) continue;
+    int inside = 0;
+    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
+      const auto along = [](int i) { return (static_cast<float>(i) + 0.5F) / kSamples; };
+      const float x = along(k % kSamples), y = along(k / kSamples % kSamples),
+                  z = along(k / kSamples / kSamples);
+      const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+      const float low = mix(mix(d[0], d[1], x), mix(d[2], d[3], x), y);
+      inside += mix(low, mix(mix(d[4], d[5], x), mix(d[6], d[7], x), y), z) <= 0 ? 1 : 0;
+    }
+    cube_fill[c] = std::max(kSmallestFill, static_cast<float>(inside) / (kSamples * kSamples * kSamples));
+    cube_mass_kg[c] *= cube_fill[c];
+  }
+  share_masses();
 }
 
 double CubeLattice::mass_kg() const {

@@ -22,6 +22,7 @@ struct CubeLattice {
   std::vector<Vec3i> nodes;                      ///< coordinates, 0 <= . < node_dims
   std::vector<Vec3i> cubes;                      ///< coordinates of corner 0
   std::vector<std::array<Index, 8>> cube_nodes;  ///< corner q is at cubes[c] + (q & 1, q >> 1 & 1, q >> 2)
+  std::vector<float> cube_fill;  ///< share of each cube that is solid, 0 < fill <= 1; empty: all of it
   std::vector<float> cube_mass_kg;
   std::vector<float> node_mass_kg;  ///< an eighth of every adjacent cube
   std::vector<std::uint8_t> fixed;  ///< per node: 1 = does not move
@@ -31,6 +32,12 @@ struct CubeLattice {
   Vec3f rest_m(Index node) const;
   std::vector<Vec3f> rest_positions_m() const;
   double mass_kg() const;
+  /// Makes node_mass_kg from cube_mass_kg.
+  void share_masses();
+  /// Boundary cubes are solid in part: fill from the signed distances of the nodes to the solid's surface
+  /// (positive outside), trilinear in between; masses are scaled by it. Slivers count as kSmallestFill.
+  void fill_by_distance(const std::vector<float>& node_distance_m);
+  static constexpr float kSmallestFill = 1.F / 16;
 
   /// Fixes the nodes whose rest position satisfies the predicate. @returns how many are fixed now.
   Index fix_where(const std::function<bool(Vec3f)>& predicate);

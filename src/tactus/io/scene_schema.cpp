@@ -22,6 +22,9 @@ FieldVisitor::Append appender(std::vector<T>& items, void (*describe)(FieldVisit
   };
 }
 
+/// Beyond 0.499 explicit steps become hopelessly small.
+constexpr Range kPoisson{"", -0.99, 0.499};
+
 Range positive(const char* unit, double max) { return {unit, 0, max, true}; }
 
 void describe_box(FieldVisitor& v, BoxRegion& box) {
@@ -36,9 +39,12 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
            {{"synthetic", SourceKind::synthetic},
             {"videos", SourceKind::videos},
             {"masks", SourceKind::masks},
-            {"middlebury", SourceKind::middlebury}});
+            {"middlebury", SourceKind::middlebury},
+            {"kinect", SourceKind::kinect}});
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
-  v.path({"path", "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury)"}, s.path);
+  v.path({"path",
+          "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},
+         s.path);
   v.frames({"frames", "`A-B`, both included; `A-` to the end; `A` alone"}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
                  "the recording's own; 30 for `synthetic`");
@@ -47,8 +53,8 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.vector({"offset_m", "shift of the synthetic figure"}, s.offset_m, kPosition);
   const bool synthetic = s.kind == SourceKind::synthetic;
   v.check(synthetic || !s.path.empty(), "path",
-          "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury)");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks or middlebury");
+          "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury, kinect)");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury or kinect");
   for (const char* key : {"figure", "moving", "scale", "offset_m"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
@@ -57,6 +63,9 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
   v.integer({"resolution", "voxels along the longest side of the workspace"}, r.resolution, {"", 4, 4096});
   v.section({"workspace_m", "box to reconstruct (default: the rig's)"},
             [&](FieldVisitor& in) { describe_box(in, r.workspace_m.emplace()); });
+  v.boolean({"depth", "correct the hull with the depth camera when the source has one"}, r.depth);
+  v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
+         r.depth_jump_m, positive("m", 100));
 }
 
 void describe_shape(FieldVisitor& v, ShapeDescription& s) {
@@ -93,18 +102,39 @@ void describe_placement(FieldVisitor& v, PlacementDescription& p) {
 }
 
 void describe_material(FieldVisitor& v, MaterialDescription& m) {
-  v.choice({"model", "how it deforms: fast lattice shape matching"}, m.model, {{"flsm", TissueModel::flsm}});
-  v.integer({"half_width", "half width of the regions in cubes: larger is stiffer to bend and smoother"},
+  v.choice({"model",
+            "how it deforms: `flsm` shape matching (fast), `tled` finite elements (right), `hybrid` both: "
+            "`ratio` or "
+            "`regions` of the body say where"},
+           m.model,
+           {{"flsm", TissueModel::flsm}, {"tled", TissueModel::tled}, {"hybrid", TissueModel::hybrid}});
+  v.integer({"half_width", "half width of the shape matching regions in cubes: larger is smoother"},
             m.half_width, {"", 1, 4});
   v.real({"young_modulus_pa", "stiffness E; liver 3e3 to 1e4, rubber 1e6"}, m.young_modulus_pa,
          positive("Pa", 1e9));
+  v.real({"poisson_ratio",
+          "nu of the elements: 0.5 keeps its volume, and costs ever smaller steps on the way there"},
+         m.poisson_ratio, kPoisson);
   v.real({"density_kg_m3", "mass per volume; tissue and water 1000"}, m.density_kg_m3,
          positive("kg/m^3", 30000));
   v.real({"damping", "part of critical damping of the fastest vibration; rigid motion is not damped"},
-         m.damping, {"", 0, 0.75});
+         m.damping, {"", 0, 0.7});
   v.choice(
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
+  v.choice({"law", "of the elements"}, m.law,
+           {{"neo_hookean", MaterialLaw::neo_hookean},
+            {"isochoric_neo_hookean", MaterialLaw::isochoric_neo_hookean},
+            {"transversely_isotropic", MaterialLaw::transversely_isotropic}});
+  v.vector({"fibre", "direction of the fibres at rest, world axes"}, m.fibre, {"", -1000, 1000});
+  v.real({"fibre_ratio", "stiffness of the fibres over the shear modulus"}, m.fibre_ratio, {"", 0, 1000});
+  const bool elements = m.model != TissueModel::flsm, matched = m.model != TissueModel::tled;
+  for (const char* key : {"poisson_ratio", "law"}) v.only_when(elements, key, "'model' is tled or hybrid");
+  for (const char* key : {"half_width", "kappa"}) v.only_when(matched, key, "'model' is flsm or hybrid");
+  const bool fibres = elements && m.law == MaterialLaw::transversely_isotropic;
+  for (const char* key : {"fibre", "fibre_ratio"})
+    v.only_when(fibres, key, "'law' is transversely_isotropic");
+  v.check(dot(m.fibre, m.fibre) > 0, "fibre", "'fibre' is zero, expected a direction");
 }
 
 void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame) {
@@ -112,21 +142,46 @@ void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame) {
            {{"body", CoordinateFrame::body}, {"world", CoordinateFrame::world}});
 }
 
-void describe_fixed(FieldVisitor& v, FixedRegion& f) {
-  v.choice({"kind", "`box`, or `half_space`: everything behind a plane", kRequired}, f.kind,
-           {{"box", RegionKind::box}, {"half_space", RegionKind::half_space}});
-  describe_frame_of(v, f.frame);
-  v.vector({"min_m", "box: corner with the smallest coordinates"}, f.box.min_m, kPosition);
-  v.vector({"max_m", "box: corner with the largest coordinates"}, f.box.max_m, kPosition);
-  v.vector({"point_m", "half_space: a point on the plane"}, f.point_m, kPosition);
-  v.vector({"normal", "half_space: points away from what is fixed"}, f.normal, {"", -1000, 1000});
-  const bool box = f.kind == RegionKind::box;
+void describe_region(FieldVisitor& v, SpaceRegion& r) {
+  v.choice(
+      {"kind", "`box`, `sphere`, or `half_space`: everything behind a plane", kRequired}, r.kind,
+      {{"box", RegionKind::box}, {"sphere", RegionKind::sphere}, {"half_space", RegionKind::half_space}});
+  describe_frame_of(v, r.frame);
+  v.vector({"min_m", "box: corner with the smallest coordinates"}, r.box.min_m, kPosition);
+  v.vector({"max_m", "box: corner with the largest coordinates"}, r.box.max_m, kPosition);
+  v.vector({"center_m", "sphere: its centre"}, r.center_m, kPosition);
+  v.real({"radius_m", "sphere: its radius"}, r.radius_m, positive("m", 1000));
+  v.vector({"point_m", "half_space: a point on the plane"}, r.point_m, kPosition);
+  v.vector({"normal", "half_space: points out of the region"}, r.normal, {"", -1000, 1000});
+  const bool box = r.kind == RegionKind::box, half_space = r.kind == RegionKind::half_space;
   for (const char* key : {"min_m", "max_m"}) v.only_when(box, key, "'kind' is box");
-  for (const char* key : {"point_m", "normal"}) v.only_when(!box, key, "'kind' is half_space");
-  const Vec3d extent = f.box.max_m - f.box.min_m;
+  for (const char* key : {"center_m", "radius_m"})
+    v.only_when(r.kind == RegionKind::sphere, key, "'kind' is sphere");
+  for (const char* key : {"point_m", "normal"}) v.only_when(half_space, key, "'kind' is half_space");
+  const Vec3d extent = r.box.max_m - r.box.min_m;
   v.check(!box || (extent.x > 0 && extent.y > 0 && extent.z > 0), "max_m",
           "a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z");
-  v.check(box || dot(f.normal, f.normal) > 0, "normal", "'normal' is zero, expected a direction");
+  v.check(!half_space || dot(r.normal, r.normal) > 0, "normal", "'normal' is zero, expected a direction");
+}
+
+void describe_painted(FieldVisitor& v, PaintedRegion& r) {
+  v.text({"name", "for messages and pictures"}, r.name);
+  describe_region(v, r.where);
+  v.choice({"model", "hybrid bodies: what deforms these cubes"}, r.model,
+           {{"unchanged", RegionModel::unchanged}, {"flsm", RegionModel::flsm}, {"tled", RegionModel::tled}});
+  v.real_or_auto({"young_modulus_pa", "stiffness E of the elements here"}, r.young_modulus_pa,
+                 positive("Pa", 1e9), "the body's");
+  v.real_or_auto({"poisson_ratio", "nu of the elements here"}, r.poisson_ratio, kPoisson, "the body's");
+  v.real_or_auto({"density_kg_m3", "mass per volume here"}, r.density_kg_m3, positive("kg/m^3", 30000),
+                 "the body's");
+}
+
+void describe_ratio(FieldVisitor& v, RatioDescription& r) {
+  v.real({"tled", "share of nodes that are elements', at the low end of the axis", kRequired}, r.tled,
+         {"", 0, 1000});
+  v.real({"flsm", "share of nodes that are shape matching's", kRequired}, r.flsm, {"", 0, 1000});
+  v.choice({"axis", "of the world"}, r.axis, {{"x", Axis::x}, {"y", Axis::y}, {"z", Axis::z}});
+  v.check(r.tled + r.flsm > 0, "tled", "'tled' and 'flsm' are both 0, expected shares such as 6 and 4");
 }
 
 void describe_body(FieldVisitor& v, BodyDescription& b) {
@@ -139,7 +194,19 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
          {"m", 0.0001, 1});
   v.section({"material", "how it answers to forces"},
             [&](FieldVisitor& in) { describe_material(in, b.material); });
-  v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_fixed));
+  v.section({"ratio", "hybrid: how much of it is elements"},
+            [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
+  v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
+         appender(b.regions, describe_painted));
+  v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_region));
+  const bool hybrid = b.material.model == TissueModel::hybrid;
+  v.only_when(hybrid, "ratio", "'material.model' is hybrid");
+  const bool painted = std::any_of(b.regions.begin(), b.regions.end(),
+                                   [](const PaintedRegion& r) { return r.model != RegionModel::unchanged; });
+  v.check(!hybrid || b.ratio || painted, "material",
+          "'material.model' is hybrid, but neither 'ratio' nor a region with a 'model' says what is tled");
+  v.check(hybrid || !painted, "regions",
+          "a region has a 'model', which is for when 'material.model' is hybrid");
   v.vector({"colour", "red, green, blue (sRGB)"}, b.colour, {"", 0, 1});
 }
 
@@ -177,6 +244,8 @@ void describe_view(FieldVisitor& v, ViewDescription& view) {
   v.section({"camera", "from where the picture is taken"},
             [&](FieldVisitor& in) { describe_view_camera(in, view.camera); });
   v.boolean({"show_frusta", "draw the real cameras"}, view.show_frusta);
+  v.boolean({"show_models", "colour hybrid bodies by what deforms them: elements red, shape matching blue"},
+            view.show_models);
   v.boolean({"overlay", "print frame number and times into the picture"}, view.overlay);
 }
 

@@ -11,11 +11,22 @@
 
 namespace tactus {
 
+/// How data of other devices is read: by kernels in place, or from copies made first.
+enum class PeerAccess : std::uint8_t {
+  automatic,  ///< in place when a trial, written and verified between all pairs, succeeds
+  direct,
+  staged,
+};
+
 class DeviceSet {
  public:
-  /// Opens what `parse_devices` makes of the text; GPUs can read one another's memory then. `seed`: order of
-  /// the queues of virtual devices (0: fixed order).
-  explicit DeviceSet(std::string_view devices = "auto", std::uint64_t seed = 0);
+  /// Opens what `parse_devices` makes of the text. `seed`: order of the queues of virtual devices (0: fixed
+  /// order). @throws Error for `direct` access that fails its trial, naming the devices.
+  explicit DeviceSet(std::string_view devices = "auto", std::uint64_t seed = 0,
+                     PeerAccess access = PeerAccess::automatic);
+
+  /// Whether kernels may read the memory of every other device of the set.
+  bool reads_peers() const { return reads_peers_; }
 
   int count() const { return static_cast<int>(contexts_.size()); }
   ExecContext& context(int part) { return *contexts_[static_cast<std::size_t>(part)]; }
@@ -32,7 +43,11 @@ class DeviceSet {
   void synchronize();
 
  private:
+  /// The trial. @returns the first pair that fails it; "" when all succeed.
+  std::string find_failing_pair();
+
   std::string name_;
+  bool reads_peers_ = true;
   std::vector<std::unique_ptr<Device>> devices_;
   std::vector<std::unique_ptr<ExecContext>> contexts_;
 };

@@ -188,7 +188,7 @@ struct BrickSigns {
           const Vec3i n = node_of(sub, t);
           const bool real =
               (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
-          s.inside[sub][t] = real & (s.sub_outside[sub] == 0) ? 1U : 0U;
+          s.inside[sub][t] = (real & (s.sub_outside[sub] == 0)) ? 1U : 0U;
         });
     for (Index c = 0; c < cameras.size(); ++c) {
       if ((candidates >> c & 1U) == 0) continue;

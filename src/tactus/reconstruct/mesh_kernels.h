@@ -222,7 +222,7 @@ struct EmitVertices {
     b.compact(
         count, [&](int t) { return s.end_value[t] < 0; }, s.carved, &s.carved_count);
     if (s.carved_count > 0) walk(b, s, s.carved_count, c, steps_along(c, brick));
-    b.for_threads(0, [](int) {});  // nobody counts anew before all have walked
+    b.barrier();  // nobody counts anew before all have walked
   }
 
   /// Walks projected edges pixel by pixel to the first background sample, then refines to sub-pixel.

@@ -6,12 +6,21 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/numbered_files.h"
 #include "tactus/rig/silhouettes.h"
 
 namespace tactus {
 namespace {
+
+/// "; did you mean 'x'?" or the list of what the file holds.
+std::string suggest_node(const cv::FileStorage& store, const std::string& node) {
+  std::vector<std::string> names;
+  for (const cv::FileNode& n : store.root()) names.push_back(n.name());
+  return names.empty() ? "; the file holds nothing" : suggestion(node, names);
+}
 
 cv::Mat matrix(const cv::FileStorage& store, const std::string& file, const std::string& node) {
   cv::Mat m;
@@ -20,7 +29,7 @@ cv::Mat matrix(const cv::FileStorage& store, const std::string& file, const std:
   } catch (const cv::Exception&) {
     m.release();
   }
-  if (m.empty()) throw Error(file + ": no matrix '" + node + "'");
+  if (m.empty()) throw Error(file + ": no matrix '" + node + "'" + suggest_node(store, node));
   m.convertTo(m, CV_64F);
   if (!cv::checkRange(m)) throw Error(file + ": '" + node + "' holds a value that is not finite");
   return m;
@@ -34,9 +43,32 @@ void expect(bool right, const std::string& file, const std::string& node, const 
   }
 }
 
+/// Only an upper triangle with positive focal lengths over (0 0 1) maps the space before a camera to pixels.
+void check_intrinsics(const cv::Mat& K, const std::string& file, const std::string& node) {
+  const auto at = [&](int row, int column) { return K.at<double>(row, column); };
+  if (at(1, 0) == 0 && at(2, 0) == 0 && at(2, 1) == 0 && at(2, 2) == 1 && at(0, 0) > 0 && at(1, 1) > 0)
+    return;
+  std::ostringstream text;
+  for (int i = 0; i < 3; ++i) text << (i == 0 ? "" : "; ") << at(i, 0) << " " << at(i, 1) << " " << at(i, 2);
+  throw Error(file + ": '" + node + "' is [" + text.str() +
+              "], expected [fx s cx; 0 fy cy; 0 0 1] with focal lengths fx, fy > 0");
+}
+
+/// OpenCV's calibration programs write the size of their pictures beside the matrices.
+void check_calibrated_size(const cv::FileStorage& store, const std::string& file, Index width_px,
+                           Index height_px) {
+  const cv::FileNode w = store["image_width"], h = store["image_height"];
+  if (!w.isInt() || !h.isInt()) return;
+  const int width = static_cast<int>(w), height = static_cast<int>(h);
+  if (width == width_px && height == height_px) return;
+  throw Error(file + ": calibrated for images of " + std::to_string(width) + "x" + std::to_string(height) +
+              " pixels (image_width, image_height), the rig's image_size_px is " + std::to_string(width_px) +
+              "x" + std::to_string(height_px));
+}
+
 /// PNG and JPEG end with a mark; OpenCV hands out half-read pictures without a word.
 cv::Mat read_image(const std::string& file, int flags) {
-  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such image");
+  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such image" + suggest_file(file));
   std::ifstream in(file, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
   const std::string tail(bytes.end() - std::min<std::ptrdiff_t>(64, std::ssize(bytes)), bytes.end());
@@ -55,15 +87,19 @@ cv::Mat read_image(const std::string& file, int flags) {
 
 CalibratedCamera read_calibration(const std::string& file, const CalibrationNodes& nodes, double unit_m,
                                   Index width_px, Index height_px) {
-  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such calibration");
+  if (!std::filesystem::is_regular_file(file))
+    throw Error(file + ": no such calibration" + suggest_file(file));
   cv::FileStorage store;
   try {
     store.open(file, cv::FileStorage::READ);
   } catch (const cv::Exception&) {
-    throw Error(file + ": not an OpenCV XML or YAML file");
+    store.release();
   }
+  if (!store.isOpened()) throw Error(file + ": not an OpenCV XML or YAML file");
+  check_calibrated_size(store, file, width_px, height_px);
   const cv::Mat K = matrix(store, file, nodes.intrinsics);
   expect(K.rows == 3 && K.cols == 3, file, nodes.intrinsics, K, "3x3");
+  check_intrinsics(K, file, nodes.intrinsics);
   const cv::Mat d = matrix(store, file, nodes.distortion);
   const auto n = d.total();
   expect(n == 4 || n == 5 || n == 8, file, nodes.distortion, d, "4, 5 or 8 coefficients");
@@ -89,15 +125,18 @@ CalibratedCamera read_calibration(const std::string& file, const CalibrationNode
   for (std::size_t i = 0; i < n; ++i) result.distortion.push_back(d.ptr<double>()[i]);
   try {
     check_camera(c);
+    check_principal_point(c);
   } catch (const Error& e) {
     throw Error(file + ": " + e.what());
   }
-  if (c.cx_px < 0 || c.cx_px > width_px || c.cy_px < 0 || c.cy_px > height_px) {
-    throw Error(file + ": principal point (" + std::to_string(c.cx_px) + ", " + std::to_string(c.cy_px) +
-                ") lies outside the image of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
-                "; the calibration belongs to another image size");
-  }
   return result;
+}
+
+void check_principal_point(const Camera& c) {
+  if (c.cx_px >= 0 && c.cx_px <= c.width_px && c.cy_px >= 0 && c.cy_px <= c.height_px) return;
+  throw Error("camera '" + c.name + "': principal point (" + std::to_string(c.cx_px) + ", " +
+              std::to_string(c.cy_px) + ") lies outside the image of " + std::to_string(c.width_px) + "x" +
+              std::to_string(c.height_px) + "; the calibration belongs to another image size");
 }
 
 ColorImage read_photo(const std::string& file) {
@@ -116,7 +155,8 @@ Image<std::uint8_t> read_mask(const std::string& file, Index width_px, Index hei
   cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED);
   if (image.cols != width_px || image.rows != height_px) {
     throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-                " pixels, expected " + std::to_string(width_px) + "x" + std::to_string(height_px));
+                " pixels, the rig's image_size_px is " + std::to_string(width_px) + "x" +
+                std::to_string(height_px));
   }
   if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 257);
   std::vector<cv::Mat> channels;

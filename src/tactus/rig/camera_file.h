@@ -19,9 +19,14 @@ struct CalibratedCamera {
 };
 /// Rotation as a vector of 3 (Rodrigues) or a 3x3 matrix; translations are multiplied by `unit_m`.
 /// @throws Error naming the file and the node: missing, of a wrong shape, NaN, or a camera that check_camera
-/// refuses; or a principal point outside an image of the given size.
+/// refuses; a principal point outside an image of the given size; or image_width and image_height (OpenCV's
+/// programs write them) that differ from it.
 CalibratedCamera read_calibration(const std::string& file, const CalibrationNodes& nodes, double unit_m,
                                   Index width_px, Index height_px);
+
+/// @throws Error naming the camera when its principal point lies outside its image: then its calibration
+/// belongs to another size.
+void check_principal_point(const Camera& camera);
 
 /// @throws Error naming the file when it is missing or not a whole image.
 ColorImage read_photo(const std::string& file);
@@ -32,7 +37,7 @@ Image<std::uint8_t> read_mask(const std::string& file, Index width_px, Index hei
 /// Look-up from the pure pinhole's pixels to the lens's; what lies outside the photo is 0.
 class Undistortion {
  public:
-  explicit Undistortion(const CalibratedCamera& camera);
+  explicit Undistortion(const CalibratedCamera& calibrated);
   ~Undistortion();
   Undistortion(Undistortion&&) noexcept;
   /// 255/0 bytes to a mask; `scratch` is reused.

@@ -12,18 +12,23 @@ namespace tactus {
 struct DataOptions {
   ThresholdOptions threshold;                  ///< Middlebury's silhouettes
   std::optional<Box3f> workspace_m;            ///< instead of the one that the data names
-  std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's
+  std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's; must all be there
   bool colors = true;
 };
 
 /// A Middlebury multi-view folder (Seitz et al. 2006): one frame. @throws Error naming the file.
 std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const DataOptions& options = {});
-/// Synchronised videos of a rig file, silhouettes by background subtraction.
+/// Synchronised videos of a rig file, silhouettes by background subtraction. They end with the shortest; the
+/// first frame's status says so. A camera whose frame can't be read misses the tick.
+/// @throws Error naming rig file, camera and video; usage Error for frames that the videos don't hold.
 std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const DataOptions& options = {});
 /// Masks (and, where every camera has a `photo`, colours) of a rig file: one image per camera (one frame), or
-/// a printf pattern with one %d (a sequence that ends with the first number without any file).
+/// a printf pattern with one %d: a sequence from the smallest to the largest number with a file when it is
+/// opened. A camera whose file is missing or can't be read misses the tick; a number without any file is a
+/// bad frame.
+/// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
-/// `kind` is middlebury, videos or masks. @throws usage Error otherwise.
+/// `kind` is middlebury, videos, masks or kinect (kinect.h). @throws usage Error otherwise.
 std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
                                          const DataOptions& options = {});
 

@@ -16,6 +16,7 @@ struct Rig {
   std::vector<Camera> cameras;         ///< of the silhouettes
   std::optional<Camera> depth_camera;  ///< time-of-flight
   Box3f workspace_m;                   ///< what is reconstructed
+  int slack_px = 0;                    ///< by how much silhouettes of different cameras are known to disagree
 };
 
 /// What the rig saw at one trigger tick.
@@ -24,14 +25,14 @@ struct FrameSet {
   double time_s = 0;
   std::vector<BitMask>
       silhouettes;  ///< one per camera, undistorted; an empty mask (0x0): this camera missed the tick
-  std::vector<ColorImage> colors;         ///< one per camera, or none
+  std::vector<ColorImage> colors;         ///< one per camera (empty: it missed the tick), or none
   DepthImage depth_m;                     ///< radial [m]; empty without a depth camera
   std::optional<double> truth_volume_m3;  ///< synthetic sources only
 };
 
 enum class NextFrame : std::uint8_t {
   success,
-  bad_frame,  ///< this tick is unusable (reason in `status`); the next may be fine
+  bad_frame,  ///< no camera delivered this tick (reasons in `status`); the next may be fine
   no_more_data,
 };
 
@@ -43,8 +44,8 @@ class FrameSource {
   virtual std::optional<int> frame_count() const = 0;
   /// Fills `frame` (its memory is reused) with the next set.
   virtual NextFrame next(FrameSet& frame) = 0;
-  /// Why the last frame was bad, or what is odd about it ("camera 'cam2': the mask is all white"); empty when
-  /// all is well.
+  /// Why the last frame was bad, which of its cameras missed the tick and why, or what is odd about it
+  /// ("camera 'cam2': the mask is all white"); empty when all is well.
   virtual std::string status() const = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/numbered_files.h"
 #include "tactus/rig/yaml_reader.h"
 
 namespace tactus {
@@ -81,17 +82,26 @@ std::string find_data(const std::string& path, const std::string& beside) {
   };
   if (wanted.is_absolute()) {
     if (there(wanted)) return path;
-    throw Error(path + ": no such file");
+    throw Error(path + ": no such file" + suggest_file(path));
   }
   std::vector<fs::path> folders{fs::path(beside).parent_path()};
   if (const char* data = std::getenv("TACTUS_DATA"); data != nullptr) folders.emplace_back(data);
   folders.emplace_back("../shared/data");
-  std::string tried;
+  std::string tried, near;
   for (const fs::path& folder : folders) {
     if (there(folder / wanted)) return folder / wanted;
+    if (near.empty()) near = suggest_file(folder / wanted);
     tried += (tried.empty() ? "" : ", ") + (folder.empty() ? std::string(".") : folder.string());
   }
-  throw Error(path + ": no such file in " + tried + " (set TACTUS_DATA to the folder of the data)");
+  throw Error(path + ": no such file in " + tried + " (set TACTUS_DATA to the folder of the data)" + near);
+}
+
+void for_camera(const std::string& path, const std::string& name, const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const Error& e) {
+    throw Error(path + ": camera '" + name + "': " + e.what(), e.kind());
+  }
 }
 
 RigFile read_rig_file(const std::string& path) {
@@ -114,19 +124,25 @@ RigFile read_rig_file(const std::string& path) {
   for (const YamlMapping& y : cameras) {
     const std::string name = y.text("name");
     if (!names.insert(name).second) y.fail("name", "'" + name + "' stands here a second time");
-    CalibratedCamera c = read_calibration(find_data(y.text("calibration"), path), nodes, unit_m,
-                                          static_cast<Index>(size[0]), static_cast<Index>(size[1]));
-    c.camera.name = name;
-    c.camera.T_cam_world.R = c.camera.T_cam_world.R * transpose(R_up);
-    file.rig.cameras.push_back(c.camera);
-    file.calibrated.push_back(std::move(c));
+    if (!y.has("calibration")) {
+      y.fail("calibration",
+             "camera '" + name + "' has none; expected the path of an OpenCV XML or YAML file");
+    }
     const auto data = [&](const char* key) {
       return y.has(key) ? find_data(y.text(key), path) : std::string();
     };
-    file.videos.push_back(data("video"));
-    file.backgrounds.push_back(data("empty_room"));
-    file.masks.push_back(data("mask"));
-    file.photos.push_back(data("photo"));
+    for_camera(path, name, [&] {
+      CalibratedCamera c = read_calibration(data("calibration"), nodes, unit_m, static_cast<Index>(size[0]),
+                                            static_cast<Index>(size[1]));
+      c.camera.name = name;
+      c.camera.T_cam_world.R = c.camera.T_cam_world.R * transpose(R_up);
+      file.rig.cameras.push_back(c.camera);
+      file.calibrated.push_back(std::move(c));
+      file.videos.push_back(data("video"));
+      file.backgrounds.push_back(data("empty_room"));
+      file.masks.push_back(data("mask"));
+      file.photos.push_back(data("photo"));
+    });
   }
   return file;
 }

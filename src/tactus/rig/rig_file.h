@@ -1,5 +1,7 @@
 #pragma once
 /// A rig described by a YAML file: cameras with their recordings, the world, the workspace.
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,14 +17,18 @@ struct RigFile {
   std::vector<std::string> videos, backgrounds, masks,
       photos;  ///< one per camera, "" where not given
   BackgroundOptions background;
-  int first_frame = 0, last_frame = -1;  ///< inclusive; -1: to the end
+  std::optional<int> first_frame, last_frame;  ///< inclusive; none: all
   double frames_per_s = 50;
 };
 /// @throws Error naming file and line.
 RigFile read_rig_file(const std::string& path);
 
+/// Runs `body`; its Errors get "path: camera 'name': " before them and keep their kind.
+void for_camera(const std::string& path, const std::string& name, const std::function<void()>& body);
+
 /// Absolute; else beside `beside`; else under $TACTUS_DATA; else under ../shared/data.
-/// @throws Error "file:..." when there is none; patterns (with %) are matched by their folder.
+/// @throws Error "file:..." when there is none, with the nearest name; patterns (with %) are matched by their
+/// folder.
 std::string find_data(const std::string& path, const std::string& beside);
 
 }  // namespace tactus

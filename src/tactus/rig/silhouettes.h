@@ -34,7 +34,7 @@ class BackgroundModel {
   /// One more photo of the empty room (BGR bytes, tightly packed).
   void learn(const std::uint8_t* bgr);
   /// 255 where foreground (width x height bytes).
-  void classify(const std::uint8_t* bgr, const BackgroundOptions& options, std::uint8_t* mask) const;
+  void classify(const std::uint8_t* bgr, const BackgroundOptions& options, std::uint8_t* result) const;
 
  private:
   struct State;

@@ -1,27 +1,46 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <opencv2/videoio.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
+#include "tactus/rig/frame_window.h"
+#include "tactus/rig/numbered_files.h"
 #include "tactus/rig/rig_file.h"
 
 namespace tactus {
 namespace {
 
+std::string size_text(int width_px, int height_px) {
+  return std::to_string(width_px) + "x" + std::to_string(height_px);
+}
+
 cv::VideoCapture open_video(const std::string& path, const Camera& camera) {
-  if (!std::filesystem::is_regular_file(path)) throw Error(path + ": no such video");
-  cv::VideoCapture video(path);
-  if (!video.isOpened()) throw Error(path + ": not a video that can be read");
+  if (!std::filesystem::is_regular_file(path)) throw Error(path + ": no such video" + suggest_file(path));
+  // FFmpeg alone: the other readers of OpenCV print their own complaints before ours.
+  cv::VideoCapture video(path, cv::CAP_FFMPEG);
+  if (!video.isOpened()) throw Error(path + ": not a video that can be read (cut short, or another format)");
   const int w = static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH));
   const int h = static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT));
   if (w != camera.width_px || h != camera.height_px) {
-    throw Error(path + ": " + std::to_string(w) + "x" + std::to_string(h) + " pixels, expected " +
-                std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+    throw Error(path + ": the video has " + size_text(w, h) + " pixels, the rig's image_size_px is " +
+                size_text(camera.width_px, camera.height_px));
   }
   return video;
+}
+
+/// Frames of a video: as its header says, or counted where that says nothing. A header may promise more than
+/// a damaged file holds; such frames fail when they are read.
+int count_frames(const std::string& path, const Camera& camera) {
+  cv::VideoCapture video = open_video(path, camera);
+  if (!video.grab()) throw Error(path + ": no frame of the video can be read");
+  if (const int told = static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT)); told > 0) return told;
+  int count = 1;
+  while (video.grab()) ++count;
+  return count;
 }
 
 /// One camera's reader; cameras share nothing, so they run side by side.
@@ -29,19 +48,27 @@ struct Reader {
   Reader(const CalibratedCamera& calibrated, const std::string& video_path, const std::string& empty_room)
       : undistort(calibrated),
         model(calibrated.camera.width_px, calibrated.camera.height_px),
+        path(video_path),
+        frame_count(count_frames(video_path, calibrated.camera)),
         video(open_video(video_path, calibrated.camera)),
         bytes(calibrated.camera.width_px, calibrated.camera.height_px) {
     cv::VideoCapture room = open_video(empty_room, calibrated.camera);
     int n = 0;
-    for (; room.read(photo); ++n) model.learn(photo.data);
+    for (; room.read(photo) && fits(); ++n) model.learn(photo.data);
     if (n == 0) throw Error(empty_room + ": no frame of the empty room can be read");
+  }
+  /// A damaged stream may change its size on the way.
+  bool fits() const {
+    return photo.type() == CV_8UC3 && photo.isContinuous() && photo.cols == bytes.width_px &&
+           photo.rows == bytes.height_px;
   }
   Undistortion undistort;
   BackgroundModel model;
+  std::string path;
+  int frame_count;
   cv::VideoCapture video;
   cv::Mat photo;
   Image<std::uint8_t> bytes, scratch;
-  bool read = false;
 };
 
 class VideoSource final : public FrameSource {
@@ -49,71 +76,86 @@ class VideoSource final : public FrameSource {
   VideoSource(const std::string& path, const DataOptions& options)
       : file_(read_rig_file(path)), colors_(options.colors) {
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
-    int shortest = 1 << 30;
+    // What FFmpeg prints about damaged files would stand beside our own message; who set the level keeps it.
+    ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     for (std::size_t i = 0; i < file_.videos.size(); ++i) {
-      for (const auto& [key, value] : {std::pair<std::string, const std::string&>("video", file_.videos[i]),
-                                       {"empty_room", file_.backgrounds[i]}}) {
-        if (value.empty()) {
-          throw usage_error(path + ": camera '" + file_.rig.cameras[i].name + "' has no '" + key + "'");
+      for_camera(path, file_.rig.cameras[i].name, [&] {
+        for (const auto& [key, value] : {std::pair<std::string, const std::string&>("video", file_.videos[i]),
+                                         {"empty_room", file_.backgrounds[i]}}) {
+          if (value.empty()) throw usage_error("has no '" + key + "', which source 'videos' needs");
         }
-      }
-      readers_.push_back(
-          std::make_unique<Reader>(file_.calibrated[i], file_.videos[i], file_.backgrounds[i]));
-      const int n = static_cast<int>(readers_.back()->video.get(cv::CAP_PROP_FRAME_COUNT));
-      if (i > 0 && n != shortest) {
-        note_ = "the videos differ in length: camera '" + file_.rig.cameras[i].name + "' has " +
-                std::to_string(n) + " frames, an earlier one " + std::to_string(shortest);
-      }
-      shortest = std::min(shortest, n);
+        readers_.push_back(
+            std::make_unique<Reader>(file_.calibrated[i], file_.videos[i], file_.backgrounds[i]));
+      });
     }
-    tick_ = options.first_frame.value_or(file_.first_frame);
-    last_ = options.last_frame.value_or(file_.last_frame);
-    if (last_ < 0 || last_ >= shortest) last_ = shortest - 1;
-    if (tick_ < 0 || tick_ > last_) {
-      throw usage_error(path + ": first frame " + std::to_string(tick_) + ", expected 0 to " +
-                        std::to_string(last_));
-    }
-    count_ = last_ - tick_ + 1;
+    const FrameWindow held{0, shortest() - 1};
+    window_ = frame_window(path, options.first_frame ? options.first_frame : file_.first_frame,
+                           options.last_frame ? options.last_frame : file_.last_frame, held,
+                           lengths_.empty() ? "" : " (" + lengths_ + ")");
+    tick_ = window_.first;
     for (const auto& r : readers_) {
       for (int i = 0; i < tick_; ++i) r->video.grab();
     }
   }
   const Rig& rig() const override { return file_.rig; }
-  std::optional<int> frame_count() const override { return count_; }
+  std::optional<int> frame_count() const override { return window_.last - window_.first + 1; }
   NextFrame next(FrameSet& frame) override {
-    if (tick_ > last_) return NextFrame::no_more_data;
+    if (tick_ > window_.last) return NextFrame::no_more_data;
     frame.tick = tick_;
     frame.time_s = tick_ / file_.frames_per_s;
-    ++tick_;
     frame.silhouettes.resize(readers_.size());
     frame.colors.resize(colors_ ? readers_.size() : 0);
+    notes_.clear(readers_.size());
     tbb::parallel_for(std::size_t{0}, readers_.size(), [&](std::size_t i) { read(i, frame); });
-    for (std::size_t i = 0; i < readers_.size(); ++i) {
-      if (readers_[i]->read) continue;
-      status_ = file_.videos[i] + ": frame " + std::to_string(frame.tick) + " can't be read";
-      return NextFrame::bad_frame;
-    }
-    status_ = odd_masks(file_.rig, frame);
-    if (!note_.empty()) status_ += (status_.empty() ? "" : "; ") + note_;
-    return NextFrame::success;
+    const NextFrame result = notes_.finish(file_.rig, frame, status_);
+    if (tick_ == window_.first && !lengths_.empty()) status_ += (status_.empty() ? "" : "; ") + lengths_;
+    ++tick_;
+    return result;
   }
   std::string status() const override { return status_; }
 
  private:
+  /// Frames that all cameras have: after the shortest video its camera would miss every tick, so there it
+  /// ends. Says so in `lengths_`, which the first frame's status repeats.
+  int shortest() {
+    const auto by_length = [](const auto& a, const auto& b) { return a->frame_count < b->frame_count; };
+    const auto [least, most] = std::minmax_element(readers_.begin(), readers_.end(), by_length);
+    const auto told = [&](const auto& reader) {
+      return "camera '" + file_.rig.cameras[static_cast<std::size_t>(reader - readers_.begin())].name +
+             "' has " + std::to_string((*reader)->frame_count);
+    };
+    if ((*least)->frame_count < (*most)->frame_count) {
+      lengths_ = "the videos differ in length: " + told(least) + " frames, " + told(most);
+    }
+    return (*least)->frame_count;
+  }
   void read(std::size_t i, FrameSet& frame) {
     Reader& r = *readers_[i];
-    r.read = r.video.read(r.photo);
-    if (!r.read) return;
+    if (!r.video.read(r.photo)) {
+      notes_.fail(i, r.path + ": frame " + std::to_string(tick_) +
+                         " can't be read; the file is cut short or damaged");
+      return;
+    }
+    if (!r.fits()) {
+      notes_.fail(i, r.path + ": frame " + std::to_string(tick_) + " has " +
+                         size_text(r.photo.cols, r.photo.rows) + " pixels, expected " +
+                         size_text(r.bytes.width_px, r.bytes.height_px));
+      return;
+    }
     r.model.classify(r.photo.data, file_.background, r.bytes.pixels.data());
-    r.undistort.mask(r.bytes.pixels.data(), r.scratch, frame.silhouettes[i]);
+    const auto& pixels = r.bytes.pixels;
+    notes_.odd(i, odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels)));
+    r.undistort.mask(pixels.data(), r.scratch, frame.silhouettes[i]);
     if (colors_) r.undistort.color(r.photo.data, frame.colors[i]);
   }
 
   RigFile file_;
   bool colors_;
   std::vector<std::unique_ptr<Reader>> readers_;
-  int tick_ = 0, last_ = -1, count_ = 0;
-  std::string note_, status_;
+  FrameWindow window_;
+  int tick_ = 0;
+  CameraNotes notes_;
+  std::string lengths_, status_;
 };
 
 }  // namespace

@@ -22,8 +22,8 @@ std::string number_text(double value) {
 
 }  // namespace
 
-YamlMapping::YamlMapping(YAML::Node node, std::string file, const std::vector<std::string>& known)
-    : node_(std::move(node)), file_(std::move(file)) {
+YamlMapping::YamlMapping(const YAML::Node& node, std::string file, const std::vector<std::string>& known)
+    : node_(node), file_(std::move(file)) {
   if (!node_.IsMap()) throw usage_error(place(file_, node_.Mark()) + "expected a mapping (key: value)");
   std::set<std::string> seen;
   for (const auto& entry : node_) {

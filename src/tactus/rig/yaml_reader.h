@@ -10,7 +10,7 @@ namespace tactus {
 class YamlMapping {
  public:
   /// @throws usage Error: not a mapping, a key that is not in `known` (with the nearest one), a key twice.
-  YamlMapping(YAML::Node node, std::string file, const std::vector<std::string>& known);
+  YamlMapping(const YAML::Node& node, std::string file, const std::vector<std::string>& known);
   /// Reads a whole file. @throws Error when it can't be read or isn't YAML.
   static YamlMapping load(const std::string& file, const std::vector<std::string>& known);
 

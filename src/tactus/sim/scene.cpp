@@ -49,17 +49,20 @@ Mat3d PlacementDescription::rotation() const {
          axis_rotation(0, rotation_deg.x);
 }
 
-bool FixedRegion::contains(Vec3d p_m) const {
+bool SpaceRegion::contains(Vec3d p_m) const {
+  if (kind == RegionKind::sphere) return dot(p_m - center_m, p_m - center_m) <= radius_m * radius_m;
   if (kind == RegionKind::half_space) return dot(p_m - point_m, normal) <= 0;
   return p_m.x >= box.min_m.x && p_m.x <= box.max_m.x && p_m.y >= box.min_m.y && p_m.y <= box.max_m.y &&
          p_m.z >= box.min_m.z && p_m.z <= box.max_m.z;
 }
 
+bool BodyDescription::in(const SpaceRegion& region, Vec3d p_world_m) const {
+  return region.contains(region.frame == CoordinateFrame::world ? p_world_m : placement.to_body(p_world_m));
+}
+
 bool BodyDescription::holds(Vec3d p_world_m) const {
-  const Vec3d p_body_m = placement.to_body(p_world_m);
-  return std::any_of(fixed.begin(), fixed.end(), [&](const FixedRegion& region) {
-    return region.contains(region.frame == CoordinateFrame::world ? p_world_m : p_body_m);
-  });
+  return std::any_of(fixed.begin(), fixed.end(),
+                     [&](const SpaceRegion& region) { return in(region, p_world_m); });
 }
 
 Vec3d ViewCameraDescription::eye() const {

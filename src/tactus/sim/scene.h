@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/tissue/tled/elastic_material.h"
 
 namespace tactus {
 
@@ -25,12 +26,12 @@ struct FrameRange {
 std::optional<FrameRange> parse_frame_range(std::string_view text);
 std::string frame_range_text(const FrameRange& range);
 
-enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury };
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect };
 
 struct SourceDescription {
   SourceKind kind = SourceKind::synthetic;
   std::string figure = "hand";  ///< synthetic only
-  std::string path;             ///< rig YAML or Middlebury folder, resolved; empty for synthetic
+  std::string path;  ///< rig YAML, or folder of Middlebury or Azure Kinect, resolved; empty for synthetic
   FrameRange frames;
   std::optional<double> fps;  ///< none: the recording's own; synthetic 30
   bool moving = true;         ///< synthetic only
@@ -41,6 +42,8 @@ struct SourceDescription {
 struct ReconstructionDescription {
   int resolution = 100;                  ///< voxels along the longest side of the workspace
   std::optional<BoxRegion> workspace_m;  ///< none: the rig's
+  bool depth = true;                     ///< use the depth camera when the source has one
+  double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
 };
 
 enum class ShapeKind : std::uint8_t { box, sphere, figure, mesh, labels };
@@ -68,32 +71,55 @@ struct PlacementDescription {
   }
 };
 
-/// How a body deforms. One for now; the name is in the file so that scenes keep their meaning.
-enum class TissueModel : std::uint8_t { flsm };
+/// How a body deforms: shape matching, finite elements, or both (regions or a ratio say where).
+enum class TissueModel : std::uint8_t { flsm, tled, hybrid };
 enum class Stiffness : std::uint8_t { material, paper };
+enum class Axis : std::uint8_t { x, y, z };
+
+/// Of a hybrid body: nodes of elements to nodes of shape matching, the elements at the low end of the axis.
+struct RatioDescription {
+  double tled = 6, flsm = 4;
+  Axis axis = Axis::x;  ///< of the world
+};
 
 struct MaterialDescription {
   TissueModel model = TissueModel::flsm;
   int half_width = 2;               ///< of the FLSM regions, in lattice cubes, 1..4
   double young_modulus_pa = 10000;  ///< E
+  double poisson_ratio = 0.45;      ///< nu, elements only
   double density_kg_m3 = 1000;
-  double damping = 0.1;  ///< part of critical damping of the fastest mode, 0..0.75
+  double damping = 0.1;  ///< part of critical damping of the fastest mode, 0..0.7
   Stiffness kappa = Stiffness::material;
+  MaterialLaw law = MaterialLaw::neo_hookean;  ///< elements only
+  Vec3d fibre = {1, 0, 0};                     ///< transversely isotropic: direction, world
+  double fibre_ratio = 0;                      ///< transversely isotropic: fibre stiffness over shear modulus
 };
 
 enum class CoordinateFrame : std::uint8_t { body, world };
-enum class RegionKind : std::uint8_t { box, half_space };
+enum class RegionKind : std::uint8_t { box, sphere, half_space };
 
-/// Where lattice nodes don't move. Rest state.
-struct FixedRegion {
+/// A part of space, in a body's rest state.
+struct SpaceRegion {
   RegionKind kind = RegionKind::box;
   CoordinateFrame frame = CoordinateFrame::body;
-  BoxRegion box;             ///< kind box
+  BoxRegion box;  ///< kind box
+  Vec3d center_m;
+  double radius_m = 0.05;    ///< kind sphere
   Vec3d point_m;             ///< kind half_space: a point on the plane
-  Vec3d normal = {0, 1, 0};  ///< kind half_space: points away from what is fixed; any length > 0
+  Vec3d normal = {0, 1, 0};  ///< kind half_space: points out of the region; any length > 0
 
-  /// Whether a point, given in this region's own frame, is held.
+  /// Whether a point, given in this region's own frame, is inside.
   bool contains(Vec3d p_m) const;
+};
+
+enum class RegionModel : std::uint8_t { unchanged, flsm, tled };
+
+/// Cubes whose centres lie in a region are of something else. Later regions paint over earlier ones.
+struct PaintedRegion {
+  std::string name;
+  SpaceRegion where;
+  RegionModel model = RegionModel::unchanged;                            ///< hybrid bodies
+  std::optional<double> young_modulus_pa, poisson_ratio, density_kg_m3;  ///< none: the body's
 };
 
 struct BodyDescription {
@@ -102,9 +128,13 @@ struct BodyDescription {
   PlacementDescription placement;
   double spacing_m = 0.02;  ///< edge of a lattice cube, in the world
   MaterialDescription material;
-  std::vector<FixedRegion> fixed;
+  std::optional<RatioDescription> ratio;  ///< hybrid
+  std::vector<PaintedRegion> regions;
+  std::vector<SpaceRegion> fixed;     ///< where lattice nodes don't move
   Vec3d colour = {0.84, 0.42, 0.36};  ///< sRGB, 0..1
 
+  /// Whether a point at rest at `p_world_m` is in a region.
+  bool in(const SpaceRegion& region, Vec3d p_world_m) const;
   /// Whether a node at rest at `p_world_m` is held by one of the fixed regions.
   bool holds(Vec3d p_world_m) const;
 };
@@ -135,6 +165,7 @@ struct ViewDescription {
   Vec2i size_px = {1280, 720};
   ViewCameraDescription camera;
   bool show_frusta = true;
+  bool show_models = false;  ///< colour hybrid bodies by what deforms them
   bool overlay = true;
 };
 

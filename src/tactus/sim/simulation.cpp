@@ -3,17 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/log.h"
+
 namespace tactus {
 namespace {
 
 HullOptions hull_options(const Scene& scene, const Rig& rig) {
   HullOptions options;
   options.workspace_m = rig.workspace_m;
+  options.slack_px = rig.slack_px;
   if (const auto& box = scene.reconstruction.workspace_m) {
     options.workspace_m = {vec_cast<float>(box->min_m), vec_cast<float>(box->max_m)};
   }
   options.resolution = scene.reconstruction.resolution;
+  options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
   return options;
+}
+
+std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
+  if (!scene.reconstruction.depth || !rig.depth_camera) return {};
+  return {&*rig.depth_camera, 1};
 }
 
 float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
@@ -43,8 +52,9 @@ bool all_finite(const TriangleMesh& mesh) {
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
     : devices_(devices),
       scene_(scene),
-      hull_(devices, rig.cameras, hull_options(scene, rig)),
+      hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
       normals_(devices.device(0), hull_.mesh().positions_m.size()),
+      uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
       surface_(devices.device(0), surface_settings(hull_.mesh(), sample_spacing_m_)),
       bodies_([&] {
@@ -73,6 +83,10 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.fixed.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+      log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
+  }
   for (auto& body : bodies_) body->update_surface(devices.context(0));
   devices_.synchronize();
 }
@@ -84,7 +98,8 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   reconstruct(frame);
   touch(report.dt_s, report);
   report.hull = hull_.report();
-  report.status = report.hull.overflow;
+  if (report.status.empty())
+    report.status = report.hull.overflow.empty() ? report.hull.depth : report.hull.overflow;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
   if (report.status.empty() && surface.dropped_pieces + surface.dropped_samples > 0) {
     report.status = std::to_string(surface.dropped_pieces + surface.dropped_samples) +
@@ -93,13 +108,18 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   return report;
 }
 
+std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
+  if (!uses_depth_) return {};
+  return {&frame.depth_m, 1};
+}
+
 void Simulation::reconstruct(const FrameSet& frame) {
   const auto stage = [&](const char* name, auto&& body) {
     const StageTimer timer(timings_, name);
     body();
     devices_.synchronize();  // stage times are part of the report
   };
-  stage("upload", [&] { hull_.upload(frame.silhouettes); });
+  stage("upload", [&] { hull_.upload(frame.silhouettes, depths(frame)); });
   stage("hull", [&] { hull_.carve(); });
   stage("mesh", [&] { hull_.extract(); });
 }
@@ -122,6 +142,7 @@ void Simulation::touch(double dt_s, StepReport& report) {
     }
     const float dt_substep = dt / static_cast<float>(substeps);
     contact_.begin_frame(ctx);
+    for (auto& body : bodies_) body->begin_frame(ctx);
     for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - dt);
     for (int k = 0; k < substeps; ++k) {
       // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
@@ -130,6 +151,10 @@ void Simulation::touch(double dt_s, StepReport& report) {
         body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
         contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
       }
+    }
+    for (auto& body : bodies_) {
+      const std::string trouble = body->end_frame(ctx);
+      if (!trouble.empty()) report.status = trouble;
     }
     report.substeps = substeps;
     report.contact = contact_.report(ctx, dt, substeps);
@@ -154,6 +179,12 @@ FrameSnapshot Simulation::snapshot() {
     }
   }
   return snapshot;
+}
+
+std::vector<BodyMonitors> Simulation::monitors() {
+  std::vector<BodyMonitors> all;
+  for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0)));
+  return all;
 }
 
 std::vector<Vec3f> Simulation::probe_positions_m() {

@@ -1,6 +1,7 @@
 #pragma once
 /// The frame: silhouettes in, a reconstructed surface that pushes soft bodies, snapshots out.
 #include <memory>
+#include <span>
 
 #include "tactus/base/timing.h"
 #include "tactus/reconstruct/surface_texture.h"
@@ -44,6 +45,8 @@ class Simulation {
   FrameSnapshot snapshot();
   /// World positions of the scene's probes [m], in its order. Synchronizes.
   std::vector<Vec3f> probe_positions_m();
+  /// Of every body, in the scene's order. Synchronizes.
+  std::vector<BodyMonitors> monitors();
 
   const Timings& timings() const { return timings_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
@@ -54,6 +57,8 @@ class Simulation {
     std::size_t body;
     Index node;
   };
+  /// The frame's depth image, or none when depth is not used.
+  std::span<const DepthImage> depths(const FrameSet& frame) const;
   void reconstruct(const FrameSet& frame);
   void touch(double dt_s, StepReport& report);
 
@@ -61,6 +66,7 @@ class Simulation {
   Scene scene_;
   VisualHull hull_;
   SurfaceNormals normals_;  ///< for pictures
+  bool uses_depth_;
   float sample_spacing_m_;
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;

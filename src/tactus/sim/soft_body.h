@@ -1,30 +1,13 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
-#include <map>
 #include <string>
 
 #include "tactus/contact/contact.h"
-#include "tactus/geom/label_volume.h"
-#include "tactus/sim/scene.h"
+#include "tactus/sim/body_shape.h"
+#include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/flsm/flsm.h"
 
 namespace tactus {
-
-/// What shapes need from files, by the body's name; in the file's own coordinates, metres.
-struct BodyAssets {
-  std::map<std::string, TriangleMesh> meshes;
-  std::map<std::string, LabelVolume> labels;
-};
-
-/// Signed distance or mesh of a body's shape, placed in the world.
-struct BodyShape {
-  TriangleMesh surface_m;  ///< closed, world
-  CubeLattice lattice;     ///< with the fixed nodes of the description
-};
-/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the
-/// body, ...).
-BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets);
 
 class SoftBody {
  public:
@@ -32,10 +15,24 @@ class SoftBody {
   /// contact.
   SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
 
-  const std::string& name() const { return name_; }
-  Index node_count() const { return flsm_.node_count(); }
+  const std::string& name() const { return description_.name; }
+  Index node_count() const { return tissue_.node_count(); }
   Index contact_node_count() const { return contact_nodes_.size(); }
-  int substeps_for(float dt_frame_s) const { return flsm_.substeps_for(dt_frame_s); }
+  const Hybrid& tissue() const { return tissue_; }
+  /// Substeps for which the body is stable as strained as it was at the end of the last frame.
+  int substeps_for(float dt_frame_s) const { return tissue_.substeps_for(dt_frame_s, strain_.speed_ratio); }
+  /// Keeps the state to come back to, should this frame blow up. Asynchronous.
+  void begin_frame(ExecContext& ctx);
+  /// Reads how strained the elements are. A body whose positions are no longer numbers goes back to where it
+  /// was at the beginning of the frame and rests there from then on. Synchronizes.
+  /// @returns "" or what happened, where and why.
+  std::string end_frame(ExecContext& ctx);
+  const tled::CubeExtremes& strain() const { return strain_; }
+  bool at_rest() const { return at_rest_; }
+  /// "cube 17, at rest round (0.1, 0.2, 0.3) m in region 'tumour'".
+  std::string cube_text(Index cube) const;
+  /// Energies, momentum, volume. Synchronizes.
+  BodyMonitors monitors(ExecContext& ctx) const;
 
   /// One substep without contact. Asynchronous.
   void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2);
@@ -45,6 +42,8 @@ class SoftBody {
   void update_surface(ExecContext& ctx) { surface_.update(ctx, state_); }
   /// The seen surface on the host. Synchronizes.
   TriangleMesh surface(ExecContext& ctx) const { return surface_.to_mesh(ctx); }
+  /// Per triangle of the seen surface: 1 where elements deform it. Synchronizes.
+  std::vector<std::uint8_t> element_triangles(ExecContext& ctx) const;
   /// Positions of all nodes on the host [m]. Synchronizes.
   std::vector<Vec3f> positions_m(ExecContext& ctx) const { return to_host(ctx, state_.x_m.view()); }
   /// The node whose rest position is nearest.
@@ -53,10 +52,14 @@ class SoftBody {
  private:
   SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
 
-  std::string name_;
-  std::vector<Vec3f> rest_m_;
-  Flsm flsm_;
+  BodyDescription description_;
+  BodyShape shape_;
+  TledOptions element_options_;
+  Hybrid tissue_;
+  bool at_rest_ = false;
+  tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   BodyState state_;
+  Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
   bool full_stiffness_;
   Buffer<float> mass_kg_, rest_gap_m_;

@@ -1,5 +1,6 @@
 #include "tactus/view/gl_context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
@@ -68,9 +69,17 @@ EGLContext open(EGLDisplay display, std::string& why) {
   return context;
 }
 
+/// libepoxy ends the process when there is no libEGL; a machine without pictures is no reason for that.
+void require_egl() {
+  static const void* const library =
+      dlopen("libEGL.so.1", RTLD_LAZY | RTLD_LOCAL);  // stays open: epoxy's is the same
+  if (library == nullptr) throw Error("no OpenGL: this machine has no libEGL.so.1");
+}
+
 }  // namespace
 
 GlContext::GlContext() {
+  require_egl();
   std::string reasons;
   for (const EGLDisplay display : candidate_displays()) {
     EGLint major = 0, minor = 0;

@@ -11,7 +11,7 @@ int device_count() { return 0; }
 std::string status_text() { return "this build has no CUDA (it was made without nvcc)"; }
 std::vector<DeviceInfo> list_devices() { return {}; }
 std::unique_ptr<Device> open_device(DeviceSpec) { absent(); }
-void enable_peer_access(int, int) { absent(); }
+bool enable_peer_access(int, int) { absent(); }
 void* create_stream(int) { absent(); }
 void destroy_stream(void*) noexcept {}
 void* create_event(int) { absent(); }

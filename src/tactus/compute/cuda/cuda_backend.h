@@ -15,7 +15,7 @@ std::string status_text();
 std::vector<DeviceInfo> list_devices();
 std::unique_ptr<Device> open_device(DeviceSpec spec);
 /// Lets kernels on one GPU read another's memory. @throws Error when the machine can't.
-void enable_peer_access(int reader, int owner);
+bool enable_peer_access(int reader, int owner);
 
 void* create_stream(int ordinal);
 void destroy_stream(void* stream) noexcept;

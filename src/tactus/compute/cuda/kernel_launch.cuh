@@ -35,8 +35,18 @@ class CudaBlock {
     __syncthreads();
   }
   template <class F>
+  __device__ void for_range(int count, F&& f) const {
+    for (int i = static_cast<int>(threadIdx.x); i < count; i += kThreads) f(i);
+    __syncthreads();
+  }
+  template <class F>
   __device__ void for_own(int count, F&& f) const {
     if (static_cast<int>(threadIdx.x) < count) f(static_cast<int>(threadIdx.x));
+  }
+  template <int kGroup, class S, class F>
+  __device__ void for_own_groups(int count, S&& select, F&& f) const {
+    const int g = static_cast<int>(threadIdx.x) / kGroup;
+    if (g < count && select(g)) f(g, static_cast<int>(threadIdx.x) % kGroup);
   }
   template <int kGroup, class S, class F>
   __device__ void for_groups(int count, S&& select, F&& f) const {
@@ -64,6 +74,7 @@ class CudaBlock {
     if (t == 0) *out_count = total;
     __syncthreads();
   }
+  __device__ void barrier() const { __syncthreads(); }
   template <class F>
   __device__ void on_one_thread(F&& f) const {
     if (threadIdx.x == 0) f();

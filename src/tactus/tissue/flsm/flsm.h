@@ -24,6 +24,14 @@ struct FlsmStep {
   int rotation_iterations = 2;
 };
 
+/// What compute_goals left, for solvers that go on with it.
+struct FlsmGoals {
+  View<const Index> cell;                   ///< per node
+  View<const double> sum_m;                 ///< 3 fields over cells: sum of T_r x0_i over i's regions
+  View<const double> inverse_region_nodes;  ///< per node: 1 / |R_i|
+  Index cells = 0;
+};
+
 /// Solver of one body on one device. Between two steps anyone may change x and v (contact does).
 ///
 ///   Flsm flsm(ctx, lattice, material);
@@ -46,6 +54,13 @@ class Flsm {
   /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
   std::vector<Vec3d> goals_m(ExecContext& ctx) const;
 
+  FlsmGoals goals() const {
+    return {cell_.const_view(), goal_sum_.const_view(), inverse_region_nodes_.const_view(), grid_.cells};
+  }
+
+  /// min(1, (omega dt)^2), or 1.
+  float kappa(const FlsmStep& step) const;
+  float damping_time_s(const FlsmStep& step) const;
   float omega_per_s() const { return omega_; }
   double sigma2_m2() const { return sigma2_; }
   /// Young's modulus that a substep of dt really gives: E, or E / (omega dt)^2 where kappa is cut off at 1.
@@ -56,8 +71,6 @@ class Flsm {
   Index exception_count() const { return exceptions_.size(); }
 
  private:
-  float kappa(const FlsmStep& step) const;
-  float damping_time_s(const FlsmStep& step) const;
   void sum_over_regions(ExecContext& ctx);
   void sum_goals(ExecContext& ctx);
 

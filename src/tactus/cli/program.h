@@ -1,0 +1,16 @@
+#pragma once
+/// What every program of Tactus does around its verbs: flags that all share, interrupts, exit codes.
+#include <functional>
+#include <string>
+
+#include "tactus/cli/commands.h"
+
+namespace tactus {
+
+/// Adds verbs with `set_up`, gives each `--verbose` and `--quiet`, parses and runs; what is thrown becomes
+/// one line on standard error.
+/// @returns the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted.
+int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<void(CLI::App&)>& set_up);
+
+}  // namespace tactus

@@ -1,0 +1,101 @@
+#include "tactus/cli/run_report.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "tactus/base/log.h"
+#include "tactus/cli/version.h"
+
+namespace tactus {
+namespace {
+
+/// Each monitor of a body over the frames.
+nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frames, std::size_t body) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const std::vector<BodyMonitors>& frame : frames) {
+    const BodyMonitors& m = frame[body];
+    json["kinetic_J"].push_back(m.kinetic_J);
+    json["elastic_J"].push_back(m.elastic_J);
+    json["hourglass_J"].push_back(m.hourglass_J);
+    json["momentum_kg_m_s"].push_back({m.momentum_kg_m_s.x, m.momentum_kg_m_s.y, m.momentum_kg_m_s.z});
+    json["volume_m3"].push_back(m.volume_m3);
+    json["min_J"].push_back(m.min_J);
+    json["inverted_cubes"].push_back(m.inverted_cubes);
+  }
+  return json;
+}
+
+}  // namespace
+
+void RunSummary::add(const StepReport& report) {
+  ++frames;
+  substeps = std::max(substeps, report.substeps);
+  max_vertices = std::max(max_vertices, report.hull.vertices);
+  max_triangles = std::max(max_triangles, report.hull.triangles);
+  rescued += report.contact.rescued;
+  max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
+  max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
+  note(report.status);
+}
+
+void RunSummary::note(const std::string& status) {
+  if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
+  statuses.push_back(status);
+  log_warning(status);
+}
+
+nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
+                       const std::string& devices) {
+  nlohmann::json json{
+      {"scene", scene.name}, {"devices", devices}, {"commit", commit_text()}, {"frames", summary.frames}};
+  for (const std::string& stage : simulation.timings().stages()) {
+    json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
+                         {"p99", simulation.timings().percentile_ms(stage, 99)}};
+  }
+  json["counters"] = {{"bad_frames", summary.bad_frames},
+                      {"substeps", summary.substeps},
+                      {"max_vertices", summary.max_vertices},
+                      {"max_triangles", summary.max_triangles},
+                      {"rescued_nodes", summary.rescued}};
+  for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+    const SoftBody& body = *simulation.bodies()[b];
+    json["bodies"].push_back({{"name", body.name()},
+                              {"nodes", body.node_count()},
+                              {"contact_nodes", body.contact_node_count()},
+                              {"monitors", monitors_json(summary.monitors, b)}});
+  }
+  json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
+  json["statuses"] = summary.statuses;
+  for (std::size_t p = 0; p < scene.probes.size(); ++p) {
+    nlohmann::json track = nlohmann::json::array();
+    for (const std::vector<Vec3f>& frame : summary.probes)
+      track.push_back({frame[p].x, frame[p].y, frame[p].z});
+    json["probes"][scene.probes[p].name] = track;
+  }
+  return json;
+}
+
+void explain(const StepReport& report, const Simulation& simulation, std::int64_t tick) {
+  for (const auto& body : simulation.bodies()) {
+    const tled::CubeExtremes& strain = body->strain();
+    const std::string head = "frame " + std::to_string(tick) + ": body '" + body->name() + "': ";
+    if (strain.inverted > 0 || strain.smallest_J < 0.3F) {
+      std::printf(
+          "%s%d cubes inverted, least volume %.3g of that at rest in %s; contact moved a node by up to %.4g "
+          "m\n",
+          head.c_str(), strain.inverted, static_cast<double>(strain.smallest_J),
+          body->cube_text(strain.smallest_cube).c_str(), static_cast<double>(report.contact.max_depth_m));
+    }
+    if (strain.speed_ratio > 1.5F) {
+      std::printf("%swaves are %.3g times as fast as at rest in %s: %d substeps next frame instead of %d\n",
+                  head.c_str(), static_cast<double>(strain.speed_ratio),
+                  body->cube_text(strain.fastest_cube).c_str(),
+                  body->substeps_for(static_cast<float>(report.dt_s)),
+                  body->tissue().substeps_for(static_cast<float>(report.dt_s)));
+    }
+  }
+  if (!report.status.empty())
+    std::printf("frame %lld: %s\n", static_cast<long long>(tick), report.status.c_str());
+}
+
+}  // namespace tactus

@@ -1,0 +1,31 @@
+#pragma once
+/// What `tactus run` says of a run: JSON for scripts, --explain for people.
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+
+/// What the run found over all its frames.
+struct RunSummary {
+  int frames = 0, bad_frames = 0, substeps = 0;
+  Index max_vertices = 0, max_triangles = 0, rescued = 0;
+  double max_force_N = 0, max_correction_m = 0;
+  std::vector<std::string> statuses;
+  std::vector<std::vector<Vec3f>> probes;           ///< per frame, in the scene's order
+  std::vector<std::vector<BodyMonitors>> monitors;  ///< per frame and body
+
+  void add(const StepReport& report);
+  /// Keeps a status once.
+  void note(const std::string& status);
+};
+
+nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
+                       const std::string& devices);
+
+/// Prints what is badly strained after this frame, where, and what it costs; nothing when all is well.
+void explain(const StepReport& report, const Simulation& simulation, std::int64_t tick);
+
+}  // namespace tactus

@@ -1,0 +1,80 @@
+#include "tactus/rig/numbered_files.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <vector>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, failed), end; !failed && entry != end;
+       entry.increment(failed)) {
+    names.push_back(entry->path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// The number between a name's head and tail.
+std::optional<int> number_in(std::string_view name, std::string_view head, std::string_view tail) {
+  if (name.size() <= head.size() + tail.size() || !name.starts_with(head) || !name.ends_with(tail)) return {};
+  name = name.substr(head.size(), name.size() - head.size() - tail.size());
+  int number = -1;
+  const auto [end, code] = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (code != std::errc() || end != name.data() + name.size() || number < 0) return {};
+  return number;
+}
+
+}  // namespace
+
+std::string suggest_file(const std::string& path) {
+  const fs::path wanted(path);
+  const std::vector<std::string> names = names_in(wanted.parent_path());
+  const std::string near = nearest_spelling(wanted.filename().string(), names);
+  return near.empty() ? "" : "; did you mean '" + near + "'?";
+}
+
+NumberedFiles::NumberedFiles(std::string pattern) : pattern_(std::move(pattern)) {
+  const auto percent = pattern_.find('%');
+  if (percent == std::string::npos) return;
+  const auto end = pattern_.find_first_not_of("0123456789", percent + 1);
+  const bool plain = end != std::string::npos && pattern_[end] == 'd' && end - percent <= 3 &&
+                     pattern_.find('%', end) == std::string::npos;
+  if (!plain) throw usage_error(pattern_ + ": expected one %d or %04d in the pattern");
+  if (end > percent + 1) digits_ = std::stoul(pattern_.substr(percent + 1, end - percent - 1));
+  head_ = pattern_.substr(0, percent);
+  tail_ = pattern_.substr(end + 1);
+  is_sequence_ = true;
+}
+
+std::string NumberedFiles::file(int number) const {
+  if (!is_sequence_) return pattern_;
+  std::string digits = std::to_string(number);
+  if (digits.size() < digits_) digits.insert(0, digits_ - digits.size(), '0');
+  return head_ + digits + tail_;
+}
+
+FrameWindow NumberedFiles::range() const {
+  // The number may be part of a folder's name ("%04d/left.png"), so names are matched where it stands.
+  const fs::path folder = fs::path(head_ + "x").parent_path();
+  const std::string head = head_.substr(head_.rfind('/') + 1), tail = tail_.substr(0, tail_.find('/'));
+  std::optional<FrameWindow> found;
+  for (const std::string& name : names_in(folder)) {
+    const std::optional<int> number = number_in(name, head, tail);
+    if (!number || !fs::exists(file(*number))) continue;
+    if (!found) found = {*number, *number};
+    found = FrameWindow{std::min(found->first, *number), std::max(found->last, *number)};
+  }
+  if (!found) throw Error(pattern_ + ": no file has such a name" + suggest_file(file(0)));
+  return *found;
+}
+
+}  // namespace tactus

@@ -1,0 +1,33 @@
+#pragma once
+/// From what a scene says of a body to its surface, its cubes and what they are made of.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tactus/geom/label_volume.h"
+#include "tactus/sim/scene.h"
+#include "tactus/tissue/hybrid/hybrid.h"
+
+namespace tactus {
+
+/// What shapes need from files, by the body's name; in the file's own coordinates, metres.
+struct BodyAssets {
+  std::map<std::string, TriangleMesh> meshes;
+  std::map<std::string, LabelVolume> labels;
+};
+
+/// A body's shape, placed in the world, and what its cubes are made of.
+struct BodyShape {
+  TriangleMesh surface_m;             ///< closed, world
+  CubeLattice lattice;                ///< with masses and the fixed nodes of the description
+  std::vector<float> node_outside_m;  ///< rest signed distance of every node to the surface
+  ElementMask elements;
+  std::vector<ElasticMaterial> materials;
+  std::vector<std::uint8_t> material_of_cube;
+  std::vector<std::string> warnings;  ///< what is odd about it and probably not meant
+};
+/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the
+/// body, ...).
+BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets);
+
+}  // namespace tactus

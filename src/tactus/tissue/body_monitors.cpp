@@ -1,0 +1,85 @@
+#include "tactus/tissue/body_monitors.h"
+
+#include <cmath>
+
+#include "tactus/tissue/tled/strain_energy.h"
+
+namespace tactus {
+namespace {
+
+/// Deformation gradient of a cube at local coordinates -1..1.
+Mat3d gradient(const Vec3d (&x)[8], double h, const Vec3d& at) {
+  Mat3d F{};
+  for (int q = 0; q < 8; ++q) {
+    const double s[3] = {(q & 1) != 0 ? 1.0 : -1.0, (q & 2) != 0 ? 1.0 : -1.0, (q & 4) != 0 ? 1.0 : -1.0};
+    for (int j = 0; j < 3; ++j) {
+      double dN = 0.25 / h * s[j];
+      for (int k = 0; k < 3; ++k)
+        if (k != j) dN *= 1 + s[k] * at[k];
+      for (int i = 0; i < 3; ++i) F(i, j) += x[q][i] * dN;
+    }
+  }
+  return F;
+}
+
+/// h E / 6 over 8 times half the squares of the four modes without strain at the centre.
+double hourglass_energy_J(const Vec3d (&x)[8], double h, double young_Pa) {
+  double squares = 0;
+  for (int mode = 0; mode < 4; ++mode) {
+    Vec3d amount{};
+    for (int q = 0; q < 8; ++q) {
+      const int a = q & 1, b = q >> 1 & 1, c = q >> 2;
+      const int odd[4] = {a ^ b, b ^ c, a ^ c, a ^ b ^ c ^ 1};
+      amount += (odd[mode] != 0 ? -1.0 : 1.0) * x[q];
+    }
+    squares += dot(amount, amount);
+  }
+  return h * young_Pa / 6 / 8 / 2 * squares;
+}
+
+double elastic_energy_J(const Vec3d (&x)[8], double h, const TledOptions& options,
+                        const ElasticMaterial& material) {
+  const double volume = h * h * h;
+  if (!options.full_integration) return volume * strain_energy_J_m3(options, material, gradient(x, h, {}));
+  double sum = 0;
+  const double g = 1 / std::sqrt(3.0);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d at{(i & 1) != 0 ? g : -g, (i & 2) != 0 ? g : -g, (i & 4) != 0 ? g : -g};
+    sum += volume / 8 * strain_energy_J_m3(options, material, gradient(x, h, at));
+  }
+  return sum;
+}
+
+}  // namespace
+
+BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& elements,
+                          std::span<const ElasticMaterial> materials,
+                          std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
+                          std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
+  BodyMonitors m;
+  for (std::size_t i = 0; i < x_m.size(); ++i) {
+    const Vec3d v = vec_cast<double>(v_m_s[i]);
+    const auto mass = static_cast<double>(lattice.node_mass_kg[i]);
+    m.kinetic_J += 0.5 * mass * dot(v, v);
+    m.momentum_kg_m_s += mass * v;
+  }
+  const auto h = static_cast<double>(lattice.spacing_m);
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    Vec3d x[8];
+    for (std::size_t q = 0; q < 8; ++q)
+      x[q] = vec_cast<double>(x_m[static_cast<std::size_t>(lattice.cube_nodes[c][q])]);
+    const double fill = lattice.cube_fill.empty() ? 1 : static_cast<double>(lattice.cube_fill[c]);
+    const double J = determinant(gradient(x, h, {}));
+    m.volume_m3 += fill * h * h * h * J;
+    m.inverted_cubes += J > 0 ? 0 : 1;
+    if (!(J >= m.min_J)) m.min_J = J, m.min_J_cube = static_cast<Index>(c);
+    if (!elements.empty() && elements[c] == 0) continue;
+    const ElasticMaterial& material = materials[material_of_cube.empty() ? 0 : material_of_cube[c]];
+    m.elastic_J += fill * elastic_energy_J(x, h, options, material);
+    if (!options.full_integration)
+      m.hourglass_J += fill * hourglass_energy_J(x, h, static_cast<double>(material.young_Pa));
+  }
+  return m;
+}
+
+}  // namespace tactus

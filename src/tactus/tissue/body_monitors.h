@@ -1,0 +1,28 @@
+#pragma once
+/// What a body's state amounts to: energies, momentum, volume. On the host and in double, independent of the
+/// solvers.
+#include <span>
+
+#include "tactus/tissue/hybrid/hybrid.h"
+
+namespace tactus {
+
+struct BodyMonitors {
+  double kinetic_J = 0;
+  double elastic_J = 0;  ///< of the elements, at their integration points
+  double hourglass_J =
+      0;  ///< of the elements' hourglass control: far below elastic_J where the lattice is fine enough
+  Vec3d momentum_kg_m_s{};
+  double volume_m3 = 0;  ///< of all cubes, by their fill
+  double min_J = 1;      ///< smallest ratio of a cube's volume to that at rest; <= 0 is inverted
+  Index min_J_cube = 0;
+  Index inverted_cubes = 0;
+};
+
+/// @param elements,material_of_cube empty: all, and all of the first material
+BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& elements,
+                          std::span<const ElasticMaterial> materials,
+                          std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
+                          std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
+
+}  // namespace tactus

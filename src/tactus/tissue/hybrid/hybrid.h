@@ -1,0 +1,66 @@
+#pragma once
+/// A body that is partly finite elements, partly shape matching ([P], "Hybrid deformation model").
+#include <optional>
+
+#include "tactus/tissue/flsm/flsm.h"
+#include "tactus/tissue/tled/tled.h"
+
+namespace tactus {
+
+/// Which cubes are elements: 1; the others are shape-matched.
+using ElementMask = std::vector<std::uint8_t>;
+
+/// Cubes so that nodes which only elements touch are to nodes which only shape matching touches about as a :
+/// b, the elements at the low end of the axis (0 x, 1 y, 2 z); nodes of both are counted half and half.
+/// @throws Error for an axis that is none of the three or shares that are negative or both zero.
+ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched);
+
+/// The cubes of a lattice for which keep is set, and their nodes; node[i] is what the part's node i is in the
+/// whole. Masses are those of these cubes alone.
+struct LatticePart {
+  CubeLattice lattice;
+  std::vector<Index> node;
+};
+LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(std::size_t cube)>& keep);
+
+struct HybridStep {
+  float dt_s = 1e-4F;
+  Vec3f gravity_m_s2{0, -9.81F, 0};
+  float drag_per_s = 0;
+  bool full_stiffness = false;  ///< shape matching with kappa = 1, the paper's choice
+};
+
+/// Solver of one body on one device. Between two steps anyone may change x and v (contact does). Either part
+/// may be empty.
+class Hybrid {
+ public:
+  /// @param elements per cube; empty: all are elements
+  /// @param materials,material_of_cube as for Tled; values for shape-matched cubes don't matter
+  Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
+         std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
+         const TledOptions& tled, const FlsmMaterial& flsm);
+
+  /// One substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
+  void step(ExecContext& ctx, BodyState& state, const HybridStep& step);
+
+  /// Substeps that keep the elements stable (waves faster than at rest by speed_ratio) and shape matching at
+  /// its material's stiffness.
+  int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
+  float stable_step_s() const;
+  /// Strain of the elements; a ratio of 1 without elements. Synchronizes.
+  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
+  const Tled& tled() const { return tled_; }
+  const std::optional<Flsm>& flsm() const { return flsm_; }
+  Index node_count() const { return tled_.node_count(); }
+  bool has_elements() const { return has_elements_; }
+
+ private:
+  Tled tled_;
+  bool has_elements_;
+  std::optional<Flsm> flsm_;
+  BodyState matched_;  ///< of the shape-matched part
+  Buffer<Index> matched_nodes_, matched_node_, fixed_;
+  Buffer<float> matched_share_, inverse_mass_per_kg_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,63 @@
+#pragma once
+/// Where finite elements and shape matching meet: nodes that both move.
+#include "tactus/base/vec.h"
+#include "tactus/compute/kernel.h"
+
+namespace tactus::hybrid {
+
+/// Positions and velocities of the nodes of a part.
+struct GatherNodes {
+  View<const Vec3f> x_m, v_m_s;
+  View<const Index> node;  ///< of the body, per node of the part
+  View<Vec3f> part_x_m, part_v_m_s;
+  TACTUS_HD void operator()(Index i) const {
+    part_x_m[i] = x_m[node[i]];
+    part_v_m_s[i] = v_m_s[node[i]];
+  }
+};
+
+/// Forces of elements and goals of shape matching in one step [P 7, 13-14]: v+ = v + (m^F/m) kappa (g - x)/dt
+/// + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+. m^F is a node's mass from shape-matched cubes alone, so
+/// what both sides hold is counted once and no coefficient couples them.
+struct Integrate {
+  View<Vec3f> x_m, v_m_s;
+  View<const Vec3f> f_ext_N;
+  // elements: three fields over cells
+  View<const float> f_int_N;
+  View<const Index> element_cell;
+  // shape matching: per node of that part
+  View<const Index> matched_node;  ///< per node of the body; -1: in no matched cube
+  View<const Index> matched_cell;
+  View<const double> goal_sum_m, inverse_region_nodes;
+  View<const float> matched_share;  ///< m^F / m, per node of the body
+  View<const float> inverse_mass_per_kg;
+  View<const Index> fixed;
+  Index element_cells, matched_cells;
+  Vec3f gravity_m_s2;
+  float dt_s, stiffness_per_s;  ///< kappa / dt
+  float damping_time_s, drag;   ///< of shape matching; drag: 1 / (1 + dt drag_per_s)
+
+  TACTUS_HD Vec3f to_goal(Index matched, Vec3f x, Vec3f v) const {
+    const Index d = matched_cell[matched];
+    const double n = inverse_region_nodes[matched], t = static_cast<double>(damping_time_s);
+    const auto pull = [&](Index a, float xa, float va) {
+      return static_cast<float>(goal_sum_m[a * matched_cells + d] * n -
+                                (static_cast<double>(xa) + t * static_cast<double>(va)));
+    };
+    return {pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)};
+  }
+
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3f x = x_m[i], v = v_m_s[i];
+    const Index d = element_cell[i], matched = matched_node[i];
+    const Vec3f f =
+        Vec3f{f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]} + f_ext_N[i];
+    Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
+    if (matched >= 0) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
+    const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
+    v_m_s[i] = next;
+    x_m[i] = x + dt_s * next;
+  }
+};
+
+}  // namespace tactus::hybrid

@@ -1,0 +1,258 @@
+#include "tactus/tissue/tled/tled.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "tactus/base/error.h"
+#include "tactus/tissue/tled/tile_plan.h"
+
+namespace tactus {
+namespace {
+
+std::string text(float x) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", static_cast<double>(x));
+  return buffer;
+}
+
+void require(bool ok, const char* field, float value, const char* expected) {
+  if (!ok) throw Error(std::string(field) + " is " + text(value) + ", expected " + expected);
+}
+
+/// Per cube mu, lambda and the hourglass stiffness k = h E / 6: the bending stiffness of a cube exactly (the
+/// often used part of (lambda + 2 mu) h depends on Poisson's ratio).
+std::vector<float> stiffness_fields(const CubeLattice& lattice, const tled::TilePlan& plan,
+                                    std::span<const ElasticMaterial> materials,
+                                    const std::vector<std::uint8_t>& material_of_cube) {
+  const auto cells = static_cast<std::size_t>(plan.grid.cells);
+  std::vector<float> fields(3 * cells);
+  for (std::size_t c = 0; c < plan.cube_cell.size(); ++c) {
+    if (material_of_cube[c] == Tled::kNoElement) continue;
+    const ElasticMaterial& m = materials[material_of_cube[c]];
+    const auto cell = static_cast<std::size_t>(plan.cube_cell[c]);
+    const float fill = lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
+    fields[cell] = fill * m.mu_Pa();
+    fields[cells + cell] = fill * m.lambda_Pa();
+    fields[2 * cells + cell] = fill * lattice.spacing_m * m.young_Pa / 6;
+  }
+  return fields;
+}
+
+/// With damping time b the step of a mode omega must stay below (2/omega) (sqrt(1 + z^2) - z), z = b omega/2.
+float damped_step_s(float undamped_step_s, float damping_time_s) {
+  const float z = damping_time_s / undamped_step_s;
+  return undamped_step_s * (std::sqrt(1 + z * z) - z);
+}
+
+/// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
+tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
+                        const std::vector<std::uint8_t>& in_use) {
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16);
+  constexpr std::size_t kEnoughTiles = 512;
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16);
+  for (const Index layers : {8, 4, 2}) {
+    if (plan.tiles.size() < kEnoughTiles)
+      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers);
+  }
+  return plan;
+}
+
+}  // namespace
+
+void check_material(const ElasticMaterial& m) {
+  require(m.young_Pa > 0 && std::isfinite(m.young_Pa), "Young's modulus [Pa]", m.young_Pa,
+          "a positive number");
+  require(m.poisson > -1 && m.poisson < 0.5F, "Poisson's ratio", m.poisson, "more than -1 and less than 0.5");
+  require(m.density_kg_m3 > 0 && std::isfinite(m.density_kg_m3), "density [kg/m^3]", m.density_kg_m3,
+          "a positive number");
+}
+
+Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
+           std::span<const std::uint8_t> material_of_cube, const TledOptions& options)
+    : options_(options), spacing_m_(lattice.spacing_m) {
+  require(options.damping_ratio >= 0 && options.damping_ratio <= 0.7F, "damping ratio", options.damping_ratio,
+          "0 to 0.7");
+  require(options.fibre_ratio >= 0, "fibre ratio", options.fibre_ratio, "0 or more");
+  std::vector<std::uint8_t> material(material_of_cube.begin(), material_of_cube.end());
+  if (material.empty()) material.assign(lattice.cubes.size(), 0);
+  if (material.size() != lattice.cubes.size())
+    throw Error(std::to_string(material.size()) + " materials of cubes for " +
+                std::to_string(lattice.cubes.size()) + " cubes");
+  std::vector<std::uint8_t> in_use(material.size());
+  float undamped_step_s = 1e30F;
+  for (std::size_t c = 0; c < material.size(); ++c) {
+    if (material[c] == kNoElement) continue;
+    if (material[c] >= materials.size())
+      throw Error("cube " + std::to_string(c) + " has material " + std::to_string(material[c]) + " of " +
+                  std::to_string(materials.size()));
+    in_use[c] = 1;
+  }
+  for (const ElasticMaterial& m : materials) {
+    check_material(m);
+    // Fibres add at most 2 c (3 a.Ca - 1) to the stiffness along them: at 1.5 times the length, 11.5 c.
+    const float fibre =
+        options.law == MaterialLaw::transversely_isotropic ? 11.5F * options.fibre_ratio * m.mu_Pa() : 0;
+    undamped_step_s = std::min(
+        undamped_step_s,
+        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + fibre)));
+  }
+  damping_time_s_ = options.damping_ratio * undamped_step_s;
+  guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
+
+  const tled::TilePlan plan = plan_for(ctx.device(), lattice, in_use);
+  grid_ = plan.grid;
+  tiles_ = to_device(ctx, plan.tiles);
+  active_ = to_device(ctx, plan.active);
+  cell_ = to_device(ctx, plan.node_cell);
+  cube_cell_ = to_device(ctx, plan.cube_cell);
+  extremes_ =
+      Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(cube_cell_.size(), tled::FindExtremes::kThreads));
+  fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
+  std::vector<float> inverse_mass(lattice.node_mass_kg.size());
+  std::transform(lattice.node_mass_kg.begin(), lattice.node_mass_kg.end(), inverse_mass.begin(),
+                 [](float m) { return 1 / m; });
+  inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
+  stiffness_ = to_device(ctx, stiffness_fields(lattice, plan, materials, material));
+  const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
+  x_m_ = to_device(ctx, zero);
+  f_N_ = to_device(ctx, zero);
+}
+
+template <class Law>
+void Tled::launch_forces(ExecContext& ctx, const Law& law) {
+  const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
+  const auto launch = [&]<int kGroups>(const auto& cube, std::integral_constant<int, kGroups>) {
+    using Kernel = tled::ElementForces<std::decay_t<decltype(cube)>, kGroups>;
+    ctx.parallel_for("tled/element_forces", tiles_.size(),
+                     Kernel{tiles_.const_view(), active_.const_view(), x_m_.const_view(),
+                            stiffness_.const_view(), f_N_.view(), grid_, cube});
+  };
+  const auto launch_cube = [&](const auto& cube) {
+    if (ctx.device().is_cuda())
+      launch(cube, std::integral_constant<int, tled::kGroupsOnGpu>{});
+    else
+      launch(cube, std::integral_constant<int, tled::kGroupsOnCpu>{});
+  };
+  if (options_.full_integration)
+    launch_cube(tled::EightPointCube<Law>{law, gradient, area});
+  else
+    launch_cube(tled::OnePointCube<Law>{law, gradient, area});
+}
+
+void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {
+  load(ctx, state);
+  sum_forces(ctx);
+}
+
+void Tled::load(ExecContext& ctx, const BodyState& state) {
+  ctx.parallel_for("tled/load", node_count(),
+                   tled::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(),
+                                   x_m_.view(), grid_.cells, damping_time_s_});
+}
+
+void Tled::sum_forces(ExecContext& ctx) {
+  switch (options_.law) {
+    case MaterialLaw::neo_hookean:
+      return launch_forces(ctx, NeoHookean{});
+    case MaterialLaw::isochoric_neo_hookean:
+      return launch_forces(ctx, IsochoricNeoHookean{});
+    case MaterialLaw::transversely_isotropic:
+      return launch_forces(
+          ctx, TransverselyIsotropic{normalized(options_.fibre, Vec3f{1, 0, 0}), options_.fibre_ratio});
+  }
+}
+
+void Tled::check_step(float dt_s) const {
+  if (!(dt_s > 0 && dt_s <= stable_step_s_ * 1.0001F))
+    throw Error("a substep of " + text(dt_s) + " s is not stable: expected more than 0 and at most " +
+                text(stable_step_s_) + " s for this body");
+}
+
+void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int count) {
+  require(step.drag_per_s >= 0, "drag [1/s]", step.drag_per_s, "0 or more");
+  check_step(step.dt_s);
+  if (state.x_m.size() != node_count())
+    throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
+                std::to_string(node_count()));
+  load(ctx, state);
+  for (int k = 0; k < count; ++k) {
+    sum_forces(ctx);
+    ctx.parallel_for(
+        "tled/integrate", node_count(),
+        tled::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), f_N_.const_view(),
+                        cell_.const_view(), fixed_.const_view(), inverse_mass_per_kg_.const_view(),
+                        x_m_.view(), grid_.cells, step.gravity_m_s2, step.dt_s,
+                        1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});
+  }
+}
+
+tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
+  load(ctx, state);
+  ctx.parallel_for("tled/extremes", extremes_.size(),
+                   tled::FindExtremes{cube_cell_.const_view(), x_m_.const_view(), stiffness_.const_view(),
+                                      extremes_.view(), grid_, 1 / (4 * spacing_m_)});
+  const std::vector<tled::CubeExtremes> blocks = to_host(ctx, extremes_.const_view());
+  tled::CubeExtremes worst = blocks.front();
+  for (std::size_t i = 1; i < blocks.size(); ++i) worst = tled::FindExtremes::worse(worst, blocks[i]);
+  return worst;
+}
+
+int Tled::substeps_for(float dt_frame_s, float speed_ratio) const {
+  require(dt_frame_s > 0, "frame time [s]", dt_frame_s, "a positive number");
+  return std::max(1, static_cast<int>(std::ceil(dt_frame_s / stable_step_s_ * std::max(1.F, speed_ratio))));
+}
+
+std::vector<Vec3f> Tled::forces_N(ExecContext& ctx) const {
+  const std::vector<float> fields = to_host(ctx, f_N_.const_view());
+  const std::vector<Index> cell = to_host(ctx, cell_.const_view());
+  std::vector<Vec3f> forces(cell.size());
+  const auto cells = static_cast<std::size_t>(grid_.cells);
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    const auto c = static_cast<std::size_t>(cell[i]);
+    forces[i] = {fields[c], fields[cells + c], fields[2 * cells + c]};
+  }
+  return forces;
+}
+
+// The largest eigenvalue of M^-1 K, K from forces of small displacements. Round-off limits the quotient to
+// about 1 %, which the factor of 0.95 covers.
+float Tled::measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations) {
+  const std::vector<Vec3f> rest = lattice.rest_positions_m();
+  BodyState state = rest_state(ctx, lattice);
+  std::vector<Vec3f> d(rest.size()), x(rest.size());
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (Vec3f& p : d) p = {uniform(random), uniform(random), uniform(random)};
+  double eigenvalue = 0;
+  const float size = 1e-3F * spacing_m_;
+  for (int k = 0; k < iterations; ++k) {
+    float largest = 0;
+    for (std::size_t i = 0; i < d.size(); ++i) {
+      if (lattice.fixed[i] != 0) d[i] = {};
+      largest = std::max(largest, length(d[i]));
+    }
+    for (std::size_t i = 0; i < d.size(); ++i) {
+      d[i] = (size / largest) * d[i];
+      x[i] = rest[i] + d[i];
+      d[i] = x[i] - rest[i];
+    }
+    state.x_m = to_device(ctx, x);
+    compute_forces(ctx, state);
+    const std::vector<Vec3f> f = forces_N(ctx);
+    double over = 0, under = 0;
+    for (std::size_t i = 0; i < d.size(); ++i) {
+      if (lattice.fixed[i] != 0) continue;
+      over -= static_cast<double>(dot(d[i], f[i]));
+      under += static_cast<double>(lattice.node_mass_kg[i]) * static_cast<double>(dot(d[i], d[i]));
+      d[i] = (-1 / lattice.node_mass_kg[i]) * f[i];
+    }
+    eigenvalue = std::max(eigenvalue, over / under);
+  }
+  const float undamped = static_cast<float>(2 / std::sqrt(eigenvalue));
+  stable_step_s_ = 0.95F * damped_step_s(undamped, damping_time_s_);
+  return stable_step_s_;
+}
+
+}  // namespace tactus

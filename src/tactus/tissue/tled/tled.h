@@ -1,0 +1,85 @@
+#pragma once
+/// Total Lagrangian explicit dynamics (Miller et al. 2007; [P 3-7]) on cube lattices.
+#include <span>
+
+#include "tactus/tissue/body_state.h"
+#include "tactus/tissue/tled/elastic_material.h"
+#include "tactus/tissue/tled/tled_kernels.h"
+
+namespace tactus {
+
+/// How cubes resist.
+struct TledOptions {
+  MaterialLaw law = MaterialLaw::neo_hookean;
+  Vec3f fibre{1, 0, 0};           ///< transversely isotropic: direction at rest
+  float fibre_ratio = 0;          ///< transversely isotropic: fibre stiffness over mu
+  bool full_integration = false;  ///< 2x2x2 points instead of one and hourglass control; locks in bending
+  /// Part of critical damping of the fastest mode, 0..0.7, by viscous elements: rigid motion is not damped.
+  float damping_ratio = 0.05F;
+};
+
+struct TledStep {
+  float dt_s = 1e-4F;
+  Vec3f gravity_m_s2{0, -9.81F, 0};
+  float drag_per_s = 0;  ///< damps all motion, falling, too: for settling only
+};
+
+/// Solver of one body, or of the part of it that is made of elements, on one device. Between two steps anyone
+/// may change x and v (contact does).
+class Tled {
+ public:
+  static constexpr std::uint8_t kNoElement = 255;
+
+  /// @param materials at most 255
+  /// @param material_of_cube index into materials, or kNoElement; empty: all 0
+  /// @throws Error naming field or cube for what is out of range.
+  Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
+       std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {});
+
+  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. Asynchronous.
+  void compute_forces(ExecContext& ctx, const BodyState& state);
+  /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
+  void check_step(float dt_s) const;
+  /// So many substeps, after check_step. Asynchronous.
+  void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
+
+  /// No smaller lattice of these materials and no deformation up to the monitor's margin has a smaller
+  /// critical step: min h sqrt(rho / (3 lambda + 2 mu)), less what damping costs.
+  float guaranteed_step_s() const { return guaranteed_step_s_; }
+  /// The step that step() accepts: guaranteed, until measure_stable_step.
+  float stable_step_s() const { return stable_step_s_; }
+  /// 0.95 of 2/omega_max of this body at rest, by power iteration; becomes stable_step_s(). Not for bodies
+  /// that will be cut. Synchronizes.
+  float measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations = 300);
+  /// How strained the body is. Synchronizes.
+  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
+  /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
+  int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
+  float damping_time_s() const { return damping_time_s_; }
+
+  Index node_count() const { return cell_.size(); }
+  /// Forces of the last compute_forces, on the host. Synchronizes.
+  std::vector<Vec3f> forces_N(ExecContext& ctx) const;
+
+  // For solvers that go on with the forces: three fields over cells.
+  View<const float> force_fields_N() const { return f_N_.view(); }
+  View<const Index> cell() const { return cell_.view(); }
+  Index cells() const { return grid_.cells; }
+
+ private:
+  void load(ExecContext& ctx, const BodyState& state);
+  void sum_forces(ExecContext& ctx);
+  template <class Law>
+  void launch_forces(ExecContext& ctx, const Law& law);
+
+  TledOptions options_;
+  float spacing_m_, guaranteed_step_s_ = 0, stable_step_s_ = 0, damping_time_s_ = 0;
+  tled::Grid grid_;
+  Buffer<tled::Tile> tiles_;
+  Buffer<std::uint32_t> active_;
+  Buffer<Index> cell_, cube_cell_, fixed_;
+  Buffer<tled::CubeExtremes> extremes_;
+  Buffer<float> inverse_mass_per_kg_, stiffness_, x_m_, f_N_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,347 @@
+#pragma once
+/// Total Lagrangian explicit dynamics on a lattice of congruent cubes [P 3-7].
+///
+/// Eight values at the corners of a cube are eight sums with signs (Walsh-Hadamard modes): a constant, three
+/// gradients, and four hourglass modes, orthogonal because all cubes are cubes. Forces come back the same
+/// way. Sums over corners, and over the cubes round a node, then separate by axis: x, y, z one after the
+/// other as lattice columns are walked upwards, so that nothing per element and corner is ever stored.
+#include "tactus/compute/kernel.h"
+#include "tactus/tissue/tled/material_laws.h"
+
+namespace tactus::tled {
+
+/// Cells of a dense box round the lattice: node (i,j,k) and the cube above it share cell
+/// first + i + j stride_y + k stride_z. Cubes that don't exist have stiffness 0.
+struct Grid {
+  Index stride_y = 0, stride_z = 0, first = 0, cells = 0;
+  TACTUS_HD Index cell(Vec3i p) const { return first + p.x + p.y * stride_y + p.z * stride_z; }
+};
+
+/// Columns of cubes that one block walks: `groups` of 8 along x times `rows` along y, `layers` of nodes up.
+/// Own nodes are those between columns: neighbouring tiles share a row and a column of cubes.
+struct Tile {
+  Index first = 0;  ///< cell below, before and left of the first own node
+  Index groups = 0, rows = 0, layers = 0;
+  Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
+};
+
+/// A CPU wants tiles as wide as its caches allow, a GPU many small ones.
+inline constexpr int kGroupsOnCpu = 32, kGroupsOnGpu = 16;
+
+/// Values of one cube as sums over its corners with the signs of x, y, z and their products.
+struct CubeModes {
+  Vec3f x, y, z, xy, yz, xz, xyz;
+};
+
+/// Forces of a cube with one integration point at its centre; the four hourglass modes, without stress there,
+/// get stiffness k (Joldes et al. 2008): f = (k/8) sum h h^T u.
+template <class Law>
+struct OnePointCube {
+  Law law;
+  float gradient_per_m;  ///< 1 / (4 h)
+  float area_m2;         ///< h^2 / 4
+  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float hourglass) const {
+    const float s = gradient_per_m;
+    const GradientColumns P = law.stress({s * u.x, s * u.y, s * u.z}, mu, lambda);
+    const float k = -0.125F * hourglass, a = -area_m2;
+    return {a * P.x, a * P.y, a * P.z, k * u.xy, k * u.yz, k * u.xz, k * u.xyz};
+  }
+};
+
+/// The same with 2x2x2 points: no hourglass modes, but it locks in bending. Kept as a check.
+template <class Law>
+struct EightPointCube {
+  Law law;
+  float gradient_per_m, area_m2;
+  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float /*hourglass*/) const {
+    CubeModes f{};
+    const float g = 0.577350269F, w = -0.125F * area_m2, s = gradient_per_m;
+    for (int i = 0; i < 8; ++i) {
+      const float a = (i & 1) != 0 ? g : -g, b = (i & 2) != 0 ? g : -g, c = (i & 4) != 0 ? g : -g;
+      const GradientColumns P = law.stress({s * (u.x + b * u.xy + c * u.xz + (b * c) * u.xyz),
+                                            s * (u.y + a * u.xy + c * u.yz + (a * c) * u.xyz),
+                                            s * (u.z + a * u.xz + b * u.yz + (a * b) * u.xyz)},
+                                           mu, lambda);
+      f.x += w * P.x;
+      f.y += w * P.y;
+      f.z += w * P.z;
+      f.xy += w * (b * P.x + a * P.y);
+      f.xz += w * (c * P.x + a * P.z);
+      f.yz += w * (c * P.y + b * P.z);
+      f.xyz += w * ((b * c) * P.x + (a * c) * P.y + (a * b) * P.z);
+    }
+    return f;
+  }
+};
+
+/// x + damping_time v into the cells. [ours] Forces of the positions a little ahead are viscous forces of the
+/// elements: they damp no rigid motion.
+struct LoadNodes {
+  View<const Vec3f> x_m, v_m_s;
+  View<const Index> cell;
+  View<float> out_m;  ///< 3 fields
+  Index cells;
+  float damping_time_s;
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3f p = x_m[i] + damping_time_s * v_m_s[i];
+    const Index d = cell[i];
+    out_m[d] = p.x;
+    out_m[cells + d] = p.y;
+    out_m[2 * cells + d] = p.z;
+  }
+};
+
+/// Internal forces of all nodes [P 6]. One block is a tile; its columns are walked upwards, a layer of cubes
+/// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
+template <class Cube, int kMaxGroups>
+struct ElementForces {
+  static constexpr int kLanes = 8, kThreads = kLanes * kMaxGroups;
+  View<const Tile> tiles;
+  View<const std::uint32_t> active;
+  View<const float> x_m;        ///< 3 fields
+  View<const float> stiffness;  ///< per cube: mu, lambda [Pa], hourglass k [N/m]; 3 fields
+  View<float> f_N;              ///< out: 3 fields
+  Grid grid;
+  Cube cube;
+
+  struct Shared {
+    float part[4][3][kThreads];  ///< per column: force on a layer of nodes, with signs 1, x, y, xy
+    float row[2][3][kThreads];   ///< per node and row of columns: force with signs 1, y
+  };
+
+  template <class Block>
+  struct Column {
+    template <class T>
+    using PerThread = typename Block::template PerThread<T>;
+    PerThread<float> below[4][3];  ///< the layer of nodes below: sums with signs 1, x, y, xy
+    PerThread<float> up[4][3];     ///< force of the cube below on the layer above it
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Tile tile = tiles[b.index()];
+    const int groups = tile.groups * tile.rows;
+    Column<Block> column;
+    b.template for_own_groups<kLanes>(
+        groups, [](int) { return true; },
+        [&](int g, int t) {
+          float layer[4][3];
+          load_layer(cell_of(tile, g) + t, layer);
+          for (int m = 0; m < 4; ++m) {
+            for (int a = 0; a < 3; ++a) column.below[m][a][g * kLanes + t] = layer[m][a];
+            for (int a = 0; a < 3; ++a) column.up[m][a][g * kLanes + t] = 0;
+          }
+        });
+    for (Index z = 0; z <= tile.layers; ++z) {
+      const std::uint32_t mask = active[tile.active + z];
+      b.template for_own_groups<kLanes>(
+          groups, [mask](int g) { return (mask >> g & 1U) != 0; },
+          [&](int g, int t) {
+            cross_cube(column, s, cell_of(tile, g) + t + z * grid.stride_z, g * kLanes + t);
+          });
+      b.template for_own_groups<kLanes>(
+          groups, [mask](int g) { return (mask >> g & 1U) == 0; },
+          [&](int g, int t) {
+            cross_void(column, s, cell_of(tile, g) + t + z * grid.stride_z, g * kLanes + t);
+          });
+      b.barrier();
+      if (z > 0) sum_nodes(b, s, tile, z);
+    }
+  }
+
+ private:
+  TACTUS_HD Index cell_of(const Tile& tile, int group) const {
+    return tile.first + group / tile.groups * grid.stride_y + group % tile.groups * kLanes;
+  }
+
+  TACTUS_HD void load_layer(Index cell, float (&layer)[4][3]) const {
+    for (Index a = 0; a < 3; ++a) {
+      const Index c = a * grid.cells + cell;
+      const float x00 = x_m[c], x10 = x_m[c + 1], x01 = x_m[c + grid.stride_y],
+                  x11 = x_m[c + grid.stride_y + 1];
+      const float s0 = x00 + x10, d0 = x10 - x00, s1 = x01 + x11, d1 = x11 - x01;
+      layer[0][a] = s0 + s1;
+      layer[1][a] = d0 + d1;
+      layer[2][a] = s1 - s0;
+      layer[3][a] = d1 - d0;
+    }
+  }
+
+  template <class C>
+  TACTUS_HD void cross_cube(C& column, Shared& s, Index cell, int i) const {
+    float above[4][3];
+    load_layer(cell + grid.stride_z, above);
+    const auto sum = [&](int m) {
+      return Vec3f{column.below[m][0][i] + above[m][0], column.below[m][1][i] + above[m][1],
+                   column.below[m][2][i] + above[m][2]};
+    };
+    const auto difference = [&](int m) {
+      return Vec3f{above[m][0] - column.below[m][0][i], above[m][1] - column.below[m][1][i],
+                   above[m][2] - column.below[m][2][i]};
+    };
+    const CubeModes u{sum(1), sum(2), difference(0), sum(3), difference(2), difference(1), difference(3)};
+    const CubeModes f =
+        cube.force(u, stiffness[cell], stiffness[grid.cells + cell], stiffness[2 * grid.cells + cell]);
+    hand_on(column, s, 0, i, Vec3f{}, f.z);
+    hand_on(column, s, 1, i, f.x, f.xz);
+    hand_on(column, s, 2, i, f.y, f.yz);
+    hand_on(column, s, 3, i, f.xy, f.xyz);
+    for (int m = 0; m < 4; ++m) {
+      for (int a = 0; a < 3; ++a) column.below[m][a][i] = above[m][a];
+    }
+  }
+
+  /// Where there is no cube, only what the one below exerts is handed on.
+  template <class C>
+  TACTUS_HD void cross_void(C& column, Shared& s, Index cell, int i) const {
+    float above[4][3];
+    load_layer(cell + grid.stride_z, above);
+    for (int m = 0; m < 4; ++m) {
+      hand_on(column, s, m, i, Vec3f{}, Vec3f{});
+      for (int a = 0; a < 3; ++a) column.below[m][a][i] = above[m][a];
+    }
+  }
+
+  /// `even` and `odd`: modes without and with the sign of z.
+  template <class C>
+  TACTUS_HD void hand_on(C& column, Shared& s, int m, int i, Vec3f even, Vec3f odd) const {
+    const Vec3f down = even - odd, up = even + odd;
+    s.part[m][0][i] = column.up[m][0][i] + down.x;
+    s.part[m][1][i] = column.up[m][1][i] + down.y;
+    s.part[m][2][i] = column.up[m][2][i] + down.z;
+    column.up[m][0][i] = up.x;
+    column.up[m][1][i] = up.y;
+    column.up[m][2][i] = up.z;
+  }
+
+  /// Forces on the own nodes of a layer: first from the columns left and right of each, then from the rows of
+  /// columns before and behind.
+  template <class Block>
+  TACTUS_HD void sum_nodes(const Block& b, Shared& s, const Tile& tile, Index z) const {
+    const int row = tile.groups * kLanes, groups = tile.groups * tile.rows;
+    b.template for_own_groups<kLanes>(
+        groups, [](int) { return true; },
+        [&](int g, int t) {
+          const int i = g * kLanes + t, left = max(i - 1, 0);
+          for (int a = 0; a < 3; ++a) {
+            s.row[0][a][i] = (s.part[0][a][left] + s.part[1][a][left]) + (s.part[0][a][i] - s.part[1][a][i]);
+            s.row[1][a][i] = (s.part[2][a][left] + s.part[3][a][left]) + (s.part[2][a][i] - s.part[3][a][i]);
+          }
+        });
+    b.barrier();
+    b.template for_own_groups<kLanes>(
+        groups, [&](int g) { return g >= tile.groups; },
+        [&](int g, int t) {
+          const int i = g * kLanes + t, before = i - row;
+          const Index cell = cell_of(tile, g) + t + z * grid.stride_z;
+          if (i % row == 0) return;
+          for (Index a = 0; a < 3; ++a) {
+            f_N[a * grid.cells + cell] =
+                (s.row[0][a][before] + s.row[1][a][before]) + (s.row[0][a][i] - s.row[1][a][i]);
+          }
+        });
+  }
+};
+
+/// The worst of some cubes.
+struct CubeExtremes {
+  float speed_ratio;  ///< fastest wave over that at rest
+  Index fastest_cube;
+  float smallest_J;
+  Index smallest_cube;
+  Index inverted;  ///< cubes with J <= 0
+};
+
+/// How far strain has raised the wave speed, sqrt(((lambda + mu/max(J, 0.1)^2) |cof F|^2 + mu) / (lambda + 2
+/// mu)), and the smallest J, at the centres of cubes. One block, 256 cubes.
+struct FindExtremes {
+  static constexpr int kThreads = 256, kStrip = 16;
+  View<const Index> cube_cell;
+  View<const float> x_m, stiffness;  ///< 3 fields each
+  View<CubeExtremes> out;
+  Grid grid;
+  float gradient_per_m;
+  struct Shared {
+    CubeExtremes of[kThreads];
+  };
+
+  TACTUS_HD CubeExtremes of_cube(Index cube) const {
+    const Index c = cube_cell[cube];
+    Vec3f corner[8];
+    for (int q = 0; q < 8; ++q) {
+      const Index at = c + (q & 1) + (q >> 1 & 1) * grid.stride_y + (q >> 2) * grid.stride_z;
+      corner[q] = {x_m[at], x_m[grid.cells + at], x_m[2 * grid.cells + at]};
+    }
+    GradientColumns F{};
+    for (int q = 0; q < 4; ++q) {
+      F.x += corner[2 * q + 1] - corner[2 * q];
+      F.y += corner[q + 2 + (q & 2)] - corner[q + (q & 2)];
+      F.z += corner[q + 4] - corner[q];
+    }
+    F = {gradient_per_m * F.x, gradient_per_m * F.y, gradient_per_m * F.z};
+    const GradientColumns cof = cofactor(F);
+    const float J = dot(F.x, cof.x), safe = max(J, kSmallestJ);
+    const float mu = stiffness[c], lambda = stiffness[grid.cells + c];
+    const float area2 = dot(cof.x, cof.x) + dot(cof.y, cof.y) + dot(cof.z, cof.z);
+    // |cof F|^2 of the spectral norm is at most the sum over columns, and at rest a third of it.
+    const float ratio2 =
+        ((lambda + mu / (safe * safe)) * max(largest_column2(cof), area2 * 0.3333333333F) + mu) /
+        (lambda + 2.F * mu);
+    return {mu > 0.F ? sqrt(ratio2) : 0.F, cube, mu > 0.F ? J : 1.F, cube, mu > 0.F && !(J > 0.F) ? 1 : 0};
+  }
+  TACTUS_HD static float largest_column2(const GradientColumns& m) {
+    return max(dot(m.x, m.x), max(dot(m.y, m.y), dot(m.z, m.z)));
+  }
+  /// What is not a number is worst, and stays.
+  TACTUS_HD static CubeExtremes worse(const CubeExtremes& a, const CubeExtremes& b) {
+    CubeExtremes w = a;
+    if (a.speed_ratio == a.speed_ratio && !(b.speed_ratio <= a.speed_ratio))
+      w.speed_ratio = b.speed_ratio, w.fastest_cube = b.fastest_cube;
+    if (a.smallest_J == a.smallest_J && !(b.smallest_J >= a.smallest_J))
+      w.smallest_J = b.smallest_J, w.smallest_cube = b.smallest_cube;
+    w.inverted = a.inverted + b.inverted;
+    return w;
+  }
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index first = b.index() * kThreads, count = min(Index{kThreads}, cube_cell.size() - first);
+    b.for_threads(count, [&](int t) { s.of[t] = of_cube(first + t); });
+    b.for_threads(ceil_div(count, kStrip), [&](int strip) {
+      const int begin = strip * kStrip, end = min(begin + kStrip, static_cast<int>(count));
+      for (int t = begin + 1; t < end; ++t) s.of[begin] = worse(s.of[begin], s.of[t]);
+    });
+    b.on_one_thread([&] {
+      for (int t = kStrip; t < count; t += kStrip) s.of[0] = worse(s.of[0], s.of[t]);
+      out[b.index()] = s.of[0];
+    });
+  }
+};
+
+/// [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+ [ours: free flight drifts
+/// 1000 times less in float32 than with u+, u, u-]. Fixed nodes stay where they are.
+struct Integrate {
+  View<Vec3f> x_m, v_m_s;
+  View<const Vec3f> f_ext_N;
+  View<const float> f_int_N;  ///< 3 fields over cells
+  View<const Index> cell, fixed;
+  View<const float> inverse_mass_per_kg;
+  View<float> ahead_m;  ///< as LoadNodes' out_m
+  Index cells;
+  Vec3f gravity_m_s2;
+  float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
+  TACTUS_HD void operator()(Index i) const {
+    const Index d = cell[i];
+    const Vec3f f = Vec3f{f_int_N[d], f_int_N[cells + d], f_int_N[2 * cells + d]} + f_ext_N[i];
+    const Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
+    const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v_m_s[i] + dv);
+    const Vec3f x = x_m[i] + dt_s * next, p = x + damping_time_s * next;
+    v_m_s[i] = next;
+    x_m[i] = x;
+    ahead_m[d] = p.x;
+    ahead_m[cells + d] = p.y;
+    ahead_m[2 * cells + d] = p.z;
+  }
+};
+
+}  // namespace tactus::tled
