@@ -5,16 +5,17 @@ _tactus() {
     --source) COMPREPLY=($(compgen -W "middlebury videos masks synthetic" -- "$cur")); return ;;
     --devices) COMPREPLY=($(compgen -W "auto cpu cpu:2 cuda:0 cuda:all" -- "$cur")); return ;;
     --view) COMPREPLY=($(compgen -W "file none" -- "$cur")); return ;;
-    --json|--mesh|--out) COMPREPLY=($(compgen -f -- "$cur")); return ;;
+    --json|--mesh|--out|--texture-views) COMPREPLY=($(compgen -f -- "$cur")); return ;;
   esac
   if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "run reconstruct bench info --help --version" -- "$cur"))
+    COMPREPLY=($(compgen -W "run reconstruct synth bench info --help --version" -- "$cur"))
     return
   fi
   case $verb in
     run) COMPREPLY=($(compgen -W "--devices --frames --out --json --view --verbose --quiet --help" -- "$cur") $(compgen -f -X '!*.yaml' -- "$cur")) ;;
-    reconstruct) COMPREPLY=($(compgen -W "--source --resolution --frames --devices --mesh --json --verbose --quiet --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
-    bench) COMPREPLY=($(compgen -W "all hull --devices --json --help" -- "$cur")) ;;
+    reconstruct) COMPREPLY=($(compgen -W "--source --resolution --frames --devices --mesh --texture --texture-views --json --verbose --quiet --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
+    synth) COMPREPLY=($(compgen -W "--out --frames --fps --moving --size --turns --cameras --no-colors --noise-calibration --noise-sync --noise-segmentation --noise-depth --noise-wiggle --seed --help hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
+    bench) COMPREPLY=($(compgen -W "all hull texture --devices --json --help" -- "$cur")) ;;
     info) COMPREPLY=($(compgen -W "--json --help" -- "$cur")) ;;
   esac
 }

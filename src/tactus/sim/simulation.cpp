@@ -53,6 +53,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     : devices_(devices),
       scene_(scene),
       hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
+      normals_(devices.device(0), hull_.mesh().positions_m.size()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
       surface_(devices.device(0), surface_settings(hull_.mesh(), sample_spacing_m_)),
@@ -166,7 +167,10 @@ void Simulation::touch(double dt_s, StepReport& report) {
 FrameSnapshot Simulation::snapshot() {
   FrameSnapshot snapshot;
   snapshot.real = hull_.download();
-  compute_normals(snapshot.real);
+  ExecContext& ctx = devices_.context(0);
+  normals_.compute(ctx, hull_.mesh(), hull_.voxel_size_m());
+  snapshot.real.normals =
+      to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(devices_.context(0)));
     if (!all_finite(snapshot.bodies.back())) {

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "tactus/base/timing.h"
+#include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/soft_body.h"
@@ -64,6 +65,7 @@ class Simulation {
   DeviceSet& devices_;
   Scene scene_;
   VisualHull hull_;
+  SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
   float sample_spacing_m_;
   RealSurface surface_;
