@@ -28,6 +28,7 @@ void print_row(const nlohmann::json& row) {
 
 void run_benchmarks(const std::string& name, const std::string& devices, const std::string& json_path) {
   if (!json_path.empty()) output_is_writable(json_path);
+  bench::set_stop(interrupted);
   std::vector<std::string> names{"all"};
   for (const bench::Benchmark& b : bench::benchmarks()) names.push_back(b.name);
   if (std::find(names.begin(), names.end(), name) == names.end())
@@ -38,11 +39,15 @@ void run_benchmarks(const std::string& name, const std::string& devices, const s
               "p50 [ms]", "p99 [ms]");
   for (const bench::Benchmark& b : bench::benchmarks()) {
     if ((name != "all" && name != b.name) || interrupted()) continue;
-    for (const nlohmann::json& row : b.run(devices)) {
-      print_row(row);
-      json["rows"].push_back(row);
+    try {
+      for (const nlohmann::json& row : b.run(devices)) {
+        print_row(row);
+        json["rows"].push_back(row);
+      }
+    } catch (const bench::Stopped&) {  // before its first row: nothing of it is worth telling
     }
   }
+  if (interrupted()) json["interrupted"] = true;
   if (!json_path.empty()) write_json_file(json_path, json);
 }
 

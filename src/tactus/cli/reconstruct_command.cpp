@@ -76,15 +76,6 @@ void check_outputs(const ReconstructOptions& options) {
   output_is_writable(path);
 }
 
-/// Still pictures are frame 0. (Videos check their own range, sequences of masks end where the files end.)
-void check_still(const ReconstructOptions& options, const SourceDescription& description,
-                 const FrameSource& source) {
-  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury) &&
-                     source.frame_count() == 1;
-  if (still && description.frames.first > 0)
-    throw usage_error("--frames '" + options.frames + "': '" + options.what + "' holds one frame, number 0");
-}
-
 /// "out.ply" and frame 7 of several -> "out-00007.ply".
 std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   if (!several) return path;
@@ -138,6 +129,15 @@ std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vec
   return suspect_views_text(cameras, scores);
 }
 
+/// One line of what is not empty.
+std::string joined(std::initializer_list<std::string_view> parts) {
+  std::string line;
+  for (const std::string_view part : parts) {
+    if (!part.empty()) line.append(line.empty() ? "" : "; ").append(part);
+  }
+  return line;
+}
+
 void reconstruct(const ReconstructOptions& options) {
   check_outputs(options);
   DeviceSet devices(options.devices);
@@ -145,7 +145,6 @@ void reconstruct(const ReconstructOptions& options) {
   const std::optional<BoxRegion> workspace = workspace_of(options);
   const std::unique_ptr<FrameSource> source =
       open_frame_source(description, true, workspace, options.texture.has_value());
-  check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
   VisualHull hull(devices, source->rig().cameras,
@@ -163,6 +162,7 @@ void reconstruct(const ReconstructOptions& options) {
   const bool several = description.frames.last != description.frames.first;
   nlohmann::json json{
       {"devices", devices.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
+  json["bad_frames"] = nlohmann::json::array();
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;
@@ -171,7 +171,10 @@ void reconstruct(const ReconstructOptions& options) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
     if (!source->status().empty()) log_warning(source->status());
-    if (next == NextFrame::bad_frame) continue;
+    if (next == NextFrame::bad_frame) {
+      json["bad_frames"].push_back({{"tick", frame.tick}, {"status", source->status()}});
+      continue;
+    }
     const auto stage = [&](const char* name, auto&& body) {
       const StageTimer timer(timings, name);
       body();
@@ -196,12 +199,11 @@ void reconstruct(const ReconstructOptions& options) {
       write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
     nlohmann::json row = measure(mesh, source->rig(), frame);
     motion.add(mesh, frame, *source, row);
-    std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
-                                      source->rig().cameras, row);
+    const std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
+                                            source->rig().cameras, row);
     if (!odd.empty()) log_warning(odd);
     row["tick"] = frame.tick;
-    if (odd.empty()) odd = source->status();
-    row["status"] = report.overflow.empty() ? odd : report.overflow;
+    row["status"] = joined({report.overflow, source->status(), odd});
     for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
