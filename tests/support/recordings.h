@@ -12,7 +12,7 @@ struct Calibration {
   cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
   cv::Mat R = cv::Mat::eye(3, 3, CV_64F);
   cv::Mat t = (cv::Mat_<double>(3, 1) << 0, 0, 4);
-  cv::Size image_size;  ///< written as OpenCV's programs do, unless empty
+  cv::Size image_size{};  ///< written as OpenCV's programs do, unless empty
   std::string intrinsics_node = "CameraMatrix";
 };
 void write_calibration(const std::string& path, const Calibration& calibration = {});
