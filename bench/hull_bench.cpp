@@ -110,6 +110,50 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
   return row;
 }
 
+/// The extended hull: one depth camera of 200x200 pixels more.
+nlohmann::json run_depth_case(DeviceSet& devices, const std::string& figure, Index n) {
+  SyntheticOptions options;
+  options.figure = figure + "-still";
+  options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  source.next(frame);
+  VisualHull hull(devices, source.rig().cameras, {.workspace_m = source.rig().workspace_m, .resolution = n},
+                  {&*source.rig().depth_camera, 1});
+  const auto upload = time_ms(
+      [&] {
+        hull.upload(frame.silhouettes, {&frame.depth_m, 1});
+        devices.synchronize();
+      },
+      20, 0.3);
+  const auto whole = time_ms(
+      [&] {
+        hull.carve();
+        hull.extract();
+        devices.synchronize();
+      },
+      30, 2);
+  const HullReport report = hull.report();
+  nlohmann::json row{{"name", "hull+depth+mesh"},
+                     {"case", figure},
+                     {"size", n},
+                     {"devices", devices.name()},
+                     {"ms_p50", p(whole, 50)},
+                     {"ms_p99", p(whole, 99)},
+                     {"ms_p10", p(whole, 10)},
+                     {"ms_min", p(whole, 0)},
+                     {"upload_ms_p50", p(upload, 50)},
+                     {"vertices", report.vertices},
+                     {"triangles", report.triangles}};
+  if (devices.is_cuda()) {
+    row["device_ms"] = batch_ms(devices, [&] {
+      hull.carve();
+      hull.extract();
+    });
+  }
+  return row;
+}
+
 }  // namespace
 
 Rows run_hull(const std::string& device_text) {
@@ -125,6 +169,7 @@ Rows run_hull(const std::string& device_text) {
           row["growth_from_128"] = row["ms_p50"].get<double>() / ms_at_128;  // volume would give 8
         rows.push_back(std::move(row));
       }
+      for (const Index n : {64, 100, 256}) rows.push_back(run_depth_case(devices, figure, n));
     }
   });
 }

@@ -304,6 +304,15 @@ TEST_F(BadInput, HolesInASequenceOfMasks) {
   EXPECT_TRUE(has(o.text, "warning: frame 2 is missed by all cameras")) << o.text;
 }
 
+TEST_F(BadInput, KinectHoldsOneFrame) {
+  fs::create_directories(path("kinect"));
+  expect_refused(
+      reconstruct("kinect", path("kinect"), "--frames 0-3"), 2,
+      {path("kinect") + ": frames 0-3 are asked for, but the recording holds one frame, number 0"});
+  expect_refused(reconstruct("kinect", path("kinekt")), 1,
+                 {path("kinekt") + ": no such folder; did you mean 'kinect'?"});
+}
+
 TEST_F(BadInput, NoUsableFrameAtAllIsAFailure) {
   for (const char* name : {"a0.png", "a1.png"}) write(name, "no picture");
   const std::string rig_file = rig({{.name = "a", .mask = "'a%d.png'"}});

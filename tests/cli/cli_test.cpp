@@ -86,7 +86,7 @@ TEST_F(Cli, HelpAndVersion) {
   const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.text.rfind("tactus 0.", 0), 0U) << version.text;
-  for (const char* verb : {"run", "reconstruct", "bench", "info"}) {
+  for (const char* verb : {"run", "reconstruct", "synth", "bench", "info"}) {
     const Outcome verb_help = run(std::string(verb) + " --help");
     EXPECT_EQ(verb_help.code, 0);
     EXPECT_NE(verb_help.text.find("Example"), std::string::npos) << verb;
@@ -138,6 +138,22 @@ TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
   EXPECT_EQ(o.code, 2) << o.text;
   EXPECT_NE(o.text.find("ends in .ply or .obj"), std::string::npos) << o.text;
   EXPECT_FALSE(fs::exists(path("s.json")));
+}
+
+TEST_F(Cli, DepthIsUsedUnlessToldOtherwise) {
+  const auto frame_of = [&](const std::string& more) {
+    const Outcome o =
+        run("reconstruct bowl --devices cpu --resolution 48 --json " + path("b.json") + " " + more);
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_EQ(read("b.json")["depth"], more.empty());
+    return read("b.json")["frames"].at(0);
+  };
+  const nlohmann::json deep = frame_of(""), plain = frame_of("--no-depth");
+  EXPECT_GT(plain["volume_m3"], 1.2 * deep["volume_m3"].get<double>());
+  // With depth the mesh follows the figure but for its back; without, the cavity (0.27 m deep) is closed.
+  EXPECT_LT(deep["surface_rms_m"], 0.01);
+  EXPECT_GT(plain["surface_rms_m"], 0.02);
+  EXPECT_EQ(deep["boundary_edges"], 0);
 }
 
 TEST_F(Cli, FramesThatAStillPictureDoesNotHaveAreRefused) {
@@ -196,6 +212,91 @@ TEST_F(Cli, ReconstructsASphereAndMeasuresIt) {
   EXPECT_GT(f["recall"].get<double>(), 0.98);
   for (const char* stage : {"upload", "hull", "mesh", "total"}) EXPECT_GT(f["ms"][stage].get<double>(), 0);
   EXPECT_GT(fs::file_size(path("s.ply")), 100'000U);
+}
+
+TEST_F(Cli, SynthWritesWhatReconstructReads) {
+  const Outcome made =
+      run("synth rabbit --moving --frames 3 --fps 10 --out " + path("data") + " --cameras 6");
+  ASSERT_EQ(made.code, 0) << made.text;
+  const nlohmann::json truth = nlohmann::json::parse(std::ifstream(path("data/truth/truth.json")));
+  ASSERT_EQ(truth["frames"].size(), 3U);
+  const Outcome o = run("reconstruct --source masks " + path("data/rig.yaml") +
+                        " --frames 0- --resolution 64 --devices cpu --texture 2 --mesh " + path("t.ply") +
+                        " --json " + path("t.json"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json frames = read("t.json")["frames"];
+  ASSERT_EQ(frames.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    // The hull of 6 cones around a rounded body: at least the body, at most a fifth more.
+    const double ratio = frames[i]["volume_m3"].get<double>() / truth["frames"][i]["volume_m3"].get<double>();
+    EXPECT_GT(ratio, 0.99);
+    EXPECT_LT(ratio, 1.2);
+    EXPECT_GT(frames[i]["iou_min"].get<double>(), 0.97);
+    EXPECT_EQ(frames[i]["view_scores"].size(), 6U);
+    EXPECT_GE(frames[i]["pieces"].size(), 1U);
+    EXPECT_EQ(frames[i]["status"], "");
+  }
+  for (const char* file :
+       {"data/truth/surface_0002.ply", "data/depth/tof_0001.png", "data/truth/cameras/cam5.yaml"})
+    EXPECT_GT(fs::file_size(path(file)), 100U) << file;
+  std::ifstream ply(path("t-00001.ply"));
+  std::string header(400, ' ');
+  ply.read(header.data(), 400);
+  EXPECT_NE(header.find("property uchar red"), std::string::npos);
+  EXPECT_NE(header.find("property float nx"), std::string::npos);
+
+  const Outcome again = run("synth rabbit --out " + path("data"));
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.text.find("not an empty folder"), std::string::npos) << again.text;
+}
+
+TEST_F(Cli, SynthOfAMeshWithNoiseIsMeasurablyWorse) {
+  // The truth of one data set is the mesh that the next is made of.
+  ASSERT_EQ(run("synth hand --no-colors --out " + path("hand")).code, 0);
+  const auto worst_iou = [&](const std::string& name, const std::string& noise) {
+    const Outcome made = run("synth " + path("hand/truth/surface_0000.ply") + " --no-colors --turns 1 " +
+                             noise + " --out " + path(name));
+    EXPECT_EQ(made.code, 0) << made.text;
+    const Outcome o = run("reconstruct --source masks " + path(name + "/rig.yaml") +
+                          " --resolution 100 --devices cpu --json " + path("n.json"));
+    EXPECT_EQ(o.code, 0) << o.text;
+    return read("n.json")["frames"][0]["iou_min"].get<double>();
+  };
+  const double exact = worst_iou("exact", "");
+  EXPECT_GT(exact, 0.96);
+  EXPECT_LT(worst_iou("noisy", "--noise-calibration 3 --noise-segmentation 2"), exact - 0.01);
+}
+
+TEST_F(Cli, TextureNeedsPhotosAndEnoughCameras) {
+  const Wrong wrongs[] = {
+      {"reconstruct hand --devices cpu --texture 9", 2, "k = 9"},
+      {"reconstruct hand --devices cpu --texture 0", 2, "expected 1 to 8"},
+      {"reconstruct hand --devices cpu --texture 2 --mesh x.obj", 2, "OBJ holds no colours"},
+      {"reconstruct hand --devices cpu --texture-views x.png", 2, "needs --texture"},
+      {"synth hnad --out nowhere", 2, "did you mean 'hand'?"},
+      {"synth hand --out nowhere --noise-sync -1", 2, "sync [ms] is -1"},
+      {"synth hand --out nowhere --frames 0", 2, "--frames 0"},
+  };
+  for (const Wrong& w : wrongs) {
+    const Outcome o = run(w.arguments);
+    EXPECT_EQ(o.code, w.code) << w.arguments << "\n" << o.text;
+    EXPECT_NE(o.text.find(w.message), std::string::npos) << w.arguments << "\n" << o.text;
+  }
+  const Outcome o =
+      run("reconstruct --source masks " + write_mask_rig({0, 0}) + " --devices cpu --texture 1");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.text.find("no photos"), std::string::npos) << o.text;
+}
+
+TEST_F(Cli, MovingFiguresHaveAMeasuredVelocity) {
+  const Outcome o =
+      run("reconstruct rabbit --moving --frames 0-6 --resolution 64 --devices cpu --json " + path("v.json"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json frames = read("v.json")["frames"];
+  EXPECT_FALSE(frames[0].contains("velocity_rms"));
+  // The rabbit swings by 0.8 rad in 4 s: up to 1.3 rad/s, some 2.4 degrees a frame; registration should leave
+  // a quarter of the speed at most at this low speed (1 mm of 8 a frame).
+  EXPECT_LT(frames[6]["velocity_rms"].get<double>(), 0.25 * frames[6]["speed_rms"].get<double>());
 }
 
 TEST_F(Cli, RunsAScene) {

@@ -155,7 +155,7 @@ TEST(SceneFile, MissingKey) {
   EXPECT_EQ(error_of("name: a\nsource:\n  kind: videos\n"),
             "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks) or "
             "the folder "
-            "(middlebury)");
+            "(middlebury, kinect)");
   EXPECT_EQ(
       error_of("source: {kind: synthetic}\nbodies:\n- {name: a, shape: {kind: mesh}}\n"),
       "scenes/x.yaml:3: in 'bodies[0].shape': 'shape' lacks the key 'path': the file of the mesh or labels");
@@ -241,11 +241,11 @@ TEST(SceneFile, SourceErrors) {
   EXPECT_EQ(error_of("source: {kind: synthetic, frames: 9-3}\n"),
             "scenes/x.yaml:1: 'source.frames' is '9-3', expected A-B with 0 <= A <= B, or A- to the end");
   EXPECT_EQ(error_of("source: {kind: synthetic, path: a}\n"),
-            "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks or "
-            "middlebury");
+            "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks, "
+            "middlebury or kinect");
   EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
             "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
-            "middlebury; did you "
+            "middlebury, kinect; did you "
             "mean 'videos'?");
 }
 

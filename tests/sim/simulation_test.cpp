@@ -191,6 +191,31 @@ TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
   EXPECT_EQ(body.end_frame(ctx), "");
 }
 
+TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
+  DeviceSet devices("cpu");
+  SyntheticOptions options;
+  options.figure = "bowl";
+  options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  ASSERT_EQ(source.next(frame), NextFrame::success);
+  Scene scene = slab_scene();
+  scene.bodies.clear();
+  scene.probes.clear();
+  const auto volume = [&](bool depth) {
+    scene.reconstruction.depth = depth;
+    Simulation simulation(devices, scene, source.rig(), {});
+    EXPECT_EQ(simulation.step(frame, 0).status, "");
+    return volume_m3(simulation.snapshot().real);
+  };
+  // The wall is 4 cm of a ball of 31 cm: a third of the closed half ball.
+  EXPECT_GT(volume(false), 2 * volume(true));
+  frame.depth_m = DepthImage(200, 200);
+  scene.reconstruction.depth = true;
+  Simulation simulation(devices, scene, source.rig(), {});
+  EXPECT_EQ(simulation.step(frame, 0).status, "camera 'tof': the depth image has no valid pixel");
+}
+
 TEST(Simulation, UnknownBodyOfAProbeIsNamed) {
   DeviceSet devices("cpu");
   Scene scene = slab_scene();

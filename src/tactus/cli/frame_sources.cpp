@@ -7,16 +7,16 @@
 namespace tactus {
 namespace {
 
-std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, bool truth, bool colors) {
+std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, const SourceContents& contents) {
   SyntheticOptions options;
   options.figure = source.figure;
   options.shape.moving = source.moving;
   options.shape.scale = static_cast<float>(source.scale);
   options.shape.offset_m = vec_cast<float>(source.offset_m);
   options.fps = source.fps.value_or(30);
-  options.truth = truth;
-  options.colors = colors;
-  options.depth = false;
+  options.truth = contents.truth;
+  options.colors = contents.colors;
+  options.depth = contents.depth;
   if (source.frames.last) options.frames = *source.frames.last + 1;
   auto synthetic = std::make_unique<SyntheticSource>(options);
   synthetic->seek(source.frames.first);
@@ -25,18 +25,19 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, boo
 
 }  // namespace
 
-std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth,
-                                               std::optional<BoxRegion> workspace_m, bool colors) {
-  if (source.kind == SourceKind::synthetic) return open_synthetic(source, truth, colors);
+std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
+                                               const SourceContents& contents) {
+  const std::optional<BoxRegion>& workspace_m = contents.workspace_m;
+  if (source.kind == SourceKind::synthetic) return open_synthetic(source, contents);
   DataOptions options;
-  options.colors = colors;
+  options.colors = contents.colors;
   if (workspace_m)
     options.workspace_m = Box3f{vec_cast<float>(workspace_m->min_m), vec_cast<float>(workspace_m->max_m)};
   if (source.frames.first > 0 || source.frames.last) {
     options.first_frame = source.frames.first;
     options.last_frame = source.frames.last;
   }
-  static constexpr const char* kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  static constexpr const char* kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
   return open_source(kKinds[static_cast<int>(source.kind)], source.path, options);
 }
 

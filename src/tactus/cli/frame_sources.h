@@ -6,8 +6,15 @@
 #include "tactus/sim/scene.h"
 
 namespace tactus {
-/// `truth`: synthetic sources also measure the figure's volume. `colors`: photos, too, where there are any. @throws Error naming file, figure or value.
-std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source, bool truth = false,
-                                               std::optional<BoxRegion> workspace_m = {},
-                                               bool colors = false);
+/// What of a source is wanted besides silhouettes.
+struct SourceContents {
+  bool truth = false;                         ///< the volume of synthetic figures
+  bool colors = false;                        ///< photos, where there are any
+  bool depth = true;                          ///< the depth camera, where there is one
+  std::optional<BoxRegion> workspace_m = {};  ///< instead of the source's own
+};
+
+/// @throws Error naming file, figure or value.
+std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
+                                               const SourceContents& contents = {});
 }  // namespace tactus

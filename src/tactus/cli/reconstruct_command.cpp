@@ -1,7 +1,9 @@
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <span>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
@@ -18,6 +20,7 @@
 #include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/view_scores.h"
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
@@ -27,12 +30,12 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  bool moving = false;
+  bool moving = false, no_depth = false;
   std::vector<double> workspace;
 };
 
 SourceDescription describe_source(const ReconstructOptions& options) {
-  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury"};
+  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
   SourceDescription source;
   const auto* kind = std::find(std::begin(kKinds), std::end(kKinds), options.source);
   if (kind == std::end(kKinds))
@@ -83,6 +86,13 @@ std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   std::snprintf(number, sizeof number, "-%05lld", static_cast<long long>(tick));
   const std::size_t dot = path.rfind('.');
   return path.substr(0, dot) + number + (dot == std::string::npos ? "" : path.substr(dot));
+}
+
+/// Root mean square distance of the vertices from the figure's true surface [m].
+double surface_rms_m(const TriangleMesh& mesh, const FigureShape& truth) {
+  double sum = 0;
+  for (const Vec3f p : mesh.positions_m) sum += sqr(static_cast<double>(truth.distance_m(p)));
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(mesh.positions_m.size(), 1)));
 }
 
 nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet& frame) {
@@ -144,13 +154,20 @@ void reconstruct(const ReconstructOptions& options) {
   const SourceDescription description = describe_source(options);
   const std::optional<BoxRegion> workspace = workspace_of(options);
   const std::unique_ptr<FrameSource> source =
-      open_frame_source(description, true, workspace, options.texture.has_value());
+      open_frame_source(description, {.truth = true,
+                                      .colors = options.texture.has_value(),
+                                      .depth = !options.no_depth,
+                                      .workspace_m = workspace});
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
+  const std::optional<Camera>& tof = source->rig().depth_camera;
+  const bool use_depth = tof.has_value() && !options.no_depth;
   VisualHull hull(devices, source->rig().cameras,
                   {.workspace_m = box,
                    .resolution = options.resolution,
-                   .slack_px = options.slack_px.value_or(source->rig().slack_px)});
+                   .slack_px = options.slack_px.value_or(source->rig().slack_px)},
+                  std::span(use_depth ? &*tof : nullptr, use_depth ? 1 : 0));
+  const auto* synthetic = dynamic_cast<const SyntheticSource*>(source.get());
 
   SurfaceNormals normals(devices.device(0), hull.mesh().positions_m.size());
   std::optional<TextureOutput> texture;
@@ -160,9 +177,11 @@ void reconstruct(const ReconstructOptions& options) {
   ViewScores view_scores(devices.context(0), source->rig().cameras, {.workspace_m = box});
 
   const bool several = description.frames.last != description.frames.first;
-  nlohmann::json json{
-      {"devices", devices.name()}, {"commit", commit_text()}, {"frames", nlohmann::json::array()}};
-  json["bad_frames"] = nlohmann::json::array();
+  nlohmann::json json{{"devices", devices.name()},
+                      {"commit", commit_text()},
+                      {"depth", use_depth},
+                      {"frames", nlohmann::json::array()},
+                      {"bad_frames", nlohmann::json::array()}};
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;
@@ -181,7 +200,7 @@ void reconstruct(const ReconstructOptions& options) {
       devices.synchronize();
     };
     stage("total", [&] {
-      stage("upload", [&] { hull.upload(frame.silhouettes); });
+      stage("upload", [&] { hull.upload(frame.silhouettes, std::span(&frame.depth_m, use_depth ? 1 : 0)); });
       stage("hull", [&] { hull.carve(); });
       stage("mesh", [&] { hull.extract(); });
       stage("normals", [&] { normals.compute(devices.context(0), hull.mesh(), hull.voxel_size_m()); });
@@ -189,6 +208,7 @@ void reconstruct(const ReconstructOptions& options) {
     });
     const HullReport report = hull.report();
     if (!report.overflow.empty()) log_warning(report.overflow);
+    if (!report.depth.empty()) log_warning(report.depth);
     TriangleMesh mesh = hull.download();
     mesh.normals = to_host(devices.context(0), normals.view().part(0, report.vertices));
     if (!options.mesh_path.empty()) {
@@ -203,7 +223,9 @@ void reconstruct(const ReconstructOptions& options) {
                                             source->rig().cameras, row);
     if (!odd.empty()) log_warning(odd);
     row["tick"] = frame.tick;
-    row["status"] = joined({report.overflow, source->status(), odd});
+    if (synthetic != nullptr)
+      row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
+    row["status"] = joined({report.overflow, report.depth, source->status(), odd});
     for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
@@ -222,7 +244,7 @@ void add_reconstruct_command(CLI::App& app) {
   auto options = std::make_shared<ReconstructOptions>();
   CLI::App* command = app.add_subcommand(
       "reconstruct", "Visual hull of a data set or a built-in figure, measured and written as a mesh");
-  command->add_option("--source", options->source, "middlebury, videos, masks or synthetic")
+  command->add_option("--source", options->source, "middlebury, videos, masks, kinect or synthetic")
       ->capture_default_str();
   command->add_option("what", options->what, "folder, rig file, or figure")->required();
   command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
@@ -241,13 +263,16 @@ void add_reconstruct_command(CLI::App& app) {
                       "colour the mesh (.ply) from the photos: each vertex from its best K cameras");
   command->add_option("--texture-views", options->views_path,
                       "with --texture: write a picture (.png) of three free views, K = 1 above K");
+  command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->footer(
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.ply\n"
-      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply");
+      "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
+
+      "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");
   command->callback([options] { reconstruct(*options); });
 }
 

@@ -126,7 +126,8 @@ void run(const RunOptions& options) {
   }
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
-  const std::unique_ptr<FrameSource> source = open_frame_source(scene.source);
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(scene.source, {.depth = scene.reconstruction.depth});
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
   for (const auto& body : simulation.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
@@ -137,6 +138,13 @@ void run(const RunOptions& options) {
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
   std::optional<RunPictures> pictures;
   if (options.view == "file") pictures.emplace(scene, source->rig(), stem, scene.source.fps.value_or(30));
+
+  if (pictures && scene.view.show_models) {
+    std::vector<std::vector<std::uint8_t>> element_triangles;
+    for (const auto& body : simulation.bodies())
+      element_triangles.push_back(body->element_triangles(devices.context(0)));
+    pictures->show_models(std::move(element_triangles));
+  }
 
   const RunSummary summary =
       run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);

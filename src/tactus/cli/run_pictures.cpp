@@ -18,6 +18,17 @@ ViewCamera view_camera(const ViewCameraDescription& description) {
   return camera;
 }
 
+/// The triangles of a mesh for which `chosen` is `value`, on the same vertices.
+TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint8_t>& chosen, std::uint8_t value) {
+  TriangleMesh part{mesh.positions_m, mesh.normals, {}};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (chosen[t] == value) part.triangles.push_back(mesh.triangles[t]);
+  }
+  return part;
+}
+
+constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
+
 }  // namespace
 
 RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps)
@@ -39,11 +50,23 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& 
   add_box(view_, rig.workspace_m);
 }
 
+void RunPictures::show_models(std::vector<std::vector<std::uint8_t>> element_triangles) {
+  element_triangles_ = std::move(element_triangles);
+}
+
 void RunPictures::add(FrameSnapshot snapshot, const std::string& overlay, const std::string& caption) {
   view_.meshes.clear();
   view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
     Material material = soft_material();
+    if (!element_triangles_.empty()) {
+      for (const std::uint8_t elements : {std::uint8_t{0}, std::uint8_t{1}}) {
+        material.color = elements != 0 ? kElementColor : kMatchedColor;
+        view_.meshes.push_back(
+            {scene_.bodies[b].name, part_of(snapshot.bodies[b], element_triangles_[b], elements), material});
+      }
+      continue;
+    }
     material.color = vec_cast<float>(scene_.bodies[b].colour);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
   }

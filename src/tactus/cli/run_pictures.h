@@ -15,6 +15,8 @@ class RunPictures {
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
   RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps);
 
+  /// Colours bodies by what deforms them: per body and triangle of its surface, 1 where elements do.
+  void show_models(std::vector<std::vector<std::uint8_t>> element_triangles);
   /// @param overlay one line on the picture  @param caption short, under its cell of the contact sheet
   void add(FrameSnapshot snapshot, const std::string& overlay, const std::string& caption);
   /// Closes the files. Does nothing but close when no frame came.
@@ -28,6 +30,7 @@ class RunPictures {
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
   std::string sheet_path_;
+  std::vector<std::vector<std::uint8_t>> element_triangles_;
   ColorImage picture_;
   int frames_ = 0;
 };

@@ -1,8 +1,10 @@
 #include "tactus/cli/texture_output.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/symmetric_eigen.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
@@ -10,10 +12,26 @@ namespace {
 
 constexpr Index kCell_px = 480;
 
-/// Turns the world so that what the cameras hold upright is upright: data sets have their own up.
+/// Turns the world so that up is up: data sets have their own. Rigs are rings, so up is the ring's axis,
+/// where there is one; its sign is that of what the photos hold upright or, when they lie on their side, that
+/// of the side that the cameras look from.
 Mat3f upright(const Rig& rig) {
-  Vec3d up{};
-  for (const Camera& camera : rig.cameras) up -= camera.T_cam_world.R.row[1];
+  const auto count = static_cast<double>(rig.cameras.size());
+  Vec3d up{}, middle{};
+  for (const Camera& camera : rig.cameras) {
+    up -= 1 / count * camera.T_cam_world.R.row[1];
+    middle += 1 / count * camera.center_world();
+  }
+  Mat3d spread{};
+  for (const Camera& camera : rig.cameras)
+    spread = spread + outer(camera.center_world() - middle, camera.center_world() - middle);
+  const SymmetricEigen ring = symmetric_eigen(spread);
+  if (ring.values.z < 0.3 * ring.values.y) {
+    const Vec3d axis = ring.vectors.row[2];
+    const Vec3d center = vec_cast<double>(0.5F * (rig.workspace_m.min + rig.workspace_m.max));
+    const double side = std::abs(dot(axis, up)) > 0.3 ? dot(axis, up) : dot(axis, middle - center);
+    up = (side < 0 ? -1.0 : 1.0) * axis;
+  }
   const Vec3f y = vec_cast<float>(normalized(up, Vec3d{0, 1, 0}));
   const Vec3f x = normalized(cross(y, std::abs(y.z) < 0.9F ? Vec3f{0, 0, 1} : Vec3f{1, 0, 0}));
   return {{x, y, cross(x, y)}};

@@ -39,9 +39,12 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
            {{"synthetic", SourceKind::synthetic},
             {"videos", SourceKind::videos},
             {"masks", SourceKind::masks},
-            {"middlebury", SourceKind::middlebury}});
+            {"middlebury", SourceKind::middlebury},
+            {"kinect", SourceKind::kinect}});
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
-  v.path({"path", "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury)"}, s.path);
+  v.path({"path",
+          "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},
+         s.path);
   v.frames({"frames", "`A-B`, both included; `A-` to the end; `A` alone"}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
                  "the recording's own; 30 for `synthetic`");
@@ -50,8 +53,8 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.vector({"offset_m", "shift of the synthetic figure"}, s.offset_m, kPosition);
   const bool synthetic = s.kind == SourceKind::synthetic;
   v.check(synthetic || !s.path.empty(), "path",
-          "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury)");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks or middlebury");
+          "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury, kinect)");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury or kinect");
   for (const char* key : {"figure", "moving", "scale", "offset_m"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
@@ -60,6 +63,9 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
   v.integer({"resolution", "voxels along the longest side of the workspace"}, r.resolution, {"", 4, 4096});
   v.section({"workspace_m", "box to reconstruct (default: the rig's)"},
             [&](FieldVisitor& in) { describe_box(in, r.workspace_m.emplace()); });
+  v.boolean({"depth", "correct the hull with the depth camera when the source has one"}, r.depth);
+  v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
+         r.depth_jump_m, positive("m", 100));
 }
 
 void describe_shape(FieldVisitor& v, ShapeDescription& s) {
@@ -238,6 +244,8 @@ void describe_view(FieldVisitor& v, ViewDescription& view) {
   v.section({"camera", "from where the picture is taken"},
             [&](FieldVisitor& in) { describe_view_camera(in, view.camera); });
   v.boolean({"show_frusta", "draw the real cameras"}, view.show_frusta);
+  v.boolean({"show_models", "colour hybrid bodies by what deforms them: elements red, shape matching blue"},
+            view.show_models);
   v.boolean({"overlay", "print frame number and times into the picture"}, view.overlay);
 }
 

@@ -1,4 +1,6 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/reconstruct/depth_mesh_kernels.h"
+#include "tactus/reconstruct/depth_seam_kernels.h"
 #include "tactus/reconstruct/mesh_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
@@ -21,8 +23,15 @@ TACTUS_CUDA_KERNEL(tactus::AddCornerNormals);
 TACTUS_CUDA_KERNEL(tactus::NormalizeSums);
 TACTUS_CUDA_KERNEL(tactus::DrawDepthMaps);
 TACTUS_CUDA_KERNEL(tactus::WidenDepthMaps);
+TACTUS_CUDA_KERNEL(tactus::MarkOutlines);
 TACTUS_CUDA_KERNEL(tactus::ColorVertices);
 TACTUS_CUDA_KERNEL(tactus::AddNeighbourColors);
 TACTUS_CUDA_KERNEL(tactus::FillColors);
 TACTUS_CUDA_KERNEL(tactus::BlameSamples);
 TACTUS_CUDA_KERNEL(tactus::CountBlame);
+TACTUS_CUDA_KERNEL(tactus::PrepareDepth);
+TACTUS_CUDA_KERNEL(tactus::FindHoles);
+TACTUS_CUDA_KERNEL(tactus::FadeDepth);
+TACTUS_CUDA_KERNEL(tactus::VoteDepth);
+TACTUS_CUDA_KERNEL(tactus::DepthSigns);
+TACTUS_CUDA_KERNEL(tactus::CutAtDepth);

@@ -21,12 +21,13 @@ void check_k(Index k, std::size_t cameras) {
                     std::to_string(cameras) + ", the number of cameras");
 }
 
-/// Pixels of a texel of the depth map: a voxel in the middle of the workspace. Nearer ones look larger, up to
-/// 1.5 texels at two thirds of that distance, and the widened map still has no holes.
+/// Pixels of a texel of the depth map: a voxel in the middle of the workspace, at least 2 (outlines of real
+/// masks are no sharper). Nearer ones look larger, up to 1.5 texels at two thirds of that distance, and the
+/// widened map still has no holes.
 float texel_px(const Camera& camera, const TextureOptions& options) {
   const double distance = length(camera.center_world() - vec_cast<double>(options.center_m));
   const double voxel_px = camera.fx_px * static_cast<double>(options.voxel_size_m) / std::max(distance, 1e-3);
-  return static_cast<float>(std::clamp(voxel_px, 1.0, 64.0));
+  return static_cast<float>(std::clamp(voxel_px, 2.0, 64.0));
 }
 
 TextureCamera device_camera(const Camera& camera) {
@@ -100,7 +101,7 @@ SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras
   photos_ = Buffer<Rgb8>(device, photo_pixels);
   staging_ = HostBuffer<Rgb8>(device, photo_pixels);
   map_rows_ = to_device(ctx, map_rows);
-  drawn_ = Buffer<std::uint32_t>(device, map_texels);
+  widened_ = Buffer<std::uint32_t>(device, map_texels);
   maps_ = Buffer<std::uint32_t>(device, map_texels);
   colors_ = Buffer<std::uint32_t>(device, options.max_vertices);
   sums_ = Buffer<std::uint64_t>(device, options.max_vertices);
@@ -138,13 +139,16 @@ void SurfaceTexture::shade(ExecContext& ctx, const DeviceMesh& mesh, View<const 
                            std::optional<Vec3f> eye_m) {
   check_room("texture", mesh, colors_.size());
   const Count vertices = mesh.vertex_count(), triangles = mesh.triangle_count();
-  ctx.fill_bytes(drawn_.view(), 0);
+  ctx.fill_bytes(maps_.view(), 0);
   ctx.parallel_for(
       "texture/depth_maps", ceil_div(vertices.capacity, DrawDepthMaps::kThreads),
-      DrawDepthMaps{device_cameras_.const_view(), mesh.positions_m, normals, vertices, drawn_.view()});
+      DrawDepthMaps{device_cameras_.const_view(), mesh.positions_m, normals, vertices, maps_.view()});
   ctx.parallel_for("texture/widen", map_rows_.size(),
-                   WidenDepthMaps{device_cameras_.const_view(), map_rows_.const_view(), drawn_.const_view(),
-                                  maps_.view()});
+                   WidenDepthMaps{device_cameras_.const_view(), map_rows_.const_view(), maps_.const_view(),
+                                  widened_.view()});
+  ctx.parallel_for("texture/outlines", map_rows_.size(),
+                   MarkOutlines{device_cameras_.const_view(), map_rows_.const_view(), widened_.const_view(),
+                                maps_.view()});
   ctx.parallel_for(
       "texture/colors", ceil_div(vertices.capacity, ColorVertices::kThreads),
       ColorVertices{device_cameras_.const_view(), mesh.positions_m, normals, vertices, maps_.const_view(),

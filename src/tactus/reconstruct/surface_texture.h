@@ -65,7 +65,7 @@ class SurfaceTexture {
   Buffer<Rgb8> photos_;
   HostBuffer<Rgb8> staging_;
   Buffer<Vec2i> map_rows_;
-  Buffer<std::uint32_t> drawn_, maps_, colors_;
+  Buffer<std::uint32_t> widened_, maps_, colors_;
   Buffer<std::uint64_t> sums_;
   std::uint32_t live_ = 0;
 };

@@ -125,6 +125,41 @@ struct WidenDepthMaps {
   }
 };
 
+/// Sets the lowest bit of texels within about a texel of the body's outline, and beyond it: a photo there
+/// shows the wall, too. (The lowest bit of 1/z is worth 1e-7 of it.) One block is one row of one map.
+struct MarkOutlines {
+  View<const TextureCamera> cameras;
+  View<const Vec2i> rows;  ///< (camera, row of its map)
+  View<const std::uint32_t> widened;
+  View<std::uint32_t> maps;
+
+  static constexpr int kThreads = 64;
+  static constexpr int kGrain = 32;
+  static constexpr std::uint32_t kOutline = 1;
+  struct Shared {};
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Vec2i at = rows[b.index()];
+    const TextureCamera c = cameras[at.x];
+    const std::uint32_t* row[5];
+    for (Index k = 0; k < 5; ++k)
+      row[k] = widened.data() + c.map_begin + clamp(at.y + k - 2, 0, c.map_height - 1) * c.map_width;
+    std::uint32_t* out = maps.data() + c.map_begin + at.y * c.map_width;
+    for (Index first = 0; first < c.map_width; first += kThreads) {
+      b.for_own(min(c.map_width - first, Index{kThreads}), [&](int t) {
+        const Index x = first + t, end = c.map_width - 1;
+        const auto column = [&](Index i) {
+          return min(min(min(row[0][i], row[1][i]), min(row[3][i], row[4][i])), row[2][i]);
+        };
+        const std::uint32_t least = min(min(min(column(max(x - 2, 0)), column(max(x - 1, 0))),
+                                            min(column(min(x + 1, end)), column(min(x + 2, end)))),
+                                        column(x));
+        out[x] = (row[2][x] & ~kOutline) | (least == 0 ? kOutline : 0U);
+      });
+    }
+  }
+};
+
 /// What a vertex got: colour and, in the top byte, the number + 1 of the camera that gave most of it; 0:
 /// nobody sees it; kFilled: from its neighbours.
 struct VertexColor {
@@ -157,6 +192,7 @@ struct ColorVertices {
 
   static constexpr int kThreads = 64;
   static constexpr float kLeastCosine = 0.2F, kFullCosine = 0.5F;  ///< f_j's ramp over the angle of view
+  static constexpr float kOutlineWeight = 0.001F;
   static constexpr float kEpsilon = 0.01F;  ///< ε: cameras within 8 degrees are about equally good
   struct Shared {
     VectorLanes<kThreads> p, n, look;  ///< look: unit, from the viewer to the point
@@ -200,12 +236,14 @@ struct ColorVertices {
     const float framed = clamp(border_px * 0.0625F, 0.F, 1.F);  // over 16 px
     const float seen = visibility(c, u, v, h.z);
     const float f = as_float(in_front) * facing * framed * seen;
-    const float hard = k == 1 ? 1.F : 0.F, fade = fma(hard, as_float(f > 0.F) - f, f);
+    const float choice = as_float(f > 0.F) * max(as_float(seen > kOutlineWeight), kOutlineWeight);
+    const float hard = k == 1 ? 1.F : 0.F, fade = fma(hard, choice - f, f);
     return fade / max(1.F - dot(c.axis, look) + kEpsilon, kEpsilon);
   }
   /// 0 or 1, without a branch: loops over vertices vectorise.
   TACTUS_HD static float as_float(bool b) { return static_cast<float>(static_cast<Index>(b)); }
   /// 1 where the camera sees the point, 0 from about a texel before what hides it.
+  /// Near the outline of the body it is almost 0: used where there is nothing better.
   TACTUS_HD float visibility(const TextureCamera& c, float u_px, float v_px, float z_m) const {
     const float x = clamp(u_px * c.texels_per_px, 0.F, static_cast<float>(c.map_width - 2)),
                 y = clamp(v_px * c.texels_per_px, 0.F, static_cast<float>(c.map_height - 2));
@@ -220,7 +258,15 @@ struct ColorVertices {
     const float open00 = open(at), open10 = open(at + 1), open01 = open(at + c.map_width),
                 open11 = open(at + c.map_width + 1);
     const float top = fma(fx, open10 - open00, open00), bottom = fma(fx, open11 - open01, open01);
-    return clamp(3.F * fma(fy, bottom - top, top) - 2.F, 0.F, 1.F);
+    const auto inner = [&](Index texel) {
+      return static_cast<float>(static_cast<Index>(~texels[texel] & MarkOutlines::kOutline));
+    };
+    const float inner00 = inner(at), inner10 = inner(at + 1), inner01 = inner(at + c.map_width),
+                inner11 = inner(at + c.map_width + 1);
+    const float inner_top = fma(fx, inner10 - inner00, inner00),
+                inner_bottom = fma(fx, inner11 - inner01, inner01);
+    const float within = max(fma(fy, inner_bottom - inner_top, inner_top), kOutlineWeight);
+    return clamp(3.F * fma(fy, bottom - top, top) - 2.F, 0.F, 1.F) * within;
   }
 
   /// Moves the highest score of every thread to `rank`; the first of equals wins. Weight 0: there is none.

@@ -7,6 +7,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/geom/mask_growth.h"
+#include "tactus/reconstruct/depth_check.h"
+#include "tactus/reconstruct/depth_stage.h"
 
 namespace tactus {
 namespace {
@@ -75,16 +77,18 @@ struct Capacity {
   Index bricks, vertices, triangles;
 };
 
-Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t brick_count) {
+Capacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_t brick_count, bool depth) {
   // Surfaces of real scenes cross 1-2 n^2 cells; six faces of the box filled to the brim cross 6 n^2.
   const double area = static_cast<double>(voxels.x) * voxels.y + static_cast<double>(voxels.y) * voxels.z +
                       static_cast<double>(voxels.z) * voxels.x;
+  // Measured depth is rough: noise, and walls along the rays wherever it ends.
+  const double crossed = depth ? 5 : 2.5;
   Capacity c{};
   c.bricks = options.max_active_bricks > 0
                  ? options.max_active_bricks
                  : static_cast<Index>(std::min<double>(static_cast<double>(brick_count), 0.1 * area + 2000));
-  c.vertices =
-      options.max_vertices > 0 ? options.max_vertices : static_cast<Index>(std::min(2.5 * area + 20000, 2e8));
+  c.vertices = options.max_vertices > 0 ? options.max_vertices
+                                        : static_cast<Index>(std::min(crossed * area + 20000, 2e8));
   c.triangles = options.max_triangles > 0 ? options.max_triangles : 2 * c.vertices;
   return c;
 }
@@ -107,6 +111,7 @@ struct Part {
   Buffer<Vec3f> positions_m;
   Buffer<Vec3i> triangles;
   Buffer<PartCounts> counts;
+  DepthPart depth;
   Event done;
   Replay carve, extract;
 
@@ -119,13 +124,16 @@ struct Part {
 
 struct VisualHull::Impl {
   DeviceSet& devices;
-  std::vector<Camera> cameras;
+  std::vector<Camera> cameras, depth_cameras;
+  Box3f workspace_m;
+  std::string depth_status;
   int slack_px;
   std::vector<BitMask> grown;  ///< silhouettes with their slack
   Vec3i voxels{};
   float voxel_size_m = 0;
   Vec3f origin_m;  ///< of padded node 0
   SilhouetteLayout layout;
+  DepthLayout depth;
   Parts<Part> parts;
   // The welded mesh of several parts, on the first device; unused with one part.
   Buffer<Vec3f> all_positions_m;
@@ -138,7 +146,9 @@ struct VisualHull::Impl {
   };
   Parts<PartMesh> staged;
 
-  Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options);
+  Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
+       std::span<const Camera> depth_rig);
+  void check_sizes(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) const;
   void allocate(Part& part, ExecContext& ctx, const HullOptions& options) const;
   void carve(ExecContext& ctx, Part& part);
   void extract(ExecContext& ctx, Part& part);
@@ -146,8 +156,14 @@ struct VisualHull::Impl {
   bool welds() const { return parts.size() > 1; }
 };
 
-VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options)
-    : devices(set), cameras(rig.begin(), rig.end()), slack_px(options.slack_px), grown(rig.size()) {
+VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
+                       std::span<const Camera> depth_rig)
+    : devices(set),
+      cameras(rig.begin(), rig.end()),
+      depth_cameras(depth_rig.begin(), depth_rig.end()),
+      workspace_m(options.workspace_m),
+      slack_px(options.slack_px),
+      grown(rig.size()) {
   const Vec3d extent = vec_cast<double>(options.workspace_m.extent());
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
   if (rig.size() > kMaxCameras)
@@ -170,6 +186,8 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   const Vec3d origin = vec_cast<double>(options.workspace_m.min) - Vec3d{voxel, voxel, voxel};
   origin_m = vec_cast<float>(origin);
   for (const Camera& camera : rig) lay_out(layout, device_camera(camera, origin, voxel), camera.name);
+  for (const Camera& camera : depth_rig)
+    depth.add(camera, device_camera(camera, origin, voxel), origin, voxel_size_m, options.depth_jump_m);
 
   const auto bricks_along = [](Index cells) { return ceil_div(cells + 2, kBrick); };
   const Vec3i bricks{bricks_along(voxels.x), bricks_along(voxels.y), bricks_along(voxels.z)};
@@ -187,7 +205,7 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   });
   if (welds()) {
     Device& first = set.device(0);
-    const Capacity capacity = plan_capacity(options, voxels, 0);
+    const Capacity capacity = plan_capacity(options, voxels, 0, !depth.empty());
     all_positions_m = Buffer<Vec3f>(first, capacity.vertices);
     all_triangles = Buffer<Vec3i>(first, capacity.triangles);
     part_counts = Buffer<PartCounts>(first, set.count());
@@ -206,7 +224,7 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   Device& device = ctx.device();
   const std::int64_t bricks =
       std::int64_t{part.grid.bricks.x} * part.grid.bricks.y * (part.grid.layer_end - part.grid.layer_begin);
-  part.capacity = plan_capacity(options, voxels, bricks);
+  part.capacity = plan_capacity(options, voxels, bricks, !depth.empty());
   const Capacity& c = part.capacity;
   const double bytes = 16.0 * static_cast<double>(bricks) + (8.0 + 64 + 32 + 512) * c.bricks +
                        12.0 * c.vertices + 12.0 * c.triangles;
@@ -245,27 +263,54 @@ void VisualHull::Impl::allocate(Part& part, ExecContext& ctx, const HullOptions&
   part.positions_m = Buffer<Vec3f>(device, c.vertices);
   part.triangles = Buffer<Vec3i>(device, c.triangles);
   part.counts = Buffer<PartCounts>(device, 1);
+  if (!depth.empty()) part.depth.allocate(ctx, depth, bricks, c.bricks);
 }
 
-VisualHull::VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options)
-    : impl_(std::make_unique<Impl>(devices, cameras, options)) {}
+VisualHull::VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options,
+                       std::span<const Camera> depth_cameras)
+    : impl_(std::make_unique<Impl>(devices, cameras, options, depth_cameras)) {}
 VisualHull::~VisualHull() = default;
 VisualHull::VisualHull(VisualHull&&) noexcept = default;
 
-void VisualHull::upload(std::span<const BitMask> silhouettes) {
-  Impl& m = *impl_;
-  if (silhouettes.size() != m.cameras.size()) {
-    throw Error(std::to_string(silhouettes.size()) + " silhouettes for " + std::to_string(m.cameras.size()) +
+void VisualHull::Impl::check_sizes(std::span<const BitMask> silhouettes,
+                                   std::span<const DepthImage> depths_m) const {
+  const auto check = [](const Camera& camera, const char* what, Index width_px, Index height_px) {
+    if (width_px == camera.width_px && height_px == camera.height_px) return;
+    throw Error("camera '" + camera.name + "': the " + what + " has " + std::to_string(width_px) + "x" +
+                std::to_string(height_px) + " pixels, its calibration says " +
+                std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+  };
+  if (silhouettes.size() != cameras.size()) {
+    throw Error(std::to_string(silhouettes.size()) + " silhouettes for " + std::to_string(cameras.size()) +
                 " cameras");
+  }
+  if (!depths_m.empty() && depths_m.size() != depth_cameras.size()) {
+    throw Error(std::to_string(depths_m.size()) + " depth images for " +
+                std::to_string(depth_cameras.size()) + " depth cameras");
   }
   for (std::size_t c = 0; c < silhouettes.size(); ++c) {
     const BitMask& mask = silhouettes[c];
-    const Camera& camera = m.cameras[c];
-    if (mask.words.empty() || (mask.width_px == camera.width_px && mask.height_px == camera.height_px))
-      continue;
-    throw Error("camera '" + camera.name + "': the silhouette has " + std::to_string(mask.width_px) + "x" +
-                std::to_string(mask.height_px) + " pixels, its calibration says " +
-                std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+    if (!mask.words.empty()) check(cameras[c], "silhouette", mask.width_px, mask.height_px);
+  }
+  for (std::size_t d = 0; d < depths_m.size(); ++d) {
+    const DepthImage& image = depths_m[d];
+    if (!image.empty()) check(depth_cameras[d], "depth image", image.width_px, image.height_px);
+  }
+}
+
+void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) {
+  Impl& m = *impl_;
+  m.check_sizes(silhouettes, depths_m);
+  m.depth_status.clear();
+  std::uint32_t used = 0;  // bit d: the image of depth camera d
+  const auto note = [&m](const std::string& what) {
+    m.depth_status += (m.depth_status.empty() ? "" : "; ") + what;
+  };
+  for (std::size_t d = 0; d < depths_m.size(); ++d) {
+    const std::string odd =
+        depth_inconsistency(m.cameras, silhouettes, m.depth_cameras[d], depths_m[d], m.workspace_m);
+    if (odd.empty()) used |= 1U << d;
+    if (!odd.empty()) note(odd);
   }
   if (m.slack_px > 0) {
     for (std::size_t c = 0; c < silhouettes.size(); ++c) grow_mask(silhouettes[c], m.slack_px, m.grown[c]);
@@ -284,6 +329,14 @@ void VisualHull::upload(std::span<const BitMask> silhouettes) {
         std::copy(words.begin(), words.end(), to);
     }
     ctx.upload(part.staging.span(), part.raw.view());
+    if (m.depth.empty()) return;
+    for (std::size_t d = 0; d < m.depth_cameras.size(); ++d) {
+      const DepthImage* image = (used >> d & 1U) != 0 ? &depths_m[d] : nullptr;
+      const std::int64_t measured = m.depth.stage(d, image, part.depth.staging.data());
+      if (measured == 0 && p == 0 && image != nullptr && !image->empty())
+        note("camera '" + m.depth_cameras[d].name + "': the depth image has no valid pixel");
+    }
+    ctx.upload(part.depth.staging.span(), part.depth.raw.view());
   });
 }
 
@@ -302,9 +355,11 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
                                       part.cells.view()});
   ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
                    SumCellColumns{in.cameras.view(), in.cell_columns.view(), part.cells.view()});
+  if (!depth.empty()) part.depth.prepare(ctx, in.cameras.view(), in.bits.view());
   ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
                    ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(), part.active.view(),
                                   part.slot.view(), part.brick_cameras.view()});
+  if (!depth.empty()) part.depth.vote(ctx, in.grid, in.blocks, part.active.view(), part.slot.view());
   ctx.compact("hull/compact", in.active.view(), part.active_bricks.view(), part.active_count.view());
   ctx.fill_bytes(part.own_count.view(), 0);
   const Count active(in.active_count.view(), in.capacity.bricks);
@@ -315,6 +370,7 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
       "hull/signs", active,
       BrickSigns{in.grid, in.cameras.view(), in.cells.view(), in.bits.view(), in.active_bricks.view(),
                  in.brick_cameras.view(), part.rows.view(), part.sub_cameras.view()});
+  if (!depth.empty()) part.depth.sign(ctx, active, in.table(), part.rows.view());
 }
 
 void VisualHull::extract() {
@@ -338,10 +394,17 @@ void VisualHull::Impl::extract(ExecContext& ctx, Part& part) {
                                   part.vertex_start.view(), part.triangle_start.view()});
   ctx.exclusive_scan("mesh/scan_vertices", in.vertex_start.view(), part.vertex_start.view());
   ctx.exclusive_scan("mesh/scan_triangles", in.triangle_start.view(), part.triangle_start.view());
-  ctx.parallel_for(
-      "mesh/vertices", own,
-      EmitVertices{in.table(), in.cameras.view(), in.bits.view(), in.crossings.view(), in.row_start.view(),
-                   in.vertex_start.view(), origin_m, voxel_size_m, part.positions_m.view()});
+  const EmitVertices emit{in.table(),
+                          in.cameras.view(),
+                          in.bits.view(),
+                          in.crossings.view(),
+                          in.row_start.view(),
+                          in.vertex_start.view(),
+                          origin_m,
+                          voxel_size_m,
+                          part.positions_m.view()};
+  ctx.parallel_for("mesh/vertices", own, emit);
+  if (!depth.empty()) part.depth.cut(ctx, own, emit);
   ctx.parallel_for("mesh/triangles", own,
                    EmitTriangles{in.table(), in.cases.view(), in.crossings.view(), in.row_start.view(),
                                  in.vertex_start.view(), in.triangle_start.view(), part.triangles.view()});
@@ -395,6 +458,7 @@ DeviceMesh VisualHull::mesh() const {
 HullReport VisualHull::report() {
   Impl& m = *impl_;
   HullReport report;
+  report.depth = m.depth_status;
   const auto check = [&](Index wanted, Index capacity, const char* what, const char* option) {
     if (wanted <= capacity || !report.overflow.empty()) return;
     report.overflow =
@@ -427,7 +491,9 @@ TriangleMesh VisualHull::download() {
   out.positions_m = to_host(ctx, device_mesh.positions_m.part(0, r.vertices));
   const std::vector<Vec3i> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));
   out.triangles.reserve(triangles.size());
-  for (const Vec3i t : triangles) out.triangles.push_back({t.x, t.y, t.z});
+  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there
+    if (max(t.x, max(t.y, t.z)) < r.vertices) out.triangles.push_back({t.x, t.y, t.z});
+  }
   return out;
 }
 

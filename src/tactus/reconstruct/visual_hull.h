@@ -1,7 +1,8 @@
 #pragma once
 /// The visual hull of silhouettes as a closed triangle mesh: Shao et al. 2019, "3D reconstruction of real
 /// objects", with coarse-to-fine classification and vertices on the silhouettes themselves. Cost follows the
-/// surface.
+/// surface. With depth cameras it is the extended hull: what lies in front of a measured surface is carved
+/// away, too, so concavities that no silhouette shows are there [P 1-2].
 #include <memory>
 #include <span>
 #include <string>
@@ -24,6 +25,8 @@ struct HullOptions {
       0;  ///< capacity of 8^3-voxel bricks that hold surface, per device; 0: from the resolution
   Index max_vertices = 0;   ///< 0: from the resolution
   Index max_triangles = 0;  ///< 0: twice max_vertices
+  float depth_jump_m =
+      0.1F;  ///< neighbouring depth pixels that differ by more are mixed ("flying") and not used
 };
 
 /// A mesh in the memory of the first device; counts are on the device, too.
@@ -40,22 +43,28 @@ struct DeviceMesh {
 struct HullReport {
   Index vertices = 0, triangles = 0, active_bricks = 0;
   std::string
-      overflow;  ///< empty, or what was too small and which option cures it; the mesh is then incomplete
+      overflow;       ///< empty, or what was too small and which option cures it; the mesh is then incomplete
+  std::string depth;  ///< empty, or why the depth of a camera was not used (the silhouettes were)
 };
 
 class VisualHull {
  public:
   /// @throws Error: no or more than 32 cameras, a bad camera, an empty workspace, a resolution that is not
-  /// positive or that needs more memory than there is (with the memory it would need).
-  VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options);
+  /// positive or that needs more memory than there is (with the memory it would need). `depth_cameras`: at
+  /// most 32, images of at least 2x2 pixels.
+  VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options,
+             std::span<const Camera> depth_cameras = {});
   ~VisualHull();
   VisualHull(VisualHull&&) noexcept;
 
   /// Sends one silhouette per camera to every device. An empty mask (0x0) is a camera that missed the tick:
-  /// it carves nothing. Asynchronous; the masks are copied before it returns. @throws Error when a size
-  /// contradicts its camera.
-  void upload(std::span<const BitMask> silhouettes);
-  /// Finds which nodes are inside every silhouette. Asynchronous.
+  /// it carves nothing. Likewise one depth image per depth camera: radial distance [m]; 0, NaN and what is
+  /// not positive are no measurement; an empty image or none at all is a camera that missed the tick. Depth
+  /// that contradicts the silhouettes (wrong unit, z as radial distance) or holds no measurement is not used;
+  /// the report says so. Asynchronous; all is copied before it returns. @throws Error when a size contradicts
+  /// its camera or a number of images that of the cameras.
+  void upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m = {});
+  /// Finds which nodes are inside every silhouette and not in front of a measured surface. Asynchronous.
   void carve();
   /// Makes the mesh of what `carve` found. Asynchronous.
   void extract();

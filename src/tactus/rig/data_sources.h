@@ -22,12 +22,13 @@ std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const Da
 /// first frame's status says so. A camera whose frame can't be read misses the tick.
 /// @throws Error naming rig file, camera and video; usage Error for frames that the videos don't hold.
 std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const DataOptions& options = {});
-/// Masks of a rig file: one image per camera (one frame), or a printf pattern with one %d: a sequence from
-/// the smallest to the largest number with a file when it is opened. A camera whose file is missing or can't
-/// be read misses the tick; a number without any file is a bad frame.
+/// Masks (and, where every camera has a `photo`, colours) of a rig file: one image per camera (one frame), or
+/// a printf pattern with one %d: a sequence from the smallest to the largest number with a file when it is
+/// opened. A camera whose file is missing or can't be read misses the tick; a number without any file is a
+/// bad frame.
 /// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
-/// `kind` is middlebury, videos or masks. @throws usage Error otherwise.
+/// `kind` is middlebury, videos, masks or kinect (kinect.h). @throws usage Error otherwise.
 std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
                                          const DataOptions& options = {});
 

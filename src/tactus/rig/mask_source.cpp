@@ -26,6 +26,11 @@ class MaskSource final : public FrameSource {
       });
     }
     sequence_ = held.has_value();
+    const auto& photos = file_.photos;
+    const bool has_all =
+        std::none_of(photos.begin(), photos.end(), [](const std::string& photo) { return photo.empty(); });
+    for (std::size_t i = 0; i < photos.size() && has_all && options.colors; ++i)
+      photos_.emplace_back(photos[i]);
     window_ = frame_window(path, options.first_frame ? options.first_frame : file_.first_frame,
                            options.last_frame ? options.last_frame : file_.last_frame,
                            held.value_or(FrameWindow{0, 0}));
@@ -43,7 +48,7 @@ class MaskSource final : public FrameSource {
     frame.tick = tick_;
     frame.time_s = tick_ / file_.frames_per_s;
     frame.silhouettes.resize(masks_.size());
-    frame.colors.clear();
+    frame.colors.resize(photos_.size());
     notes_.clear(masks_.size());
     for (std::size_t i = 0; i < masks_.size(); ++i) {
       try {
@@ -51,6 +56,7 @@ class MaskSource final : public FrameSource {
         const auto& pixels = bytes_[i].pixels;
         notes_.odd(i, odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels)));
         undistort_[i].mask(pixels.data(), scratch_, frame.silhouettes[i]);
+        if (!photos_.empty()) read_color(i, frame.colors[i]);
       } catch (const Error& e) {
         notes_.fail(i, e.what());
       }
@@ -66,8 +72,21 @@ class MaskSource final : public FrameSource {
     return read_mask(masks_[i].file(tick_), c.width_px, c.height_px);
   }
 
+  /// Photos come as cameras deliver them, blue first.
+  void read_color(std::size_t i, ColorImage& color) {
+    const Camera& c = file_.rig.cameras[i];
+    const std::string path = photos_[i].file(tick_);
+    ColorImage photo = read_photo(path);
+    if (photo.width_px != c.width_px || photo.height_px != c.height_px)
+      throw Error(path + ": " + std::to_string(photo.width_px) + "x" + std::to_string(photo.height_px) +
+                  " pixels, expected " + std::to_string(c.width_px) + "x" + std::to_string(c.height_px));
+    for (Rgb8& pixel : photo.pixels) std::swap(pixel.r, pixel.b);
+    undistort_[i].color(&photo.pixels.front().r, color);
+  }
+
   RigFile file_;
   std::vector<NumberedFiles> masks_;
+  std::vector<NumberedFiles> photos_;  ///< of every camera, or none
   std::vector<Undistortion> undistort_;
   std::vector<Image<std::uint8_t>> bytes_;  ///< of the newest frame
   Image<std::uint8_t> scratch_;

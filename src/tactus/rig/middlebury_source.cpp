@@ -8,6 +8,7 @@
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/frame_window.h"
+#include "tactus/rig/kinect.h"
 #include "tactus/rig/numbered_files.h"
 
 namespace tactus {
@@ -160,7 +161,8 @@ std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::str
   if (kind == "middlebury") return open_middlebury(path, options);
   if (kind == "videos") return open_videos(path, options);
   if (kind == "masks") return open_masks(path, options);
-  const std::vector<std::string> known{"middlebury", "videos", "masks"};
+  if (kind == "kinect") return open_kinect(path, options);
+  const std::vector<std::string> known{"middlebury", "videos", "masks", "kinect"};
   throw usage_error("unknown kind of source '" + kind + "'" + suggestion(kind, known));
 }
 

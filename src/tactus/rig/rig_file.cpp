@@ -117,7 +117,8 @@ RigFile read_rig_file(const std::string& path) {
   const double unit_m = yaml.number("unit_m", 1e-9, 1e9, 1);
   const Mat3d R_up = rotation_to_y_up(yaml);
   const CalibrationNodes nodes = calibration_nodes(yaml);
-  const auto cameras = yaml.children("cameras", {"name", "video", "empty_room", "mask", "calibration"});
+  const auto cameras =
+      yaml.children("cameras", {"name", "video", "empty_room", "mask", "photo", "calibration"});
   if (cameras.empty()) yaml.fail("cameras", "no camera, expected at least one");
   std::set<std::string> names;
   for (const YamlMapping& y : cameras) {
@@ -140,6 +141,7 @@ RigFile read_rig_file(const std::string& path) {
       file.videos.push_back(data("video"));
       file.backgrounds.push_back(data("empty_room"));
       file.masks.push_back(data("mask"));
+      file.photos.push_back(data("photo"));
     });
   }
   return file;

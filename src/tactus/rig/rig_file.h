@@ -14,7 +14,8 @@ namespace tactus {
 struct RigFile {
   Rig rig;  ///< world +Y up, metres
   std::vector<CalibratedCamera> calibrated;
-  std::vector<std::string> videos, backgrounds, masks;  ///< one per camera, "" where not given
+  std::vector<std::string> videos, backgrounds, masks,
+      photos;  ///< one per camera, "" where not given
   BackgroundOptions background;
   std::optional<int> first_frame, last_frame;  ///< inclusive; none: all
   double frames_per_s = 50;

@@ -26,12 +26,12 @@ struct FrameRange {
 std::optional<FrameRange> parse_frame_range(std::string_view text);
 std::string frame_range_text(const FrameRange& range);
 
-enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury };
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect };
 
 struct SourceDescription {
   SourceKind kind = SourceKind::synthetic;
   std::string figure = "hand";  ///< synthetic only
-  std::string path;             ///< rig YAML or Middlebury folder, resolved; empty for synthetic
+  std::string path;  ///< rig YAML, or folder of Middlebury or Azure Kinect, resolved; empty for synthetic
   FrameRange frames;
   std::optional<double> fps;  ///< none: the recording's own; synthetic 30
   bool moving = true;         ///< synthetic only
@@ -42,6 +42,8 @@ struct SourceDescription {
 struct ReconstructionDescription {
   int resolution = 100;                  ///< voxels along the longest side of the workspace
   std::optional<BoxRegion> workspace_m;  ///< none: the rig's
+  bool depth = true;                     ///< use the depth camera when the source has one
+  double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
 };
 
 enum class ShapeKind : std::uint8_t { box, sphere, figure, mesh, labels };
@@ -163,6 +165,7 @@ struct ViewDescription {
   Vec2i size_px = {1280, 720};
   ViewCameraDescription camera;
   bool show_frusta = true;
+  bool show_models = false;  ///< colour hybrid bodies by what deforms them
   bool overlay = true;
 };
 

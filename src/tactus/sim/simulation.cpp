@@ -16,7 +16,13 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
     options.workspace_m = {vec_cast<float>(box->min_m), vec_cast<float>(box->max_m)};
   }
   options.resolution = scene.reconstruction.resolution;
+  options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
   return options;
+}
+
+std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
+  if (!scene.reconstruction.depth || !rig.depth_camera) return {};
+  return {&*rig.depth_camera, 1};
 }
 
 float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
@@ -46,7 +52,8 @@ bool all_finite(const TriangleMesh& mesh) {
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
     : devices_(devices),
       scene_(scene),
-      hull_(devices, rig.cameras, hull_options(scene, rig)),
+      hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
+      uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
       surface_(devices.device(0), surface_settings(hull_.mesh(), sample_spacing_m_)),
       bodies_([&] {
@@ -90,7 +97,8 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   reconstruct(frame);
   touch(report.dt_s, report);
   report.hull = hull_.report();
-  if (report.status.empty()) report.status = report.hull.overflow;
+  if (report.status.empty())
+    report.status = report.hull.overflow.empty() ? report.hull.depth : report.hull.overflow;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
   if (report.status.empty() && surface.dropped_pieces + surface.dropped_samples > 0) {
     report.status = std::to_string(surface.dropped_pieces + surface.dropped_samples) +
@@ -99,13 +107,18 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   return report;
 }
 
+std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
+  if (!uses_depth_) return {};
+  return {&frame.depth_m, 1};
+}
+
 void Simulation::reconstruct(const FrameSet& frame) {
   const auto stage = [&](const char* name, auto&& body) {
     const StageTimer timer(timings_, name);
     body();
     devices_.synchronize();  // stage times are part of the report
   };
-  stage("upload", [&] { hull_.upload(frame.silhouettes); });
+  stage("upload", [&] { hull_.upload(frame.silhouettes, depths(frame)); });
   stage("hull", [&] { hull_.carve(); });
   stage("mesh", [&] { hull_.extract(); });
 }

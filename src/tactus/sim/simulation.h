@@ -1,6 +1,7 @@
 #pragma once
 /// The frame: silhouettes in, a reconstructed surface that pushes soft bodies, snapshots out.
 #include <memory>
+#include <span>
 
 #include "tactus/base/timing.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -55,12 +56,15 @@ class Simulation {
     std::size_t body;
     Index node;
   };
+  /// The frame's depth image, or none when depth is not used.
+  std::span<const DepthImage> depths(const FrameSet& frame) const;
   void reconstruct(const FrameSet& frame);
   void touch(double dt_s, StepReport& report);
 
   DeviceSet& devices_;
   Scene scene_;
   VisualHull hull_;
+  bool uses_depth_;
   float sample_spacing_m_;
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;

@@ -92,6 +92,17 @@ ContactNodes SoftBody::contact_nodes() {
           contact_nodes_.const_view(), fixed_.const_view(), memory_.view()};
 }
 
+std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {
+  const std::vector<embed::Anchor> anchors = to_host(ctx, surface_.anchors());
+  const std::vector<Index> corners = to_host(ctx, surface_.triangles());
+  std::vector<std::uint8_t> is_element;
+  for (std::size_t t = 0; t < corners.size(); t += 3) {
+    const auto cube = static_cast<std::size_t>(anchors[static_cast<std::size_t>(corners[t])].cube);
+    is_element.push_back(shape_.elements[cube]);
+  }
+  return is_element;
+}
+
 Index SoftBody::nearest_node(Vec3f rest_m) const {
   const auto nearer = [rest_m](Vec3f a, Vec3f b) { return length(a - rest_m) < length(b - rest_m); };
   const std::vector<Vec3f> rest = shape_.lattice.rest_positions_m();

@@ -42,6 +42,8 @@ class SoftBody {
   void update_surface(ExecContext& ctx) { surface_.update(ctx, state_); }
   /// The seen surface on the host. Synchronizes.
   TriangleMesh surface(ExecContext& ctx) const { return surface_.to_mesh(ctx); }
+  /// Per triangle of the seen surface: 1 where elements deform it. Synchronizes.
+  std::vector<std::uint8_t> element_triangles(ExecContext& ctx) const;
   /// Positions of all nodes on the host [m]. Synchronizes.
   std::vector<Vec3f> positions_m(ExecContext& ctx) const { return to_host(ctx, state_.x_m.view()); }
   /// The node whose rest position is nearest.

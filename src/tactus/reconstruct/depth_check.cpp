@@ -1,0 +1,123 @@
+#include "tactus/reconstruct/depth_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace tactus {
+namespace {
+
+constexpr int kSamples = 300;
+/// A wrong reading must lose this share of the better one's points, and at least kFewest of them: contours,
+/// noise and calibration errors move some points across a silhouette's border, too.
+constexpr double kLost = 0.15;
+constexpr int kFewest = 12;
+
+struct Ray {
+  Vec3d direction;  ///< unit, world
+  double distance_m, cosine;
+};
+
+struct Reading {
+  const char* name;
+  double factor;
+  bool from_z;
+};
+
+class Judge {
+ public:
+  Judge(std::span<const Camera> cameras, std::span<const BitMask> silhouettes, const Camera& depth_camera,
+        const DepthImage& depth_m, Box3f workspace_m)
+      : cameras_(cameras), silhouettes_(silhouettes), box_(workspace_m), eye_(depth_camera.center_world()) {
+    std::int64_t measured = 0;
+    for (const float e : depth_m.pixels) measured += is_distance(e) ? 1 : 0;
+    const std::int64_t step = std::max<std::int64_t>(1, measured / kSamples);
+    const Vec3d axis = depth_camera.axis_world();
+    std::int64_t number = step / 2;
+    for (std::size_t i = 0; i < depth_m.pixels.size(); ++i) {
+      const float e = depth_m.pixels[i];
+      if (!is_distance(e) || ++number % step != 0) continue;
+      const auto width = static_cast<std::size_t>(depth_m.width_px);
+      const Vec3d direction =
+          pixel_ray_world(depth_camera, static_cast<double>(i % width), static_cast<double>(i / width));
+      if (count_ < rays_.size()) rays_[count_++] = {direction, static_cast<double>(e), dot(direction, axis)};
+    }
+  }
+
+  int samples() const { return static_cast<int>(count_); }
+  int inside(const Reading& reading) const {
+    return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_, [&](const Ray& ray) {
+      const double distance_m = ray.distance_m * reading.factor / (reading.from_z ? ray.cosine : 1.0);
+      return is_inside(eye_ + distance_m * ray.direction);
+    }));
+  }
+
+ private:
+  static bool is_distance(float e) { return (e > 0) & (e <= std::numeric_limits<float>::max()); }
+  bool is_inside(Vec3d p) const {
+    const auto between = [](double x, float low, float high) {
+      return x >= static_cast<double>(low) && x <= static_cast<double>(high);
+    };
+    if (!between(p.x, box_.min.x, box_.max.x) || !between(p.y, box_.min.y, box_.max.y) ||
+        !between(p.z, box_.min.z, box_.max.z))
+      return false;
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      if (silhouettes_[c].words.empty()) continue;
+      const Pixel at = project(cameras_[c], p);
+      if (at.z_m <= 0) continue;
+      const double u = std::floor(at.u_px + 0.5), v = std::floor(at.v_px + 0.5);
+      if (u < 0 || v < 0 || u >= cameras_[c].width_px || v >= cameras_[c].height_px) continue;
+      if (!near_silhouette(silhouettes_[c], static_cast<Index>(u), static_cast<Index>(v))) return false;
+    }
+    return true;
+  }
+  /// One pixel of tolerance: the points of the contour lie on its border.
+  static bool near_silhouette(const BitMask& mask, Index u, Index v) {
+    if (mask(u, v)) return true;
+    for (Index y = std::max(v - 1, 0); y <= std::min(v + 1, mask.height_px - 1); ++y) {
+      for (Index x = std::max(u - 1, 0); x <= std::min(u + 1, mask.width_px - 1); ++x) {
+        if (mask(x, y)) return true;
+      }
+    }
+    return false;
+  }
+
+  std::span<const Camera> cameras_;
+  std::span<const BitMask> silhouettes_;
+  Box3f box_;
+  Vec3d eye_;
+  std::array<Ray, 2 * std::size_t{kSamples}> rays_;  // whole steps give less than twice the samples
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
+                                const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m) {
+  if (depth_m.empty()) return "";
+  const Judge judge(cameras, silhouettes, depth_camera, depth_m, workspace_m);
+  const int as_given = judge.inside({"", 1, false}), samples = judge.samples();
+  const auto is_better = [as_given](int n) { return n - as_given >= std::max(kFewest + 0.0, kLost * n); };
+  if (samples == 0 || !is_better(samples)) return "";  // no reading can be much better
+  static constexpr Reading kReadings[] = {
+      {"millimetres given as metres", 1e-3, false},
+      {"kilometres given as metres", 1e3, false},
+      {"z (distance along the optical axis) given as radial distance", 1, true},
+      {"z in millimetres given as radial distance in metres", 1e-3, true}};
+  const Reading* best = nullptr;
+  int most = as_given;
+  for (const Reading& reading : kReadings) {
+    const int n = judge.inside(reading);
+    if (n > most) {
+      most = n;
+      best = &reading;
+    }
+  }
+  if (best == nullptr || !is_better(most)) return "";
+  return "the depth of camera '" + depth_camera.name + "' looks like " + best->name + ": of " +
+         std::to_string(samples) + " measured points " + std::to_string(as_given) +
+         " lie inside the silhouettes, read so " + std::to_string(most);
+}
+
+}  // namespace tactus

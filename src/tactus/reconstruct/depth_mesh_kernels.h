@@ -1,0 +1,134 @@
+#pragma once
+/// Vertices of the extended hull on the measured surface: hull and depth intersected, the smallest parameter
+/// per edge [P 1-2].
+#include "tactus/reconstruct/depth_kernels.h"
+#include "tactus/reconstruct/mesh_kernels.h"
+
+namespace tactus {
+
+/// Moves the vertices of a brick whose edge leaves the measured surface before it leaves the silhouettes.
+/// Runs after EmitVertices.
+struct CutAtDepth {
+  BrickTable table;
+  View<const DepthCamera> cameras;
+  View<const float> carving;
+  View<const std::uint32_t> sub_depth;  ///< 8 per slot
+  View<const std::uint32_t> crossings, row_start;
+  View<const Index> vertex_start;
+  Vec3f origin_m;
+  float voxel_size_m;
+  View<Vec3f> positions_m;  ///< in and out
+
+  static constexpr int kThreads = 256;
+  static constexpr int kSteps = 8, kBisections = 8;
+  struct Shared {
+    std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
+    float inner_x[kThreads], inner_y[kThreads], inner_z[kThreads], step_x[kThreads], step_y[kThreads],
+        step_z[kThreads];
+    std::uint32_t cameras[kThreads];  ///< depth cameras that carve near the edge
+    float leave[kThreads];            ///< smallest parameter at which a measured surface is left so far
+    float inner_D_m[kThreads], outer_D_m[kThreads];
+    int chosen[kThreads];
+    int chosen_count;
+    TACTUS_HD Vec3f at(int e, float parameter) const {
+      return {fma(parameter, step_x[e], inner_x[e]), fma(parameter, step_y[e], inner_y[e]),
+              fma(parameter, step_z[e], inner_z[e])};
+    }
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    std::uint32_t any = 0;
+    for (int sub = 0; sub < 8; ++sub) any |= sub_depth[b.index() * 8 + sub];
+    if (any == 0) return;
+    const Index first_row = b.index() * kBrickRows, begin = vertex_start[b.index()];
+    const Index total = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
+    b.for_threads(kBrickRows, [&](int t) {
+      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
+      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
+        const int bit = lowest_bit(left);
+        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
+      }
+    });
+    const Vec3i brick = kBrick * table.grid.brick_at(table.active_bricks[b.index()]);
+    for (Index first = 0; first < total; first += kThreads) {
+      const int count = min(total - first, Index{kThreads});
+      b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
+      for (Index d = 0; d < cameras.size(); ++d) {
+        if ((any >> d & 1U) != 0) cut(b, s, count, d);
+      }
+      b.for_threads(count, [&](int t) { move(s, t, positions_m[begin + first + t]); });
+    }
+  }
+
+ private:
+  TACTUS_HD void load_edge(Shared& s, int t, Index slot, Vec3i brick, int code) const {
+    const int axis = code >> 9, row = code >> 3 & 63, x = code & 7, y = row & 7, z = row >> 3;
+    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
+    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
+    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
+    const Vec3i last = table.grid.last_node;
+    const bool padding = outer.x <= 0 || outer.y <= 0 || outer.z <= 0 || outer.x >= last.x ||
+                         outer.y >= last.y || outer.z >= last.z;
+    s.inner_x[t] = static_cast<float>(inner.x);
+    s.inner_y[t] = static_cast<float>(inner.y);
+    s.inner_z[t] = static_cast<float>(inner.z);
+    s.step_x[t] = static_cast<float>(outer.x - inner.x);
+    s.step_y[t] = static_cast<float>(outer.y - inner.y);
+    s.step_z[t] = static_cast<float>(outer.z - inner.z);
+    s.cameras[t] = padding ? 0U : sub_depth[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
+    s.leave[t] = 1;
+  }
+
+  template <class Block>
+  TACTUS_HD void cut(const Block& b, Shared& s, int count, Index number) const {
+    const DepthCamera c = cameras[number];
+    const float* pixels = carving.data();
+    b.for_threads(count, [&](int t) {
+      const bool asked = (s.cameras[t] >> number & 1U) != 0;
+      s.outer_D_m[t] = asked ? sample_depth_m(c, pixels, s.at(t, 1.F)) : kUnknownDepth_m;
+      s.inner_D_m[t] = asked ? sample_depth_m(c, pixels, s.at(t, 0.F)) : kUnknownDepth_m;
+    });
+    // One smooth surface changes D along an edge by little more than its length. More is the border of what
+    // is known, or an object before another: not linear, so [P 2] does not hold.
+    const float smooth_m = c.voxel_size_m + c.jump_m;
+    b.for_threads(count, [&](int t) {
+      const float outer = s.outer_D_m[t], inner = s.inner_D_m[t];
+      // [P 2]: (P_i + s P_j)/(1+s) with s = |D_i / D_j| lies at t = s/(1+s) = D_i / (D_i - D_j).
+      if (outer < 0 && inner - outer <= smooth_m) s.leave[t] = min(s.leave[t], inner / (inner - outer));
+    });
+    b.compact(
+        count, [&](int t) { return s.outer_D_m[t] < 0 && s.inner_D_m[t] - s.outer_D_m[t] > smooth_m; },
+        s.chosen, &s.chosen_count);
+    b.for_threads(s.chosen_count, [&](int k) {
+      const int e = s.chosen[k];
+      s.leave[e] = min(s.leave[e], first_free(s, e, c));
+    });
+  }
+
+  /// Where free space is first measured along the edge: eight samples, then eight bisections.
+  TACTUS_HD float first_free(const Shared& s, int e, const DepthCamera& c) const {
+    float free = 1;
+    for (int k = kSteps - 1; k > 0; --k) {  // from the far end: the sample seen last is the first on the way
+      const float at = static_cast<float>(k) / kSteps;
+      free = sample_depth_m(c, carving.data(), s.at(e, at)) < 0 ? at : free;
+    }
+    float kept = free - 1.F / kSteps;
+    for (int i = 0; i < kBisections; ++i) {
+      const float middle = 0.5F * (kept + free);
+      const bool is_free = sample_depth_m(c, carving.data(), s.at(e, middle)) < 0;
+      free = is_free ? middle : free;
+      kept = is_free ? kept : middle;
+    }
+    return free;
+  }
+
+  TACTUS_HD void move(const Shared& s, int t, Vec3f& position_m) const {
+    const Vec3f inner_m = origin_m + voxel_size_m * s.at(t, 0.F), way_m = position_m - inner_m;
+    const float hull = abs(way_m.x + way_m.y + way_m.z);  // of the edge's axis; the others differ by rounding
+    const float leave = clamp(s.leave[t], EmitVertices::kEdgeMargin, 1 - EmitVertices::kEdgeMargin);
+    if (s.leave[t] < 1 && leave * voxel_size_m < hull) position_m = origin_m + voxel_size_m * s.at(t, leave);
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,61 @@
+#include "tactus/rig/data_writers.h"
+
+#include <cmath>
+#include <opencv2/core/persistence.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+void write_image(const std::string& file, const cv::Mat& image) {
+  bool written = false;
+  try {
+    written = cv::imwrite(file, image);
+  } catch (const cv::Exception&) {
+  }
+  if (!written) throw Error(file + ": can't be written");
+}
+
+}  // namespace
+
+void write_calibration(const std::string& file, const Camera& c) {
+  cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, c.skew_px, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+  cv::Mat R(3, 3, CV_64F), t(3, 1, CV_64F);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) R.at<double>(i, j) = c.T_cam_world.R(i, j);
+    t.at<double>(i) = c.T_cam_world.t[i];
+  }
+  try {
+    cv::FileStorage store(file, cv::FileStorage::WRITE);
+    if (!store.isOpened()) throw Error(file + ": can't be written");
+    store << "CameraMatrix" << K << "DistortionCoeffs" << cv::Mat::zeros(5, 1, CV_64F) << "RotationValues"
+          << R << "TranslationValues" << t;
+  } catch (const cv::Exception&) {
+    throw Error(file + ": can't be written");
+  }
+}
+
+void write_mask(const std::string& file, const BitMask& mask) {
+  cv::Mat image(mask.height_px, mask.width_px, CV_8U);
+  for (Index y = 0; y < mask.height_px; ++y) {
+    for (Index x = 0; x < mask.width_px; ++x)
+      image.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(mask(x, y) ? 255 : 0);
+  }
+  write_image(file, image);
+}
+
+void write_depth(const std::string& file, const DepthImage& distance_m) {
+  cv::Mat image(distance_m.height_px, distance_m.width_px, CV_16U);
+  for (Index y = 0; y < distance_m.height_px; ++y) {
+    for (Index x = 0; x < distance_m.width_px; ++x) {
+      const float units = distance_m(x, y) * 1e4F;
+      image.at<std::uint16_t>(y, x) =
+          static_cast<std::uint16_t>(units > 0 && units < 65535.5F ? std::lround(units) : 0);
+    }
+  }
+  write_image(file, image);
+}
+
+}  // namespace tactus

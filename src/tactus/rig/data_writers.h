@@ -1,0 +1,18 @@
+#pragma once
+/// Writes what the sources of rig files read: calibrations, masks, distances.
+#include <string>
+
+#include "tactus/geom/camera.h"
+#include "tactus/geom/image.h"
+
+namespace tactus {
+
+/// OpenCV YAML with the default CalibrationNodes, metres, no distortion. @throws Error naming the file.
+void write_calibration(const std::string& file, const Camera& camera);
+/// 8-bit PNG, 255 inside. @throws Error naming the file.
+void write_mask(const std::string& file, const BitMask& mask);
+/// 16-bit PNG, radial distance in units of 0.1 mm, 0: no measurement; what is beyond 6.5535 m is 0.
+/// @throws Error naming the file.
+void write_depth(const std::string& file, const DepthImage& distance_m);
+
+}  // namespace tactus

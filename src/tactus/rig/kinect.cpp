@@ -1,0 +1,213 @@
+#include "tactus/rig/kinect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/frame_window.h"
+#include "tactus/rig/numbered_files.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<double> numbers(const nlohmann::json& json, const std::string& what, const char* key,
+                            std::size_t count) {
+  const auto field = json.find(key);
+  if (field == json.end() || !field->is_array() || field->size() < count)
+    throw Error(what + ": expected '" + key + "' with " + std::to_string(count) + " numbers");
+  std::vector<double> values;
+  for (const nlohmann::json& value : *field) {
+    if (!value.is_number() || !std::isfinite(value.get<double>()))
+      throw Error(what + ": '" + key + "' holds " + value.dump() + ", expected a finite number");
+    values.push_back(value.get<double>());
+  }
+  return values;
+}
+
+/// Where a mode's image lies in the sensor: cropped by these pixels at the top left, then scaled.
+struct Crop {
+  double width_px, height_px, left_px, top_px, scale;
+};
+
+CalibratedCamera read_camera(const nlohmann::json& json, const std::string& what, Crop crop, Index width_px,
+                             Index height_px) {
+  if (!json.contains("Intrinsics") || !json.contains("Rt"))
+    throw Error(what + ": expected 'Intrinsics' and 'Rt'");
+  // cx cy fx fy (over the sensor's size, pixel corners at whole numbers), k1..k6, centre of distortion, p2
+  // p1.
+  const std::vector<double> p = numbers(json["Intrinsics"], what, "ModelParameters", 14);
+  const std::vector<double> R = numbers(json["Rt"], what, "Rotation", 9),
+                            t = numbers(json["Rt"], what, "Translation", 3);
+  CalibratedCamera out;
+  Camera& camera = out.camera;
+  camera.width_px = width_px;
+  camera.height_px = height_px;
+  camera.cx_px = (p[0] * crop.width_px - crop.left_px) * crop.scale - 0.5;
+  camera.cy_px = (p[1] * crop.height_px - crop.top_px) * crop.scale - 0.5;
+  camera.fx_px = p[2] * crop.width_px * crop.scale;
+  camera.fy_px = p[3] * crop.height_px * crop.scale;
+  const Mat3d R_cam_depth{{{R[0], R[1], R[2]}, {R[3], R[4], R[5]}, {R[6], R[7], R[8]}}};
+  const Mat3d R_depth_world{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+  camera.T_cam_world = {R_cam_depth * R_depth_world, {t[0], t[1], t[2]}};
+  out.distortion = {p[4], p[5], p[13], p[12], p[6], p[7], p[8], p[9]};
+  return out;
+}
+
+/// First file of the folder whose name starts and ends so; "" when there is none.
+std::string find_file(const std::string& folder, const std::string& begin,
+                      const std::vector<std::string>& ends) {
+  std::vector<std::string> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    for (const std::string& end : ends) {
+      if (name.starts_with(begin) && name.ends_with(end)) found.push_back(entry.path());
+    }
+  }
+  return found.empty() ? "" : *std::min_element(found.begin(), found.end());
+}
+
+class KinectSource final : public FrameSource {
+ public:
+  KinectSource(const std::string& folder, const DataOptions& options) {
+    if (!fs::is_directory(folder)) throw Error(folder + ": no such folder" + suggest_file(folder));
+    frame_window(folder, options.first_frame, options.last_frame, {0, 0});
+    const std::string depth = find_file(folder, "depth", {".png"}),
+                      color = find_file(folder, "color", {".jpg", ".png"});
+    if (depth.empty()) throw Error(folder + ": no depth*.png");
+    if (color.empty()) throw Error(folder + ": no color*.jpg or color*.png");
+    color_ = read_photo(color);
+    const KinectCalibration calibration =
+        read_kinect_calibration(folder + "/calibration.json", color_.width_px, color_.height_px);
+    const Camera& tof = calibration.depth.camera;
+    rig_.cameras = {calibration.color.camera};
+    rig_.depth_camera = tof;
+    rig_.workspace_m = options.workspace_m.value_or(Box3f{{-1, -1, -2.3F}, {1, 1, -0.3F}});
+    DepthUndistortion(calibration.depth, calibration.depth_metric_radius)
+        .radial_m(read_depth_png(depth, tof.width_px, tof.height_px), depth_m_);
+    with_colors_ = options.colors;
+  }
+  const Rig& rig() const override { return rig_; }
+  std::optional<int> frame_count() const override { return 1; }
+  NextFrame next(FrameSet& frame) override {
+    if (done_) return NextFrame::no_more_data;
+    done_ = true;
+    frame = {};
+    frame.silhouettes.resize(1);
+    if (with_colors_) frame.colors = {color_};
+    frame.depth_m = depth_m_;
+    return NextFrame::success;
+  }
+  std::string status() const override { return ""; }
+
+ private:
+  Rig rig_;
+  ColorImage color_;
+  DepthImage depth_m_;
+  bool with_colors_ = true, done_ = false;
+};
+
+}  // namespace
+
+KinectCalibration read_kinect_calibration(const std::string& file, Index color_width_px,
+                                          Index color_height_px) {
+  std::ifstream in(file);
+  if (!in) throw Error(file + ": no such file");
+  // The device ends its text with a zero byte, some tools keep it.
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  while (!text.empty() && text.back() == '\0') text.pop_back();
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_discarded()) throw Error(file + ": not JSON");
+  if (color_height_px * 16 != color_width_px * 9)
+    throw Error(file + ": a colour image of " + std::to_string(color_width_px) + "x" +
+                std::to_string(color_height_px) + " pixels; only the 16:9 modes are known");
+  const auto camera = [&](const std::string& purpose) -> const nlohmann::json& {
+    const nlohmann::json::json_pointer at("/CalibrationInformation/Cameras");
+    if (json.contains(at) && json[at].is_array()) {
+      for (const nlohmann::json& c : json[at]) {
+        if (c.is_object() && c.value("Purpose", "") == "CALIBRATION_CameraPurpose" + purpose) return c;
+      }
+    }
+    throw Error(file + ": no camera with the purpose CALIBRATION_CameraPurpose" + purpose);
+  };
+  KinectCalibration out;
+  // NFOV unbinned: 640x576 pixels of the 1024x1024 sensor from (192, 180).
+  out.depth = read_camera(camera("Depth"), file + ": depth camera", {1024, 1024, 192, 180, 1}, 640, 576);
+  out.depth.camera.name = "depth";
+  out.depth_metric_radius = camera("Depth").value("MetricRadius", 0.0);
+  // 16:9: the middle 2304 of the 3072 rows of the 4096 wide sensor.
+  out.color = read_camera(camera("PhotoVideo"), file + ": colour camera",
+                          {4096, 3072, 0, 384, color_width_px / 4096.0}, color_width_px, color_height_px);
+  out.color.camera.name = "color";
+  check_camera(out.depth.camera);
+  check_camera(out.color.camera);
+  return out;
+}
+
+struct DepthUndistortion::Map {
+  Index width_px = 0, height_px = 0;
+  std::vector<std::int32_t> source;  ///< pixel of the distorted image, or -1
+  std::vector<float> radial_per_mm;  ///< metres of radial distance per millimetre of z
+};
+
+DepthUndistortion::DepthUndistortion(const CalibratedCamera& calibrated, double metric_radius)
+    : map_(std::make_unique<Map>()) {
+  const Camera& c = calibrated.camera;
+  const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+  cv::Mat u, v;
+  cv::initUndistortRectifyMap(K, calibrated.distortion, cv::Mat(), K, {c.width_px, c.height_px}, CV_32FC1, u,
+                              v);
+  map_->width_px = c.width_px;
+  map_->height_px = c.height_px;
+  for (Index y = 0; y < c.height_px; ++y) {
+    for (Index x = 0; x < c.width_px; ++x) {
+      const double rx = (x - c.cx_px) / c.fx_px, ry = (y - c.cy_px) / c.fy_px;
+      const double radius2 = rx * rx + ry * ry;
+      const bool known = metric_radius <= 0 || radius2 <= metric_radius * metric_radius;
+      const long su = std::lround(u.at<float>(y, x)), sv = std::lround(v.at<float>(y, x));
+      const bool seen = known && su >= 0 && sv >= 0 && su < c.width_px && sv < c.height_px;
+      map_->source.push_back(seen ? static_cast<std::int32_t>(sv * c.width_px + su) : -1);
+      map_->radial_per_mm.push_back(static_cast<float>(1e-3 * std::sqrt(1 + radius2)));
+    }
+  }
+}
+DepthUndistortion::~DepthUndistortion() = default;
+DepthUndistortion::DepthUndistortion(DepthUndistortion&&) noexcept = default;
+
+void DepthUndistortion::radial_m(const Image<std::uint16_t>& z_mm, DepthImage& result) const {
+  if (result.width_px != map_->width_px || result.height_px != map_->height_px)
+    result = DepthImage(map_->width_px, map_->height_px);
+  for (std::size_t i = 0; i < map_->source.size(); ++i) {
+    const std::int32_t from = map_->source[i];
+    const auto z = from < 0 ? 0.F : static_cast<float>(z_mm.pixels[static_cast<std::size_t>(from)]);
+    result.pixels[i] = z * map_->radial_per_mm[i];
+  }
+}
+
+Image<std::uint16_t> read_depth_png(const std::string& file, Index width_px, Index height_px) {
+  const cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
+  if (image.empty()) throw Error(file + ": missing, or not a whole image");
+  if (image.type() != CV_16UC1) throw Error(file + ": expected 16-bit grey (z in millimetres)");
+  if (image.cols != width_px || image.rows != height_px)
+    throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                " pixels, expected " + std::to_string(width_px) + "x" + std::to_string(height_px));
+  Image<std::uint16_t> result(width_px, height_px);
+  for (Index y = 0; y < height_px; ++y) {
+    const auto* row = image.ptr<std::uint16_t>(y);
+    std::copy(row, row + width_px, &result(0, y));
+  }
+  return result;
+}
+
+std::unique_ptr<FrameSource> open_kinect(const std::string& folder, const DataOptions& options) {
+  return std::make_unique<KinectSource>(folder, options);
+}
+
+}  // namespace tactus

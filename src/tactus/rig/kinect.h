@@ -1,0 +1,43 @@
+#pragma once
+/// Azure Kinect: the factory calibration as the device stores it, and folders with one capture.
+#include <memory>
+#include <string>
+
+#include "tactus/rig/camera_file.h"
+#include "tactus/rig/data_sources.h"
+
+namespace tactus {
+
+/// Depth mode NFOV unbinned (640x576) and colour 16:9 of any size. Distortion: k1 k2 p1 p2 k3 k4 k5 k6.
+/// World: +Y up, the depth camera at the origin looks along -z.
+struct KinectCalibration {
+  CalibratedCamera depth, color;
+  double depth_metric_radius = 0;  ///< |(x/z, y/z)| up to which the lens model holds; 0: everywhere
+};
+/// @throws Error naming the file and the field that is missing, of a wrong shape or not finite.
+KinectCalibration read_kinect_calibration(const std::string& file, Index color_width_px,
+                                          Index color_height_px);
+
+/// z of every pixel [mm], with lens distortion, to radial distance [m] in the pure pinhole's pixels. Takes
+/// the nearest pixel, so that no two distances are mixed.
+class DepthUndistortion {
+ public:
+  explicit DepthUndistortion(const CalibratedCamera& camera, double metric_radius = 0);
+  ~DepthUndistortion();
+  DepthUndistortion(DepthUndistortion&&) noexcept;
+  void radial_m(const Image<std::uint16_t>& z_mm, DepthImage& result) const;
+
+ private:
+  struct Map;
+  std::unique_ptr<Map> map_;
+};
+
+/// 16-bit PNG. @throws Error naming the file when it is missing, not 16-bit grey or of another size.
+Image<std::uint16_t> read_depth_png(const std::string& file, Index width_px, Index height_px);
+
+/// A folder with calibration.json, depth*.png (16 bit, z in mm) and color*.jpg or color*.png: one frame,
+/// whose colour camera has no silhouette. Depth alone carves the workspace, which ends 2.3 m from the camera
+/// when the options say nothing else. @throws Error naming the file.
+std::unique_ptr<FrameSource> open_kinect(const std::string& folder, const DataOptions& options = {});
+
+}  // namespace tactus
