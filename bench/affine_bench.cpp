@@ -40,6 +40,7 @@ nlohmann::json run_size(DeviceSet& devices, Index n, double bandwidth_B_s) {
   };
   constexpr int kWarmUps = 3, kRepetitions = 60;
   for (int i = -kWarmUps; i < kRepetitions; ++i) {
+    check_stop();
     const double library = timed([&] { ctx.parallel_for("affine", n, kernel); });
     const double hand =
         has_reference ? timed([&] { hand_written(x.view().data(), y.view().data(), n, 1.5F, 0.25F); }) : 0;
@@ -69,9 +70,9 @@ nlohmann::json run_size(DeviceSet& devices, Index n, double bandwidth_B_s) {
 Rows run_affine(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth_B_s = measure_bandwidth_B_s(devices.context(0));
-  Rows rows;
-  for (const Index n : {1 << 13, 1 << 17, 1 << 24}) rows.push_back(run_size(devices, n, bandwidth_B_s));
-  return rows;
+  return collect([&](Rows& rows) {
+    for (const Index n : {1 << 13, 1 << 17, 1 << 24}) rows.push_back(run_size(devices, n, bandwidth_B_s));
+  });
 }
 
 }  // namespace tactus::bench

@@ -3,6 +3,24 @@
 #include "tactus/base/timing.h"
 
 namespace tactus::bench {
+namespace {
+bool (*stop_asked)() = nullptr;
+}
+
+void set_stop(bool (*asked)()) { stop_asked = asked; }
+void check_stop() {
+  if (stop_asked != nullptr && stop_asked()) throw Stopped();
+}
+
+Rows collect(const std::function<void(Rows&)>& measure) {
+  Rows rows;
+  try {
+    measure(rows);
+  } catch (const Stopped&) {
+    if (rows.empty()) throw;
+  }
+  return rows;
+}
 
 const std::vector<Benchmark>& benchmarks() {
   static const std::vector<Benchmark> all{
@@ -19,10 +37,14 @@ const std::vector<Benchmark>& benchmarks() {
 }
 
 std::vector<double> time_ms(const std::function<void()>& body, int least, double seconds) {
-  for (int i = 0; i < 3; ++i) body();
+  for (int i = 0; i < 3; ++i) {
+    check_stop();
+    body();
+  }
   std::vector<double> ms;
   const double start_s = now_s();
   while (static_cast<int>(ms.size()) < least || (now_s() - start_s < seconds && ms.size() < 400)) {
+    check_stop();
     const double begin_s = now_s();
     body();
     ms.push_back((now_s() - begin_s) * 1e3);

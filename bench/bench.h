@@ -2,6 +2,7 @@
 /// Benchmarks: settings are frozen in code, results are a table and JSON.
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,19 @@ Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);
 Rows run_frame(const std::string& device_text);
 
+/// Thrown where a benchmark is stopped: a row that was not measured to its end is worth nothing.
+struct Stopped : std::runtime_error {
+  Stopped() : std::runtime_error("stopped") {}
+};
+/// From now on `asked` is polled within benchmarks, never inside of what is timed (default: nobody asks).
+void set_stop(bool (*asked)());
+/// For loops that don't use time_ms. @throws Stopped.
+void check_stop();
+/// The rows that `measure` appends; when it is stopped, those that were finished.
+Rows collect(const std::function<void(Rows&)>& measure);
+
 /// Milliseconds of `body` (which must wait for what it starts): at least `least` repetitions, then until
-/// `seconds` are over.
+/// `seconds` are over. @throws Stopped between repetitions.
 std::vector<double> time_ms(const std::function<void()>& body, int least = 30, double seconds = 2);
 /// p-th percentile of milliseconds.
 double p(const std::vector<double>& ms, double percent);

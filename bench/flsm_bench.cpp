@@ -15,29 +15,29 @@ Rows run_flsm(const std::string& device_text) {
   lattice_options.spacing_m = 0.005F;
   const CubeLattice lattice = lattice_from_box({0, 0, 0}, {31, 31, 31}, lattice_options);
   const double floor_ms = 60.0 * lattice.node_count() / measure_bandwidth_B_s(ctx) * 1e3;
-  Rows rows;
-  for (int w = 1; w <= 4; ++w) {
-    Flsm flsm(ctx, lattice, {.half_width = w});
-    BodyState state = rest_state(ctx, lattice);
-    constexpr int kSubsteps = 10;
-    const auto ms = time_ms(
-        [&] {
-          for (int k = 0; k < kSubsteps; ++k) flsm.step(ctx, state, {.dt_s = 1e-3F});
-          ctx.synchronize();
-        },
-        20, 2);
-    const Index nodes = lattice.node_count();
-    rows.push_back({{"name", "flsm w=" + std::to_string(w)},
-                    {"case", "box"},
-                    {"size", nodes},
-                    {"devices", devices.name()},
-                    {"ms_p50", p(ms, 50) / kSubsteps},
-                    {"ms_p99", p(ms, 99) / kSubsteps},
-                    {"ms_p10", p(ms, 10) / kSubsteps},
-                    {"ns_per_node", p(ms, 50) / kSubsteps * 1e6 / nodes},
-                    {"floor_ms", floor_ms}});
-  }
-  return rows;
+  return collect([&](Rows& rows) {
+    for (int w = 1; w <= 4; ++w) {
+      Flsm flsm(ctx, lattice, {.half_width = w});
+      BodyState state = rest_state(ctx, lattice);
+      constexpr int kSubsteps = 10;
+      const auto ms = time_ms(
+          [&] {
+            for (int k = 0; k < kSubsteps; ++k) flsm.step(ctx, state, {.dt_s = 1e-3F});
+            ctx.synchronize();
+          },
+          20, 2);
+      const Index nodes = lattice.node_count();
+      rows.push_back({{"name", "flsm w=" + std::to_string(w)},
+                      {"case", "box"},
+                      {"size", nodes},
+                      {"devices", devices.name()},
+                      {"ms_p50", p(ms, 50) / kSubsteps},
+                      {"ms_p99", p(ms, 99) / kSubsteps},
+                      {"ms_p10", p(ms, 10) / kSubsteps},
+                      {"ns_per_node", p(ms, 50) / kSubsteps * 1e6 / nodes},
+                      {"floor_ms", floor_ms}});
+    }
+  });
 }
 
 }  // namespace tactus::bench

@@ -21,6 +21,7 @@ Rows run_frame(const std::string& device_text) {
   Simulation simulation(devices, scene, source.rig(), {});
   FrameSet frame;
   for (double last_s = 0; source.next(frame) == NextFrame::success; last_s = frame.time_s) {
+    check_stop();
     simulation.step(frame, frame.time_s - last_s);
   }
   const Timings& t = simulation.timings();

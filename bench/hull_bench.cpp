@@ -44,6 +44,7 @@ nlohmann::json kernel_ms(DeviceSet& devices, VisualHull& hull) {
   Timings timings;
   devices.context(0).profile(&timings);
   for (int i = 0; i < 30; ++i) {
+    check_stop();
     hull.carve();
     hull.extract();
     devices.synchronize();
@@ -158,18 +159,19 @@ nlohmann::json run_depth_case(DeviceSet& devices, const std::string& figure, Ind
 Rows run_hull(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
-  Rows rows;
-  for (const char* figure : {"hand", "rabbit"}) {
-    double ms_at_128 = 0;
-    for (const Index n : {64, 100, 128, 256, 512}) {
-      nlohmann::json row = run_case(devices, figure, n, bandwidth);
-      if (n == 128) ms_at_128 = row["ms_p50"];
-      if (n == 256) row["growth_from_128"] = row["ms_p50"].get<double>() / ms_at_128;  // volume would give 8
-      rows.push_back(std::move(row));
+  return collect([&](Rows& rows) {
+    for (const char* figure : {"hand", "rabbit"}) {
+      double ms_at_128 = 0;
+      for (const Index n : {64, 100, 128, 256, 512}) {
+        nlohmann::json row = run_case(devices, figure, n, bandwidth);
+        if (n == 128) ms_at_128 = row["ms_p50"];
+        if (n == 256)
+          row["growth_from_128"] = row["ms_p50"].get<double>() / ms_at_128;  // volume would give 8
+        rows.push_back(std::move(row));
+      }
+      for (const Index n : {64, 100, 256}) rows.push_back(run_depth_case(devices, figure, n));
     }
-    for (const Index n : {64, 100, 256}) rows.push_back(run_depth_case(devices, figure, n));
-  }
-  return rows;
+  });
 }
 
 }  // namespace tactus::bench

@@ -59,13 +59,13 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
 Rows run_texture(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
-  Rows rows;
-  for (const char* figure : {"hand", "rabbit"}) {
-    for (const Index n : {64, 100, 256}) {
-      for (const Index k : {1, 3}) rows.push_back(run_case(devices, figure, n, k, bandwidth));
+  return collect([&](Rows& rows) {
+    for (const char* figure : {"hand", "rabbit"}) {
+      for (const Index n : {64, 100, 256}) {
+        for (const Index k : {1, 3}) rows.push_back(run_case(devices, figure, n, k, bandwidth));
+      }
     }
-  }
-  return rows;
+  });
 }
 
 }  // namespace tactus::bench

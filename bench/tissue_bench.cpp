@@ -77,21 +77,21 @@ nlohmann::json hybrid_row(DeviceSet& devices, Index across, double elements, dou
 Rows run_fig20(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
-  Rows rows;
-  for (const Index across : {4, 6, 8, 12, 16, 24}) {
-    rows.push_back(hybrid_row(devices, across, 7, 3, "7:3", bandwidth));
-    rows.push_back(hybrid_row(devices, across, 3, 7, "3:7", bandwidth));
-  }
-  return rows;
+  return collect([&](Rows& rows) {
+    for (const Index across : {4, 6, 8, 12, 16, 24}) {
+      rows.push_back(hybrid_row(devices, across, 7, 3, "7:3", bandwidth));
+      rows.push_back(hybrid_row(devices, across, 3, 7, "3:7", bandwidth));
+    }
+  });
 }
 
 Rows run_tissue(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
-  Rows rows;
-  for (const Index edge : {16, 32, 46, 100}) rows.push_back(tled_row(devices, edge, bandwidth));
-  for (nlohmann::json& row : run_flsm(device_text)) rows.push_back(std::move(row));
-  return rows;
+  return collect([&](Rows& rows) {
+    for (const Index edge : {16, 32, 46, 100}) rows.push_back(tled_row(devices, edge, bandwidth));
+    for (nlohmann::json& row : run_flsm(device_text)) rows.push_back(std::move(row));
+  });
 }
 
 }  // namespace tactus::bench

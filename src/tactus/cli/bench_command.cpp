@@ -5,6 +5,7 @@
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/version.h"
+#include "tactus/compute/device.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/safe_file.h"
 
@@ -28,6 +29,8 @@ void print_row(const nlohmann::json& row) {
 
 void run_benchmarks(const std::string& name, const std::string& devices, const std::string& json_path) {
   if (!json_path.empty()) output_is_writable(json_path);
+  parse_devices(devices);  // what is not here is told before the table begins
+  bench::set_stop(interrupted);
   std::vector<std::string> names{"all"};
   for (const bench::Benchmark& b : bench::benchmarks()) names.push_back(b.name);
   if (std::find(names.begin(), names.end(), name) == names.end())
@@ -36,13 +39,18 @@ void run_benchmarks(const std::string& name, const std::string& devices, const s
       {"machine", machine_text()}, {"commit", commit_text()}, {"rows", nlohmann::json::array()}};
   std::printf("%s\n%-12s %-8s %8s %-8s %9s %9s\n", machine_text().c_str(), "name", "case", "size", "devices",
               "p50 [ms]", "p99 [ms]");
+  std::fflush(stdout);
   for (const bench::Benchmark& b : bench::benchmarks()) {
     if ((name != "all" && name != b.name) || interrupted()) continue;
-    for (const nlohmann::json& row : b.run(devices)) {
-      print_row(row);
-      json["rows"].push_back(row);
+    try {
+      for (const nlohmann::json& row : b.run(devices)) {
+        print_row(row);
+        json["rows"].push_back(row);
+      }
+    } catch (const bench::Stopped&) {  // before its first row: nothing of it is worth telling
     }
   }
+  if (interrupted()) json["interrupted"] = true;
   if (!json_path.empty()) write_json_file(json_path, json);
 }
 

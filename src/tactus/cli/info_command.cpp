@@ -6,12 +6,14 @@
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
 #include "tactus/io/json_file.h"
+#include "tactus/io/safe_file.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
 namespace {
 
 void info(const std::string& json_path) {
+  if (!json_path.empty()) output_is_writable(json_path);
   nlohmann::json json{
       {"version", version_text()}, {"cuda", cuda_status_text()}, {"devices", nlohmann::json::array()}};
   std::printf("%s\n\n", version_text().c_str());

@@ -79,16 +79,6 @@ void check_outputs(const ReconstructOptions& options) {
   output_is_writable(path);
 }
 
-/// Still pictures are frame 0. (Videos check their own range, sequences of masks end where the files end.)
-void check_still(const ReconstructOptions& options, const SourceDescription& description,
-                 const FrameSource& source) {
-  const bool still = (description.kind == SourceKind::masks || description.kind == SourceKind::middlebury ||
-                      description.kind == SourceKind::kinect) &&
-                     source.frame_count() == 1;
-  if (still && description.frames.first > 0)
-    throw usage_error("--frames '" + options.frames + "': '" + options.what + "' holds one frame, number 0");
-}
-
 /// "out.ply" and frame 7 of several -> "out-00007.ply".
 std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   if (!several) return path;
@@ -149,6 +139,15 @@ std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vec
   return suspect_views_text(cameras, scores);
 }
 
+/// One line of what is not empty.
+std::string joined(std::initializer_list<std::string_view> parts) {
+  std::string line;
+  for (const std::string_view part : parts) {
+    if (!part.empty()) line.append(line.empty() ? "" : "; ").append(part);
+  }
+  return line;
+}
+
 void reconstruct(const ReconstructOptions& options) {
   check_outputs(options);
   DeviceSet devices(options.devices);
@@ -159,7 +158,6 @@ void reconstruct(const ReconstructOptions& options) {
                                       .colors = options.texture.has_value(),
                                       .depth = !options.no_depth,
                                       .workspace_m = workspace});
-  check_still(options, description, *source);
   Box3f box = source->rig().workspace_m;
   if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
   const std::optional<Camera>& tof = source->rig().depth_camera;
@@ -186,7 +184,8 @@ void reconstruct(const ReconstructOptions& options) {
   nlohmann::json json{{"devices", devices.name()},
                       {"commit", commit_text()},
                       {"depth", use_depth},
-                      {"frames", nlohmann::json::array()}};
+                      {"frames", nlohmann::json::array()},
+                      {"bad_frames", nlohmann::json::array()}};
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;
@@ -195,7 +194,10 @@ void reconstruct(const ReconstructOptions& options) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
     if (!source->status().empty()) log_warning(source->status());
-    if (next == NextFrame::bad_frame) continue;
+    if (next == NextFrame::bad_frame) {
+      json["bad_frames"].push_back({{"tick", frame.tick}, {"status", source->status()}});
+      continue;
+    }
     const auto stage = [&](const char* name, auto&& body) {
       const StageTimer timer(timings, name);
       body();
@@ -221,15 +223,13 @@ void reconstruct(const ReconstructOptions& options) {
       write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
     nlohmann::json row = measure(mesh, source->rig(), frame);
     motion.add(mesh, frame, *source, row);
-    std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
-                                      source->rig().cameras, row);
+    const std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
+                                            source->rig().cameras, row);
     if (!odd.empty()) log_warning(odd);
     row["tick"] = frame.tick;
     if (synthetic != nullptr)
       row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
-    if (!report.depth.empty()) odd = report.depth;
-    if (odd.empty()) odd = source->status();
-    row["status"] = report.overflow.empty() ? odd : report.overflow;
+    row["status"] = joined({report.overflow, report.depth, source->status(), odd});
     for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
     std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
                 mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),

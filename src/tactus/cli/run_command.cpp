@@ -148,7 +148,8 @@ void run(const RunOptions& options) {
 
   const RunSummary summary =
       run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);
-  if (summary.frames == 0) throw Error("scene '" + scene.name + "': its source gave no usable frame");
+  if (summary.frames == 0 && !interrupted())
+    throw Error("scene '" + scene.name + "': its source gave no usable frame: " + source->status());
   if (interrupted())
     log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
   if (pictures) pictures->finish();

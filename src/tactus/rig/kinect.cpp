@@ -10,6 +10,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/frame_window.h"
+#include "tactus/rig/numbered_files.h"
 
 namespace tactus {
 namespace {
@@ -75,7 +77,8 @@ std::string find_file(const std::string& folder, const std::string& begin,
 class KinectSource final : public FrameSource {
  public:
   KinectSource(const std::string& folder, const DataOptions& options) {
-    if (!fs::is_directory(folder)) throw Error(folder + ": no such folder");
+    if (!fs::is_directory(folder)) throw Error(folder + ": no such folder" + suggest_file(folder));
+    frame_window(folder, options.first_frame, options.last_frame, {0, 0});
     const std::string depth = find_file(folder, "depth", {".png"}),
                       color = find_file(folder, "color", {".jpg", ".png"});
     if (depth.empty()) throw Error(folder + ": no depth*.png");

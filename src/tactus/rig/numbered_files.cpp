@@ -67,13 +67,21 @@ FrameWindow NumberedFiles::range() const {
   const fs::path folder = fs::path(head_ + "x").parent_path();
   const std::string head = head_.substr(head_.rfind('/') + 1), tail = tail_.substr(0, tail_.find('/'));
   std::optional<FrameWindow> found;
+  std::string other;  // a number written in another width
   for (const std::string& name : names_in(folder)) {
     const std::optional<int> number = number_in(name, head, tail);
-    if (!number || !fs::exists(file(*number))) continue;
+    if (!number) continue;
+    if (!fs::exists(file(*number))) {
+      other = name;
+      continue;
+    }
     if (!found) found = {*number, *number};
     found = FrameWindow{std::min(found->first, *number), std::max(found->last, *number)};
   }
-  if (!found) throw Error(pattern_ + ": no file has such a name" + suggest_file(file(0)));
+  if (!found)
+    throw Error(pattern_ + ": no file has such a name" +
+                (other.empty() ? suggest_file(file(0))
+                               : "; '" + other + "' is there (%d: plain numbers, %04d: four digits)"));
   return *found;
 }
 

@@ -1,0 +1,86 @@
+// Ctrl-C while the program works: what was done so far is on disk, whole.
+#include <csignal>
+#include <opencv2/videoio.hpp>
+
+#include "cli/program.h"
+
+namespace tactus::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Interrupt : public ProgramTest {
+ protected:
+  /// No file is left under its working name.
+  void expect_no_parts() const {
+    for (const std::string& name : files()) EXPECT_EQ(name.find(".part"), std::string::npos) << name;
+  }
+};
+
+TEST_F(Interrupt, ReconstructWritesTheFramesSoFar) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const Outcome o =
+        run_and_signal({"reconstruct", "hand", "--moving", "--frames", "0-", "--devices", "cpu",
+                        "--resolution", "32", "--verbose", "--json", path("r.json"), "--mesh", path("r.ply")},
+                       "total ms", signal);
+    EXPECT_EQ(o.code, 130) << o.text;
+    const nlohmann::json json = read_json("r.json");
+    for (const nlohmann::json& frame : json["frames"]) EXPECT_TRUE(frame.contains("iou_mean"));
+    expect_no_parts();
+  }
+}
+
+TEST_F(Interrupt, RunClosesVideoSheetAndJson) {
+  const std::string scene =
+      write("s.yaml",
+            "source: {kind: synthetic, figure: hand, scale: 0.8, moving: true}\n"
+            "reconstruction: {resolution: 32}\n"
+            "bodies:\n  - {name: b, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.1}\n");
+  const Outcome o = run_and_signal({"run", scene, "--devices", "cpu", "--frames", "100000", "--out",
+                                    path("out"), "--json", path("run.json"), "--verbose"},
+                                   "frame 3 ", SIGINT);
+  if (o.text.find("OpenGL") != std::string::npos && o.code == 1)
+    GTEST_SKIP() << "no pictures here: " << o.text;
+  ASSERT_EQ(o.code, 130) << o.text;
+  const int frames = read_json("run.json")["frames"];
+  EXPECT_GE(frames, 4);
+  EXPECT_LT(frames, 100000);
+  cv::VideoCapture video(path("out/s.mp4"), cv::CAP_FFMPEG);
+  ASSERT_TRUE(video.isOpened());
+  int pictures = 0;
+  while (video.grab()) ++pictures;
+  EXPECT_EQ(pictures, frames);
+  EXPECT_GT(fs::file_size(path("out/s.png")), 1000U);
+  expect_no_parts();
+}
+
+TEST_F(Interrupt, RunThatHasNoFrameYetIsInterruptedNotFailed) {
+  const std::string scene =
+      write("s.yaml",
+            "source: {kind: synthetic, figure: sphere}\nreconstruction: {resolution: 16}\n"
+            "bodies:\n  - {name: b, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.1}\n");
+  // Told of before the first frame; whether one is finished by then depends on the machine.
+  const Outcome o = run_and_signal({"run", scene, "--devices", "cpu", "--frames", "100000", "--view", "none",
+                                    "--verbose", "--json", path("run.json")},
+                                   "body 'b': ", SIGINT);
+  EXPECT_EQ(o.code, 130) << o.text;
+  EXPECT_GE(read_json("run.json")["frames"], 0);
+  expect_no_parts();
+}
+
+TEST_F(Interrupt, BenchStopsWithinABenchmarkAndKeepsFinishedRows) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Outcome o =
+      run_and_signal({"bench", "hull", "--devices", "cpu", "--json", path("b.json")}, "p99 [ms]", SIGINT);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_EQ(o.code, 130) << o.text;
+  const nlohmann::json json = read_json("b.json");
+  EXPECT_EQ(json["interrupted"], true);
+  EXPECT_LT(json["rows"].size(), 10U);  // all would be 2 figures x 5 sizes
+  for (const nlohmann::json& row : json["rows"]) EXPECT_GT(row["ms_p50"], 0);
+  // A benchmark takes about a minute; the bandwidth's five repetitions and one step of work don't.
+  EXPECT_LT(took.count(), 40);
+}
+
+}  // namespace
+}  // namespace tactus::test

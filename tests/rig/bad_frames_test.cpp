@@ -1,0 +1,232 @@
+// Frames that can't be had while a recording plays: which camera misses the tick, and what is said of it.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "support/recordings.h"
+#include "tactus/base/error.h"
+#include "tactus/rig/camera_file.h"
+#include "tactus/rig/data_sources.h"
+#include "tactus/rig/numbered_files.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+using test::RigCamera;
+using test::Scene;
+using test::write_picture;
+using test::write_video;
+
+class BadFrames : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("tactus_frames_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    test::write_calibration(path("camera.yaml"));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string rig(const std::vector<RigCamera>& cameras, const std::string& more = "") const {
+    test::write_rig(path("rig.yaml"), cameras, more);
+    return path("rig.yaml");
+  }
+  /// Sequences a_0.png.., b_0.png.. of white masks, without those whose names are given.
+  std::string mask_sequences(int frames, const std::vector<std::string>& missing) const {
+    for (int i = 0; i < frames; ++i) {
+      for (const std::string camera : {"a_", "b_"})
+        write_picture(path(camera + std::to_string(i) + ".png"), 255);
+    }
+    for (const std::string& name : missing) fs::remove(path(name));
+    return rig({{.name = "a", .mask = "'a_%d.png'"}, {.name = "b", .mask = "'b_%d.png'"}});
+  }
+
+ private:
+  fs::path folder_;
+};
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// Runs `body` for its Error.
+struct Refusal {
+  std::string message;
+  ErrorKind kind;
+};
+Refusal refusal(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const Error& e) {
+    return {e.what(), e.kind()};
+  }
+  return {"nothing was refused", ErrorKind::failure};
+}
+
+TEST_F(BadFrames, CameraWithoutAFileInASequenceMissesTheTick) {
+  const auto source = open_masks(mask_sequences(3, {"b_1.png"}));
+  EXPECT_EQ(source->frame_count(), 3);
+  FrameSet frame;
+  for (int tick = 0; tick < 3; ++tick) {
+    ASSERT_EQ(source->next(frame), NextFrame::success);
+    EXPECT_EQ(frame.tick, tick);
+    EXPECT_EQ(frame.silhouettes[0].width_px, 64);
+    EXPECT_EQ(frame.silhouettes[1].width_px, tick == 1 ? 0 : 64);
+    EXPECT_EQ(frame.silhouettes[1].words.empty(), tick == 1);
+    EXPECT_EQ(has(source->status(), "camera 'b': " + path("b_1.png") + ": no such image"), tick == 1)
+        << source->status();
+  }
+  EXPECT_EQ(source->next(frame), NextFrame::no_more_data);
+}
+
+TEST_F(BadFrames, HoleInAllSequencesIsABadFrameAndNotTheEnd) {
+  const auto source = open_masks(mask_sequences(4, {"a_2.png", "b_2.png"}));
+  FrameSet frame;
+  std::vector<NextFrame> results;
+  std::string status;
+  for (int tick = 0; tick < 5; ++tick) {
+    results.push_back(source->next(frame));
+    if (results.back() == NextFrame::bad_frame) status = source->status();
+  }
+  EXPECT_EQ(results, (std::vector{NextFrame::success, NextFrame::success, NextFrame::bad_frame,
+                                  NextFrame::success, NextFrame::no_more_data}));
+  EXPECT_TRUE(has(status, "frame 2 is missed by all cameras: camera 'a': ")) << status;
+  EXPECT_TRUE(has(status, "camera 'b': ")) << status;
+}
+
+TEST_F(BadFrames, DamagedPictureInASequenceIsNamed) {
+  const std::string rig_file = mask_sequences(3, {});
+  test::truncate_file(path("a_0.png"), 0.5);
+  write_picture(path("b_1.png"), 255, {32, 16});
+  std::ofstream(path("a_2.png")) << "no picture";
+  const auto source = open_masks(rig_file);
+  FrameSet frame;
+  const std::string expected[] = {
+      "camera 'a': " + path("a_0.png") + ": the image is cut short",
+      "camera 'b': " + path("b_1.png") + ": 32x16 pixels, the rig's image_size_px is 64x64",
+      "camera 'a': " + path("a_2.png") + ": not an image that can be read"};
+  for (int tick = 0; tick < 3; ++tick) {
+    ASSERT_EQ(source->next(frame), NextFrame::success);
+    EXPECT_TRUE(has(source->status(), expected[tick])) << source->status();
+    EXPECT_TRUE(frame.silhouettes[tick == 1 ? 1 : 0].words.empty());
+    EXPECT_FALSE(frame.silhouettes[tick == 1 ? 0 : 1].words.empty());
+  }
+}
+
+TEST_F(BadFrames, SequencesMayStartAnywhereAndRangesBeyondAreRefused) {
+  const std::string rig_file = mask_sequences(5, {"a_0.png", "b_0.png", "a_1.png", "b_1.png"});
+  FrameSet frame;
+  const auto all = open_masks(rig_file);
+  ASSERT_EQ(all->next(frame), NextFrame::success);
+  EXPECT_EQ(frame.tick, 2);
+  EXPECT_EQ(all->frame_count(), 3);
+  DataOptions options;
+  options.first_frame = 3;
+  EXPECT_EQ(open_masks(rig_file, options)->frame_count(), 2);
+  options.last_frame = 9;
+  const Refusal beyond = refusal([&] { open_masks(rig_file, options); });
+  EXPECT_EQ(beyond.kind, ErrorKind::usage);
+  EXPECT_TRUE(has(beyond.message, "frames 3-9 are asked for, but the recording holds frames 2-4; 3- is all"))
+      << beyond.message;
+  options = {};
+  options.first_frame = 0;
+  EXPECT_TRUE(has(refusal([&] { open_masks(rig_file, options); }).message, "frames 0- are asked for"));
+}
+
+TEST_F(BadFrames, SequenceWithoutAFileNamesTheNearest) {
+  write_picture(path("a_1.png"), 255);
+  const Refusal none = refusal([&] { open_masks(rig({{.name = "a", .mask = "'a_%04d.png'"}})); });
+  EXPECT_EQ(none.kind, ErrorKind::failure);
+  EXPECT_TRUE(has(none.message, "rig.yaml: camera 'a': " + path("a_%04d.png") +
+                                    ": no file has such a name; 'a_1.png' is there"))
+      << none.message;
+  const Refusal wrong = refusal([&] { open_masks(rig({{.name = "a", .mask = "'a_%s.png'"}})); });
+  EXPECT_EQ(wrong.kind, ErrorKind::usage);
+  EXPECT_TRUE(has(wrong.message, "expected one %d or %04d")) << wrong.message;
+}
+
+TEST(NumberedFiles, NumberMayBeInAFoldersName) {
+  const fs::path folder = fs::temp_directory_path() / ("tactus_numbers_" + std::to_string(getpid()));
+  for (const char* name : {"t003", "t017", "t4"}) fs::create_directories(folder / name);
+  for (const char* name : {"t003/m.pgm", "t017/m.pgm", "t4/m.pgm"})
+    write_picture((folder / name).string(), 0);
+  const NumberedFiles files((folder / "t%03d/m.pgm").string());
+  EXPECT_EQ(files.file(17), (folder / "t017/m.pgm").string());
+  EXPECT_EQ(files.range().first, 3);  // t4 is not how %03d writes 4
+  EXPECT_EQ(files.range().last, 17);
+  fs::remove_all(folder);
+}
+
+TEST_F(BadFrames, CutVideoMissesTheTicksThatItLost) {
+  for (const char* name : {"a.avi", "b.avi"}) write_video(path(name), Scene::object, 20);
+  write_video(path("room.avi"), Scene::empty_room, 3);
+  test::truncate_file(path("b.avi"), 0.75);
+  DataOptions options;
+  options.colors = true;
+  const auto source = open_videos(rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"},
+                                       {.name = "b", .video = "b.avi", .empty_room = "room.avi"}}),
+                                  options);
+  ASSERT_EQ(source->frame_count(), 20);  // the header still promises them
+  FrameSet frame;
+  int missed = 0;
+  for (int tick = 0; tick < 20; ++tick) {
+    ASSERT_EQ(source->next(frame), NextFrame::success) << source->status();
+    // The object, 16x16 pixels, less or more a rim of blur and morphology of 2 pixels: 12^2 to 20^2.
+    EXPECT_GT(frame.silhouettes[0].area_px(), 144);
+    EXPECT_LT(frame.silhouettes[0].area_px(), 400);
+    EXPECT_FALSE(frame.colors[0].empty());
+    const bool lost = frame.silhouettes[1].words.empty();
+    EXPECT_EQ(lost, frame.colors[1].empty());
+    EXPECT_EQ(lost, has(source->status(), "camera 'b': " + path("b.avi") + ": frame " + std::to_string(tick) +
+                                              " can't be read; the file is cut short or damaged"))
+        << source->status();
+    EXPECT_FALSE(has(source->status(), "camera 'a'")) << source->status();
+    EXPECT_TRUE(lost || missed == 0) << "a frame after the cut";
+    missed += lost ? 1 : 0;
+  }
+  EXPECT_GT(missed, 0);
+  EXPECT_LT(missed, 20);  // what stands before the cut is used
+  EXPECT_EQ(source->next(frame), NextFrame::no_more_data);
+}
+
+TEST_F(BadFrames, VideosOfDifferentLengthsEndWithTheShortestAndSaySo) {
+  write_video(path("a.avi"), Scene::object, 6);
+  write_video(path("b.avi"), Scene::object, 4);
+  write_video(path("room.avi"), Scene::empty_room, 3);
+  const auto rig_with = [&](const std::string& more) {
+    return rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"},
+                {.name = "b", .video = "b.avi", .empty_room = "room.avi"}},
+               more);
+  };
+  const auto source = open_videos(rig_with(""));
+  EXPECT_EQ(source->frame_count(), 4);
+  FrameSet frame;
+  ASSERT_EQ(source->next(frame), NextFrame::success);
+  EXPECT_EQ(source->status(), "the videos differ in length: camera 'b' has 4 frames, camera 'a' has 6");
+  ASSERT_EQ(source->next(frame), NextFrame::success);
+  EXPECT_EQ(source->status(), "");  // once is enough
+  const Refusal beyond = refusal([&] { open_videos(rig_with("frames: [1, 5]\n")); });
+  EXPECT_EQ(beyond.kind, ErrorKind::usage);
+  EXPECT_TRUE(has(beyond.message,
+                  "frames 1-5 are asked for, but the recording holds frames 0-3 (the videos differ in "
+                  "length: camera 'b' has 4"))
+      << beyond.message;
+}
+
+TEST_F(BadFrames, CutPicturesOfEveryKindAreRefused) {
+  for (const char* name : {"m.png", "m.jpg", "m.bmp", "m.pgm", "m.tiff"}) {
+    cv::Mat noise(64, 64, CV_8UC1);
+    cv::randu(noise, 0, 255);
+    ASSERT_TRUE(test::write_image(path(name), noise));
+    EXPECT_EQ(read_mask(path(name), 64, 64).pixels.size(), 4096U) << name;
+    test::truncate_file(path(name), 0.6);
+    const Refusal cut = refusal([&] { read_mask(path(name), 64, 64); });
+    EXPECT_TRUE(has(cut.message, path(name) + ": ")) << cut.message;
+    EXPECT_TRUE(has(cut.message, "cut short") || has(cut.message, "not an image that can be read"))
+        << cut.message;
+  }
+}
+
+}  // namespace
+}  // namespace tactus
