@@ -30,7 +30,7 @@ View sphere_view() {
   View view;
   const Rig rig = make_synthetic_rig();
   view.cameras = rig.cameras;
-  view.depth_cameras = {*rig.depth_camera};
+  view.depth_cameras = rig.depth_cameras;
   const auto hit = [](const Camera& camera, Index x, Index y) {
     const Vec3d to = kCenter - camera.center_world();
     const double along = dot(to, pixel_ray_world(camera, x, y)), miss2 = dot(to, to) - along * along;
@@ -57,7 +57,7 @@ View figure_view(const char* figure, int cameras = 8) {
   SyntheticSource source(options);
   FrameSet frame;
   source.next(frame);
-  return {source.rig().cameras, {*source.rig().depth_camera}, frame.silhouettes, {frame.depth_m}};
+  return {source.rig().cameras, source.rig().depth_cameras, frame.silhouettes, frame.depths_m};
 }
 
 struct Result {

@@ -114,7 +114,7 @@ TEST(SyntheticNoise, SyncDepthAndContoursHaveTheirDeviations) {
 
   DepthImage depth(100, 100, 2.F);
   depth(3, 4) = 0;
-  disturb_depth(depth, noise, 0);
+  disturb_depth(depth, noise, 0, 0);
   EXPECT_EQ(depth(3, 4), 0);
   squares = 0;
   for (const float d : depth.pixels) squares += d > 0 ? std::pow(static_cast<double>(d) - 2, 2) : 0;
@@ -140,7 +140,7 @@ TEST(SyntheticNoise, SyncDepthAndContoursHaveTheirDeviations) {
   DepthImage wiggled(1, 1, 0.47F / 4);
   NoiseOptions wiggle;
   wiggle.wiggle_m = 0.01;
-  disturb_depth(wiggled, wiggle, 0);
+  disturb_depth(wiggled, wiggle, 0, 0);
   EXPECT_NEAR(wiggled(0, 0), 0.47F / 4 + 0.01F, 1e-6F);
   noise.depth_m = -1;
   EXPECT_THROW(check_noise(noise), Error);

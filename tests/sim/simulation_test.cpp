@@ -210,7 +210,7 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   };
   // The wall is 4 cm of a ball of 31 cm: a third of the closed half ball.
   EXPECT_GT(volume(false), 2 * volume(true));
-  frame.depth_m = DepthImage(200, 200);
+  frame.depths_m = {DepthImage(200, 200)};
   scene.reconstruction.depth = true;
   Simulation simulation(devices, scene, source.rig(), {});
   EXPECT_EQ(simulation.step(frame, 0).status, "camera 'tof': the depth image has no valid pixel");

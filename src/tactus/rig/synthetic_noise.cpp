@@ -80,9 +80,9 @@ void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, s
   pack_mask(moved.data, mask.width_px, mask.height_px, mask);
 }
 
-void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, std::int64_t tick) {
+void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, int camera_number, std::int64_t tick) {
   if (noise.depth_m == 0 && noise.wiggle_m == 0) return;
-  cv::RNG random = generator(noise, 4, 0, tick);
+  cv::RNG random = generator(noise, 4, camera_number, tick);
   const double wave = 2 * std::acos(-1.0) / kWigglePeriod_m;
   for (float& e : distance_m.pixels) {
     if (!(e > 0)) continue;

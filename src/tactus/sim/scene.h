@@ -37,6 +37,7 @@ struct SourceDescription {
   bool moving = true;         ///< synthetic only
   double scale = 1;           ///< synthetic only
   Vec3d offset_m;             ///< synthetic only
+  int depth_cameras = 1;      ///< synthetic only
 };
 
 struct ReconstructionDescription {

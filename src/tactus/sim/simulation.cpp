@@ -21,8 +21,8 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
 }
 
 std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
-  if (!scene.reconstruction.depth || !rig.depth_camera) return {};
-  return {&*rig.depth_camera, 1};
+  if (!scene.reconstruction.depth) return {};
+  return rig.depth_cameras;
 }
 
 float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
@@ -110,7 +110,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
 
 std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
   if (!uses_depth_) return {};
-  return {&frame.depth_m, 1};
+  return frame.depths_m;
 }
 
 void Simulation::reconstruct(const FrameSet& frame) {

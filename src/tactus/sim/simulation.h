@@ -57,7 +57,7 @@ class Simulation {
     std::size_t body;
     Index node;
   };
-  /// The frame's depth image, or none when depth is not used.
+  /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
   void reconstruct(const FrameSet& frame);
   void touch(double dt_s, StepReport& report);
