@@ -30,7 +30,7 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  int tolerated_views = 0, depth_cameras = 1;
+  int tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
   bool moving = false, no_depth = false, repair_masks = false;
   std::vector<double> workspace;
 };
@@ -61,6 +61,15 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
   if (w.size() != 6)
     throw usage_error("--workspace takes six numbers (x0,y0,z0,x1,y1,z1), not " + std::to_string(w.size()));
   return BoxRegion{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
+}
+
+void check_capacities(const ReconstructOptions& options) {
+  for (const auto& [flag, value] : {std::pair{"--max-vertices", options.max_vertices},
+                                    {"--max-active-bricks", options.max_active_bricks}}) {
+    if (value < 0 || value > 1 << 30)
+      throw usage_error(std::string(flag) + " " + std::to_string(value) +
+                        ": expected 1 to 2^30, or 0 (from the resolution)");
+  }
 }
 
 /// What would spoil the outputs, found before the work.
@@ -153,9 +162,11 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
   HullOptions hull{.workspace_m = workspace_m(options, rig),
                    .resolution = options.resolution,
                    .slack_px = options.slack_px.value_or(rig.slack_px),
-                   .tolerated_views = options.tolerated_views};
+                   .tolerated_views = options.tolerated_views,
+                   .max_active_bricks = options.max_active_bricks,
+                   .max_vertices = options.max_vertices};
   // A whole room's depth is rough: noise, and walls along the rays wherever it ends.
-  if (describe_source(options).kind == SourceKind::kinect)
+  if (options.max_vertices == 0 && describe_source(options).kind == SourceKind::kinect)
     hull.max_vertices = static_cast<Index>(std::min(15.0 * sqr<double>(options.resolution) + 20000, 2e8));
   return hull;
 }
@@ -243,6 +254,7 @@ void print_row(const nlohmann::json& row) {
 }
 
 void reconstruct(const ReconstructOptions& options) {
+  check_capacities(options);
   check_outputs(options);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_described(options);
@@ -305,6 +317,9 @@ void add_reconstruct_command(CLI::App& app) {
       ->add_option("--tolerate-views", options->tolerated_views,
                    "keep what up to so many views carve (k-of-n hull)")
       ->capture_default_str();
+  command->add_option("--max-vertices", options->max_vertices, "room in the mesh; 0: from the resolution");
+  command->add_option("--max-active-bricks", options->max_active_bricks,
+                      "room for bricks of 8^3 voxels with surface; 0: from the resolution");
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->add_option("--depth-cameras", options->depth_cameras, "that film a synthetic figure, 0 to 32")
       ->capture_default_str();

@@ -417,7 +417,8 @@ void VisualHull::Impl::extract(ExecContext& ctx, Part& part) {
   if (!depth.empty()) part.depth.cut(ctx, own, emit);
   ctx.parallel_for("mesh/triangles", own,
                    EmitTriangles{in.table(), in.cases.view(), in.crossings.view(), in.row_start.view(),
-                                 in.vertex_start.view(), in.triangle_start.view(), part.triangles.view()});
+                                 in.vertex_start.view(), in.triangle_start.view(), in.capacity.vertices,
+                                 part.triangles.view()});
   ctx.parallel_for("mesh/collect", 1,
                    CollectCounts{in.own_count.view(), in.active_count.view(), in.vertex_start.view(),
                                  in.triangle_start.view(), part.counts.view()});
@@ -446,7 +447,7 @@ void VisualHull::Impl::gather() {
                      GatherVertices{positions_m, counts, p, all_positions_m.view()});
     ctx.parallel_for("mesh/gather_triangles",
                      Count(View<const Index>(&counts.data()[p].triangles, 1), part.capacity.triangles),
-                     GatherTriangles{triangles, counts, p, all_triangles.view()});
+                     GatherTriangles{triangles, counts, p, all_positions_m.size(), all_triangles.view()});
   }
   ctx.parallel_for("mesh/total", 1, SumCounts{counts, total.view()});
 }
@@ -501,8 +502,8 @@ TriangleMesh VisualHull::download() {
   out.positions_m = to_host(ctx, device_mesh.positions_m.part(0, r.vertices));
   const std::vector<Vec3i> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));
   out.triangles.reserve(triangles.size());
-  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there
-    if (max(t.x, max(t.y, t.z)) < r.vertices) out.triangles.push_back({t.x, t.y, t.z});
+  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there, or none
+    if (max(t.x, max(t.y, t.z)) < r.vertices && t.x != t.y) out.triangles.push_back({t.x, t.y, t.z});
   }
   return out;
 }

@@ -43,7 +43,11 @@ class MaskSource final : public FrameSource {
     if (sequence_) return;
     // The one frame is the whole recording: what is wrong with it is told before any work.
     for (std::size_t i = 0; i < masks_.size(); ++i)
-      for_camera(path, file_.rig.cameras[i].name, [&] { bytes_[i] = read(i); });
+      for_camera(path, file_.rig.cameras[i].name, [&] {
+        bytes_[i] = read(i);
+        ColorImage color;
+        if (!photos_.empty()) read_color(i, color);
+      });
   }
   const Rig& rig() const override { return file_.rig; }
   std::optional<int> frame_count() const override { return window_.last - window_.first + 1; }
