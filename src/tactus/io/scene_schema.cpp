@@ -66,6 +66,10 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
   v.section({"workspace_m", "box to reconstruct (default: the rig's)"},
             [&](FieldVisitor& in) { describe_box(in, r.workspace_m.emplace()); });
   v.boolean({"depth", "correct the hull with the depth camera when the source has one"}, r.depth);
+  v.boolean({"repair_masks", "fill holes in the mask of a view that alone carves what all others keep"},
+            r.repair_masks);
+  v.integer({"tolerated_views", "keep what up to so many views carve (k-of-n hull)"}, r.tolerated_views,
+            {"", 0, 7});
   v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
          r.depth_jump_m, positive("m", 100));
 }
