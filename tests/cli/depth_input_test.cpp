@@ -225,5 +225,32 @@ TEST_F(DepthInput, AHoleInOneMaskIsNamedAndRepaired) {
   expect_refused(reconstruct("--tolerate-views 8"), 2, {"tolerated views 8: expected 0 to 7 with 8 cameras"});
 }
 
+/// Not what the numbers are (docs/robustness.md has them), but that they are, and which way they go.
+TEST_F(ProgramTest, NoiseCostsAccuracy) {
+  const Outcome o = run_tactus("noise sphere --runs 2 --resolution 48 --json " + path("noise.json"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json json = read_json("noise.json"), rows = json["rows"];
+  const auto row = [&](const std::string& noise, const std::string& amount) -> nlohmann::json {
+    for (const nlohmann::json& r : rows) {
+      if (r["noise"] == noise && r["amount"] == amount) return r;
+    }
+    ADD_FAILURE() << noise << " " << amount;
+    return {};
+  };
+  const nlohmann::json none = row("none", ""), goal = row("goal", "0.3 px, 1 px"),
+                       much = row("calibration", "3 px"), depth = row("depth", "20 mm");
+  for (const char* how : {"silhouettes", "depth"}) {
+    EXPECT_GT(none[how]["iou"], goal[how]["iou"]) << how;
+    EXPECT_GT(goal[how]["iou"], much[how]["iou"]) << how;
+    EXPECT_GT(much[how]["surface_rms_m"], none[how]["surface_rms_m"]) << how;
+  }
+  EXPECT_LT(none["depth"]["surface_rms_m"], none["silhouettes"]["surface_rms_m"]);
+  EXPECT_EQ(depth["silhouettes"], none["silhouettes"]);
+  EXPECT_GT(depth["depth"]["surface_rms_m"], none["depth"]["surface_rms_m"]);
+  fs::remove(path("noise.json"));
+  expect_refused("noise sphere --runs 0", 2, {"--runs 0: expected 1 to 1000"});
+  expect_refused("noise spere", 2, {"unknown figure 'spere'; did you mean 'sphere'?"});
+}
+
 }  // namespace
 }  // namespace tactus::test

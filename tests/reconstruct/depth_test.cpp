@@ -8,7 +8,6 @@
 
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
-#include "tactus/reconstruct/depth_check.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -390,52 +389,6 @@ TEST(Depth, PixelsBesideAJumpAreNotUsed) {
   EXPECT_NEAR(flown / walled, 1, 2e-3);
   // The wall carves what hull there is around the outline, never the sphere.
   EXPECT_GT(walled, 4.0 / 3 * std::numbers::pi * std::pow(kRadius_m, 3) * 0.99);
-}
-
-TEST(Depth, WrongUnitsAreNamed) {
-  for (const char* figure : {"sphere", "hand", "rabbit", "scalpel", "bowl", "liver"}) {
-    const View good = figure_view(figure);
-    const Camera& tof = good.depth_cameras.front();
-    const auto check = [&](const DepthImage& depth_m) {
-      return depth_inconsistency(good.cameras, good.masks, tof, depth_m, good.workspace_m);
-    };
-    EXPECT_EQ(check(good.depths_m[0]), "") << figure;
-    DepthImage mm = good.depths_m[0], z = mm, wall = mm;
-    for (float& e : mm.pixels) e *= 1000;
-    for (float& e : wall.pixels) e = e > 0 ? e : 2.3F;
-    for (Index y = 0; y < tof.height_px; ++y) {
-      for (Index x = 0; x < tof.width_px; ++x)
-        z(x, y) *= static_cast<float>(dot(pixel_ray_world(tof, x, y), tof.axis_world()));
-    }
-    EXPECT_EQ(check(wall), "") << figure;
-    EXPECT_NE(check(mm).find("camera 'tof' looks like millimetres given as metres"), std::string::npos)
-        << figure;
-    // Near the optical axis z and radial distance are the same: only what reaches out shows the difference.
-    const bool reaches_out = std::string(figure) != "liver";
-    EXPECT_EQ(check(z).find("looks like z (distance along the optical axis)") != std::string::npos,
-              reaches_out)
-        << figure << ": " << check(z);
-  }
-}
-
-/// Noise puts half of the points before the surface, outside of tight silhouettes; that is no wrong unit.
-TEST(Depth, NoiseIsNoWrongUnit) {
-  std::mt19937 random(3);
-  for (const char* figure : {"sphere", "hand", "rabbit", "scalpel", "bowl", "liver"}) {
-    for (const float deviation_m : {0.003F, 0.01F, 0.03F}) {
-      View view = figure_view(figure);
-      DepthImage& depth_m = view.depths_m[0];
-      std::normal_distribution<float> noise(0, deviation_m);
-      for (float& e : depth_m.pixels) e = e > 0 ? e + noise(random) : 0;
-      const auto check = [&] {
-        return depth_inconsistency(view.cameras, view.masks, view.depth_cameras[0], depth_m,
-                                   view.workspace_m);
-      };
-      EXPECT_EQ(check(), "") << figure << " " << deviation_m;
-      for (float& e : depth_m.pixels) e *= 1000;
-      EXPECT_NE(check().find(" millimetres "), std::string::npos) << figure << " " << deviation_m;
-    }
-  }
 }
 
 TEST(Depth, WrongUnitsAreReportedAndNotUsed) {

@@ -75,8 +75,12 @@ void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, s
   const double sigma = kCorrelation_px / 2;
   cv::GaussianBlur(field, field, {0, 0}, sigma);
   field *= noise.segmentation_px * 2 * std::sqrt(std::acos(-1.0)) * sigma;
-  // The contour lies half a pixel from either side's centres.
-  const cv::Mat moved = (within - beyond + field) > 0;
+  // Distances are from centre to centre; the contour lies half a pixel from those of either side.
+  const cv::Mat halves(size, CV_32F, cv::Scalar(0.5)), side = within > 0;
+  cv::Mat distance = within - beyond;
+  cv::subtract(distance, halves, distance, side);
+  cv::add(distance, halves, distance, ~side);
+  const cv::Mat moved = (distance + field) > 0;
   pack_mask(moved.data, mask.width_px, mask.height_px, mask);
 }
 
