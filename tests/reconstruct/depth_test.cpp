@@ -202,6 +202,9 @@ TEST(Depth, BowlOpensTowardsTheCamera) {
     for (const Index n : {64, 100}) {
       const Result plain = reconstruct(view, n, false), deep = reconstruct(view, n);
       EXPECT_GT(error(plain), 0.2);
+      RecordProperty("error_" + std::to_string(c.cameras) + "_" + std::to_string(c.depth_cameras) + "_" +
+                         std::to_string(n),
+                     std::to_string(error(plain)) + " " + std::to_string(error(deep)));
       EXPECT_LE(std::abs(error(deep)), c.limit)
           << c.cameras << " cameras, " << c.depth_cameras << " depth cameras, " << n;
       EXPECT_TRUE(deep.topology.closed_manifold());
