@@ -72,7 +72,8 @@ TEST(Kinect, CaptureHoldsRadialDistanceOfUndistortedPixels) {
       if (!clear || u < 0 || v < 0 || u >= 640 || v >= 576) continue;
       const double z_m = raw_mm(u, v) * 1e-3;
       // float32: 6e-8 of up to 4 m, twice.
-      ASSERT_NEAR(static_cast<double>(frame.depths_m.at(0)(x, y)), z_m * std::sqrt(1 + rx * rx + ry * ry), 1e-6)
+      ASSERT_NEAR(static_cast<double>(frame.depths_m.at(0)(x, y)), z_m * std::sqrt(1 + rx * rx + ry * ry),
+                  1e-6)
           << x << "," << y;
       ++compared;
     }
