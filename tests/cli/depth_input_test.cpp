@@ -229,7 +229,7 @@ TEST_F(DepthInput, AHoleInOneMaskIsNamedAndRepaired) {
 TEST_F(ProgramTest, NoiseCostsAccuracy) {
   const Outcome o = run_tactus("noise sphere --runs 2 --resolution 48 --json " + path("noise.json"));
   ASSERT_EQ(o.code, 0) << o.text;
-  const nlohmann::json json = read_json("noise.json"), rows = json["rows"];
+  const nlohmann::json rows = read_json("noise.json")["rows"];
   const auto row = [&](const std::string& noise, const std::string& amount) -> nlohmann::json {
     for (const nlohmann::json& r : rows) {
       if (r["noise"] == noise && r["amount"] == amount) return r;
