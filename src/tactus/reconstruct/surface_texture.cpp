@@ -21,15 +21,6 @@ void check_k(Index k, std::size_t cameras) {
                     std::to_string(cameras) + ", the number of cameras");
 }
 
-/// Pixels of a texel of the depth map: a voxel in the middle of the workspace, at least 2 (outlines of real
-/// masks are no sharper). Nearer ones look larger, up to 1.5 texels at two thirds of that distance, and the
-/// widened map still has no holes.
-float texel_px(const Camera& camera, const TextureOptions& options) {
-  const double distance = length(camera.center_world() - vec_cast<double>(options.center_m));
-  const double voxel_px = camera.fx_px * static_cast<double>(options.voxel_size_m) / std::max(distance, 1e-3);
-  return static_cast<float>(std::clamp(voxel_px, 2.0, 64.0));
-}
-
 TextureCamera device_camera(const Camera& camera) {
   const Mat3d KR = camera.intrinsics() * camera.T_cam_world.R;
   const Vec3d Kt = camera.intrinsics() * camera.T_cam_world.t;
@@ -80,7 +71,7 @@ SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras
   for (const Camera& camera : cameras) {
     check_camera(camera);
     TextureCamera c = device_camera(camera);
-    const float texel = texel_px(camera, options);
+    const float texel = PhotoChoice::texel_px(camera, options.voxel_size_m, options.center_m);
     c.texels_per_px = 1 / texel;
     const auto texels = [texel](Index pixels) {
       return static_cast<Index>(std::ceil(static_cast<float>(pixels) / texel)) + 2;
@@ -153,7 +144,7 @@ void SurfaceTexture::shade(ExecContext& ctx, const DeviceMesh& mesh, View<const 
       "texture/colors", ceil_div(vertices.capacity, ColorVertices::kThreads),
       ColorVertices{device_cameras_.const_view(), mesh.positions_m, normals, vertices, maps_.const_view(),
                     photos_.const_view(), live_, eye_m.has_value(), eye_m.value_or(Vec3f{}), options_.k,
-                    0.5F * options_.voxel_size_m, colors_.view()});
+                    PhotoChoice::kBiasVoxels * options_.voxel_size_m, colors_.view()});
   if (options_.fill_steps > 0) ctx.fill_bytes(sums_.view(), 0);
   for (int i = 0; i < options_.fill_steps; ++i) {
     ctx.parallel_for("texture/neighbours", triangles,

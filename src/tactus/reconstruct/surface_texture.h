@@ -54,6 +54,9 @@ class SurfaceTexture {
 
   /// (max_vertices) packed as VertexColor: r, g, b, and who gave it.
   View<const std::uint32_t> colors() const { return colors_.const_view(); }
+  /// The photos on the device, one camera after another, row by row; bit c of `live_photos`: camera c has one.
+  View<const Rgb8> photos() const { return photos_.const_view(); }
+  std::uint32_t live_photos() const { return live_; }
   Index k() const { return options_.k; }
   void set_k(Index k);
 

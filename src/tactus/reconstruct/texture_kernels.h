@@ -6,10 +6,11 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/kernel.h"
 #include "tactus/geom/image.h"
+#include "tactus/geom/photo_choice.h"
 
 namespace tactus {
 
-inline constexpr int kMaxTextureCameras = 32;
+inline constexpr int kMaxTextureCameras = PhotoChoice::kMaxCameras;
 
 /// A camera as the texture sees it: world metres to pixels, and where its depth map and photo lie.
 struct TextureCamera {
@@ -170,13 +171,7 @@ struct VertexColor {
   TACTUS_HD static std::uint32_t from(std::uint32_t color) { return color >> 24; }
 };
 
-/// Colour of every vertex from its best k cameras.
-///
-/// A camera's score is s_j = f_j / (1 - cos θ_j + ε), θ_j the angle between its optical axis and the viewing
-/// direction; f_j falls to 0 at grazing view, at the image's border and where something hides the point. The
-/// best k are blended with weights s_j - s_(k+1), which are 0 for a camera that is about to leave the best k:
-/// no seams pop up when the viewer moves. k = 1 is the paper: among the cameras that see the point the one
-/// with the smallest θ_j.
+/// Colour of every vertex from its best k cameras (PhotoChoice has the formula).
 struct ColorVertices {
   View<const TextureCamera> cameras;
   View<const Vec3f> positions_m, normals;
@@ -191,9 +186,9 @@ struct ColorVertices {
   View<std::uint32_t> colors;
 
   static constexpr int kThreads = 64;
-  static constexpr float kLeastCosine = 0.2F, kFullCosine = 0.5F;  ///< f_j's ramp over the angle of view
-  static constexpr float kOutlineWeight = 0.001F;
-  static constexpr float kEpsilon = 0.01F;  ///< ε: cameras within 8 degrees are about equally good
+  static constexpr float kLeastCosine = PhotoChoice::kLeastCosine, kFullCosine = PhotoChoice::kFullCosine;
+  static constexpr float kOutlineWeight = PhotoChoice::kOutlineWeight;
+  static constexpr float kEpsilon = PhotoChoice::kEpsilon;
   struct Shared {
     VectorLanes<kThreads> p, n, look;  ///< look: unit, from the viewer to the point
     float score[kMaxTextureCameras][kThreads];
@@ -233,7 +228,7 @@ struct ColorVertices {
     const float cosine = dot(n, to_camera) / max(tactus::sqrt(dot(to_camera, to_camera)), 1e-6F);
     const float ramp = 1.F / (kFullCosine - kLeastCosine);
     const float facing = clamp((cosine - kLeastCosine) * ramp, 0.F, 1.F);
-    const float framed = clamp(border_px * 0.0625F, 0.F, 1.F);  // over 16 px
+    const float framed = clamp(border_px * (1.F / PhotoChoice::kBorderPx), 0.F, 1.F);
     const float seen = visibility(c, u, v, h.z);
     const float f = as_float(in_front) * facing * framed * seen;
     const float choice = as_float(f > 0.F) * max(as_float(seen > kOutlineWeight), kOutlineWeight);
