@@ -119,10 +119,10 @@ nlohmann::json run_depth_case(DeviceSet& devices, const std::string& figure, Ind
   FrameSet frame;
   source.next(frame);
   VisualHull hull(devices, source.rig().cameras, {.workspace_m = source.rig().workspace_m, .resolution = n},
-                  {&*source.rig().depth_camera, 1});
+                  source.rig().depth_cameras);
   const auto upload = time_ms(
       [&] {
-        hull.upload(frame.silhouettes, {&frame.depth_m, 1});
+        hull.upload(frame.silhouettes, frame.depths_m);
         devices.synchronize();
       },
       20, 0.3);

@@ -244,6 +244,12 @@ TEST(Hull, OverflowIsAStatusWithItsRemedy) {
                                                                  : "raise max_vertices"),
                 std::string::npos);
       EXPECT_NO_THROW(topology(hull->download()));  // no triangle names a vertex that is not there
+      // Nor does any on the device, where normals and surfaces read them.
+      const DeviceMesh mesh = hull->mesh();
+      const std::vector<Vec3i> triangles = to_host(
+          set.context(0), mesh.triangles.part(0, std::min(hull->report().triangles, mesh.triangles.size())));
+      for (const Vec3i t : triangles)
+        ASSERT_TRUE(min(t.x, min(t.y, t.z)) >= 0 && max(t.x, max(t.y, t.z)) < mesh.positions_m.size());
     }
   }
 }

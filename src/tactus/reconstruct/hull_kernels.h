@@ -2,6 +2,7 @@
 /// Which nodes of the grid lie inside every silhouette, found coarse to fine: blocks of 32^3 nodes, bricks of
 /// 8^3, sub-bricks of 4^3, nodes. Only bricks that may hold surface get memory. [P, "Visual hull
 /// computation"]
+#include "tactus/base/bits.h"
 #include "tactus/reconstruct/silhouette_kernels.h"
 
 namespace tactus {
@@ -29,9 +30,11 @@ struct HullGrid {
   TACTUS_HD bool holds(Vec3i b) const { return b.x < bricks.x && b.y < bricks.y && b.z < layer_end; }
 };
 
-/// Sorts bricks into outside, inside and active. One block is 4^3 bricks.
+/// Sorts bricks into outside, inside and active. One block is 4^3 bricks. Outside is what more than
+/// `tolerated` cameras see before background.
 struct ClassifyBricks {
   HullGrid grid;
+  Index tolerated;
   Vec3i blocks;  ///< of this part
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells;
@@ -58,11 +61,12 @@ struct ClassifyBricks {
     });
     b.on_one_thread([&] {
       s.mixed = 0;
-      s.outside = false;
+      Index outside = 0;
       for (Index c = 0; c < cameras.size(); ++c) {
-        s.outside = s.outside || s.verdict[c] == 2;
-        s.mixed |= s.verdict[c] == 0 ? 1U << c : 0U;
+        outside += s.verdict[c] == 2 ? 1 : 0;
+        s.mixed |= s.verdict[c] == 1 ? 0U : 1U << c;
       }
+      s.outside = outside > tolerated;
     });
     classify_bricks(b, s, first);
   }
@@ -80,14 +84,15 @@ struct ClassifyBricks {
     const auto brick_of = [first](int t) { return first + Vec3i{t & 3, t >> 2 & 3, t >> 4}; };
     b.for_each_thread([&](int t) {
       mixed[t] = 0;
-      outside[t] = s.outside ? 1U : 0U;
+      outside[t] = s.outside ? ~0U : 0U;
     });
+    const auto most = static_cast<std::uint32_t>(tolerated);
     for (Index c = 0; c < cameras.size() && !s.outside; ++c) {
       if ((s.mixed >> c & 1U) == 0) continue;
       const HullCamera camera = cameras[c];
       b.for_each_thread([&](int t) {
         const Footprint f = look(camera, brick_of(t), kBrick);
-        outside[t] |= f.outside ? 1U : 0U;
+        outside[t] += f.outside ? 1U : 0U;
         mixed[t] |= f.inside ? 0U : 1U << c;
       });
     }
@@ -97,8 +102,9 @@ struct ClassifyBricks {
       const bool at_padding = min(node.x, min(node.y, node.z)) == 0 || node.x + kBrick >= grid.last_node.x ||
                               node.y + kBrick >= grid.last_node.y || node.z + kBrick >= grid.last_node.z;
       const Index i = grid.brick_index(brick);
-      active[i] = outside[t] == 0 && (mixed[t] != 0 || at_padding) ? 1 : 0;
-      slot[i] = outside[t] != 0 ? kOutsideBrick : kInsideBrick;
+      const bool is_mixed = most == 0 ? mixed[t] != 0 : popcount(mixed[t]) > tolerated;
+      active[i] = outside[t] <= most && (is_mixed || at_padding) ? 1 : 0;
+      slot[i] = outside[t] > most ? kOutsideBrick : kInsideBrick;
       brick_cameras[i] = mixed[t];
     });
   }
@@ -122,6 +128,7 @@ struct AssignSlots {
 /// Signs of the 8^3 nodes of an active brick, a bit each: row (z, y), bit x; set is inside.
 struct BrickSigns {
   HullGrid grid;
+  Index tolerated;  ///< as ClassifyBricks
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells, bits;
   View<const Index> active_bricks;
@@ -132,7 +139,8 @@ struct BrickSigns {
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
     std::uint32_t sub_mixed[8], sub_outside[8];
-    std::uint32_t inside[8][kSubNodes];  ///< per sub-brick and node: 0 or 1
+    std::int32_t votes[8][kSubNodes];    ///< per sub-brick and node: how many more may carve it; < 0: outside
+    std::uint32_t inside[8][kSubNodes];  ///< 0 or 1
   };
 
   template <class Block>
@@ -166,11 +174,12 @@ struct BrickSigns {
         const Footprint f = classify_footprint(
             camera, cells.data(), vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
         s.sub_mixed[t] |= f.inside ? 0U : 1U << c;
-        s.sub_outside[t] |= f.outside ? 1U : 0U;
+        s.sub_outside[t] += f.outside ? 1U : 0U;
       });
     }
     // An outside sub-brick holds no crossing.
     b.for_threads(8, [&](int t) {
+      s.sub_outside[t] = s.sub_outside[t] > static_cast<std::uint32_t>(tolerated) ? 1U : 0U;
       s.sub_mixed[t] = s.sub_outside[t] != 0 ? 0U : s.sub_mixed[t];
       sub_cameras[b.index() * 8 + t] = s.sub_mixed[t];
     });
@@ -188,7 +197,7 @@ struct BrickSigns {
           const Vec3i n = node_of(sub, t);
           const bool real =
               (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
-          s.inside[sub][t] = (real & (s.sub_outside[sub] == 0)) ? 1U : 0U;
+          s.votes[sub][t] = (real & (s.sub_outside[sub] == 0)) ? tolerated : -1;
         });
     for (Index c = 0; c < cameras.size(); ++c) {
       if ((candidates >> c & 1U) == 0) continue;
@@ -199,9 +208,12 @@ struct BrickSigns {
           [&](int sub, int t) {
             const float value =
                 sample_silhouette(camera, words, project_node(camera, vec_cast<float>(node_of(sub, t))));
-            s.inside[sub][t] &= value >= 0.F ? 1U : 0U;
+            s.votes[sub][t] -= value >= 0.F ? 0 : 1;
           });
     }
+    b.template for_groups<kSubNodes>(
+        8, [](int) { return true; },
+        [&](int sub, int t) { s.inside[sub][t] = s.votes[sub][t] >= 0 ? 1U : 0U; });
   }
 };
 

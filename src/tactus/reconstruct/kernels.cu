@@ -4,6 +4,7 @@
 #include "tactus/reconstruct/mesh_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
+#include "tactus/reconstruct/tolerant_kernels.h"
 #include "tactus/reconstruct/view_score_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
@@ -13,6 +14,7 @@ TACTUS_CUDA_KERNEL(tactus::AssignSlots);
 TACTUS_CUDA_KERNEL(tactus::BrickSigns);
 TACTUS_CUDA_KERNEL(tactus::CountBrickMesh);
 TACTUS_CUDA_KERNEL(tactus::EmitVertices);
+TACTUS_CUDA_KERNEL(tactus::EmitTolerantVertices);
 TACTUS_CUDA_KERNEL(tactus::EmitTriangles);
 TACTUS_CUDA_KERNEL(tactus::CollectCounts);
 TACTUS_CUDA_KERNEL(tactus::GatherVertices);

@@ -277,12 +277,18 @@ struct EmitVertices {
   }
 };
 
+/// After an overflow there are triangles whose vertices are not there: whoever reads vertices must not trip.
+TACTUS_HD inline Vec3i existing(Vec3i triangle, Index max_vertices) {
+  return max(triangle.x, max(triangle.y, triangle.z)) < max_vertices ? triangle : Vec3i{0, 0, 0};
+}
+
 /// Triangles of a brick, as numbers of vertices in this part's own order.
 struct EmitTriangles {
   BrickTable table;
   View<const CellCase> cases;
   View<const std::uint32_t> crossings, row_start;
   View<const Index> vertex_start, triangle_start;  ///< scanned counts, per slot
+  Index max_vertices;                              ///< there is no vertex of this number or more
   View<Vec3i> triangles;                           ///< out: three vertices, counter-clockwise from outside
 
   static constexpr int kThreads = 64;
@@ -301,9 +307,10 @@ struct EmitTriangles {
         const CellCase& cell = cases[static_cast<Index>(s.signs.cell_signs(x, y, z))];
         for (int k = 0; k < cell.triangle_count; ++k, ++at) {
           if (at >= triangles.size()) return;
-          triangles[at] = {vertex(s.signs, x, y, z, cell.edge[3 * k]),
-                           vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
-                           vertex(s.signs, x, y, z, cell.edge[3 * k + 2])};
+          triangles[at] = existing(
+              {vertex(s.signs, x, y, z, cell.edge[3 * k]), vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
+               vertex(s.signs, x, y, z, cell.edge[3 * k + 2])},
+              max_vertices);
         }
       }
     });
@@ -354,6 +361,7 @@ struct GatherTriangles {
   View<const Vec3i> part;
   View<const PartCounts> counts;
   Index part_index;
+  Index max_vertices;  ///< of the whole mesh
   View<Vec3i> all;
   TACTUS_HD void operator()(Index i) const {
     Index base = 0, vertex_base = 0;
@@ -363,7 +371,7 @@ struct GatherTriangles {
     }
     if (i >= counts[part_index].triangles || base + i >= all.size()) return;
     const Vec3i t = part[i];
-    all[base + i] = t + Vec3i{vertex_base, vertex_base, vertex_base};
+    all[base + i] = existing(t + Vec3i{vertex_base, vertex_base, vertex_base}, max_vertices);
   }
 };
 struct SumCounts {

@@ -9,6 +9,7 @@
 #include "tactus/geom/mask_growth.h"
 #include "tactus/reconstruct/depth_check.h"
 #include "tactus/reconstruct/depth_stage.h"
+#include "tactus/reconstruct/tolerant_kernels.h"
 
 namespace tactus {
 namespace {
@@ -126,6 +127,7 @@ struct VisualHull::Impl {
   Box3f workspace_m;
   std::string depth_status;
   int slack_px;
+  Index tolerated;
   std::vector<BitMask> grown;  ///< silhouettes with their slack
   Vec3i voxels{};
   float voxel_size_m = 0;
@@ -161,6 +163,7 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
       depth_cameras(depth_rig.begin(), depth_rig.end()),
       workspace_m(options.workspace_m),
       slack_px(options.slack_px),
+      tolerated(options.tolerated_views),
       grown(rig.size()) {
   const Vec3d extent = vec_cast<double>(options.workspace_m.extent());
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
@@ -175,6 +178,12 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   }
   if (options.slack_px < 0 || options.slack_px > 64)
     throw usage_error("slack of " + std::to_string(options.slack_px) + " px: expected 0 to 64");
+  const Index most_tolerated =
+      std::min(EmitTolerantVertices::kMostTolerated, static_cast<Index>(rig.size()) - 1);
+  if (tolerated < 0 || tolerated > most_tolerated) {
+    throw usage_error("tolerated views " + std::to_string(tolerated) + ": expected 0 to " +
+                      std::to_string(most_tolerated) + " with " + std::to_string(rig.size()) + " cameras");
+  }
   for (const Camera& camera : rig) check_camera(camera);
 
   const double voxel = std::max({extent.x, extent.y, extent.z}) / options.resolution;
@@ -355,8 +364,8 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
                    SumCellColumns{in.cameras.view(), in.cell_columns.view(), part.cells.view()});
   if (!depth.empty()) part.depth.prepare(ctx, in.cameras.view(), in.bits.view());
   ctx.parallel_for("hull/classify", in.blocks.x * in.blocks.y * in.blocks.z,
-                   ClassifyBricks{in.grid, in.blocks, in.cameras.view(), in.cells.view(), part.active.view(),
-                                  part.slot.view(), part.brick_cameras.view()});
+                   ClassifyBricks{in.grid, tolerated, in.blocks, in.cameras.view(), in.cells.view(),
+                                  part.active.view(), part.slot.view(), part.brick_cameras.view()});
   if (!depth.empty()) part.depth.vote(ctx, in.grid, in.blocks, part.active.view(), part.slot.view());
   ctx.compact("hull/compact", in.active.view(), part.active_bricks.view(), part.active_count.view());
   ctx.fill_bytes(part.own_count.view(), 0);
@@ -364,10 +373,10 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
   ctx.parallel_for("hull/assign_slots", active,
                    AssignSlots{in.grid, in.own.end, in.capacity.bricks, in.active_bricks.view(),
                                in.active_count.view(), part.slot.view(), part.own_count.view()});
-  ctx.parallel_for(
-      "hull/signs", active,
-      BrickSigns{in.grid, in.cameras.view(), in.cells.view(), in.bits.view(), in.active_bricks.view(),
-                 in.brick_cameras.view(), part.rows.view(), part.sub_cameras.view()});
+  ctx.parallel_for("hull/signs", active,
+                   BrickSigns{in.grid, tolerated, in.cameras.view(), in.cells.view(), in.bits.view(),
+                              in.active_bricks.view(), in.brick_cameras.view(), part.rows.view(),
+                              part.sub_cameras.view()});
   if (!depth.empty()) part.depth.sign(ctx, active, in.table(), part.rows.view());
 }
 
@@ -401,11 +410,15 @@ void VisualHull::Impl::extract(ExecContext& ctx, Part& part) {
                           origin_m,
                           voxel_size_m,
                           part.positions_m.view()};
-  ctx.parallel_for("mesh/vertices", own, emit);
+  if (tolerated == 0)
+    ctx.parallel_for("mesh/vertices", own, emit);
+  else
+    ctx.parallel_for("mesh/tolerant_vertices", own, EmitTolerantVertices{emit, tolerated});
   if (!depth.empty()) part.depth.cut(ctx, own, emit);
   ctx.parallel_for("mesh/triangles", own,
                    EmitTriangles{in.table(), in.cases.view(), in.crossings.view(), in.row_start.view(),
-                                 in.vertex_start.view(), in.triangle_start.view(), part.triangles.view()});
+                                 in.vertex_start.view(), in.triangle_start.view(), in.capacity.vertices,
+                                 part.triangles.view()});
   ctx.parallel_for("mesh/collect", 1,
                    CollectCounts{in.own_count.view(), in.active_count.view(), in.vertex_start.view(),
                                  in.triangle_start.view(), part.counts.view()});
@@ -434,7 +447,7 @@ void VisualHull::Impl::gather() {
                      GatherVertices{positions_m, counts, p, all_positions_m.view()});
     ctx.parallel_for("mesh/gather_triangles",
                      Count(View<const Index>(&counts.data()[p].triangles, 1), part.capacity.triangles),
-                     GatherTriangles{triangles, counts, p, all_triangles.view()});
+                     GatherTriangles{triangles, counts, p, all_positions_m.size(), all_triangles.view()});
   }
   ctx.parallel_for("mesh/total", 1, SumCounts{counts, total.view()});
 }
@@ -489,8 +502,8 @@ TriangleMesh VisualHull::download() {
   out.positions_m = to_host(ctx, device_mesh.positions_m.part(0, r.vertices));
   const std::vector<Vec3i> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));
   out.triangles.reserve(triangles.size());
-  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there
-    if (max(t.x, max(t.y, t.z)) < r.vertices) out.triangles.push_back({t.x, t.y, t.z});
+  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there, or none
+    if (max(t.x, max(t.y, t.z)) < r.vertices && t.x != t.y) out.triangles.push_back({t.x, t.y, t.z});
   }
   return out;
 }

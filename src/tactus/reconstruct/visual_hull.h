@@ -21,6 +21,10 @@ struct HullOptions {
   /// Silhouettes grow by this many pixels before they carve: what calibration and segmentation may be wrong
   /// by. Cameras that disagree by less then keep what one of them sees.
   int slack_px = 0;
+  /// A point is outside when more than so many cameras see background there: the k-of-n hull with
+  /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
+  /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
+  Index tolerated_views = 0;
   Index max_active_bricks =
       0;  ///< capacity of 8^3-voxel bricks that hold surface, per device; 0: from the resolution
   Index max_vertices = 0;   ///< 0: from the resolution
