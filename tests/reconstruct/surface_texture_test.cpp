@@ -8,6 +8,7 @@
 #include "reconstruct/painted_balls.h"
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/photo_atlas.h"
 
 namespace tactus {
 namespace {
@@ -152,6 +153,63 @@ TEST(Texture, WhatIsHiddenGetsNoColourOfWhatHidesIt) {
     EXPECT_GT(large, 2000);
     EXPECT_GT(hidden_from_best, 50);  // so that the test means something
   }
+}
+
+TEST_P(Texture, AtlasOfPhotosShowsThePaint) {
+  const Stage& stage = two_balls();
+  DeviceSet set(GetParam());
+  ExecContext& ctx = set.context(0);
+  VisualHull hull(set, stage.cameras, {kCube, 64});
+  SurfaceNormals normals(set.device(0), hull.mesh().positions_m.size());
+  SurfaceTexture paint(ctx, stage.cameras,
+                       {.k = 3,
+                        .voxel_size_m = hull.voxel_size_m(),
+                        .center_m = {0, 0.5F, 0},
+                        .max_vertices = hull.mesh().positions_m.size(),
+                        .max_triangles = hull.mesh().triangles.size()});
+  hull.upload(stage.masks());
+  const std::vector<ColorImage> photos = stage.photos();
+  paint.upload(ctx, photos);
+  hull.carve();
+  hull.extract();
+  normals.compute(ctx, hull.mesh(), hull.voxel_size_m());
+  paint.shade(ctx, hull.mesh(), normals.view());
+  paint.choose(ctx, hull.mesh(), normals.view());
+  const HullReport report = hull.report();
+  TriangleMesh mesh = hull.download();
+  mesh.normals = to_host(ctx, normals.view().part(0, report.vertices));
+  const std::vector<Index> chosen = to_host(ctx, paint.triangle_cameras().part(0, report.triangles));
+  const std::vector<Rgb8> colors = to_rgb(to_host(ctx, paint.colors().part(0, report.vertices)));
+  const TexturedMesh t = make_photo_atlas(mesh, chosen, colors, stage.cameras, photos);
+
+  ASSERT_EQ(t.mesh.triangles.size(), mesh.triangles.size());
+  ASSERT_EQ(t.uv.size(), t.mesh.positions_m.size());
+  int cut = 0, large = 0;
+  for (std::size_t i = 0; i < t.mesh.triangles.size(); ++i) {
+    cut += chosen[i] >= 0 ? 1 : 0;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto v = static_cast<std::size_t>(t.mesh.triangles[i][corner]);
+      EXPECT_EQ(t.mesh.positions_m[v], mesh.positions_m[static_cast<std::size_t>(mesh.triangles[i][corner])]);
+      const Vec2f uv = t.uv[v];
+      ASSERT_TRUE(uv.x > 0 && uv.x < 1 && uv.y > 0 && uv.y < 1);
+      const Vec3d out = vec_cast<double>(t.mesh.positions_m[v]) - stage.balls[0].center_m;
+      const double height = length(out) - stage.balls[0].radius_m;
+      if (chosen[i] < 0 || height > static_cast<double>(hull.voxel_size_m()) || height < -1e-3) continue;
+      const Rgb8 texel = t.atlas(static_cast<Index>(uv.x * static_cast<float>(t.atlas.width_px)),
+                                 static_cast<Index>(uv.y * static_cast<float>(t.atlas.height_px)));
+      const Vec3d off =
+          Vec3d{static_cast<double>(texel.r), static_cast<double>(texel.g), static_cast<double>(texel.b)} -
+          Stage::paint(0, normalized(out));
+      // The nearest texel instead of a bilinear one: the pixel of the tolerance is meant for that.
+      ASSERT_LE(std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}),
+                paint_tolerance(std::max(height, 0.0), stage.balls[0].radius_m))
+          << "triangle " << i << " from photo " << chosen[i];
+      ++large;
+    }
+  }
+  EXPECT_GT(large, 20000);
+  // Triangles whose corners no one camera sees: at the poles and where the balls hide each other.
+  EXPECT_GT(cut, 0.9 * static_cast<double>(chosen.size()));
 }
 
 TEST(Texture, BlendingMovesSmoothlyWithTheViewer) {

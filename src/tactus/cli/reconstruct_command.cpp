@@ -72,6 +72,16 @@ void check_capacities(const ReconstructOptions& options) {
   }
 }
 
+/// In small letters, with its dot.
+std::string extension_of(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension;
+}
+bool is_gltf(const std::string& path) {
+  return extension_of(path) == ".glb" || extension_of(path) == ".gltf";
+}
+
 /// What would spoil the outputs, found before the work.
 void check_outputs(const ReconstructOptions& options) {
   if (!options.json_path.empty()) output_is_writable(options.json_path);
@@ -81,12 +91,12 @@ void check_outputs(const ReconstructOptions& options) {
   }
   if (options.mesh_path.empty()) return;
   const std::string& path = options.mesh_path;
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (extension != ".ply" && extension != ".obj")
-    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply or .obj");
+  const std::string extension = extension_of(path);
+  if (extension != ".ply" && extension != ".obj" && !is_gltf(path))
+    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply, .obj, .glb or .gltf");
   if (options.texture && extension == ".obj")
-    throw usage_error("--mesh '" + path + "': OBJ holds no colours; with --texture, write .ply");
+    throw usage_error("--mesh '" + path +
+                      "': OBJ holds no colours; with --texture, write .ply, .glb or .gltf");
   output_is_writable(path);
 }
 
@@ -226,13 +236,22 @@ class Reconstruction {
   TriangleMesh write_files(const FrameSet& frame, const HullReport& report, bool several) {
     TriangleMesh mesh = hull_.download();
     mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
-    if (!options_.mesh_path.empty()) {
-      write_mesh(numbered(options_.mesh_path, frame.tick, several), mesh,
-                 texture_ ? texture_->colors(report.vertices) : std::vector<Rgb8>{});
-    }
+    if (!options_.mesh_path.empty())
+      write_surface(frame, mesh, numbered(options_.mesh_path, frame.tick, several));
     if (!options_.views_path.empty())
       write_png(numbered(options_.views_path, frame.tick, several), texture_->picture(hull_, normals_, mesh));
     return mesh;
+  }
+
+  void write_surface(const FrameSet& frame, const TriangleMesh& mesh, const std::string& path) {
+    if (texture_ && is_gltf(path)) {
+      const TexturedMesh textured = texture_->textured(frame, hull_, normals_, mesh);
+      write_gltf(path, textured, encode_png(textured.atlas));
+      return;
+    }
+    write_mesh(
+        path, mesh,
+        texture_ ? texture_->colors(static_cast<Index>(mesh.positions_m.size())) : std::vector<Rgb8>{});
   }
 
   DeviceSet& devices_;
@@ -300,14 +319,16 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->add_option("--mesh", options->mesh_path,
-                      "write the mesh (.ply, .obj); several frames get a number");
+                      "write the mesh (.ply, .obj, .glb, .gltf); several frames get a number");
   command->add_option("--json", options->json_path, "write the measurements");
   command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
       ->delimiter(',');
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
-  command->add_option("--texture", options->texture,
-                      "colour the mesh (.ply) from the photos: each vertex from its best K cameras");
+  command->add_option(
+      "--texture", options->texture,
+      "colour the mesh from the photos: each vertex (.ply) from its best K cameras; .glb and .gltf get the "
+      "photos as an atlas, each triangle from its best");
   command->add_option("--texture-views", options->views_path,
                       "with --texture: write a picture (.png) of three free views, K = 1 above K");
   command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
@@ -327,7 +348,7 @@ void add_reconstruct_command(CLI::App& app) {
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
-      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.ply\n"
+      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.glb\n"
       "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
 
       "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");

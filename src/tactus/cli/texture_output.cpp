@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/geom/symmetric_eigen.h"
+#include "tactus/reconstruct/photo_atlas.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
@@ -54,8 +56,9 @@ TextureOutput::TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHul
       texture_(devices.context(0), rig.cameras,
                {.k = k,
                 .voxel_size_m = hull.voxel_size_m(),
-                .center_m = 0.5F * (workspace_m.min + workspace_m.max),
+                .center_m = workspace_m.center(),
                 .max_vertices = hull.mesh().positions_m.size(),
+                .max_triangles = hull.mesh().triangles.size(),
                 .fill_steps = 8}) {}
 
 void TextureOutput::shade(const FrameSet& frame, const VisualHull& hull, View<const Vec3f> normals) {
@@ -71,32 +74,51 @@ std::vector<Rgb8> TextureOutput::colors(Index vertices) const {
   return to_rgb(to_host(devices_.context(0), texture_.colors().part(0, vertices)));
 }
 
+TexturedMesh TextureOutput::textured(const FrameSet& frame, const VisualHull& hull,
+                                     const SurfaceNormals& normals, const TriangleMesh& mesh) {
+  ExecContext& ctx = devices_.context(0);
+  texture_.choose(ctx, hull.mesh(), normals.view());
+  const std::vector<Index> cameras =
+      to_host(ctx, texture_.triangle_cameras().part(0, static_cast<Index>(mesh.triangles.size())));
+  return make_photo_atlas(mesh, cameras, colors(static_cast<Index>(mesh.positions_m.size())), rig_.cameras,
+                          frame.colors);
+}
+
 ColorImage TextureOutput::picture(const VisualHull& hull, const SurfaceNormals& normals,
                                   const TriangleMesh& mesh) {
-  ExecContext& ctx = devices_.context(0);
   const Mat3f R_view_world = upright(rig_);
+  TriangleMesh turned = mesh;
+  for (Vec3f& p : turned.positions_m) p = R_view_world * p;
   ViewScene scene;
   scene.ground = false;
-  scene.meshes.push_back({.name = "hull", .mesh = mesh});
-  TriangleMesh& turned = scene.meshes.front().mesh;
-  for (Vec3f& p : turned.positions_m) p = R_view_world * p;
-  for (Vec3f& n : turned.normals) n = R_view_world * n;
+  const auto vertices = static_cast<Index>(mesh.positions_m.size());
+  ViewMesh view{.name = "hull", .colors = colors(vertices), .R_world_mesh = R_view_world};
+  view.device =
+      DeviceSurface{.ctx = &devices_.context(0),
+                    .positions_m = hull.mesh().positions_m.part(0, vertices),
+                    .normals = normals.view().part(0, vertices),
+                    .triangles = hull.mesh().triangles.part(0, static_cast<Index>(mesh.triangles.size())),
+                    .box_m = bounds(mesh),
+                    .photos = texture_.photos(),
+                    .live_photos = texture_.live_photos()};
+  scene.meshes.push_back(std::move(view));
   Renderer renderer({.width_px = kCell_px, .height_px = kCell_px, .samples = 4, .shadow_map_px = 0});
+  log_debug("the surface for OpenGL: " + Renderer::sharing(devices_.device(0)));
   static constexpr float kAzimuths_rad[] = {0.4F, 2.5F, 4.6F};
   ColorImage sheet(3 * kCell_px, 2 * kCell_px), cell;
-  const auto vertices = static_cast<Index>(mesh.positions_m.size());
   for (const Index row : {0, 1}) {
-    texture_.set_k(row == 0 ? 1 : k_);
+    const Index k = row == 0 ? 1 : k_;
+    scene.meshes.front().photos = std::make_shared<ViewPhotos>(ViewPhotos{.cameras = rig_.cameras,
+                                                                          .images = {},
+                                                                          .k = k,
+                                                                          .voxel_size_m = hull.voxel_size_m(),
+                                                                          .center_m = workspace_m_.center()});
     for (Index column = 0; column < 3; ++column) {
-      const ViewCamera camera = frame_box(bounds(turned), kAzimuths_rad[column], 0.3F, 1.F);
-      texture_.shade(ctx, hull.mesh(), normals.view(), transpose(R_view_world) * camera.eye_m());
-      scene.meshes.front().colors = colors(vertices);
-      renderer.render(scene, camera, cell);
-      draw_text(cell, "k = " + std::to_string(texture_.k()), 16, kCell_px - 16, 20);
+      renderer.render(scene, frame_box(bounds(turned), kAzimuths_rad[column], 0.3F, 1.F), cell);
+      draw_text(cell, "k = " + std::to_string(k), 16, kCell_px - 16, 20);
       paste(cell, sheet, column * kCell_px, row * kCell_px);
     }
   }
-  texture_.set_k(k_);
   return sheet;
 }
 

@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/reconstruct/atlas_kernels.h"
 #include "tactus/reconstruct/depth_mesh_kernels.h"
 #include "tactus/reconstruct/depth_seam_kernels.h"
 #include "tactus/reconstruct/mesh_kernels.h"
@@ -29,6 +30,7 @@ TACTUS_CUDA_KERNEL(tactus::MarkOutlines);
 TACTUS_CUDA_KERNEL(tactus::ColorVertices);
 TACTUS_CUDA_KERNEL(tactus::AddNeighbourColors);
 TACTUS_CUDA_KERNEL(tactus::FillColors);
+TACTUS_CUDA_KERNEL(tactus::ChooseTrianglePhotos);
 TACTUS_CUDA_KERNEL(tactus::BlameSamples);
 TACTUS_CUDA_KERNEL(tactus::CountBlame);
 TACTUS_CUDA_KERNEL(tactus::PrepareDepth);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/atlas_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 
 namespace tactus {
@@ -96,6 +97,7 @@ SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras
   maps_ = Buffer<std::uint32_t>(device, map_texels);
   colors_ = Buffer<std::uint32_t>(device, options.max_vertices);
   sums_ = Buffer<std::uint64_t>(device, options.max_vertices);
+  triangle_cameras_ = Buffer<Index>(device, options.max_triangles);
 }
 
 void SurfaceTexture::set_k(Index k) {
@@ -142,15 +144,27 @@ void SurfaceTexture::shade(ExecContext& ctx, const DeviceMesh& mesh, View<const 
                                 maps_.view()});
   ctx.parallel_for(
       "texture/colors", ceil_div(vertices.capacity, ColorVertices::kThreads),
-      ColorVertices{device_cameras_.const_view(), mesh.positions_m, normals, vertices, maps_.const_view(),
+      ColorVertices{device_cameras_.const_view(), mesh.positions_m, normals, vertices,
+                    PhotoScore{maps_.const_view(), PhotoChoice::kBiasVoxels * options_.voxel_size_m,
+                               options_.k == 1 ? 1.F : 0.F},
                     photos_.const_view(), live_, eye_m.has_value(), eye_m.value_or(Vec3f{}), options_.k,
-                    PhotoChoice::kBiasVoxels * options_.voxel_size_m, colors_.view()});
+                    colors_.view()});
   if (options_.fill_steps > 0) ctx.fill_bytes(sums_.view(), 0);
   for (int i = 0; i < options_.fill_steps; ++i) {
     ctx.parallel_for("texture/neighbours", triangles,
                      AddNeighbourColors{mesh.triangles, colors_.const_view(), sums_.view()});
     ctx.parallel_for("texture/fill", vertices, FillColors{sums_.view(), colors_.view()});
   }
+}
+
+void SurfaceTexture::choose(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals) {
+  if (mesh.triangles.size() > triangle_cameras_.size())
+    throw Error("texture: the mesh has room for " + std::to_string(mesh.triangles.size()) +
+                " triangles, max_triangles is " + std::to_string(triangle_cameras_.size()));
+  const PhotoScore score{maps_.const_view(), PhotoChoice::kBiasVoxels * options_.voxel_size_m, 0};
+  ctx.parallel_for("texture/triangles", mesh.triangle_count(),
+                   ChooseTrianglePhotos{device_cameras_.const_view(), mesh.positions_m, normals,
+                                        mesh.triangles, score, live_, triangle_cameras_.view()});
 }
 
 std::vector<Rgb8> to_rgb(std::span<const std::uint32_t> packed) {

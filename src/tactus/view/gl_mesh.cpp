@@ -146,6 +146,7 @@ GlMesh::GlMesh() {
 void GlMesh::upload(const ViewMesh& view) {
   const TriangleMesh& mesh = view.mesh;
   const std::optional<DeviceSurface>& device = view.device;
+  turn = view.R_world_mesh;
   if (colors.upload(view.colors.data(), view.colors.size() * sizeof(Rgb8)))
     glVertexArrayVertexBuffer(array.get(), 2, colors.get(), 0, sizeof(Rgb8));
   if (view.colors.empty()) {
@@ -170,7 +171,9 @@ void GlMesh::upload(const ViewMesh& view) {
   index_count = device ? 3 * device->triangles.size() : static_cast<GLsizei>(3 * mesh.triangles.size());
 }
 
-void GlMesh::draw() const {
+void GlMesh::draw(const GlProgram& program) const {
+  static_assert(sizeof(Mat3f) == 9 * sizeof(GLfloat));
+  glProgramUniformMatrix3fv(program.get(), program["turn"], 1, GL_TRUE, &turn.row[0].x);
   glBindVertexArray(array.get());
   glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
 }

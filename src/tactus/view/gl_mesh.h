@@ -44,10 +44,12 @@ struct GlMesh {
   GlStreamBuffer positions, normals, colors, indices;
   GlVertexArray array;
   GLsizei index_count = 0;
+  Mat3f turn = Mat3f::identity();
 
   GlMesh();
   void upload(const ViewMesh& view);
-  void draw() const;
+  /// With a program that is in use and whose vertex shader knows `turn`.
+  void draw(const GlProgram& program) const;
 };
 
 }  // namespace tactus

@@ -76,12 +76,17 @@ void GlPhotos::resize(const ViewPhotos& photos) {
   layers_ = layers;
 }
 
-void GlPhotos::set_cameras(const ViewPhotos& photos, std::uint32_t live) {
+void GlPhotos::set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, std::uint32_t live) {
+  const Mat3d R_mesh_world = transpose(mat_cast<double>(R_world_mesh));
+  std::vector<float> texels;
+  for (const Camera& c : photos.cameras)
+    texels.push_back(PhotoChoice::texel_px(c, photos.voxel_size_m, photos.center_m));
   cameras_.clear();
-  for (const Camera& c : photos.cameras) {
+  for (Camera c : photos.cameras) {
+    c.T_cam_world.R = c.T_cam_world.R * R_mesh_world;
     const Mat3d KR = c.intrinsics() * c.T_cam_world.R;
     const Vec3d Kt = c.intrinsics() * c.T_cam_world.t;
-    const float texel = PhotoChoice::texel_px(c, photos.voxel_size_m, photos.center_m);
+    const float texel = texels[cameras_.size()];
     DeviceCamera d{};
     const auto put = [](float(&to)[4], Vec3d v, double w) {
       for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
@@ -137,7 +142,7 @@ void GlPhotos::upload(const ViewMesh& view) {
   for (std::size_t c = 0; c < photos.cameras.size(); ++c)
     live |= from_device || !photos.images[c].empty() ? 1U << c : 0U;
   if (view.photos != last_) resize(photos);
-  set_cameras(photos, from_device ? live & view.device->live_photos : live);
+  set_cameras(photos, view.R_world_mesh, from_device ? live & view.device->live_photos : live);
   if (view.photos != last_ && !from_device) send_from_host(photos);
   last_ = view.photos;
   if (from_device) send_from_device(*view.device);
@@ -184,7 +189,7 @@ void GlPhotos::draw_maps(const GlPhotoPrograms& programs, const GlMesh& mesh,
     glProgramUniform4fv(map.get(), map["row_z"], 1, camera.row_z);
     glProgramUniform1f(map.get(), map["texels_per_px"], camera.axis[3]);
     glProgramUniform2f(map.get(), map["map_size"], camera.map_width, camera.map_height);
-    mesh.draw();
+    mesh.draw(map);
   }
   glBlendEquation(GL_FUNC_ADD);
   glDisable(GL_BLEND);

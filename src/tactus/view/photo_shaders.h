@@ -8,10 +8,11 @@ namespace tactus::shaders {
 inline constexpr const char* kPhotoMapVertex = R"(
 layout(location = 0) in vec3 position;
 uniform vec4 row_u, row_v, row_z;
+uniform mat3 turn;
 uniform float texels_per_px;
 uniform vec2 map_size;
 void main() {
-  vec4 q = vec4(position, 1);
+  vec4 q = vec4(turn * position, 1);
   vec3 h = vec3(dot(row_u, q), dot(row_v, q), dot(row_z, q));
   gl_Position = vec4(2.0 * (texels_per_px * h.xy + 0.5 * h.z) / map_size - h.z, 0, h.z);
 }

@@ -84,13 +84,22 @@ struct Layout {
   Mat4 view_proj, sun_clip, sky_clip;
 };
 
+/// A box that holds the turned one.
+Box3f turned(const Box3f& box, const Mat3f& R) {
+  const Vec3f center = R * box.center(), half = 0.5F * box.extent();
+  Vec3f reach{};
+  for (int i = 0; i < 3; ++i)
+    reach[i] = std::abs(R(i, 0)) * half.x + std::abs(R(i, 1)) * half.y + std::abs(R(i, 2)) * half.z;
+  return {center - reach, center + reach};
+}
+
 /// Bounds of the meshes, else a small box around the camera's target.
 Box3f mesh_bounds(const ViewScene& scene, const ViewCamera& camera) {
   bool any = false;
   Box3f box;
   for (const ViewMesh& view : scene.meshes) {
     if (view.mesh.positions_m.empty() && !view.device) continue;
-    const Box3f b = view.device ? view.device->box_m : bounds(view.mesh);
+    const Box3f b = turned(view.device ? view.device->box_m : bounds(view.mesh), view.R_world_mesh);
     box = any ? Box3f{min(box.min, b.min), max(box.max, b.max)} : b;
     any = true;
   }
@@ -205,7 +214,7 @@ struct Renderer::Impl {
     set(gl->depth, "view_proj", clip);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(slope, 2 * slope);
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].draw();
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].draw(gl->depth);
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
@@ -262,9 +271,10 @@ struct Renderer::Impl {
   void draw_surface(const ViewMesh& view, std::size_t i) {
     const Material& m = view.material;
     const GlMesh& slot = gl->meshes[i];
-    glUseProgram(prepare(view, i).get());
+    const GlProgram& program = prepare(view, i);
+    glUseProgram(program.get());
     (m.two_sided ? glDisable : glEnable)(GL_CULL_FACE);
-    slot.draw();
+    slot.draw(program);
     if (m.wireframe > 0) {
       glUseProgram(gl->wire.get());
       set(gl->wire, "strength", clamp(m.wireframe, 0.F, 1.F));
@@ -272,7 +282,7 @@ struct Renderer::Impl {
       glEnable(GL_POLYGON_OFFSET_LINE);
       glPolygonOffset(-1, -1);
       glEnable(GL_BLEND);
-      slot.draw();
+      slot.draw(gl->wire);
       glDisable(GL_BLEND);
       glDisable(GL_POLYGON_OFFSET_LINE);
       glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);

@@ -35,11 +35,11 @@ inline Material soft_material() {
 /// Photographs that colour a surface fragment by fragment, for whoever looks (Shao et al. 2019, "Texture
 /// mapping"; PhotoChoice has the formula). Surfaces that wear them have normals.
 struct ViewPhotos {
-  std::vector<Camera> cameras;     ///< 1 to 32, in the frame of the scene
+  std::vector<Camera> cameras;     ///< 1 to 32, in the frame of the mesh
   std::vector<ColorImage> images;  ///< one a camera, of its size; an empty one: the camera missed the tick
   Index k = 1;                     ///< cameras that a fragment is coloured from, 1 as in the paper
   float voxel_size_m = 0;          ///< grain of the test for what hides, > 0: the voxel of the hull
-  Vec3f center_m{};                ///< middle of the workspace, where that grain is meant
+  Vec3f center_m{};                ///< (mesh frame) middle of the workspace, where that grain is meant
 };
 
 /// A surface in the memory of a device. On a GPU that draws, too, it stays there; else it is copied.
@@ -54,13 +54,15 @@ struct DeviceSurface {
 
 struct ViewMesh {
   std::string name;
-  TriangleMesh mesh{};  ///< [m], world; drawn flat-shaded when it has no normals
+  TriangleMesh mesh{};  ///< [m]; drawn flat-shaded when it has no normals
   Material material{};
   /// One a vertex, or none: photographed colours, which hold their light already and are shown as they are.
   /// With `photos`, they are for what no photo shows.
   std::vector<Rgb8> colors{};
   std::shared_ptr<const ViewPhotos> photos{};
   std::optional<DeviceSurface> device{};  ///< instead of `mesh`; stays valid until the picture is drawn
+  /// Turns the mesh, and the cameras of its photos with it: data sets have their own idea of up.
+  Mat3f R_world_mesh = Mat3f::identity();
 };
 
 /// A straight line, as wide on the picture wherever it is.
