@@ -19,6 +19,7 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
+#include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -30,7 +31,7 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  int tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
+  int smooth = 0, tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
   bool moving = false, no_depth = false, repair_masks = false;
   std::vector<double> workspace;
 };
@@ -64,6 +65,8 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
 }
 
 void check_capacities(const ReconstructOptions& options) {
+  if (options.smooth < 0 || options.smooth > 100)
+    throw usage_error("--smooth " + std::to_string(options.smooth) + ": expected 0 (as it is) to 100 steps");
   for (const auto& [flag, value] : {std::pair{"--max-vertices", options.max_vertices},
                                     {"--max-active-bricks", options.max_active_bricks}}) {
     if (value < 0 || value > 1 << 30)
@@ -194,6 +197,8 @@ class Reconstruction {
         views_(devices.context(0), source.rig(), workspace_m(options, source.rig()), options.repair_masks) {
     if (options.texture)
       texture_.emplace(devices, source.rig(), hull_, workspace_m(options, source.rig()), *options.texture);
+    if (options.smooth > 0)
+      smoothing_.emplace(devices.device(0), hull_.mesh().positions_m.size(), hull_.mesh().triangles.size());
   }
 
   /// @param several whether files get the number of their frame
@@ -228,24 +233,33 @@ class Reconstruction {
       stage("upload", [&] { hull_.upload(frame.silhouettes, frame.depths_m); });
       stage("hull", [&] { hull_.carve(); });
       stage("mesh", [&] { hull_.extract(); });
-      stage("normals", [&] { normals_.compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m()); });
-      if (texture_) stage("texture", [&] { texture_->shade(frame, hull_, normals_.view()); });
+      surface_ = hull_.mesh();
+      if (smoothing_) {
+        stage("smooth", [&] {
+          surface_ = smoothing_->smooth(devices_.context(0), surface_, hull_.voxel_size_m(), options_.smooth);
+        });
+      }
+      stage("normals", [&] { normals_.compute(devices_.context(0), surface_, hull_.voxel_size_m()); });
+      if (texture_) stage("texture", [&] { texture_->shade(frame, surface_, normals_.view()); });
     });
   }
 
   TriangleMesh write_files(const FrameSet& frame, const HullReport& report, bool several) {
     TriangleMesh mesh = hull_.download();
+    if (smoothing_)
+      mesh.positions_m = to_host(devices_.context(0), surface_.positions_m.part(0, report.vertices));
     mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
     if (!options_.mesh_path.empty())
       write_surface(frame, mesh, numbered(options_.mesh_path, frame.tick, several));
     if (!options_.views_path.empty())
-      write_png(numbered(options_.views_path, frame.tick, several), texture_->picture(hull_, normals_, mesh));
+      write_png(numbered(options_.views_path, frame.tick, several),
+                texture_->picture(surface_, normals_.view(), mesh));
     return mesh;
   }
 
   void write_surface(const FrameSet& frame, const TriangleMesh& mesh, const std::string& path) {
     if (texture_ && is_gltf(path)) {
-      const TexturedMesh textured = texture_->textured(frame, hull_, normals_, mesh);
+      const TexturedMesh textured = texture_->textured(frame, surface_, normals_.view(), mesh);
       write_gltf(path, textured, encode_png(textured.atlas));
       return;
     }
@@ -258,6 +272,8 @@ class Reconstruction {
   FrameSource& source_;
   const ReconstructOptions& options_;
   VisualHull hull_;
+  DeviceMesh surface_;  ///< the hull's mesh of the newest frame, smoothed when asked for
+  std::optional<SurfaceSmoothing> smoothing_;
   SurfaceNormals normals_;
   std::optional<TextureOutput> texture_;
   MotionOutput motion_;
@@ -325,6 +341,10 @@ void add_reconstruct_command(CLI::App& app) {
       ->delimiter(',');
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
+  command
+      ->add_option("--smooth", options->smooth,
+                   "steps of smoothing that keep edges and volume; each looks one triangle farther")
+      ->capture_default_str();
   command->add_option(
       "--texture", options->texture,
       "colour the mesh from the photos: each vertex (.ply) from its best K cameras; .glb and .gltf get the "

@@ -52,6 +52,7 @@ TextureOutput::TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHul
     : devices_(devices),
       rig_(rig),
       workspace_m_(workspace_m),
+      voxel_size_m_(hull.voxel_size_m()),
       k_(k),
       texture_(devices.context(0), rig.cameras,
                {.k = k,
@@ -61,30 +62,30 @@ TextureOutput::TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHul
                 .max_triangles = hull.mesh().triangles.size(),
                 .fill_steps = 8}) {}
 
-void TextureOutput::shade(const FrameSet& frame, const VisualHull& hull, View<const Vec3f> normals) {
+void TextureOutput::shade(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals) {
   if (frame.colors.empty())
     throw Error(
         "--texture: the source has no photos (masks need a 'photo' beside each 'mask' in the rig file)");
   ExecContext& ctx = devices_.context(0);
   texture_.upload(ctx, frame.colors);
-  texture_.shade(ctx, hull.mesh(), normals);
+  texture_.shade(ctx, surface, normals);
 }
 
 std::vector<Rgb8> TextureOutput::colors(Index vertices) const {
   return to_rgb(to_host(devices_.context(0), texture_.colors().part(0, vertices)));
 }
 
-TexturedMesh TextureOutput::textured(const FrameSet& frame, const VisualHull& hull,
-                                     const SurfaceNormals& normals, const TriangleMesh& mesh) {
+TexturedMesh TextureOutput::textured(const FrameSet& frame, const DeviceMesh& surface,
+                                     View<const Vec3f> normals, const TriangleMesh& mesh) {
   ExecContext& ctx = devices_.context(0);
-  texture_.choose(ctx, hull.mesh(), normals.view());
+  texture_.choose(ctx, surface, normals);
   const std::vector<Index> cameras =
       to_host(ctx, texture_.triangle_cameras().part(0, static_cast<Index>(mesh.triangles.size())));
   return make_photo_atlas(mesh, cameras, colors(static_cast<Index>(mesh.positions_m.size())), rig_.cameras,
                           frame.colors);
 }
 
-ColorImage TextureOutput::picture(const VisualHull& hull, const SurfaceNormals& normals,
+ColorImage TextureOutput::picture(const DeviceMesh& surface, View<const Vec3f> normals,
                                   const TriangleMesh& mesh) {
   const Mat3f R_view_world = upright(rig_);
   TriangleMesh turned = mesh;
@@ -95,9 +96,9 @@ ColorImage TextureOutput::picture(const VisualHull& hull, const SurfaceNormals& 
   ViewMesh view{.name = "hull", .colors = colors(vertices), .R_world_mesh = R_view_world};
   view.device =
       DeviceSurface{.ctx = &devices_.context(0),
-                    .positions_m = hull.mesh().positions_m.part(0, vertices),
-                    .normals = normals.view().part(0, vertices),
-                    .triangles = hull.mesh().triangles.part(0, static_cast<Index>(mesh.triangles.size())),
+                    .positions_m = surface.positions_m.part(0, vertices),
+                    .normals = normals.part(0, vertices),
+                    .triangles = surface.triangles.part(0, static_cast<Index>(mesh.triangles.size())),
                     .box_m = bounds(mesh),
                     .photos = texture_.photos(),
                     .live_photos = texture_.live_photos()};
@@ -111,7 +112,7 @@ ColorImage TextureOutput::picture(const VisualHull& hull, const SurfaceNormals& 
     scene.meshes.front().photos = std::make_shared<ViewPhotos>(ViewPhotos{.cameras = rig_.cameras,
                                                                           .images = {},
                                                                           .k = k,
-                                                                          .voxel_size_m = hull.voxel_size_m(),
+                                                                          .voxel_size_m = voxel_size_m_,
                                                                           .center_m = workspace_m_.center()});
     for (Index column = 0; column < 3; ++column) {
       renderer.render(scene, frame_box(bounds(turned), kAzimuths_rad[column], 0.3F, 1.F), cell);

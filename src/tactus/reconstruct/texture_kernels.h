@@ -226,7 +226,8 @@ struct PhotoScore {
                 inner11 = inner(at + c.map_width + 1);
     const float inner_top = fma(fx, inner10 - inner00, inner00),
                 inner_bottom = fma(fx, inner11 - inner01, inner01);
-    const float within = max(fma(fy, inner_bottom - inner_top, inner_top), kOutlineWeight);
+    const float inside = clamp(2.F * fma(fy, inner_bottom - inner_top, inner_top) - 1.F, 0.F, 1.F);
+    const float within = max(inside, kOutlineWeight);
     return clamp(3.F * fma(fy, bottom - top, top) - 2.F, 0.F, 1.F) * within;
   }
 };

@@ -94,7 +94,7 @@ float visibility(PhotoCamera c, int layer, vec2 px, float z_m) {
     texel[i] = vec2(t.r <= hidden_from ? 1.0 : 0.0, t.g);
   }
   vec2 mean = mix(mix(texel[0], texel[1], f.x), mix(texel[2], texel[3], f.x), f.y);
-  return clamp(3.0 * mean.x - 2.0, 0.0, 1.0) * max(mean.y, kOutlineWeight);
+  return clamp(3.0 * mean.x - 2.0, 0.0, 1.0) * max(clamp(2.0 * mean.y - 1.0, 0.0, 1.0), kOutlineWeight);
 }
 
 float score(PhotoCamera c, int layer, vec3 normal, vec3 look) {
