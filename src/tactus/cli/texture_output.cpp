@@ -12,7 +12,8 @@
 namespace tactus {
 namespace {
 
-constexpr Index kCell_px = 480;
+constexpr Index kCell_px = 250;
+constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
 
 /// Turns the world so that up is up: data sets have their own. Rigs are rings, so up is the ring's axis,
 /// where there is one; its sign is that of what the photos hold upright or, when they lie on their side, that
@@ -37,6 +38,20 @@ Mat3f upright(const Rig& rig) {
   const Vec3f y = vec_cast<float>(normalized(up, Vec3d{0, 1, 0}));
   const Vec3f x = normalized(cross(y, std::abs(y.z) < 0.9F ? Vec3f{0, 0, 1} : Vec3f{1, 0, 0}));
   return {{x, y, cross(x, y)}};
+}
+
+/// Looks at all of the mesh from that side, as near as it fits a square.
+ViewCamera near_view(const TriangleMesh& mesh, float azimuth_rad, float elevation_rad) {
+  ViewCamera camera = frame_box(bounds(mesh), azimuth_rad, elevation_rad, 1.F);
+  const Mat3f R = camera.T_cam_world().R;
+  const float tangent = 0.95F * std::tan(0.5F * camera.fov_rad);
+  float distance_m = 0;
+  for (const Vec3f p : mesh.positions_m) {
+    const Vec3f q = R * (p - camera.target_m);
+    distance_m = max(distance_m, q.z + max(std::abs(q.x), std::abs(q.y)) / tangent);
+  }
+  if (distance_m > 0) camera.distance_m = distance_m;
+  return camera;
 }
 
 void paste(const ColorImage& from, ColorImage& to, Index x0, Index y0) {
@@ -92,6 +107,7 @@ ColorImage TextureOutput::picture(const DeviceMesh& surface, View<const Vec3f> n
   for (Vec3f& p : turned.positions_m) p = R_view_world * p;
   ViewScene scene;
   scene.ground = false;
+  scene.background = kPaper;
   const auto vertices = static_cast<Index>(mesh.positions_m.size());
   ViewMesh view{.name = "hull", .colors = colors(vertices), .R_world_mesh = R_view_world};
   view.device =
@@ -115,8 +131,8 @@ ColorImage TextureOutput::picture(const DeviceMesh& surface, View<const Vec3f> n
                                                                           .voxel_size_m = voxel_size_m_,
                                                                           .center_m = workspace_m_.center()});
     for (Index column = 0; column < 3; ++column) {
-      renderer.render(scene, frame_box(bounds(turned), kAzimuths_rad[column], 0.3F, 1.F), cell);
-      draw_text(cell, "k = " + std::to_string(k), 16, kCell_px - 16, 20);
+      renderer.render(scene, near_view(turned, kAzimuths_rad[column], 0.3F), cell);
+      draw_text(cell, "k = " + std::to_string(k), 10, kCell_px - 10, 15);
       paste(cell, sheet, column * kCell_px, row * kCell_px);
     }
   }

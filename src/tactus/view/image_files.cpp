@@ -68,7 +68,7 @@ void check_writable(const std::string& path) {
 std::vector<std::uint8_t> encode_png(const ColorImage& image) {
   if (image.empty()) throw Error("can't encode a PNG: the image is empty");
   std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", to_bgr(image), bytes, {cv::IMWRITE_PNG_COMPRESSION, 4}))
+  if (!cv::imencode(".png", to_bgr(image), bytes, {cv::IMWRITE_PNG_COMPRESSION, 7}))
     throw Error("can't encode a PNG of " + std::to_string(image.width_px) + "x" +
                 std::to_string(image.height_px) + " px");
   return bytes;

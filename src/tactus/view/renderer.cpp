@@ -303,7 +303,9 @@ struct Renderer::Impl {
   void draw_picture(const ViewScene& scene, const ViewCamera& camera, const Layout& l) {
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
     glViewport(0, 0, options.width_px, options.height_px);
-    glClear(GL_DEPTH_BUFFER_BIT);
+    const Vec3f plain = scene.background.value_or(Vec3f{});
+    glClearColor(plain.x, plain.y, plain.z, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glBindTextureUnit(0, gl->sun_map.texture.get());
     glBindTextureUnit(1, gl->height_map.texture.get());
     for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
@@ -320,8 +322,10 @@ struct Renderer::Impl {
       set(gl->ground, "tile_m", max(scene.ground_tile_m, 1e-4F));
       glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
-    glUseProgram(gl->background.get());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    if (!scene.background) {
+      glUseProgram(gl->background.get());
+      glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
     if (!scene.lines.empty()) {
       set(gl->line, "near_m", l.near_m);
       glUseProgram(gl->line.get());

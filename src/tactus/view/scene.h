@@ -76,9 +76,10 @@ struct ViewScene {
   std::vector<ViewMesh> meshes;
   std::vector<ViewLine> lines;
   bool ground = true;
-  float ground_height_m = 0;      ///< y of the ground
-  float ground_tile_m = 0.1F;     ///< side of a tile of its pattern
-  Vec3f sun{-0.5F, 0.9F, 0.55F};  ///< direction towards the key light, world, any length
+  std::optional<Vec3f> background{};  ///< sRGB, plain; without: light grey that darkens towards the corners
+  float ground_height_m = 0;          ///< y of the ground
+  float ground_tile_m = 0.1F;         ///< side of a tile of its pattern
+  Vec3f sun{-0.5F, 0.9F, 0.55F};      ///< direction towards the key light, world, any length
 };
 
 /// Adds the pyramid of a camera of the rig: the rays of the image's corners up to `depth_m`, and its rim.
