@@ -9,4 +9,5 @@ void add_synth_command(CLI::App& app);
 void add_noise_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_info_command(CLI::App& app);
+void add_paper_command(CLI::App& app);
 }  // namespace tactus

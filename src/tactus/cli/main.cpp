@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
         tactus::add_synth_command(app);
         tactus::add_noise_command(app);
         tactus::add_bench_command(app);
+        tactus::add_paper_command(app);
         tactus::add_info_command(app);
         cv::setNumThreads(1);  // one pool of threads for the process: ours
       });

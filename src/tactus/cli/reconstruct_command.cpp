@@ -19,6 +19,7 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
+#include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -30,7 +31,7 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  int tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
+  int smooth = 0, tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
   bool moving = false, no_depth = false, repair_masks = false;
   std::vector<double> workspace;
 };
@@ -64,12 +65,24 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
 }
 
 void check_capacities(const ReconstructOptions& options) {
+  if (options.smooth < 0 || options.smooth > 100)
+    throw usage_error("--smooth " + std::to_string(options.smooth) + ": expected 0 (as it is) to 100 steps");
   for (const auto& [flag, value] : {std::pair{"--max-vertices", options.max_vertices},
                                     {"--max-active-bricks", options.max_active_bricks}}) {
     if (value < 0 || value > 1 << 30)
       throw usage_error(std::string(flag) + " " + std::to_string(value) +
                         ": expected 1 to 2^30, or 0 (from the resolution)");
   }
+}
+
+/// In small letters, with its dot.
+std::string extension_of(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension;
+}
+bool is_gltf(const std::string& path) {
+  return extension_of(path) == ".glb" || extension_of(path) == ".gltf";
 }
 
 /// What would spoil the outputs, found before the work.
@@ -81,12 +94,12 @@ void check_outputs(const ReconstructOptions& options) {
   }
   if (options.mesh_path.empty()) return;
   const std::string& path = options.mesh_path;
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (extension != ".ply" && extension != ".obj")
-    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply or .obj");
+  const std::string extension = extension_of(path);
+  if (extension != ".ply" && extension != ".obj" && !is_gltf(path))
+    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply, .obj, .glb or .gltf");
   if (options.texture && extension == ".obj")
-    throw usage_error("--mesh '" + path + "': OBJ holds no colours; with --texture, write .ply");
+    throw usage_error("--mesh '" + path +
+                      "': OBJ holds no colours; with --texture, write .ply, .glb or .gltf");
   output_is_writable(path);
 }
 
@@ -184,6 +197,8 @@ class Reconstruction {
         views_(devices.context(0), source.rig(), workspace_m(options, source.rig()), options.repair_masks) {
     if (options.texture)
       texture_.emplace(devices, source.rig(), hull_, workspace_m(options, source.rig()), *options.texture);
+    if (options.smooth > 0)
+      smoothing_.emplace(devices.device(0), hull_.mesh().positions_m.size(), hull_.mesh().triangles.size());
   }
 
   /// @param several whether files get the number of their frame
@@ -218,27 +233,47 @@ class Reconstruction {
       stage("upload", [&] { hull_.upload(frame.silhouettes, frame.depths_m); });
       stage("hull", [&] { hull_.carve(); });
       stage("mesh", [&] { hull_.extract(); });
-      stage("normals", [&] { normals_.compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m()); });
-      if (texture_) stage("texture", [&] { texture_->shade(frame, hull_, normals_.view()); });
+      surface_ = hull_.mesh();
+      if (smoothing_) {
+        stage("smooth", [&] {
+          surface_ = smoothing_->smooth(devices_.context(0), surface_, hull_.voxel_size_m(), options_.smooth);
+        });
+      }
+      stage("normals", [&] { normals_.compute(devices_.context(0), surface_, hull_.voxel_size_m()); });
+      if (texture_) stage("texture", [&] { texture_->shade(frame, surface_, normals_.view()); });
     });
   }
 
   TriangleMesh write_files(const FrameSet& frame, const HullReport& report, bool several) {
     TriangleMesh mesh = hull_.download();
+    if (smoothing_)
+      mesh.positions_m = to_host(devices_.context(0), surface_.positions_m.part(0, report.vertices));
     mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
-    if (!options_.mesh_path.empty()) {
-      write_mesh(numbered(options_.mesh_path, frame.tick, several), mesh,
-                 texture_ ? texture_->colors(report.vertices) : std::vector<Rgb8>{});
-    }
+    if (!options_.mesh_path.empty())
+      write_surface(frame, mesh, numbered(options_.mesh_path, frame.tick, several));
     if (!options_.views_path.empty())
-      write_png(numbered(options_.views_path, frame.tick, several), texture_->picture(hull_, normals_, mesh));
+      write_png(numbered(options_.views_path, frame.tick, several),
+                texture_->picture(surface_, normals_.view(), mesh));
     return mesh;
+  }
+
+  void write_surface(const FrameSet& frame, const TriangleMesh& mesh, const std::string& path) {
+    if (texture_ && is_gltf(path)) {
+      const TexturedMesh textured = texture_->textured(frame, surface_, normals_.view(), mesh);
+      write_gltf(path, textured, encode_png(textured.atlas));
+      return;
+    }
+    write_mesh(
+        path, mesh,
+        texture_ ? texture_->colors(static_cast<Index>(mesh.positions_m.size())) : std::vector<Rgb8>{});
   }
 
   DeviceSet& devices_;
   FrameSource& source_;
   const ReconstructOptions& options_;
   VisualHull hull_;
+  DeviceMesh surface_;  ///< the hull's mesh of the newest frame, smoothed when asked for
+  std::optional<SurfaceSmoothing> smoothing_;
   SurfaceNormals normals_;
   std::optional<TextureOutput> texture_;
   MotionOutput motion_;
@@ -300,14 +335,20 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->add_option("--mesh", options->mesh_path,
-                      "write the mesh (.ply, .obj); several frames get a number");
+                      "write the mesh (.ply, .obj, .glb, .gltf); several frames get a number");
   command->add_option("--json", options->json_path, "write the measurements");
   command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
       ->delimiter(',');
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
-  command->add_option("--texture", options->texture,
-                      "colour the mesh (.ply) from the photos: each vertex from its best K cameras");
+  command
+      ->add_option("--smooth", options->smooth,
+                   "steps of smoothing that keep edges and volume; each looks one triangle farther")
+      ->capture_default_str();
+  command->add_option(
+      "--texture", options->texture,
+      "colour the mesh from the photos: each vertex (.ply) from its best K cameras; .glb and .gltf get the "
+      "photos as an atlas, each triangle from its best");
   command->add_option("--texture-views", options->views_path,
                       "with --texture: write a picture (.png) of three free views, K = 1 above K");
   command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
@@ -327,7 +368,7 @@ void add_reconstruct_command(CLI::App& app) {
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
-      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.ply\n"
+      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.glb\n"
       "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
 
       "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");

@@ -1,8 +1,10 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/reconstruct/atlas_kernels.h"
 #include "tactus/reconstruct/depth_mesh_kernels.h"
 #include "tactus/reconstruct/depth_seam_kernels.h"
 #include "tactus/reconstruct/mesh_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
+#include "tactus/reconstruct/smoothing_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
 #include "tactus/reconstruct/view_score_kernels.h"
@@ -24,12 +26,20 @@ TACTUS_CUDA_KERNEL(tactus::SumCounts);
 TACTUS_CUDA_KERNEL(tactus::AddFaceNormals);
 TACTUS_CUDA_KERNEL(tactus::AddCornerNormals);
 TACTUS_CUDA_KERNEL(tactus::NormalizeSums);
+TACTUS_CUDA_KERNEL(tactus::ListCorners);
+TACTUS_CUDA_KERNEL(tactus::FindFans);
+TACTUS_CUDA_KERNEL(tactus::MeasureFaces);
+TACTUS_CUDA_KERNEL(tactus::FilterNormals);
+TACTUS_CUDA_KERNEL(tactus::FollowNormals);
+TACTUS_CUDA_KERNEL(tactus::FindGrowth);
+TACTUS_CUDA_KERNEL(tactus::RestoreVolume);
 TACTUS_CUDA_KERNEL(tactus::DrawDepthMaps);
 TACTUS_CUDA_KERNEL(tactus::WidenDepthMaps);
 TACTUS_CUDA_KERNEL(tactus::MarkOutlines);
 TACTUS_CUDA_KERNEL(tactus::ColorVertices);
 TACTUS_CUDA_KERNEL(tactus::AddNeighbourColors);
 TACTUS_CUDA_KERNEL(tactus::FillColors);
+TACTUS_CUDA_KERNEL(tactus::ChooseTrianglePhotos);
 TACTUS_CUDA_KERNEL(tactus::BlameSamples);
 TACTUS_CUDA_KERNEL(tactus::CountBlame);
 TACTUS_CUDA_KERNEL(tactus::PrepareDepth);

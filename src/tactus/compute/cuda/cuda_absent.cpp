@@ -29,4 +29,8 @@ std::size_t algorithm_scratch_bytes(int) { absent(); }
 void exclusive_scan(int, void*, std::size_t, const int*, int*, int, void*) { absent(); }
 void compact(int, void*, std::size_t, const int*, int*, int*, int, void*) { absent(); }
 void sort_pairs(int, void*, std::size_t, unsigned*, int*, unsigned*, int*, int, int, void*) { absent(); }
+std::string why_not_shared_with_gl(int) { return status_text(); }
+void* register_gl_buffer(int, unsigned) { absent(); }
+void unregister_gl_buffer(int, void*) noexcept {}
+void copy_to_gl_buffer(int, void*, const void*, std::size_t, void*) { absent(); }
 }  // namespace tactus::cuda
