@@ -119,6 +119,15 @@ TEST(CubeLattice, HollowBodyStaysHollowAndBoxFits) {
   EXPECT_EQ(lattice_from_mesh(shell, {}).cube_count(), 1000 - 8);
 }
 
+/// Faces on planes of the lattice touch no cube's inside, and still keep inside and outside apart.
+TEST(CubeLattice, FacesOnLatticePlanesDoNotLeak) {
+  TriangleMesh shell = box_mesh({0, 0, 0}, {0.05F, 0.05F, 0.05F});
+  const TriangleMesh hole = box_mesh({0.015F, 0.02F, 0.01F}, {0.035F, 0.03F, 0.035F});
+  for (const Vec3f p : hole.positions_m) shell.positions_m.push_back(p);
+  for (const auto& t : hole.triangles) shell.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
+  EXPECT_EQ(lattice_from_mesh(shell, {}).cube_count(), 1000 - 4 * 2 * 5);
+}
+
 TEST(CubeLattice, FixedNodes) {
   CubeLattice lattice = lattice_from_box({1, 2, 3}, {4, 3, 2}, {.spacing_m = 0.5F});
   EXPECT_EQ(lattice.node_count(), 60);
@@ -253,7 +262,8 @@ TEST(CubeLattice, ScannedHandFillsItsVolume) {
   const float scale = 0.2F / max(e.x, max(e.y, e.z));
   for (Vec3f& p : mesh.positions_m) p = scale * (p - box.center());
   if (!topology(mesh).closed_manifold()) {
-    EXPECT_NE(message_of([&] { lattice_from_mesh(mesh, {}); }).find("not closed"), std::string::npos);
+    EXPECT_NE(message_of([&] { lattice_from_mesh(mesh, {}); }).find("does not bound a solid"),
+              std::string::npos);
     return;
   }
   const CubeLattice lattice = lattice_from_mesh(mesh, {.spacing_m = 0.002F});

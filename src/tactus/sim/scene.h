@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/tled/elastic_material.h"
 
 namespace tactus {
@@ -50,12 +51,13 @@ enum class ShapeKind : std::uint8_t { box, sphere, figure, mesh, labels };
 
 struct ShapeDescription {
   ShapeKind kind = ShapeKind::box;
-  Vec3d size_m = {0.3, 0.1, 0.3};  ///< box, centred on the body's origin
-  double radius_m = 0.1;           ///< sphere, centred on the body's origin
-  std::string figure;              ///< figure: its name
-  std::string path;                ///< mesh or labels: the file, resolved
-  double unit_m = 1;               ///< mesh: metres per unit of length in the file
-  std::vector<int> labels;         ///< labels: which of them are the body (1..255); empty: all but 0
+  Vec3d size_m = {0.3, 0.1, 0.3};    ///< box, centred on the body's origin
+  double radius_m = 0.1;             ///< sphere, centred on the body's origin
+  std::string figure;                ///< figure: its name
+  std::string path;                  ///< mesh or labels: the file, resolved
+  double unit_m = 1;                 ///< mesh: metres per unit of length in the file
+  MeshFill fill = MeshFill::closed;  ///< mesh: which points are inside
+  std::vector<int> labels;           ///< labels: which of them are the body (1..255); empty: all but 0
 };
 
 /// Body to world: p_world = R (scale p_body) + position.
@@ -96,9 +98,9 @@ struct MaterialDescription {
 };
 
 enum class CoordinateFrame : std::uint8_t { body, world };
-enum class RegionKind : std::uint8_t { box, sphere, half_space };
+enum class RegionKind : std::uint8_t { box, sphere, half_space, label };
 
-/// A part of space, in a body's rest state.
+/// A part of space, in a body's rest state, or the cubes of some labels.
 struct SpaceRegion {
   RegionKind kind = RegionKind::box;
   CoordinateFrame frame = CoordinateFrame::body;
@@ -107,8 +109,9 @@ struct SpaceRegion {
   double radius_m = 0.05;    ///< kind sphere
   Vec3d point_m;             ///< kind half_space: a point on the plane
   Vec3d normal = {0, 1, 0};  ///< kind half_space: points out of the region; any length > 0
+  std::vector<int> labels;   ///< kind label: of the body's label volume
 
-  /// Whether a point, given in this region's own frame, is inside.
+  /// Whether a point, given in this region's own frame, is inside. Kind label: never.
   bool contains(Vec3d p_m) const;
 };
 

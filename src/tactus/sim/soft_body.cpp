@@ -7,9 +7,21 @@
 #include "tactus/base/log.h"
 
 namespace tactus {
+namespace {
+
+double memory_bytes(const Device& device) {
+  double bytes = 0;
+  for (const DeviceInfo& info : list_devices()) {
+    if ((info.spec.kind == DeviceKind::cuda) == device.is_cuda()) bytes = std::max(bytes, info.memory_bytes);
+  }
+  return bytes;
+}
+
+}  // namespace
+
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
                    float sample_spacing_m)
-    : SoftBody(ctx, body, make_body_shape(body, assets), sample_spacing_m) {}
+    : SoftBody(ctx, body, make_body_shape(body, assets, memory_bytes(ctx.device())), sample_spacing_m) {}
 
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
     : description_(body),
