@@ -1,5 +1,6 @@
 // Bodies that can't be: exit code, one message that names the thing, and no file left behind.
 #include "cli/program.h"
+#include "support/data_folder.h"
 
 namespace tactus::test {
 namespace {
@@ -103,6 +104,27 @@ TEST_F(BadBody, NumbersThatAreNone) {
   expect_refused(run(box, "frame: {dt_s: .nan}\n"), 2, {"s.yaml:5: 'frame.dt_s' is '.nan'"});
   expect_refused(run(box, "probes: [{name: p, body: b, position_m: [0, .nan, 0]}]\n"), 2,
                  {"s.yaml:5: 'probes[0].position_m' is '.nan'"});
+}
+
+/// The three parts of the volume are 3,160,496 + 314,086 + 17,704 voxels of 0.617188^2 x 1.33333 mm^3, twice
+/// as long: 0.01419 m^3. The smoothed surface rounds edges, and cubes know their fill to 4^3 samples: 2 %.
+TEST_F(BadBody, LiverOfACT) {
+  const std::string data = data_folder(), scene = source_path("scenes/liver.yaml");
+  const std::string command =
+      "run " + scene + " --frames 1 --devices cpu --view none --json " + path("out.json");
+  const char* before = std::getenv("TACTUS_DATA");
+  const std::string kept = before == nullptr ? "" : before;
+  unsetenv("TACTUS_DATA");
+  expect_refused(command, 2, {"liver.yaml:", "but the environment variable TACTUS_DATA is not set"});
+  setenv("TACTUS_DATA", path("nowhere").c_str(), 1);
+  expect_refused(command, 1, {"can't read '" + path("nowhere/meshes/liver.inr.gz") + "': No such file"});
+  if (before != nullptr) setenv("TACTUS_DATA", kept.c_str(), 1);
+  if (!std::filesystem::exists(data + "/meshes/liver.inr.gz"))
+    GTEST_SKIP() << "there is no meshes/liver.inr.gz; set TACTUS_DATA";
+  const Outcome o = run_tactus(command);
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json monitors = read_json("out.json")["bodies"][0]["monitors"];
+  EXPECT_NEAR(monitors["volume_m3"][0].get<double>() / 0.01419, 1, 0.02);
 }
 
 }  // namespace

@@ -339,16 +339,23 @@ CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::u
            Vec3f{v.x * static_cast<float>(p.x), v.y * static_cast<float>(p.y), v.z * static_cast<float>(p.z)};
   };
   CubeGrid grid = make_grid({voxel_corner(low), voxel_corner(high + Vec3i{1, 1, 1})}, options);
+  std::vector<float> filled(grid.solid.size());  // shares of cubes
   for_each_solid([&](Vec3i p) {
     const Vec3f a = (voxel_corner(p) - grid.origin_m) / grid.h,
                 b = (voxel_corner(p + Vec3i{1, 1, 1}) - grid.origin_m) / grid.h;
     const auto cell = [](float c, Index count) { return clamp(floor_to_int(c), Index{0}, count - 1); };
+    const auto overlap = [](float from, float to, Index c) {
+      return std::max(0.F, std::min(to, static_cast<float>(c + 1)) - std::max(from, static_cast<float>(c)));
+    };
     const float e = 1e-4F;  // sharing a face is not sharing volume
     for (Index z = cell(a.z + e, grid.dims.z); z <= cell(b.z - e, grid.dims.z); ++z)
       for (Index y = cell(a.y + e, grid.dims.y); y <= cell(b.y - e, grid.dims.y); ++y)
         for (Index x = cell(a.x + e, grid.dims.x); x <= cell(b.x - e, grid.dims.x); ++x)
-          grid.solid[at(grid.index(x, y, z))] = 1;
+          filled[at(grid.index(x, y, z))] +=
+              overlap(a.x, b.x, x) * overlap(a.y, b.y, y) * overlap(a.z, b.z, z);
   });
+  for (std::size_t c = 0; c < filled.size(); ++c)
+    grid.solid[c] = filled[c] > 0 && filled[c] >= options.smallest_fill ? 1 : 0;
   return to_lattice(grid, options);
 }
 

@@ -54,6 +54,7 @@ struct LatticeOptions {
   double max_bytes = 2e9;     ///< refuse lattices whose bounding box would need more memory
   double bytes_per_cube = 8;  ///< of that box: cube flag, node id, search queue; more with a solver's fields
   MeshFill fill = MeshFill::closed;  ///< of meshes
+  float smallest_fill = 0;           ///< of labels: cubes of which they fill less are left out, 0..1
 };
 /// @throws Error for a spacing that is not positive or larger than the body, or too little memory (with the
 /// need), before anything is built.
@@ -69,7 +70,8 @@ CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& op
 CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m,
                              const LatticeOptions& options);
 
-/// Cubes that share volume with a voxel whose label is in `solid`.
+/// Cubes that share volume with a voxel whose label is in `solid`, at least options.smallest_fill of their
+/// own.
 CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
                                 const LatticeOptions& options);
 

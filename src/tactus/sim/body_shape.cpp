@@ -126,12 +126,12 @@ void check_surface(const ShapeDescription& description, BodyShape& shape) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     shape.warnings.push_back("its triangles face inwards; they are taken the other way round");
   }
+  if (description.kind != ShapeKind::mesh) return;
   if (edges.crowded.count > 0)
     shape.warnings.push_back("its mesh is no manifold: " +
                              defect_text(edges.crowded, "edge belongs to more than two triangles",
                                          "edges belong to more than two triangles") +
                              "; inside is where the winding number is not 0");
-  if (description.kind != ShapeKind::mesh) return;
   const SelfCrossings crossings = find_self_crossings(mesh);
   if (crossings.pairs == 0) return;
   char where[96];
