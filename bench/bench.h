@@ -20,7 +20,6 @@ const std::vector<Benchmark>& benchmarks();
 
 Rows run_affine(const std::string& device_text);
 Rows run_hull(const std::string& device_text);
-Rows run_flsm(const std::string& device_text);
 Rows run_texture(const std::string& device_text);
 Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);

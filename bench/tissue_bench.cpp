@@ -7,45 +7,80 @@
 #include "tactus/base/log.h"
 #include "tactus/base/timing.h"
 #include "tactus/io/label_file.h"
-#include "tactus/multi_device/device_set.h"
-#include "tactus/tissue/hybrid/hybrid.h"
+#include "tactus/multi_device/device_replay.h"
+#include "tactus/tissue/hybrid/hybrid_slabs.h"
 
 namespace tactus::bench {
 namespace {
 
-nlohmann::json tled_row(DeviceSet& devices, Index edge, double bandwidth) {
-  ExecContext& ctx = devices.context(0);
-  CubeLattice lattice =
-      lattice_from_box({0, 0, 0}, {edge, edge, edge}, {.spacing_m = 0.1F / static_cast<float>(edge)});
-  lattice.fix_half_space({0.001F / static_cast<float>(edge), 0, 0}, {1, 0, 0});
-  const ElasticMaterial material{.young_Pa = 3000};
-  Tled tled(ctx, lattice, {&material, 1});
-  BodyState state = rest_state(ctx, lattice);
-  constexpr int kSubsteps = 20;
-  const TledStep step{.dt_s = tled.stable_step_s()};
-  Replay substeps;
+constexpr int kSubsteps = 20;
+
+/// Of whatever moves nodes: position and velocity read and written, 12 B of stiffness or of rest shape read.
+constexpr double kBytesPerNode = 60;
+
+struct Body {
+  std::string name, form;
+  CubeLattice lattice;
+  ElementMask elements{};  ///< empty: all
+  FlsmMaterial matched{};
+  Index size = 0;     ///< what the row's size counts
+  float step_s = 0;   ///< 0: the longest that is stable
+  float frame_s = 0;  ///< not 0: times are of a whole frame with all its substeps
+};
+
+nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
+  const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
+  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, {}, body.matched);
+  const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
+  const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
+  HybridStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s()};
+  if (body.frame_s > 0) step.dt_s = body.frame_s / static_cast<float>(count);
+  DeviceReplay substeps;
   const auto ms = time_ms(
       [&] {
-        substeps.run(ctx, [&] { tled.step(ctx, state, step, kSubsteps); });
-        ctx.synchronize();
+        substeps.run(devices, [&] { tissue.step(step, count); });
+        devices.synchronize();
       },
       20, 2);
-  const Index cubes = lattice.cube_count();
-  // Read: 12 B position, 12 B velocity per node, 12 B stiffness per cube; written: 24 B.
-  return {{"name", "tled neo-Hookean"},
-          {"case", "box"},
-          {"size", cubes},
+  return {{"name", body.name},
+          {"case", body.form},
+          {"size", body.size},
           {"devices", devices.name()},
-          {"ms_p50", p(ms, 50) / kSubsteps},
-          {"ms_p99", p(ms, 99) / kSubsteps},
-          {"ms_p10", p(ms, 10) / kSubsteps},
-          {"ns_per_cube", p(ms, 50) / kSubsteps * 1e6 / cubes},
-          {"floor_ms", 60.0 * cubes / bandwidth * 1e3}};
+          {"slabs", tissue.slab_count()},
+          {"substeps", per_row},
+          {"ms_p50", p(ms, 50) / count * per_row},
+          {"ms_p99", p(ms, 99) / count * per_row},
+          {"ms_p10", p(ms, 10) / count * per_row},
+          {"ns_per_node", p(ms, 50) / count * 1e6 / body.size},
+          {"floor_ms",
+           per_row * kBytesPerNode * body.lattice.node_count() / tissue.slab_count() / bandwidth_B_s * 1e3}};
 }
 
-/// One frame at 90 Hz, with all its substeps, of the liver of a CT in cubes of 5 mm; nothing without the
-/// data.
-std::optional<nlohmann::json> liver_row(DeviceSet& devices, double bandwidth) {
+/// A cube of edge^3 cubes, fixed at its lowest layer of nodes.
+CubeLattice clamped_cube(Index edge) {
+  CubeLattice lattice =
+      lattice_from_box({0, 0, 0}, {edge, edge, edge}, {.spacing_m = 0.1F / static_cast<float>(edge)});
+  lattice.fix_half_space({0, 0, 0.001F / static_cast<float>(edge)}, {0, 0, 1});
+  return lattice;
+}
+
+Body elements(Index edge) {
+  Body body{.name = "tled neo-Hookean", .form = "box", .lattice = clamped_cube(edge)};
+  body.size = body.lattice.cube_count();
+  return body;
+}
+
+Body matched(Index edge, int half_width) {
+  Body body{.name = "flsm w=" + std::to_string(half_width), .form = "box", .lattice = clamped_cube(edge)};
+  body.elements.assign(body.lattice.cubes.size(), 0);
+  body.matched.half_width = half_width;
+  body.size = body.lattice.node_count();
+  body.step_s = 1e-3F;
+  return body;
+}
+
+/// The liver of a CT in cubes of 5 mm, for one frame at 90 Hz; nothing without the data.
+std::optional<Body> liver() {
   const char* folder = std::getenv("TACTUS_DATA");
   const std::string file = std::string(folder == nullptr ? "" : folder) + "/meshes/liver.inr.gz";
   if (folder == nullptr || !std::filesystem::exists(file)) {
@@ -53,68 +88,28 @@ std::optional<nlohmann::json> liver_row(DeviceSet& devices, double bandwidth) {
                 (folder == nullptr ? "TACTUS_DATA is not set" : "there is no " + file));
     return {};
   }
-  ExecContext& ctx = devices.context(0);
-  CubeLattice lattice =
-      lattice_from_labels(read_label_volume(file), {255}, {.spacing_m = 0.005F, .smallest_fill = 0.5F});
-  lattice.fix_half_space({0, 0, lattice.origin_m.z + 0.02F}, {0, 0, 1});
-  const ElasticMaterial material{.young_Pa = 10000, .poisson = 0.45F};
-  Tled tled(ctx, lattice, {&material, 1});
-  BodyState state = rest_state(ctx, lattice);
-  constexpr float kFrame_s = 1.F / 90;
-  const int substeps = tled.substeps_for(kFrame_s);
-  const TledStep step{.dt_s = kFrame_s / static_cast<float>(substeps)};
-  Replay frame;
-  const auto ms = time_ms(
-      [&] {
-        frame.run(ctx, [&] { tled.step(ctx, state, step, substeps); });
-        ctx.synchronize();
-      },
-      20, 2);
-  const Index cubes = lattice.cube_count();
-  return {{{"name", "tled liver 5 mm"},
-           {"case", "frame at 90 Hz"},
-           {"size", lattice.node_count()},
-           {"cubes", cubes},
-           {"substeps", substeps},
-           {"devices", devices.name()},
-           {"ms_p50", p(ms, 50)},
-           {"ms_p99", p(ms, 99)},
-           {"ms_p10", p(ms, 10)},
-           {"ns_per_cube", p(ms, 50) / substeps * 1e6 / cubes},
-           {"floor_ms", 60.0 * cubes * substeps / bandwidth * 1e3}}};
+  Body body{.name = "tled liver 5 mm",
+            .form = "frame at 90 Hz",
+            .lattice = lattice_from_labels(read_label_volume(file), {255},
+                                           {.spacing_m = 0.005F, .smallest_fill = 0.5F})};
+  body.lattice.fix_half_space({0, 0, body.lattice.origin_m.z + 0.02F}, {0, 0, 1});
+  body.matched.young_Pa = 10000;
+  body.size = body.lattice.node_count();
+  body.frame_s = 1.F / 90;
+  return body;
 }
 
 /// A bar of square section, five times as long, with so many cubes across.
-nlohmann::json hybrid_row(DeviceSet& devices, Index across, double elements, double matched,
-                          const char* ratio, double bandwidth) {
-  ExecContext& ctx = devices.context(0);
-  CubeLattice lattice = lattice_from_box({0, 0, 0}, {5 * across, across, across},
-                                         {.spacing_m = 0.02F / static_cast<float>(across)});
-  lattice.fix_half_space({1e-5F, 0, 0}, {1, 0, 0});
-  const ElasticMaterial material{.young_Pa = 30000};
-  Hybrid hybrid(ctx, lattice, split_by_ratio(lattice, 0, elements, matched), {&material, 1}, {}, {},
-                {.young_Pa = 30000, .half_width = 2});
-  BodyState state = rest_state(ctx, lattice);
-  constexpr int kSubsteps = 20;
-  const HybridStep step{.dt_s = hybrid.stable_step_s()};
-  Replay substeps;
-  const auto ms = time_ms(
-      [&] {
-        substeps.run(ctx, [&] {
-          for (int k = 0; k < kSubsteps; ++k) hybrid.step(ctx, state, step);
-        });
-        ctx.synchronize();
-      },
-      20, 1);
-  return {{"name", std::string("fig20 ") + ratio},
-          {"case", "bar"},
-          {"size", lattice.node_count()},
-          {"devices", devices.name()},
-          {"ms_p50", p(ms, 50) / kSubsteps},
-          {"ms_p99", p(ms, 99) / kSubsteps},
-          {"ms_p10", p(ms, 10) / kSubsteps},
-          {"ns_per_node", p(ms, 50) / kSubsteps * 1e6 / lattice.node_count()},
-          {"floor_ms", 60.0 * lattice.node_count() / bandwidth * 1e3}};
+Body bar(Index across, double elements, double matched, const char* ratio) {
+  Body body{.name = std::string("fig20 ") + ratio,
+            .form = "bar",
+            .lattice = lattice_from_box({0, 0, 0}, {across, across, 5 * across},
+                                        {.spacing_m = 0.02F / static_cast<float>(across)})};
+  body.lattice.fix_half_space({0, 0, 1e-5F}, {0, 0, 1});
+  body.elements = split_by_ratio(body.lattice, 2, elements, matched);
+  body.matched = {.young_Pa = 30000, .half_width = 2};
+  body.size = body.lattice.node_count();
+  return body;
 }
 
 }  // namespace
@@ -125,20 +120,22 @@ Rows run_fig20(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
   return collect([&](Rows& rows) {
-    for (const Index across : {4, 6, 8, 12, 16, 24}) {
-      rows.push_back(hybrid_row(devices, across, 7, 3, "7:3", bandwidth));
-      rows.push_back(hybrid_row(devices, across, 3, 7, "3:7", bandwidth));
+    for (const Index across : {4, 6, 8, 12, 16, 24, 48}) {
+      rows.push_back(row(devices, bar(across, 7, 3, "7:3"), bandwidth));
+      rows.push_back(row(devices, bar(across, 3, 7, "3:7"), bandwidth));
     }
   });
 }
 
+/// Substeps of bodies of one model.
 Rows run_tissue(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
   return collect([&](Rows& rows) {
-    for (const Index edge : {16, 32, 46, 100}) rows.push_back(tled_row(devices, edge, bandwidth));
-    if (auto row = liver_row(devices, bandwidth)) rows.push_back(std::move(*row));
-    for (nlohmann::json& row : run_flsm(device_text)) rows.push_back(std::move(row));
+    for (const Index edge : {16, 32, 46, 100}) rows.push_back(row(devices, elements(edge), bandwidth));
+    if (const auto body = liver()) rows.push_back(row(devices, *body, bandwidth));
+    for (int w = 1; w <= 4; ++w) rows.push_back(row(devices, matched(31, w), bandwidth));
+    rows.push_back(row(devices, matched(99, 2), bandwidth));
   });
 }
 
