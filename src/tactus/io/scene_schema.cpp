@@ -128,9 +128,11 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
   v.choice({"law", "of the elements"}, m.law,
-           {{"neo_hookean", MaterialLaw::neo_hookean},
-            {"isochoric_neo_hookean", MaterialLaw::isochoric_neo_hookean},
-            {"transversely_isotropic", MaterialLaw::transversely_isotropic}});
+           {
+#define TACTUS_ROW(word, Law) {#word, MaterialLaw::word},
+               TACTUS_MATERIAL_LAWS(TACTUS_ROW)
+#undef TACTUS_ROW
+           });
   v.vector({"fibre", "direction of the fibres at rest, world axes"}, m.fibre, {"", -1000, 1000});
   v.real({"fibre_ratio", "stiffness of the fibres over the shear modulus"}, m.fibre_ratio, {"", 0, 1000});
   const bool elements = m.model != TissueModel::flsm, matched = m.model != TissueModel::tled;

@@ -7,7 +7,28 @@
 
 namespace tactus {
 
-enum class MaterialLaw : std::uint8_t { neo_hookean, isochoric_neo_hookean, transversely_isotropic };
+/// All laws: the word in scene files, and the struct in material_laws.h. A row here is all that a new law
+/// needs besides its struct (docs/new_material.md).
+#define TACTUS_MATERIAL_LAWS(ROW)                 \
+  ROW(neo_hookean, NeoHookean)                    \
+  ROW(isochoric_neo_hookean, IsochoricNeoHookean) \
+  ROW(transversely_isotropic, TransverselyIsotropic)
+
+enum class MaterialLaw : std::uint8_t {
+#define TACTUS_ROW(word, Law) word,
+  TACTUS_MATERIAL_LAWS(TACTUS_ROW)
+#undef TACTUS_ROW
+};
+
+/// How cubes resist.
+struct TledOptions {
+  MaterialLaw law = MaterialLaw::neo_hookean;
+  Vec3f fibre{1, 0, 0};           ///< transversely isotropic: direction at rest
+  float fibre_ratio = 0;          ///< transversely isotropic: fibre stiffness over mu
+  bool full_integration = false;  ///< 2x2x2 points instead of one and hourglass control; locks in bending
+  /// Part of critical damping of the fastest mode, 0..0.7, by viscous elements: rigid motion is not damped.
+  float damping_ratio = 0.05F;
+};
 
 struct ElasticMaterial {
   float young_Pa = 3000;  ///< > 0

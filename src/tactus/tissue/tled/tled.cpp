@@ -92,12 +92,10 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   }
   for (const ElasticMaterial& m : materials) {
     check_material(m);
-    // Fibres add at most 2 c (3 a.Ca - 1) to the stiffness along them: at 1.5 times the length, 11.5 c.
-    const float fibre =
-        options.law == MaterialLaw::transversely_isotropic ? 11.5F * options.fibre_ratio * m.mu_Pa() : 0;
+    const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
     undamped_step_s = std::min(
         undamped_step_s,
-        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + fibre)));
+        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + added)));
   }
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
@@ -164,16 +162,7 @@ void Tled::load(ExecContext& ctx, const BodyState& state) {
 
 template <class Sink>
 void Tled::sum_forces(ExecContext& ctx, Tiles which, View<const float> ahead_m, const Sink& sink) {
-  switch (options_.law) {
-    case MaterialLaw::neo_hookean:
-      return launch_forces(ctx, which, NeoHookean{}, ahead_m, sink);
-    case MaterialLaw::isochoric_neo_hookean:
-      return launch_forces(ctx, which, IsochoricNeoHookean{}, ahead_m, sink);
-    case MaterialLaw::transversely_isotropic:
-      return launch_forces(
-          ctx, which, TransverselyIsotropic{normalized(options_.fibre, Vec3f{1, 0, 0}), options_.fibre_ratio},
-          ahead_m, sink);
-  }
+  with_law(options_, [&](const auto& law) { launch_forces(ctx, which, law, ahead_m, sink); });
 }
 
 void Tled::check_step(float dt_s) const {

@@ -11,16 +11,6 @@
 
 namespace tactus {
 
-/// How cubes resist.
-struct TledOptions {
-  MaterialLaw law = MaterialLaw::neo_hookean;
-  Vec3f fibre{1, 0, 0};           ///< transversely isotropic: direction at rest
-  float fibre_ratio = 0;          ///< transversely isotropic: fibre stiffness over mu
-  bool full_integration = false;  ///< 2x2x2 points instead of one and hourglass control; locks in bending
-  /// Part of critical damping of the fastest mode, 0..0.7, by viscous elements: rigid motion is not damped.
-  float damping_ratio = 0.05F;
-};
-
 struct TledStep {
   float dt_s = 1e-4F;
   Vec3f gravity_m_s2{0, -9.81F, 0};
