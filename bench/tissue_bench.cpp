@@ -23,6 +23,7 @@ struct Body {
   CubeLattice lattice;
   ElementMask elements{};  ///< empty: all
   FlsmMaterial matched{};
+  TledOptions options{};
   Index size = 0;     ///< what the row's size counts
   float step_s = 0;   ///< 0: the longest that is stable
   float frame_s = 0;  ///< not 0: times are of a whole frame with all its substeps
@@ -30,7 +31,7 @@ struct Body {
 
 nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
   const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
-  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, {}, body.matched);
+  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched);
   const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
   const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
   HybridStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s()};
@@ -67,6 +68,14 @@ CubeLattice clamped_cube(Index edge) {
 Body elements(Index edge) {
   Body body{.name = "tled neo-Hookean", .form = "box", .lattice = clamped_cube(edge)};
   body.size = body.lattice.cube_count();
+  return body;
+}
+
+/// Elements whose stress relaxes in two terms.
+Body viscoelastic(Index edge) {
+  Body body = elements(edge);
+  body.name = "tled viscoelastic";
+  body.options.relaxation = {{{0.4F, 0.05F}, {0.2F, 0.5F}}};
   return body;
 }
 
@@ -133,6 +142,7 @@ Rows run_tissue(const std::string& device_text) {
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
   return collect([&](Rows& rows) {
     for (const Index edge : {16, 32, 46, 100}) rows.push_back(row(devices, elements(edge), bandwidth));
+    rows.push_back(row(devices, viscoelastic(32), bandwidth));
     if (const auto body = liver()) rows.push_back(row(devices, *body, bandwidth));
     for (int w = 1; w <= 4; ++w) rows.push_back(row(devices, matched(31, w), bandwidth));
     rows.push_back(row(devices, matched(99, 2), bandwidth));

@@ -232,6 +232,17 @@ TEST(SceneFile, WrongTypesAndRanges) {
       {"bodies: [{name: a, shape: {kind: box}, material: {model: tled, law: neo_hokean}}]",
        "2: 'bodies[0].material.law' is 'neo_hokean', expected one of: neo_hookean, isochoric_neo_hookean, "
        "transversely_isotropic; did you mean 'neo_hookean'?"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: tled, relaxation: [{share: 1, time_s: "
+       "1}]}}]",
+       "2: 'bodies[0].material.relaxation[0].share' is '1', expected a number > 0 and <= 0.99"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: tled, relaxation: [{share: 0.6, time_s: 1}, "
+       "{share: 0.5, time_s: 2}]}}]",
+       "2: in 'bodies[0].material': the shares of 'relaxation' add up to 1 or more: nothing would be left"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: tled, relaxation: [{share: 0.1, time_s: 1}, "
+       "{share: 0.1, time_s: 1}, {share: 0.1, time_s: 1}]}}]",
+       "2: in 'bodies[0].material': 'relaxation' has 3 terms, expected at most 2"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {relaxation: [{share: 0.1, time_s: 1}]}}]",
+       "2: 'relaxation' in 'bodies[0].material' has no effect, it is for when 'model' is tled or hybrid"},
       {"bodies: [{name: a, shape: {kind: box}, regions: [{kind: sphere, poisson_ratio: 0.5}]}]",
        "2: 'bodies[0].regions[0].poisson_ratio' is '0.5', expected a number >= -0.99 and <= 0.499 or auto"},
       {"bodies: [{name: a, shape: {kind: box}, regions: [{kind: label}]}]",

@@ -106,6 +106,11 @@ void describe_placement(FieldVisitor& v, PlacementDescription& p) {
   v.real({"scale", "size in the world over size in the shape's coordinates"}, p.scale, positive("", 1000));
 }
 
+void describe_relaxation(FieldVisitor& v, RelaxationDescription& r) {
+  v.real({"share", "part of the shear modulus that fades", kRequired}, r.share, {"", 0, 0.99, true});
+  v.real({"time_s", "after which 1/e of it is left", kRequired}, r.time_s, {"s", 0.001, 10});
+}
+
 void describe_material(FieldVisitor& v, MaterialDescription& m) {
   v.choice({"model",
             "how it deforms: `flsm` shape matching (fast), `tled` finite elements (right), `hybrid` both: "
@@ -135,8 +140,20 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
            });
   v.vector({"fibre", "direction of the fibres at rest, world axes"}, m.fibre, {"", -1000, 1000});
   v.real({"fibre_ratio", "stiffness of the fibres over the shear modulus"}, m.fibre_ratio, {"", 0, 1000});
+  v.list({"relaxation",
+          "viscoelastic elements (Prony series): terms that fade after a step of strain, at most 2; "
+          "`young_modulus_pa` "
+          "and `poisson_ratio` are those at once"},
+         appender(m.relaxation, describe_relaxation));
+  double faded = 0;
+  for (const RelaxationDescription& r : m.relaxation) faded += r.share;
+  v.check(m.relaxation.size() <= 2, "relaxation",
+          "'relaxation' has " + std::to_string(m.relaxation.size()) + " terms, expected at most 2");
+  v.check(faded < 0.995, "relaxation",
+          "the shares of 'relaxation' add up to 1 or more: nothing would be left");
   const bool elements = m.model != TissueModel::flsm, matched = m.model != TissueModel::tled;
-  for (const char* key : {"poisson_ratio", "law"}) v.only_when(elements, key, "'model' is tled or hybrid");
+  for (const char* key : {"poisson_ratio", "law", "relaxation"})
+    v.only_when(elements, key, "'model' is tled or hybrid");
   for (const char* key : {"half_width", "kappa"}) v.only_when(matched, key, "'model' is flsm or hybrid");
   const bool fibres = elements && m.law == MaterialLaw::transversely_isotropic;
   for (const char* key : {"fibre", "fibre_ratio"})

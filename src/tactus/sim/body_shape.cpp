@@ -247,15 +247,16 @@ void fix(const BodyDescription& body, const RegionFinder& finder, BodyShape& sha
 }  // namespace
 
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes) {
-  // Fields of the solvers over the lattice's box: 9 floats of elements and their nodes; 46 doubles and 22
-  // floats of shape matching.
-  constexpr double kElementBytes = 64, kMatchedBytes = 512;
+  // Fields of the solvers over the lattice's box: 13 words of elements and 24 of their history; 46 doubles
+  // and 22 floats of shape matching.
+  constexpr double kElementBytes = 64, kHistoryBytes = 96, kMatchedBytes = 512;
   LatticeOptions options;
   options.spacing_m = static_cast<float>(body.spacing_m);
   options.density_kg_m3 = static_cast<float>(body.material.density_kg_m3);
   options.fill = body.shape.fill;
   options.max_bytes = memory_bytes;
   options.bytes_per_cube = body.material.model == TissueModel::tled ? kElementBytes : kMatchedBytes;
+  if (!body.material.relaxation.empty()) options.bytes_per_cube += kHistoryBytes;
   std::string odd;
   try {
     BodyShape shape;

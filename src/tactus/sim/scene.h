@@ -84,6 +84,12 @@ struct RatioDescription {
   Axis axis = Axis::x;  ///< of the world
 };
 
+/// A part of the shear modulus that fades as exp(-t / time).
+struct RelaxationDescription {
+  double share = 0;  ///< of the shear modulus; all together below 1
+  double time_s = 1;
+};
+
 struct MaterialDescription {
   TissueModel model = TissueModel::flsm;
   int half_width = 2;               ///< of the FLSM regions, in lattice cubes, 1..4
@@ -95,6 +101,7 @@ struct MaterialDescription {
   MaterialLaw law = MaterialLaw::neo_hookean;  ///< elements only
   Vec3d fibre = {1, 0, 0};                     ///< transversely isotropic: direction, world
   double fibre_ratio = 0;                      ///< transversely isotropic: fibre stiffness over shear modulus
+  std::vector<RelaxationDescription> relaxation;  ///< elements only; at most 2
 };
 
 enum class CoordinateFrame : std::uint8_t { body, world };

@@ -17,6 +17,17 @@ double memory_bytes(const Device& device) {
   return bytes;
 }
 
+TledOptions element_options(const MaterialDescription& m) {
+  TledOptions options{.law = m.law,
+                      .fibre = vec_cast<float>(m.fibre),
+                      .fibre_ratio = static_cast<float>(m.fibre_ratio),
+                      .damping_ratio = static_cast<float>(m.damping)};
+  for (std::size_t n = 0; n < m.relaxation.size(); ++n)
+    options.relaxation.at(n) = {static_cast<float>(m.relaxation[n].share),
+                                static_cast<float>(m.relaxation[n].time_s)};
+  return options;
+}
+
 }  // namespace
 
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
@@ -26,10 +37,7 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAsse
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
     : description_(body),
       shape_(std::move(shape)),
-      element_options_({.law = body.material.law,
-                        .fibre = vec_cast<float>(body.material.fibre),
-                        .fibre_ratio = static_cast<float>(body.material.fibre_ratio),
-                        .damping_ratio = static_cast<float>(body.material.damping)}),
+      element_options_(element_options(body.material)),
       tissue_(ctx, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
               element_options_,
               {.young_Pa = static_cast<float>(body.material.young_modulus_pa),

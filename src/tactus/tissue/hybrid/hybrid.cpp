@@ -143,7 +143,7 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, in
 }
 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step) {
-  if (has_elements_) tled_.compute_forces(ctx, state);
+  if (has_elements_) tled_.compute_forces(ctx, state, step.dt_s);
   if (!flsm_) return;
   ctx.parallel_for(
       "hybrid/gather", matched_nodes_.size(),
