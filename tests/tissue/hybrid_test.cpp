@@ -1,4 +1,4 @@
-#include "tactus/tissue/hybrid/hybrid.h"
+#include "tactus/tissue/hybrid/deflection_match.h"
 
 #include <gtest/gtest.h>
 
@@ -36,13 +36,15 @@ ElementMask split(const CubeLattice& lattice, double elements, bool at_far_end =
 }
 
 /// Displacement of the middle of the free end after settling under its weight.
-Vec3f settled_tip(const CubeLattice& lattice, const ElementMask& mask, int w) {
+Vec3f settled_tip(const CubeLattice& lattice, const ElementMask& mask, int w, float scale = 1) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
-  Hybrid hybrid(ctx, lattice, mask, {&kMaterial, 1}, {}, {.damping_ratio = 0.1F}, matched(w));
+  FlsmMaterial material = matched(w);
+  material.stiffness_scale = scale;
+  Hybrid hybrid(ctx, lattice, mask, {&kMaterial, 1}, {}, {.damping_ratio = 0.1F}, material);
   BodyState body = rest_state(ctx, lattice);
   const float dt = hybrid.stable_step_s();
-  for (float t = 0; t < 2.2F; t += dt) hybrid.step(ctx, body, {dt, {0, 0, -9.81F}, 20});
+  hybrid.step(ctx, body, {dt, {0, 0, -9.81F}, 20}, static_cast<int>(2.2F / dt));
   const auto x = to_host(ctx, body.x_m.const_view());
   for (Index i = 0; i < lattice.node_count(); ++i) {
     if (lattice.nodes[at(i)] == Vec3i{20, 2, 2}) return x[at(i)] - lattice.rest_m(i);
@@ -112,6 +114,29 @@ TEST(Hybrid, CoupledBeamBendsLikeOneOfElements) {
     EXPECT_NEAR(at_clamp / reference, 1, 0.05) << w;
     EXPECT_NEAR(at_tip / reference, 1, 0.15) << w;
   }
+}
+
+/// One deflection test for small motion scales shape matching: where it bears the load, most or all of the
+/// body being shape-matched, the tip is within 15 % of the elements' alone for large motion, too.
+TEST(Hybrid, DeflectionTestMatchesTheElements) {
+  DeviceSet set("cpu");
+  ExecContext& ctx = set.context(0);
+  const CubeLattice lattice = beam();
+  const float reference = settled_tip(lattice, {}, 1).z;
+  for (int w = 1; w <= 3; ++w) {
+    for (const double elements : {0.6, 0.3, 0.0}) {
+      const ElementMask mask = split(lattice, elements, true);
+      const float scale = match_deflection(ctx, lattice, mask, {&kMaterial, 1}, {}, {.damping_ratio = 0.1F},
+                                           matched(w), {0, 0, -1});
+      const float plain = settled_tip(lattice, mask, w).z / reference,
+                  scaled = settled_tip(lattice, mask, w, scale).z / reference;
+      std::printf("w %d, %2.0f %% elements at the tip: scale %.3f, tip %.3f before, %.3f after\n", w,
+                  100 * elements, static_cast<double>(scale), static_cast<double>(plain),
+                  static_cast<double>(scaled));
+      EXPECT_NEAR(scaled, 1, 0.15) << w << ' ' << elements;
+    }
+  }
+  EXPECT_EQ(match_deflection(ctx, lattice, {}, {&kMaterial, 1}, {}, {}, matched(1)), 1);
 }
 
 /// The interface is counted once: whatever the split, a hanging body weighs the same. At rest the clamped
