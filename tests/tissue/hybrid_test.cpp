@@ -133,7 +133,7 @@ TEST(Hybrid, DeflectionTestMatchesTheElements) {
       std::printf("w %d, %2.0f %% elements at the tip: scale %.3f, tip %.3f before, %.3f after\n", w,
                   100 * elements, static_cast<double>(scale), static_cast<double>(plain),
                   static_cast<double>(scaled));
-      EXPECT_NEAR(scaled, 1, 0.15) << w << ' ' << elements;
+      EXPECT_NEAR(scaled, 1, 0.05) << w << ' ' << elements;
     }
   }
   EXPECT_EQ(match_deflection(ctx, lattice, {}, {&kMaterial, 1}, {}, {}, matched(1)), 1);

@@ -132,6 +132,11 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
   v.choice(
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
+  v.boolean(
+      {"deflection_test",
+       "scale shape matching, before the run, so that the held body sags as one of elements alone; takes "
+       "seconds"},
+      m.deflection_test);
   v.choice({"law", "of the elements"}, m.law,
            {
 #define TACTUS_ROW(word, Law) {#word, MaterialLaw::word},
@@ -154,7 +159,8 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
   const bool elements = m.model != TissueModel::flsm, matched = m.model != TissueModel::tled;
   for (const char* key : {"poisson_ratio", "law", "relaxation"})
     v.only_when(elements, key, "'model' is tled or hybrid");
-  for (const char* key : {"half_width", "kappa"}) v.only_when(matched, key, "'model' is flsm or hybrid");
+  for (const char* key : {"half_width", "kappa", "deflection_test"})
+    v.only_when(matched, key, "'model' is flsm or hybrid");
   const bool fibres = elements && m.law == MaterialLaw::transversely_isotropic;
   for (const char* key : {"fibre", "fibre_ratio"})
     v.only_when(fibres, key, "'law' is transversely_isotropic");

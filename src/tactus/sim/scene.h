@@ -98,6 +98,7 @@ struct MaterialDescription {
   double density_kg_m3 = 1000;
   double damping = 0.1;  ///< part of critical damping of the fastest mode, 0..0.7
   Stiffness kappa = Stiffness::material;
+  bool deflection_test = false;  ///< scale shape matching until the held body sags as elements do
   MaterialLaw law = MaterialLaw::neo_hookean;  ///< elements only
   Vec3d fibre = {1, 0, 0};                     ///< transversely isotropic: direction, world
   double fibre_ratio = 0;                      ///< transversely isotropic: fibre stiffness over shear modulus

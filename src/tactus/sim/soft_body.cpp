@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "tactus/base/log.h"
+#include "tactus/tissue/hybrid/deflection_match.h"
 
 namespace tactus {
 namespace {
@@ -28,6 +29,19 @@ TledOptions element_options(const MaterialDescription& m) {
   return options;
 }
 
+FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, const BodyShape& shape) {
+  FlsmMaterial material{.young_Pa = static_cast<float>(m.young_modulus_pa),
+                        .density_kg_m3 = static_cast<float>(m.density_kg_m3),
+                        .half_width = m.half_width,
+                        .damping_ratio = static_cast<float>(m.damping)};
+  if (!m.deflection_test) return material;
+  TledOptions at_once = element_options(m);
+  at_once.relaxation = {};
+  material.stiffness_scale = match_deflection(ctx, shape.lattice, shape.elements, shape.materials,
+                                              shape.material_of_cube, at_once, material);
+  return material;
+}
+
 }  // namespace
 
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
@@ -39,11 +53,7 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
       tissue_(ctx, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-              element_options_,
-              {.young_Pa = static_cast<float>(body.material.young_modulus_pa),
-               .density_kg_m3 = static_cast<float>(body.material.density_kg_m3),
-               .half_width = body.material.half_width,
-               .damping_ratio = static_cast<float>(body.material.damping)}),
+              element_options_, matched_material(ctx, body.material, shape_)),
       state_(rest_state(ctx, shape_.lattice)),
       frame_begin_x_m_(ctx.device(), state_.x_m.size()),
       surface_(ctx, shape_.lattice, shape_.surface_m),
