@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include "tactus/base/error.h"
 
@@ -48,6 +49,50 @@ bool triangles_cross(const std::array<Vec3d, 3>& s, const std::array<Vec3d, 3>& 
   }
   return false;
 }
+
+/// The (y, z) plane in cells, and the triangles over each.
+class Columns {
+ public:
+  Columns(const std::vector<Box3f>& box, const Box3f& all)
+      : all_(all),
+        side_(std::clamp(static_cast<Index>(std::sqrt(static_cast<double>(box.size())) / 4), 1, 1024)) {
+    begin_.assign(at(side_ * side_ + 1), 0);
+    const auto for_each_entry = [&](auto&& body) {
+      for (std::size_t t = 0; t < box.size(); ++t) {
+        const Index low = of(box[t].min), high = of(box[t].max);
+        for (Index z = low / side_; z <= high / side_; ++z)
+          for (Index y = low % side_; y <= high % side_; ++y) body(z * side_ + y, static_cast<Index>(t));
+      }
+    };
+    for_each_entry([&](Index c, Index) { ++begin_[at(c + 1)]; });
+    for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
+    triangles_.resize(begin_.back());
+    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+    for_each_entry([&](Index c, Index t) { triangles_[next[at(c)]++] = t; });
+  }
+  Index count() const { return side_ * side_; }
+  Index of(Vec3f p) const {
+    const auto cell = [this](float value, float low, float high) {
+      const double t = high > low ? (double{value} - low) / (double{high} - low) : 0;
+      return std::clamp(static_cast<Index>(t * side_), 0, side_ - 1);
+    };
+    return cell(p.z, all_.min.z, all_.max.z) * side_ + cell(p.y, all_.min.y, all_.max.y);
+  }
+  std::span<const Index> sorted_by_x(Index column, const std::vector<Box3f>& box) {
+    const auto first = triangles_.begin() + static_cast<std::ptrdiff_t>(begin_[at(column)]),
+               last = triangles_.begin() + static_cast<std::ptrdiff_t>(begin_[at(column + 1)]);
+    std::sort(first, last, [&](Index a, Index b) {
+      return box[at(a)].min.x < box[at(b)].min.x || (box[at(a)].min.x == box[at(b)].min.x && a < b);
+    });
+    return {first, last};
+  }
+
+ private:
+  Box3f all_;
+  Index side_;
+  std::vector<std::size_t> begin_;
+  std::vector<Index> triangles_;
+};
 
 }  // namespace
 
@@ -99,20 +144,12 @@ EdgeDefects find_edge_defects(const TriangleMesh& mesh) {
 }
 
 SelfCrossings find_self_crossings(const TriangleMesh& mesh) {
-  struct Entry {
-    Box3f box;
-    Index triangle;
-  };
-  std::vector<Entry> entries;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& v = mesh.triangles[t];
-    const Vec3f a = mesh.positions_m[at(v[0])], b = mesh.positions_m[at(v[1])],
-                c = mesh.positions_m[at(v[2])];
-    entries.push_back({{min(a, min(b, c)), max(a, max(b, c))}, static_cast<Index>(t)});
+  std::vector<Box3f> box;
+  for (const auto& t : mesh.triangles) {
+    const Vec3f a = mesh.positions_m[at(t[0])], b = mesh.positions_m[at(t[1])],
+                c = mesh.positions_m[at(t[2])];
+    box.push_back({min(a, min(b, c)), max(a, max(b, c))});
   }
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return a.box.min.x < b.box.min.x || (a.box.min.x == b.box.min.x && a.triangle < b.triangle);
-  });
   const auto corners = [&](Index t) {
     std::array<Vec3d, 3> c;
     for (std::size_t k = 0; k < 3; ++k)
@@ -126,17 +163,21 @@ SelfCrossings find_self_crossings(const TriangleMesh& mesh) {
         if (a == b || mesh.positions_m[at(a)] == mesh.positions_m[at(b)]) return true;
     return false;
   };
+  // Pairs are looked for in columns along x, in the one that holds the low corner of what their boxes share.
+  Columns columns(box, bounds(mesh));
   SelfCrossings found;
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const Box3f& a = entries[i].box;
-    for (std::size_t j = i + 1; j < entries.size() && entries[j].box.min.x <= a.max.x; ++j) {
-      const Box3f& b = entries[j].box;
-      if (b.min.y > a.max.y || a.min.y > b.max.y || b.min.z > a.max.z || a.min.z > b.max.z) continue;
-      Vec3d where{};
-      if (touch(entries[i].triangle, entries[j].triangle) ||
-          !triangles_cross(corners(entries[i].triangle), corners(entries[j].triangle), where))
-        continue;
-      if (found.pairs++ == 0) found.first_m = vec_cast<float>(where);
+  for (Index column = 0; column < columns.count(); ++column) {
+    const std::span<const Index> triangles = columns.sorted_by_x(column, box);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const Box3f& a = box[at(triangles[i])];
+      for (std::size_t j = i + 1; j < triangles.size() && box[at(triangles[j])].min.x <= a.max.x; ++j) {
+        const Box3f& b = box[at(triangles[j])];
+        if (b.min.y > a.max.y || a.min.y > b.max.y || b.min.z > a.max.z || a.min.z > b.max.z) continue;
+        if (columns.of(max(a.min, b.min)) != column || touch(triangles[i], triangles[j])) continue;
+        Vec3d where{};
+        if (!triangles_cross(corners(triangles[i]), corners(triangles[j]), where)) continue;
+        if (found.pairs++ == 0) found.first_m = vec_cast<float>(where);
+      }
     }
   }
   return found;
