@@ -174,12 +174,12 @@ TEST(BodyShape, SpacingsThatCantBe) {
   body.spacing_m = 1e-4;
   EXPECT_EQ(
       refusal(body, cube_asset(1, false)),
-      "1: body 'cube': lattice spacing 0.000100 m needs 4.1 TB for 8000000000 cubes, more than the limit of "
+      "1: body 'cube': lattice spacing 0.000100 m needs 8.9 TB for 8000000000 cubes, more than the limit of "
       "8.0 GB; use a larger spacing");
   body = cube_body();  // millimetres are named where they are the reason
   EXPECT_EQ(
       refusal(body, cube_asset(1000, false)),
-      "1: body 'cube': lattice spacing 0.050000 m needs 32.8 TB for 64000000000 cubes, more than the limit "
+      "1: body 'cube': lattice spacing 0.050000 m needs 71.0 TB for 64000000000 cubes, more than the limit "
       "of 8.0 GB; use a larger spacing; it is 200 m long: is its file in millimetres? Then say 'unit_m: "
       "0.001'");
   EXPECT_EQ(
@@ -189,7 +189,7 @@ TEST(BodyShape, SpacingsThatCantBe) {
   body.shape.kind = ShapeKind::sphere;
   body.shape.radius_m = 5;
   body.spacing_m = 0.0001;  // refused before its surface is made
-  EXPECT_NE(refusal(body, {}).find("needs 512.0 PB"), std::string::npos) << refusal(body, {});
+  EXPECT_NE(refusal(body, {}).find("needs 1110.0 PB"), std::string::npos) << refusal(body, {});
 }
 
 TEST(BodyShape, RegionsThatDoNothingAreRefused) {
