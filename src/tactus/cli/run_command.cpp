@@ -108,7 +108,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
       if (pictures != nullptr) {
         char time_text[32];
         std::snprintf(time_text, sizeof time_text, "%.2f s", frame.time_s);
-        pictures->add(std::move(snapshot), caption, time_text);
+        pictures->add(std::move(snapshot), frame.colors, caption, time_text);
       }
     }
     show_progress(summary.frames, total, caption);
@@ -126,8 +126,8 @@ void run(const RunOptions& options) {
   }
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
-  const std::unique_ptr<FrameSource> source =
-      open_frame_source(scene.source, {.depth = scene.reconstruction.depth});
+  const std::unique_ptr<FrameSource> source = open_frame_source(
+      scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
   for (const auto& body : simulation.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
@@ -137,7 +137,9 @@ void run(const RunOptions& options) {
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
   std::optional<RunPictures> pictures;
-  if (options.view == "file") pictures.emplace(scene, source->rig(), stem, scene.source.fps.value_or(30));
+  if (options.view == "file")
+    pictures.emplace(scene, source->rig(), simulation.hull().voxel_size_m(), stem,
+                     scene.source.fps.value_or(30));
 
   if (pictures && scene.view.show_models) {
     std::vector<std::vector<std::uint8_t>> element_triangles;

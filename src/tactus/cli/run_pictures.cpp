@@ -1,5 +1,6 @@
 #include "tactus/cli/run_pictures.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tactus {
@@ -31,7 +32,8 @@ constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 
 
 }  // namespace
 
-RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps)
+RunPictures::RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m, const std::string& stem,
+                         double fps)
     : scene_(scene),
       renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
       camera_(view_camera(scene.view.camera)),
@@ -48,15 +50,28 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& 
     for (const Camera& camera : rig.depth_cameras) add_frustum(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
   }
   add_box(view_, rig.workspace_m);
+  if (scene.view.photographs > 0) {
+    photos_ = std::make_shared<ViewPhotos>(
+        ViewPhotos{.cameras = rig.cameras,
+                   .images = {},
+                   .k = std::min(scene.view.photographs, static_cast<int>(rig.cameras.size())),
+                   .voxel_size_m = voxel_size_m,
+                   .center_m = rig.workspace_m.center()});
+  }
 }
 
 void RunPictures::show_models(std::vector<std::vector<std::uint8_t>> element_triangles) {
   element_triangles_ = std::move(element_triangles);
 }
 
-void RunPictures::add(FrameSnapshot snapshot, const std::string& overlay, const std::string& caption) {
+void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos,
+                      const std::string& overlay, const std::string& caption) {
   view_.meshes.clear();
   view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
+  if (photos_ && !photos.empty()) {
+    photos_->images = photos;
+    view_.meshes.back().photos = photos_;
+  }
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
     Material material = soft_material();
     if (!element_triangles_.empty()) {

@@ -13,12 +13,14 @@ namespace tactus {
 class RunPictures {
  public:
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
-  RunPictures(const Scene& scene, const Rig& rig, const std::string& stem, double fps);
+  RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m, const std::string& stem, double fps);
 
   /// Colours bodies by what deforms them: per body and triangle of its surface, 1 where elements do.
   void show_models(std::vector<std::vector<std::uint8_t>> element_triangles);
+  /// @param photos of the rig's cameras: worn where the scene wants it
   /// @param overlay one line on the picture  @param caption short, under its cell of the contact sheet
-  void add(FrameSnapshot snapshot, const std::string& overlay, const std::string& caption);
+  void add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos, const std::string& overlay,
+           const std::string& caption);
   /// Closes the files. Does nothing but close when no frame came.
   void finish();
 
@@ -26,6 +28,7 @@ class RunPictures {
   const Scene scene_;
   Renderer renderer_;
   ViewCamera camera_;
+  std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
   ViewScene view_;  ///< what does not change: frusta, workspace; and the meshes of the newest frame
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;

@@ -300,6 +300,9 @@ void describe_view(FieldVisitor& v, ViewDescription& view) {
   v.boolean({"show_frusta", "draw the real cameras"}, view.show_frusta);
   v.boolean({"show_models", "colour hybrid bodies by what deforms them: elements red, shape matching blue"},
             view.show_models);
+  v.integer(
+      {"photographs", "dress the real surface in the cameras' pictures, each point in its best so many"},
+      view.photographs, {"", 0, 8});
   v.boolean({"overlay", "print frame number and times into the picture"}, view.overlay);
 }
 

@@ -180,6 +180,7 @@ struct ViewDescription {
   ViewCameraDescription camera;
   bool show_frusta = true;
   bool show_models = false;  ///< colour hybrid bodies by what deforms them
+  int photographs = 0;       ///< from how many each piece of the real surface takes its colour; 0: none
   bool overlay = true;
 };
 
