@@ -23,9 +23,9 @@ struct PhotoChoice {
   static constexpr float kEpsilon = 0.01F;    ///< ε: cameras within 8 degrees are about equally good
   static constexpr float kBiasVoxels = 0.5F;  ///< what is that much nearer hides
 
-  /// Pixels of a texel of a camera's map of what hides: a voxel in the middle of the workspace, at least 4 (as
-  /// far from the outline of a real body photos mix in the wall). Nearer ones look larger, up to 1.5 texels at two thirds of that
-  /// distance, and a map of vertices, once widened, still has no holes.
+  /// Pixels of a texel of a camera's map of what hides: a voxel in the middle of the workspace, at least 4
+  /// (as far from the outline of a real body photos mix in the wall). Nearer ones look larger, up to 1.5
+  /// texels at two thirds of that distance, and a map of vertices, once widened, still has no holes.
   static float texel_px(const Camera& camera, float voxel_size_m, Vec3f center_m) {
     const double distance = length(camera.center_world() - vec_cast<double>(center_m));
     const double voxel_px = camera.fx_px * static_cast<double>(voxel_size_m) / std::max(distance, 1e-3);
