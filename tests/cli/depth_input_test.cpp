@@ -148,6 +148,35 @@ TEST_F(DepthInput, ATickWithoutDepthIsToldAndTheNextHasIt) {
   EXPECT_GT(frames[1]["volume_m3"].get<double>(), frames[0]["volume_m3"].get<double>());
 }
 
+/// Videos with a depth camera beside them that sees a wall through the middle of the workspace.
+TEST_F(DepthInput, VideosHaveDepthCamerasToo) {
+  write_calibration(path("camera.yaml"));
+  write_video(path("a.avi"), Scene::object, 2);
+  write_video(path("room.avi"), Scene::empty_room, 2);
+  cv::imwrite(path("tof0.png"),
+              cv::Mat(64, 64, CV_16U, cv::Scalar(4000)));  // mm; the cube is at 3.5 to 4.5 m
+  write_rig(path("rig.yaml"), {{.name = "a", .video = "a.avi", .empty_room = "room.avi"}},
+            "depth_cameras:\n  - {name: tof, calibration: camera.yaml, depth: 'tof%d.png', image_size_px: "
+            "[64, 64]}\n");
+  const auto volumes = [&](const std::string& more) {
+    const Outcome o = run_tactus("reconstruct --source videos " + path("rig.yaml") +
+                                 " --resolution 32 --devices cpu --json " + path("out.json") + " " + more);
+    EXPECT_EQ(o.code, 0) << o.text;
+    std::vector<double> list;
+    const nlohmann::json json = read_json("out.json");
+    for (const nlohmann::json& frame : json["frames"]) list.push_back(frame["volume_m3"]);
+    EXPECT_EQ(list.size(), 2U);
+    return list;
+  };
+  const std::vector<double> with = volumes(""), without = volumes("--no-depth");
+  // The silhouette (16 px of 60 px focal length) holds the cube of 1 m; the plane at its middle halves it, to
+  // the millimetre of its own images.
+  EXPECT_NEAR(without[0], 1, 0.01);
+  EXPECT_NEAR(with[0], 0.5, 0.01);
+  EXPECT_EQ(with[1], without[1]);  // there is no tof1.png
+  EXPECT_TRUE(has(read_json("out.json")["depth"].dump(), "false"));
+}
+
 TEST_F(DepthInput, MistakesInARigFileAreRefusedWithTheLine) {
   synth("sphere");
   const std::string camera = "name: tof\n    calibration: cameras/tof.yaml";

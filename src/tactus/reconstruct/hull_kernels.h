@@ -128,7 +128,6 @@ struct AssignSlots {
 /// Signs of the 8^3 nodes of an active brick, a bit each: row (z, y), bit x; set is inside.
 struct BrickSigns {
   HullGrid grid;
-  Index tolerated;  ///< as ClassifyBricks
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells, bits;
   View<const Index> active_bricks;
@@ -139,8 +138,7 @@ struct BrickSigns {
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
     std::uint32_t sub_mixed[8], sub_outside[8];
-    std::int32_t votes[8][kSubNodes];    ///< per sub-brick and node: how many more may carve it; < 0: outside
-    std::uint32_t inside[8][kSubNodes];  ///< 0 or 1
+    std::uint32_t inside[8][kSubNodes];  ///< per sub-brick and node: 0 or 1
   };
 
   template <class Block>
@@ -174,12 +172,11 @@ struct BrickSigns {
         const Footprint f = classify_footprint(
             camera, cells.data(), vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
         s.sub_mixed[t] |= f.inside ? 0U : 1U << c;
-        s.sub_outside[t] += f.outside ? 1U : 0U;
+        s.sub_outside[t] |= f.outside ? 1U : 0U;
       });
     }
     // An outside sub-brick holds no crossing.
     b.for_threads(8, [&](int t) {
-      s.sub_outside[t] = s.sub_outside[t] > static_cast<std::uint32_t>(tolerated) ? 1U : 0U;
       s.sub_mixed[t] = s.sub_outside[t] != 0 ? 0U : s.sub_mixed[t];
       sub_cameras[b.index() * 8 + t] = s.sub_mixed[t];
     });
@@ -197,7 +194,7 @@ struct BrickSigns {
           const Vec3i n = node_of(sub, t);
           const bool real =
               (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
-          s.votes[sub][t] = (real & (s.sub_outside[sub] == 0)) ? tolerated : -1;
+          s.inside[sub][t] = (real & (s.sub_outside[sub] == 0)) ? 1U : 0U;
         });
     for (Index c = 0; c < cameras.size(); ++c) {
       if ((candidates >> c & 1U) == 0) continue;
@@ -208,12 +205,9 @@ struct BrickSigns {
           [&](int sub, int t) {
             const float value =
                 sample_silhouette(camera, words, project_node(camera, vec_cast<float>(node_of(sub, t))));
-            s.votes[sub][t] -= value >= 0.F ? 0 : 1;
+            s.inside[sub][t] &= value >= 0.F ? 1U : 0U;
           });
     }
-    b.template for_groups<kSubNodes>(
-        8, [](int) { return true; },
-        [&](int sub, int t) { s.inside[sub][t] = s.votes[sub][t] >= 0 ? 1U : 0U; });
   }
 };
 

@@ -14,6 +14,7 @@ TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
 TACTUS_CUDA_KERNEL(tactus::ClassifyBricks);
 TACTUS_CUDA_KERNEL(tactus::AssignSlots);
 TACTUS_CUDA_KERNEL(tactus::BrickSigns);
+TACTUS_CUDA_KERNEL(tactus::TolerantSigns);
 TACTUS_CUDA_KERNEL(tactus::CountBrickMesh);
 TACTUS_CUDA_KERNEL(tactus::EmitVertices);
 TACTUS_CUDA_KERNEL(tactus::EmitTolerantVertices);

@@ -5,6 +5,62 @@
 
 namespace tactus {
 
+/// In place of BrickSigns when views are tolerated. Plain: what it saves is the work of the strict kernel.
+struct TolerantSigns {
+  BrickSigns plain;
+  Index tolerated;  ///< m, 1 .. EmitTolerantVertices::kMostTolerated
+
+  static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
+  struct Shared {
+    std::uint32_t sub_mixed[8], sub_outside[8];
+    std::uint32_t inside[8 * kSubNodes];  ///< 0 or 1, x fastest
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index brick = plain.active_bricks[b.index()];
+    const Vec3i first = kBrick * plain.grid.brick_at(brick);
+    const std::uint32_t candidates = plain.brick_cameras[brick];
+    b.for_threads(8, [&](int sub) {
+      const Vec3i at = first + Vec3i{(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4};
+      std::uint32_t mixed = 0;
+      Index outside = 0;
+      for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
+        const int c = lowest_bit(left);
+        const Footprint f = classify_footprint(plain.cameras[c], plain.cells.data(),
+                                               vec_cast<float>(at) + Vec3f{2, 2, 2}, 2.F);
+        outside += f.outside ? 1 : 0;
+        mixed |= f.inside ? 0U : 1U << c;
+      }
+      s.sub_outside[sub] = outside > tolerated ? 1U : 0U;
+      s.sub_mixed[sub] = plain.sub_cameras[b.index() * 8 + sub] = outside > tolerated ? 0U : mixed;
+    });
+    b.for_threads(kThreads, [&](int t) {
+      const Vec3i in{t & 7, t >> 3 & 7, t >> 6};
+      s.inside[t] = is_inside(s, first + in, (in.x >> 2) + (in.y >> 2) * 2 + (in.z >> 2) * 4) ? 1U : 0U;
+    });
+    b.for_threads(kBrickRows, [&](int t) {
+      std::uint32_t row = 0;
+      for (int x = 0; x < kBrick; ++x) row |= s.inside[t * kBrick + x] << x;
+      plain.rows[b.index() * kBrickRows + t] = static_cast<std::uint8_t>(row);
+    });
+  }
+
+ private:
+  TACTUS_HD bool is_inside(const Shared& s, Vec3i node, int sub) const {
+    const Vec3i last = plain.grid.last_node;
+    const bool real =
+        min(node.x, min(node.y, node.z)) > 0 && node.x < last.x && node.y < last.y && node.z < last.z;
+    if (!real || s.sub_outside[sub] != 0) return false;
+    Index carvers = 0;
+    for (std::uint32_t left = s.sub_mixed[sub]; left != 0; left &= left - 1) {
+      const HullCamera& c = plain.cameras[lowest_bit(left)];
+      carvers += sample_silhouette(c, plain.bits.data(), project_node(c, vec_cast<float>(node))) < 0 ? 1 : 0;
+    }
+    return carvers <= tolerated;
+  }
+};
+
 /// In place of EmitVertices when views are tolerated.
 struct EmitTolerantVertices {
   EmitVertices plain;

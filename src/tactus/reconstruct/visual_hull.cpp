@@ -373,10 +373,13 @@ void VisualHull::Impl::carve(ExecContext& ctx, Part& part) {
   ctx.parallel_for("hull/assign_slots", active,
                    AssignSlots{in.grid, in.own.end, in.capacity.bricks, in.active_bricks.view(),
                                in.active_count.view(), part.slot.view(), part.own_count.view()});
-  ctx.parallel_for("hull/signs", active,
-                   BrickSigns{in.grid, tolerated, in.cameras.view(), in.cells.view(), in.bits.view(),
-                              in.active_bricks.view(), in.brick_cameras.view(), part.rows.view(),
-                              part.sub_cameras.view()});
+  const BrickSigns signs{in.grid,          in.cameras.view(),       in.cells.view(),
+                         in.bits.view(),   in.active_bricks.view(), in.brick_cameras.view(),
+                         part.rows.view(), part.sub_cameras.view()};
+  if (tolerated == 0)
+    ctx.parallel_for("hull/signs", active, signs);
+  else
+    ctx.parallel_for("hull/tolerant_signs", active, TolerantSigns{signs, tolerated});
   if (!depth.empty()) part.depth.sign(ctx, active, in.table(), part.rows.view());
 }
 
