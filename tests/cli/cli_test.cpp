@@ -139,7 +139,7 @@ TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
   const Outcome o =
       run("reconstruct sphere --devices cpu --mesh " + path("s.stp") + " --json " + path("s.json"));
   EXPECT_EQ(o.code, 2) << o.text;
-  EXPECT_NE(o.text.find("ends in .ply or .obj"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("ends in .ply, .obj, .glb or .gltf"), std::string::npos) << o.text;
   EXPECT_FALSE(fs::exists(path("s.json")));
 }
 
