@@ -22,7 +22,6 @@ constexpr float kVoxel_m = 1.F / 64;
 constexpr Rgb8 kNobody{255, 0, 255};  // no paint is red and blue
 // Corners of the meshes: 9.8 mm apart on the large ball, less than the voxel, as on a hull.
 constexpr Index kRings = 80;
-constexpr double kPi = std::numbers::pi;
 
 const Stage& one_ball() {
   static const Stage stage({{{0, 0.5, 0}, 0.25}});
