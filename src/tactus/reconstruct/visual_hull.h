@@ -21,8 +21,11 @@ struct HullOptions {
   /// Silhouettes grow by this many pixels before they carve: what calibration and segmentation may be wrong
   /// by. Cameras that disagree by less then keep what one of them sees.
   int slack_px = 0;
-  Index max_active_bricks =
-      0;  ///< capacity of 8^3-voxel bricks that hold surface, per device; 0: from the resolution
+  /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report says
+  /// what to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices share the
+  /// work, those near a border count twice. 0: from the resolution, enough for several times the sides of the
+  /// workspace.
+  Index max_active_bricks = 0;
   Index max_vertices = 0;   ///< 0: from the resolution
   Index max_triangles = 0;  ///< 0: twice max_vertices
   float depth_jump_m =
@@ -77,6 +80,9 @@ class VisualHull {
 
   float voxel_size_m() const;
   Vec3i voxel_count() const;
+  /// Memory on all devices together, but for lists of a few kB. Grows with the area of the workspace's sides
+  /// in voxels, not with its volume: 8 bytes per 8192 voxels is all that the empty ones take.
+  std::int64_t memory_bytes() const;
 
  private:
   struct Impl;
