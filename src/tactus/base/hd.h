@@ -9,9 +9,6 @@
 #define TACTUS_HD
 #endif
 
-/// On functions that loop over lanes: all that they call is inlined, else the loop doesn't vectorise.
-#define TACTUS_FLATTEN __attribute__((flatten))
-
 namespace tactus {
 /// Index of one element; all arrays of one device hold fewer than 2^31 elements.
 using Index = std::int32_t;
