@@ -268,14 +268,16 @@ HullReport VisualHull::report() {
     report.overflow = std::to_string(wanted) + " " + what + ", room for " + std::to_string(capacity) +
                       ": raise " + option + " to " + std::to_string(wanted) + " or more";
   };
+  Index most_bricks = 0;
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     const PartCounts counts = to_host(ctx, m.part(p).counts.const_view())[0];
     report.active_bricks += counts.active_bricks;
     report.vertices += counts.vertices;
     report.triangles += counts.triangles;
-    check(counts.held_bricks, room.bricks, "surface bricks", "max_active_bricks");
+    most_bricks = std::max(most_bricks, counts.held_bricks);
   });
   m.devices.synchronize();
+  check(most_bricks, room.bricks, "surface bricks", "max_active_bricks");
   check(report.vertices, room.vertices, "vertices", "max_vertices");
   check(report.triangles, room.triangles, "triangles", "max_triangles");
   report.vertices = std::min(report.vertices, room.vertices);
