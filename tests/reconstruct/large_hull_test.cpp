@@ -59,9 +59,11 @@ TEST(LargeHull, SphereIsAClosedManifoldUpTo1024) {
     // bisection's 1/8 of a step, at steps of about a pixel: far below 1e-3 of the volume at both.
     if (n == 512) volume_at_512 = volume;
     EXPECT_NEAR(volume / volume_at_512, 1, 2e-3);
-    // Cost follows the surface: a sphere crosses 3 pi r^2 cells (in units of voxels) of its bounding squares;
-    // bricks that hold it are at most that many over 64, times 3 for the thickness of a brick.
-    EXPECT_LT(r.report.active_bricks, 3 * 12.6 * (kRadius_m * n) * (kRadius_m * n) / 64) << n;
+    // Cost follows the surface: active are the bricks within a shell around it, as thick as a brick's
+    // diagonal and the four pixels that its outline and bilinear samples take part in (1.7 m / 288 px).
+    const double pixel = 1.7 / 288 * n, shell = 8 * std::numbers::sqrt3 + 4 * pixel;
+    const double area = 4 * std::numbers::pi * (kRadius_m * n) * (kRadius_m * n);
+    EXPECT_LT(r.report.active_bricks, area * shell / 512) << n;
   }
 }
 

@@ -9,6 +9,9 @@
 #define TACTUS_HD
 #endif
 
+/// On large functions and lambdas that loops over lanes call: a loop with a call in it doesn't vectorise.
+#define TACTUS_ALWAYS_INLINE __attribute__((always_inline))
+
 namespace tactus {
 /// Index of one element; all arrays of one device hold fewer than 2^31 elements.
 using Index = std::int32_t;

@@ -106,7 +106,7 @@ struct ClassifyBricks {
 
   static constexpr int kThreads = 64;
   struct Shared {
-    std::uint32_t verdict[kMaxCameras];  ///< of the whole block: 0 mixed, 1 inside, 2 outside
+    std::uint32_t verdict[kMaxCameras];  ///< of each camera on the whole block
     std::uint32_t mixed;
     bool outside;
     BlockStates states;
@@ -115,15 +115,14 @@ struct ClassifyBricks {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Vec3i first = kBlockBricks * grid.block_at(b.index());
-    b.for_threads(cameras.size(), [&](int t) {
-      const Footprint f = look(cameras[t], first, kBrick * kBlockBricks);
-      s.verdict[t] = f.outside ? 2U : (f.inside ? 1U : 0U);
+    b.for_threads(cameras.size(), [&](int t) TACTUS_ALWAYS_INLINE {
+      s.verdict[t] = look(cameras[t], first, kBrick * kBlockBricks);
     });
     b.on_one_thread([&] {
       std::uint32_t mixed = 0;
       bool outside = false;
       for (Index c = 0; c < cameras.size(); ++c) {
-        outside = outside || s.verdict[c] == 2;
+        outside = outside || (s.verdict[c] & kOutsideFootprint) != 0;
         mixed |= s.verdict[c] == 0 ? 1U << c : 0U;
       }
       s.outside = outside;
@@ -135,7 +134,8 @@ struct ClassifyBricks {
   }
 
   /// Closed box of the nodes [8 brick, 8 brick + extent].
-  TACTUS_HD Footprint look(const HullCamera& camera, Vec3i brick, Index extent) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE std::uint32_t look(const HullCamera& camera, Vec3i brick,
+                                                    Index extent) const {
     const float half = 0.5F * static_cast<float>(extent);
     return classify_footprint(camera, cells.data(), vec_cast<float>(kBrick * brick) + Vec3f{half, half, half},
                               half);
@@ -152,10 +152,10 @@ struct ClassifyBricks {
     for (std::uint32_t left = s.mixed; left != 0; left &= left - 1) {
       const int c = lowest_bit(left);
       const HullCamera camera = cameras[c];
-      b.for_own(kThreads, [&](int t) {
-        const Footprint f = look(camera, brick_of(t), kBrick);
-        outside[t] |= f.outside ? 1U : 0U;
-        mixed[t] |= f.inside ? 0U : 1U << c;
+      b.for_own(kThreads, [&](int t) TACTUS_ALWAYS_INLINE {
+        const std::uint32_t verdict = look(camera, brick_of(t), kBrick);
+        outside[t] |= verdict & kOutsideFootprint;
+        mixed[t] |= ((verdict & kInsideFootprint) ^ kInsideFootprint) << c;
       });
     }
     b.for_each_thread([&](int t) {
@@ -238,7 +238,7 @@ struct BrickSigns {
   struct Shared {
     int camera[kMaxCameras];                ///< that carve in the block, ...
     int camera_count;                       ///< ... so many
-    std::uint32_t verdict[kMaxCameras][8];  ///< of each of them on each sub-brick: as ClassifyBricks
+    std::uint32_t verdict[kMaxCameras][8];  ///< of each of them on each sub-brick
     std::uint32_t sub_mixed[8], sub_outside[8];
     std::uint32_t inside[8][kSubNodes];  ///< per sub-brick and node: 0 or 1
   };
@@ -272,16 +272,15 @@ struct BrickSigns {
     });
     b.template for_groups<8>(
         s.camera_count, [](int) { return true; },
-        [&](int k, int t) {
-          const Footprint f =
+        [&](int k, int t) TACTUS_ALWAYS_INLINE {
+          s.verdict[k][t] =
               classify_footprint(cameras[s.camera[k]], cells.data(),
                                  vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
-          s.verdict[k][t] = f.outside ? 2U : (f.inside ? 1U : 0U);
         });
     b.for_threads(8, [&](int t) {
       std::uint32_t mixed = 0, outside = 0;
       for (int k = 0; k < s.camera_count; ++k) {
-        outside |= s.verdict[k][t] & 2U;
+        outside |= s.verdict[k][t] & kOutsideFootprint;
         mixed |= s.verdict[k][t] == 0 ? 1U << s.camera[k] : 0U;
       }
       s.sub_outside[t] = outside;

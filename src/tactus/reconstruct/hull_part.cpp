@@ -54,6 +54,7 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, Index part, Inde
   cameras = to_device(ctx, plan.silhouettes.cameras);
   cell_rows = to_device(ctx, plan.silhouettes.cell_rows);
   cell_columns = to_device(ctx, plan.silhouettes.cell_columns);
+  window_rows = to_device(ctx, plan.silhouettes.window_rows);
   cases = to_device(ctx, make_marching_cubes_table());
   range = Buffer<PartRange>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
@@ -82,6 +83,8 @@ void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
       PrepareSilhouettes{in.cameras.view(), in.raw.view(), in.cell_rows.view(), bits.view(), cells.view()});
   ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
                    SumCellColumns{in.cameras.view(), in.cell_columns.view(), cells.view()});
+  ctx.parallel_for("hull/prepare_windows", in.window_rows.size(),
+                   PrepareWindows{in.cameras.view(), in.raw.view(), in.window_rows.view(), cells.view()});
   if (!plan.depth.empty()) depth.prepare(ctx, in.cameras.view(), in.bits.view());
   ctx.parallel_for("hull/classify", plan.grid.block_count(),
                    ClassifyBricks{plan.grid, in.cameras.view(), in.cells.view(), tiles.view(),

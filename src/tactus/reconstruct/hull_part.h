@@ -12,7 +12,7 @@ namespace tactus {
 struct HullPart {
   Index number = 0, parts = 1;
   Buffer<HullCamera> cameras;
-  Buffer<Vec2i> cell_rows, cell_columns;
+  Buffer<Vec2i> cell_rows, cell_columns, window_rows;
   Buffer<CellCase> cases;
   Buffer<std::uint32_t> raw, bits, cells;
   Buffer<std::uint32_t> tiles, block_cameras;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr Index kMostVoxels = 1 << 20;  // along a side: numbers of tiles stay exact
 constexpr Index kMaxCells = 65535;      // both halves of a summed cell must hold the count
+constexpr float kWindowedSubBrick_px = 11;
 /// Vertices and triangles are copied as three words each, which must be indexable.
 constexpr Index kMostElements = ((std::int64_t{1} << 31) - 1) / 3;
 
@@ -27,6 +28,18 @@ HullCamera device_camera(const Camera& camera, Vec3d origin_m, double voxel_size
   out.width_px = camera.width_px;
   out.height_px = camera.height_px;
   return out;
+}
+
+/// Windows cost time for each pixel, and pay where the contour is far thinner than a cell of the summed-area
+/// table is wide: where sub-bricks look smaller than a large window.
+bool wants_windows(const HullCamera& camera, Vec3f center) {
+  const Vec3f h = project_node(camera, center);
+  if (!(h.z > 0)) return false;
+  const auto widest = [&](Vec3f row, float at) {
+    const Vec3f per_node = row - (at / h.z) * camera.row[2];
+    return 4 * (abs(per_node.x) + abs(per_node.y) + abs(per_node.z)) / h.z;
+  };
+  return max(widest(camera.row[0], h.x), widest(camera.row[1], h.y)) <= kWindowedSubBrick_px;
 }
 
 void check_options(std::span<const Camera> rig, const HullOptions& options) {
@@ -72,7 +85,7 @@ HullCapacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_
 
 }  // namespace
 
-void SilhouetteLayout::add(HullCamera camera, const std::string& name) {
+void SilhouetteLayout::add(HullCamera camera, Vec3f center, const std::string& name) {
   const Index number = static_cast<Index>(cameras.size());
   const Index padded_width = camera.width_px + 2, padded_height = camera.height_px + 2;
   camera.raw_row_words = ceil_div(camera.width_px, 32);
@@ -98,6 +111,13 @@ void SilhouetteLayout::add(HullCamera camera, const std::string& name) {
   for (Index y = 0; y < camera.cells_height; ++y) cell_rows.push_back({number, y});
   for (Index x = 0; x <= camera.cells_width; x += SumCellColumns::kColumns)
     cell_columns.push_back({number, x});
+  camera.windows_begin = cell_words;
+  camera.windows_span = wants_windows(camera, center) ? 2 * kLargestWindow : 0;
+  camera.windows_row = 2 * camera.raw_row_words;
+  if (camera.windows_span > 0) {
+    cell_words += 2 * camera.height_px * camera.windows_row;
+    for (Index y = 0; y < camera.height_px; ++y) window_rows.push_back({number, y});
+  }
   cameras.push_back(camera);
 }
 
@@ -112,8 +132,9 @@ HullPlan plan_hull(std::span<const Camera> cameras, const HullOptions& options,
   plan.voxel_size_m = static_cast<float>(voxel);
   const Vec3d origin = vec_cast<double>(options.workspace_m.min) - Vec3d{voxel, voxel, voxel};
   plan.origin_m = vec_cast<float>(origin);
+  const Vec3f center = 0.5F * vec_cast<float>(plan.voxels + Vec3i{2, 2, 2});
   for (const Camera& camera : cameras)
-    plan.silhouettes.add(device_camera(camera, origin, voxel), camera.name);
+    plan.silhouettes.add(device_camera(camera, origin, voxel), center, camera.name);
   for (const Camera& camera : depth_cameras)
     plan.depth.add(camera, device_camera(camera, origin, voxel), origin, plan.voxel_size_m,
                    options.depth_jump_m);

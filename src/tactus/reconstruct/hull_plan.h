@@ -17,11 +17,12 @@ struct HullOptions;
 /// Where the masks of all cameras lie, and which rows and columns the passes over them visit.
 struct SilhouetteLayout {
   std::vector<HullCamera> cameras;
-  std::vector<Vec2i> cell_rows, cell_columns;
+  std::vector<Vec2i> cell_rows, cell_columns, window_rows;
   Index raw_words = 1, bit_words = 0, cell_words = 0;  // a word is read beyond either end of the raw masks
 
-  /// `camera` projects padded nodes. @throws Error for an image of more than about 16 megapixels.
-  void add(HullCamera camera, const std::string& name);
+  /// `camera` projects padded nodes; `center` is the middle of the grid. @throws Error for an image of more
+  /// than about 16 megapixels.
+  void add(HullCamera camera, Vec3f center, const std::string& name);
 };
 
 struct HullCapacity {

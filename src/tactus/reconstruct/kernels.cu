@@ -8,6 +8,7 @@
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
+TACTUS_CUDA_KERNEL(tactus::PrepareWindows);
 TACTUS_CUDA_KERNEL(tactus::ClassifyBricks);
 TACTUS_CUDA_KERNEL(tactus::PartitionLayers);
 TACTUS_CUDA_KERNEL(tactus::AssignSlots);
