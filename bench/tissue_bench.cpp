@@ -1,73 +1,84 @@
 #include "bandwidth.h"
 #include "bench.h"
 #include "tactus/base/timing.h"
-#include "tactus/multi_device/device_set.h"
-#include "tactus/tissue/hybrid/hybrid.h"
+#include "tactus/multi_device/device_replay.h"
+#include "tactus/tissue/hybrid/hybrid_slabs.h"
 
 namespace tactus::bench {
 namespace {
 
-nlohmann::json tled_row(DeviceSet& devices, Index edge, double bandwidth) {
-  ExecContext& ctx = devices.context(0);
-  CubeLattice lattice =
-      lattice_from_box({0, 0, 0}, {edge, edge, edge}, {.spacing_m = 0.1F / static_cast<float>(edge)});
-  lattice.fix_half_space({0.001F / static_cast<float>(edge), 0, 0}, {1, 0, 0});
-  const ElasticMaterial material{.young_Pa = 3000};
-  Tled tled(ctx, lattice, {&material, 1});
-  BodyState state = rest_state(ctx, lattice);
-  constexpr int kSubsteps = 20;
-  const TledStep step{.dt_s = tled.stable_step_s()};
-  Replay substeps;
+constexpr int kSubsteps = 20;
+
+/// Of whatever moves nodes: position and velocity read and written, 12 B of stiffness or of rest shape read.
+constexpr double kBytesPerNode = 60;
+
+struct Body {
+  std::string name, form;
+  CubeLattice lattice;
+  ElementMask elements{};  ///< empty: all
+  FlsmMaterial matched{};
+  Index size = 0;    ///< what the row's size counts
+  float step_s = 0;  ///< 0: the longest that is stable
+};
+
+nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
+  const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
+  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, {}, body.matched);
+  const HybridStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s()};
+  DeviceReplay substeps;
   const auto ms = time_ms(
       [&] {
-        substeps.run(ctx, [&] { tled.step(ctx, state, step, kSubsteps); });
-        ctx.synchronize();
+        substeps.run(devices, [&] { tissue.step(step, kSubsteps); });
+        devices.synchronize();
       },
       20, 2);
-  const Index cubes = lattice.cube_count();
-  // Read: 12 B position, 12 B velocity per node, 12 B stiffness per cube; written: 24 B.
-  return {{"name", "tled neo-Hookean"},
-          {"case", "box"},
-          {"size", cubes},
-          {"devices", devices.name()},
-          {"ms_p50", p(ms, 50) / kSubsteps},
-          {"ms_p99", p(ms, 99) / kSubsteps},
-          {"ms_p10", p(ms, 10) / kSubsteps},
-          {"ns_per_cube", p(ms, 50) / kSubsteps * 1e6 / cubes},
-          {"floor_ms", 60.0 * cubes / bandwidth * 1e3}};
+  return {
+      {"name", body.name},
+      {"case", body.form},
+      {"size", body.size},
+      {"devices", devices.name()},
+      {"slabs", tissue.slab_count()},
+      {"ms_p50", p(ms, 50) / kSubsteps},
+      {"ms_p99", p(ms, 99) / kSubsteps},
+      {"ms_p10", p(ms, 10) / kSubsteps},
+      {"ns_per_node", p(ms, 50) / kSubsteps * 1e6 / body.size},
+      {"floor_ms", kBytesPerNode * body.lattice.node_count() / tissue.slab_count() / bandwidth_B_s * 1e3}};
+}
+
+/// A cube of edge^3 cubes, fixed at its lowest layer of nodes.
+CubeLattice clamped_cube(Index edge) {
+  CubeLattice lattice =
+      lattice_from_box({0, 0, 0}, {edge, edge, edge}, {.spacing_m = 0.1F / static_cast<float>(edge)});
+  lattice.fix_half_space({0, 0, 0.001F / static_cast<float>(edge)}, {0, 0, 1});
+  return lattice;
+}
+
+Body elements(Index edge) {
+  Body body{.name = "tled neo-Hookean", .form = "box", .lattice = clamped_cube(edge)};
+  body.size = body.lattice.cube_count();
+  return body;
+}
+
+Body matched(Index edge, int half_width) {
+  Body body{.name = "flsm w=" + std::to_string(half_width), .form = "box", .lattice = clamped_cube(edge)};
+  body.elements.assign(body.lattice.cubes.size(), 0);
+  body.matched.half_width = half_width;
+  body.size = body.lattice.node_count();
+  body.step_s = 1e-3F;
+  return body;
 }
 
 /// A bar of square section, five times as long, with so many cubes across.
-nlohmann::json hybrid_row(DeviceSet& devices, Index across, double elements, double matched,
-                          const char* ratio, double bandwidth) {
-  ExecContext& ctx = devices.context(0);
-  CubeLattice lattice = lattice_from_box({0, 0, 0}, {5 * across, across, across},
-                                         {.spacing_m = 0.02F / static_cast<float>(across)});
-  lattice.fix_half_space({1e-5F, 0, 0}, {1, 0, 0});
-  const ElasticMaterial material{.young_Pa = 30000};
-  Hybrid hybrid(ctx, lattice, split_by_ratio(lattice, 0, elements, matched), {&material, 1}, {}, {},
-                {.young_Pa = 30000, .half_width = 2});
-  BodyState state = rest_state(ctx, lattice);
-  constexpr int kSubsteps = 20;
-  const HybridStep step{.dt_s = hybrid.stable_step_s()};
-  Replay substeps;
-  const auto ms = time_ms(
-      [&] {
-        substeps.run(ctx, [&] {
-          for (int k = 0; k < kSubsteps; ++k) hybrid.step(ctx, state, step);
-        });
-        ctx.synchronize();
-      },
-      20, 1);
-  return {{"name", std::string("fig20 ") + ratio},
-          {"case", "bar"},
-          {"size", lattice.node_count()},
-          {"devices", devices.name()},
-          {"ms_p50", p(ms, 50) / kSubsteps},
-          {"ms_p99", p(ms, 99) / kSubsteps},
-          {"ms_p10", p(ms, 10) / kSubsteps},
-          {"ns_per_node", p(ms, 50) / kSubsteps * 1e6 / lattice.node_count()},
-          {"floor_ms", 60.0 * lattice.node_count() / bandwidth * 1e3}};
+Body bar(Index across, double elements, double matched, const char* ratio) {
+  Body body{.name = std::string("fig20 ") + ratio,
+            .form = "bar",
+            .lattice = lattice_from_box({0, 0, 0}, {across, across, 5 * across},
+                                        {.spacing_m = 0.02F / static_cast<float>(across)})};
+  body.lattice.fix_half_space({0, 0, 1e-5F}, {0, 0, 1});
+  body.elements = split_by_ratio(body.lattice, 2, elements, matched);
+  body.matched = {.young_Pa = 30000, .half_width = 2};
+  body.size = body.lattice.node_count();
+  return body;
 }
 
 }  // namespace
@@ -78,19 +89,21 @@ Rows run_fig20(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
   return collect([&](Rows& rows) {
-    for (const Index across : {4, 6, 8, 12, 16, 24}) {
-      rows.push_back(hybrid_row(devices, across, 7, 3, "7:3", bandwidth));
-      rows.push_back(hybrid_row(devices, across, 3, 7, "3:7", bandwidth));
+    for (const Index across : {4, 6, 8, 12, 16, 24, 48}) {
+      rows.push_back(row(devices, bar(across, 7, 3, "7:3"), bandwidth));
+      rows.push_back(row(devices, bar(across, 3, 7, "3:7"), bandwidth));
     }
   });
 }
 
+/// Substeps of bodies of one model.
 Rows run_tissue(const std::string& device_text) {
   DeviceSet devices(device_text);
   const double bandwidth = measure_bandwidth_B_s(devices.context(0));
   return collect([&](Rows& rows) {
-    for (const Index edge : {16, 32, 46, 100}) rows.push_back(tled_row(devices, edge, bandwidth));
-    for (nlohmann::json& row : run_flsm(device_text)) rows.push_back(std::move(row));
+    for (const Index edge : {16, 32, 46, 100}) rows.push_back(row(devices, elements(edge), bandwidth));
+    for (int w = 1; w <= 4; ++w) rows.push_back(row(devices, matched(31, w), bandwidth));
+    rows.push_back(row(devices, matched(99, 2), bandwidth));
   });
 }
 

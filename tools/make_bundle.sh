@@ -31,7 +31,7 @@ mkdir -p "$device/bin" "$device/tests" "$device/lib"
 cp "$build/tactus-bench" "$device/bin/"
 for t in "$build"/tests/*_test; do
   # Those that read recordings would bring all image and video codecs along.
-  if "$t" --gtest_list_tests | grep -q '^Devices/' && ! ldd "$t" | grep -q libopencv; then cp "$t" "$device/tests/"; fi
+  if grep -q '^Devices/' <<<"$("$t" --gtest_list_tests)" && ! grep -q libopencv <<<"$(ldd "$t")"; then cp "$t" "$device/tests/"; fi
 done
 strip "$device"/bin/* "$device"/tests/*
 cp -r scenes rigs "$device/"

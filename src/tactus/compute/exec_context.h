@@ -236,4 +236,19 @@ class Replay {
   std::optional<Graph> graph_;
 };
 
+/// The same for a stage whose launches depend on `key`: when that changes, the recording begins anew.
+template <class Key>
+class KeyedReplay {
+ public:
+  void run(ExecContext& ctx, const Key& key, const std::function<void()>& stage) {
+    if (!(key == key_)) replay_ = {};
+    key_ = key;
+    replay_.run(ctx, stage);
+  }
+
+ private:
+  Key key_{};
+  Replay replay_;
+};
+
 }  // namespace tactus

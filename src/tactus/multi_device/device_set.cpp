@@ -1,6 +1,8 @@
 #include "tactus/multi_device/device_set.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
@@ -67,6 +69,29 @@ std::vector<Slab> split_evenly(Index layers, int parts) {
     slabs.push_back({begin, begin + size});
     begin += size;
   }
+  return slabs;
+}
+
+std::vector<Slab> split_by_cost(std::span<const double> cost_of_layer, int parts, Index align, Index least) {
+  const auto layers = static_cast<Index>(cost_of_layer.size());
+  parts = std::max(1, std::min(parts, layers / least));
+  const double total = std::accumulate(cost_of_layer.begin(), cost_of_layer.end(), 0.0);
+  std::vector<Slab> slabs;
+  Index begin = 0;
+  for (int part = 1; part < parts; ++part) {
+    const double wanted = total * part / parts;
+    // Behind the best cut the cost only grows.
+    Index best = begin + least;
+    double below = std::accumulate(cost_of_layer.begin(), cost_of_layer.begin() + best, 0.0);
+    double nearest = std::abs(below - wanted);
+    for (Index cut = best; cut + align <= layers - least * (parts - part);) {
+      for (Index k = 0; k < align; ++k) below += cost_of_layer[static_cast<std::size_t>(cut++)];
+      if (std::abs(below - wanted) < nearest) nearest = std::abs(below - wanted), best = cut;
+    }
+    slabs.push_back({begin, best});
+    begin = best;
+  }
+  slabs.push_back({begin, layers});
   return slabs;
 }
 

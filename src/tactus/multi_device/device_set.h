@@ -3,6 +3,7 @@
 /// set of one.
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -63,5 +64,8 @@ struct Slab {
 };
 /// Cuts `layers` into `parts` slabs whose sizes differ by at most one; empty slabs come last.
 std::vector<Slab> split_evenly(Index layers, int parts);
+/// Cuts layers into slabs of nearly equal cost at multiples of `align`, none thinner than `least` layers (a
+/// multiple of `align`): `parts` of them, or as many as there is room for, at least one.
+std::vector<Slab> split_by_cost(std::span<const double> cost_of_layer, int parts, Index align, Index least);
 
 }  // namespace tactus

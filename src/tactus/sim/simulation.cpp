@@ -130,38 +130,51 @@ void Simulation::touch(double dt_s, StepReport& report) {
   const DeviceMesh mesh = hull_.mesh();
   {
     const StageTimer timer(timings_, "surface");
-    surface_.update(ctx, {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
-                    dt);
+    surface_replay_.run(ctx, dt, [&] {
+      surface_.update(ctx, {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
+                      dt);
+    });
     ctx.synchronize();
   }
   if (dt > 0) {
     const StageTimer timer(timings_, "bodies");
-    int substeps = scene_.frame.substeps.value_or(1);
-    if (!scene_.frame.substeps) {
-      for (const auto& body : bodies_) substeps = std::max(substeps, body->substeps_for(dt));
-    }
-    const float dt_substep = dt / static_cast<float>(substeps);
-    contact_.begin_frame(ctx);
-    for (auto& body : bodies_) body->begin_frame(ctx);
-    for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - dt);
-    for (int k = 0; k < substeps; ++k) {
-      // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
-      const float time_s = dt_substep * static_cast<float>(k + 1) - dt;
-      for (auto& body : bodies_) {
-        body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
-        contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
-      }
-    }
+    const SubstepPlan plan = plan_substeps(dt);
+    substep_replay_.run(ctx, plan, [&] { run_substeps(ctx, plan); });
     for (auto& body : bodies_) {
       const std::string trouble = body->end_frame(ctx);
       if (!trouble.empty()) report.status = trouble;
     }
-    report.substeps = substeps;
-    report.contact = contact_.report(ctx, dt, substeps);
+    report.substeps = plan.count;
+    report.contact = contact_.report(ctx, dt, plan.count);
   }
   const StageTimer timer(timings_, "embed");
   for (auto& body : bodies_) body->update_surface(ctx);
   ctx.synchronize();
+}
+
+Simulation::SubstepPlan Simulation::plan_substeps(float dt_s) const {
+  SubstepPlan plan{.dt_s = dt_s, .count = scene_.frame.substeps.value_or(1)};
+  for (const auto& body : bodies_) {
+    if (!scene_.frame.substeps) plan.count = std::max(plan.count, body->substeps_for(dt_s));
+    plan.resting_bodies += body->at_rest() ? 1 : 0;
+  }
+  return plan;
+}
+
+/// Without the host: what is recorded is replayed as one graph.
+void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
+  const float dt_substep = plan.dt_s / static_cast<float>(plan.count);
+  contact_.begin_frame(ctx);
+  for (auto& body : bodies_) body->begin_frame(ctx);
+  for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
+  for (int k = 0; k < plan.count; ++k) {
+    // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
+    const float time_s = dt_substep * static_cast<float>(k + 1) - plan.dt_s;
+    for (auto& body : bodies_) {
+      body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
+      contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
+    }
+  }
 }
 
 FrameSnapshot Simulation::snapshot() {

@@ -59,8 +59,16 @@ class Simulation {
   };
   /// The frame's depth image, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
+  /// What a recording of a frame's substeps depends on.
+  struct SubstepPlan {
+    float dt_s = 0;
+    int count = 0, resting_bodies = 0;
+    friend bool operator==(const SubstepPlan&, const SubstepPlan&) = default;
+  };
+  SubstepPlan plan_substeps(float dt_s) const;
   void reconstruct(const FrameSet& frame);
   void touch(double dt_s, StepReport& report);
+  void run_substeps(ExecContext& ctx, const SubstepPlan& plan);
 
   DeviceSet& devices_;
   Scene scene_;
@@ -71,6 +79,8 @@ class Simulation {
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   Contact contact_;
+  KeyedReplay<float> surface_replay_;
+  KeyedReplay<SubstepPlan> substep_replay_;
   std::vector<Probe> probes_;
   Timings timings_;
 };

@@ -26,11 +26,13 @@ Buffer<T> zeros(ExecContext& ctx, std::int64_t count) {
 }  // namespace
 
 Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmMaterial& material)
+    : Flsm(ctx, lattice, make_flsm_regions(lattice, material.half_width), material) {}
+
+Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, const FlsmMaterial& material)
     : material_(material), spacing_m_(lattice.spacing_m) {
   check_range("Young's modulus [Pa]", material.young_Pa, 1e-3F, 1e12F);
   check_range("density [kg/m^3]", material.density_kg_m3, 1e-3F, 1e6F);
   check_range("damping ratio", material.damping_ratio, 0, 0.7F);
-  const FlsmRegions r = make_flsm_regions(lattice, material.half_width);
   grid_ = r.grid;
   sigma2_ = r.sigma2_m2;
   omega_ =

@@ -46,6 +46,9 @@ class Flsm {
  public:
   /// @throws Error naming the field for a material out of range, or a body too large.
   Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmMaterial& material);
+  /// Of some layers of a body. @param regions those that flsm_layers left, of the nodes of `lattice`
+  Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& regions,
+       const FlsmMaterial& material);
 
   /// One substep: goals, forces, integration. @throws Error when dt_s or another parameter is out of range.
   void step(ExecContext& ctx, BodyState& state, const FlsmStep& step);

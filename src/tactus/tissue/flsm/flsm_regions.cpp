@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/tissue/lattice_part.h"
 
 namespace tactus {
 namespace {
@@ -246,6 +247,64 @@ FlsmRegions make_flsm_regions(const CubeLattice& lattice, int half_width) {
   sum_regions(lattice, reach, r);
   make_blocks(lattice, r);
   return r;
+}
+
+Slab flsm_window(Slab own, int half_width, Index layers) {
+  const Index below = FlsmGrid::kChunk + half_width, above = 2 * half_width;
+  return {std::max(own.begin - below, 0), std::min(own.end + above, layers)};
+}
+
+FlsmRegions flsm_layers(const FlsmRegions& all, const CubeLattice& lattice, Slab own) {
+  const Index w = all.half_width;
+  const Slab window = flsm_window(own, w, lattice.node_dims.z);
+  const Index base = window.begin / FlsmGrid::kChunk * FlsmGrid::kChunk;
+  FlsmRegions part;
+  part.half_width = all.half_width;
+  part.sigma2_m2 = all.sigma2_m2;
+  part.grid = all.grid;
+  const Index shift = base * all.grid.stride_z;
+  part.grid.cells = std::min(
+      (round_up(window.end - base, FlsmGrid::kChunk) + 2 * w) * all.grid.stride_z + FlsmGrid::kLanes + w,
+      all.grid.cells - shift);
+
+  const LatticeLayers nodes = lattice_layers(lattice, window);
+  for (Index i = nodes.first_node; i < nodes.first_node + nodes.lattice.node_count(); ++i) {
+    part.cell.push_back(all.cell[at(i)] - shift);
+    part.region_nodes.push_back(all.region_nodes[at(i)]);
+    part.shared_mass_kg.push_back(all.shared_mass_kg[at(i)]);
+  }
+  const auto cells_of = [&](const std::vector<double>& fields, int count) {
+    std::vector<double> out;
+    for (int f = 0; f < count; ++f) {
+      const auto begin = fields.begin() + std::int64_t{f} * all.grid.cells + shift;
+      out.insert(out.end(), begin, begin + part.grid.cells);
+    }
+    return out;
+  };
+  part.inverse_mass_per_kg = cells_of(all.inverse_mass_per_kg, 1);
+  part.center = cells_of(all.center, 3);
+
+  const auto layer = [&](Index cell) { return cell / all.grid.stride_z - all.grid.pad; };
+  const auto rows_in = [&](const std::vector<Index>& rows, Slab layers) {
+    std::vector<Index> out;
+    for (const Index row : rows)
+      if (layer(row) >= layers.begin && layer(row) < layers.end) out.push_back(row - shift);
+    return out;
+  };
+  const Slab fitted{own.begin - w, own.end + w};
+  part.node_rows = rows_in(all.node_rows, fitted);
+  part.x_rows = rows_in(all.x_rows, window);
+  part.y_blocks = rows_in(all.y_blocks, window);
+  part.z_blocks = rows_in(all.z_blocks, {fitted.begin - FlsmGrid::kChunk + 1, fitted.end});
+  part.goal_z_blocks = rows_in(all.goal_z_blocks, own);
+  part.goal_y_blocks = rows_in(all.goal_y_blocks, own);
+  part.offsets = all.offsets;
+  for (FlsmException e : all.exceptions) {
+    if (layer(e.cell) < fitted.begin || layer(e.cell) >= fitted.end) continue;
+    e.cell -= shift;
+    part.exceptions.push_back(e);
+  }
+  return part;
 }
 
 std::vector<FlsmOffset> flsm_region_of(const CubeLattice& lattice, int half_width, Index node) {

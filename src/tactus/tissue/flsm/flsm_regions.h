@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tactus/geom/cube_lattice.h"
+#include "tactus/multi_device/device_set.h"
 
 namespace tactus {
 
@@ -56,6 +57,13 @@ struct FlsmRegions {
 
 /// @throws Error for half widths outside 1..4 and bodies whose box of cells is too large (with the memory).
 FlsmRegions make_flsm_regions(const CubeLattice& lattice, int half_width);
+
+/// Layers of nodes that goals of own layers depend on: 2 w, and below as far as the sliding sums begin.
+/// Own layers begin at multiples of FlsmGrid::kChunk, so that every sum is the whole body's, bit for bit.
+Slab flsm_window(Slab own, int half_width, Index layers);
+/// What the goals of own layers need of a body's regions, on a device that holds only the nodes of the
+/// window.
+FlsmRegions flsm_layers(const FlsmRegions& all, const CubeLattice& lattice, Slab own);
 
 /// Offsets of all nodes of the region of `node`, by the definition (for tests and other references).
 std::vector<FlsmOffset> flsm_region_of(const CubeLattice& lattice, int half_width, Index node);

@@ -52,84 +52,118 @@ ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements
   return mask;
 }
 
-LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(std::size_t cube)>& keep) {
-  LatticePart part;
-  part.lattice.spacing_m = lattice.spacing_m;
-  part.lattice.origin_m = lattice.origin_m;
-  part.lattice.node_dims = lattice.node_dims;
-  std::vector<Index> id(lattice.nodes.size(), -1);
-  std::vector<std::uint8_t> used(lattice.nodes.size());
-  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
-    if (!keep(c)) continue;
-    for (const Index i : lattice.cube_nodes[c]) used[static_cast<std::size_t>(i)] = 1;
+/// Which nodes and cubes a device holds, and what they are.
+struct Hybrid::Layout {
+  Layout(const CubeLattice& lattice, const ElementMask& elements, std::span<const std::uint8_t> materials,
+         int half_width, std::optional<Slab> own_layers);
+
+  LatticeLayers part;                  ///< nodes and cubes of the window
+  Slab own;                            ///< layers of the part
+  std::vector<std::uint8_t> material;  ///< per cube of the part
+  bool has_elements = false;           ///< the body has, here or elsewhere
+  // shape matching; empty regions without
+  LatticeLayers matched;
+  std::optional<FlsmRegions> regions;
+  std::vector<Index> matched_nodes;  ///< of the part, per node of matched
+  std::vector<Index> matched_node;   ///< of matched, per node of the part; -1: none
+  std::vector<float> share, inverse_mass_per_kg;
+};
+
+Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
+                       std::span<const std::uint8_t> materials, int half_width,
+                       std::optional<Slab> own_layers) {
+  const std::vector<std::uint8_t> all_materials = element_materials(lattice, elements, materials);
+  has_elements = std::any_of(all_materials.begin(), all_materials.end(),
+                             [](std::uint8_t m) { return m != Tled::kNoElement; });
+  const LatticePart others = lattice_part(lattice, [&](std::size_t c) { return !is_element(elements, c); });
+  const Index layers = lattice.node_dims.z;
+  own = own_layers.value_or(Slab{0, layers});
+  const Slab window = others.node.empty() ? Slab{std::max(own.begin - 1, 0), std::min(own.end + 1, layers)}
+                                          : flsm_window(own, half_width, layers);
+  part = lattice_layers(lattice, window);
+  const auto first_cube = all_materials.begin() + part.first_cube;
+  material.assign(first_cube, first_cube + part.lattice.cube_count());
+
+  const std::size_t nodes = part.lattice.nodes.size();
+  matched_node.assign(nodes, -1);
+  share.resize(nodes);
+  inverse_mass_per_kg.resize(nodes);
+  for (std::size_t i = 0; i < nodes; ++i) inverse_mass_per_kg[i] = 1 / part.lattice.node_mass_kg[i];
+  matched = lattice_layers(others.lattice, window);
+  for (std::size_t i = 0; i < matched.lattice.nodes.size(); ++i) {
+    const Index node = others.node[static_cast<std::size_t>(matched.first_node) + i] - part.first_node;
+    matched_nodes.push_back(node);
+    matched_node[static_cast<std::size_t>(node)] = static_cast<Index>(i);
+    share[static_cast<std::size_t>(node)] =
+        matched.lattice.node_mass_kg[i] / part.lattice.node_mass_kg[static_cast<std::size_t>(node)];
   }
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i] == 0) continue;
-    id[i] = static_cast<Index>(part.node.size());
-    part.node.push_back(static_cast<Index>(i));
-    part.lattice.nodes.push_back(lattice.nodes[i]);
-    part.lattice.fixed.push_back(lattice.fixed[i]);
-  }
-  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
-    if (!keep(c)) continue;
-    part.lattice.cubes.push_back(lattice.cubes[c]);
-    part.lattice.cube_mass_kg.push_back(lattice.cube_mass_kg[c]);
-    std::array<Index, 8> nodes = lattice.cube_nodes[c];
-    for (Index& i : nodes) i = id[static_cast<std::size_t>(i)];
-    part.lattice.cube_nodes.push_back(nodes);
-  }
-  part.lattice.share_masses();
-  return part;
+  if (!others.node.empty())
+    regions = flsm_layers(make_flsm_regions(others.lattice, half_width), others.lattice, own);
+  own = {own.begin - window.begin, own.end - window.begin};
 }
 
 Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
                std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
+               const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own)
+    : Hybrid(ctx, Layout(lattice, elements, material_of_cube, flsm.half_width, own), materials, tled, flsm) {}
+
+Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
                const TledOptions& tled, const FlsmMaterial& flsm)
-    : tled_(ctx, lattice, materials, element_materials(lattice, elements, material_of_cube), tled),
-      has_elements_(elements.empty() ||
-                    std::any_of(elements.begin(), elements.end(), [](std::uint8_t e) { return e != 0; })) {
-  const LatticePart part = lattice_part(lattice, [&](std::size_t c) { return !is_element(elements, c); });
-  std::vector<Index> matched_node(lattice.nodes.size(), -1);
-  std::vector<float> share(lattice.nodes.size()), inverse_mass(lattice.nodes.size());
-  for (std::size_t i = 0; i < part.node.size(); ++i) {
-    const auto node = static_cast<std::size_t>(part.node[i]);
-    matched_node[node] = static_cast<Index>(i);
-    share[node] = part.lattice.node_mass_kg[i] / lattice.node_mass_kg[node];
+    : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
+      window_{layout.part.first_node, layout.part.first_node + layout.part.lattice.node_count()},
+      has_elements_(layout.has_elements) {
+  const LatticeLayers own = lattice_layers(layout.part.lattice, layout.own);
+  own_nodes_ = {own.first_node, own.first_node + own.lattice.node_count()};
+  if (layout.regions) {
+    flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
+    matched_ = rest_state(ctx, layout.matched.lattice);
   }
-  std::transform(lattice.node_mass_kg.begin(), lattice.node_mass_kg.end(), inverse_mass.begin(),
-                 [](float m) { return 1 / m; });
-  if (!part.node.empty()) {
-    flsm_.emplace(ctx, part.lattice, flsm);
-    matched_ = rest_state(ctx, part.lattice);
-  }
-  matched_nodes_ = to_device(ctx, part.node);
-  matched_node_ = to_device(ctx, matched_node);
-  matched_share_ = to_device(ctx, share);
-  inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
-  fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
+  matched_nodes_ = to_device(ctx, layout.matched_nodes);
+  matched_node_ = to_device(ctx, layout.matched_node);
+  matched_share_ = to_device(ctx, layout.share);
+  inverse_mass_per_kg_ = to_device(ctx, layout.inverse_mass_per_kg);
+  const std::vector<std::uint8_t>& fixed = layout.part.lattice.fixed;
+  fixed_ = to_device(ctx, std::vector<Index>(fixed.begin(), fixed.end()));
 }
 
-void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step) {
-  if (has_elements_) {
-    tled_.check_step(step.dt_s);
-    tled_.compute_forces(ctx, state);
+void Hybrid::check_step(float dt_s) const {
+  if (has_elements_) tled_.check_step(dt_s);
+}
+
+void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count) {
+  if (!flsm_)
+    return tled_.step(ctx, state,
+                      {.dt_s = step.dt_s, .gravity_m_s2 = step.gravity_m_s2, .drag_per_s = step.drag_per_s},
+                      count);
+  check_step(step.dt_s);
+  for (int k = 0; k < count; ++k) {
+    sum_forces(ctx, state, step);
+    move(ctx, state, step);
   }
-  const FlsmStep matching{.dt_s = step.dt_s, .full_stiffness = step.full_stiffness};
-  if (flsm_) {
-    ctx.parallel_for(
-        "hybrid/gather", matched_nodes_.size(),
-        hybrid::GatherNodes{state.x_m.const_view(), state.v_m_s.const_view(), matched_nodes_.const_view(),
-                            matched_.x_m.view(), matched_.v_m_s.view()});
-    flsm_->compute_goals(ctx, matched_, matching);
-  }
-  const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
+}
+
+void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step) {
+  if (has_elements_) tled_.compute_forces(ctx, state);
+  if (!flsm_) return;
   ctx.parallel_for(
-      "hybrid/integrate", node_count(),
-      hybrid::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
-                        tled_.force_fields_N(), tled_.cell(), matched_node_.const_view(), goals.cell,
-                        goals.sum_m, goals.inverse_region_nodes, matched_share_.const_view(),
-                        inverse_mass_per_kg_.const_view(), fixed_.const_view(), tled_.cells(), goals.cells,
-                        step.gravity_m_s2, step.dt_s, flsm_ ? flsm_->kappa(matching) / step.dt_s : 0,
+      "hybrid/gather", matched_nodes_.size(),
+      hybrid::GatherNodes{state.x_m.const_view(), state.v_m_s.const_view(), matched_nodes_.const_view(),
+                          matched_.x_m.view(), matched_.v_m_s.view()});
+  flsm_->compute_goals(ctx, matched_, {.dt_s = step.dt_s, .full_stiffness = step.full_stiffness});
+}
+
+void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step) {
+  const FlsmStep matching{.dt_s = step.dt_s, .full_stiffness = step.full_stiffness};
+  const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
+  const auto own = [&](auto view) { return view.part(own_nodes_.begin, own_nodes_.count()); };
+  ctx.parallel_for(
+      "hybrid/integrate", own_nodes_.count(),
+      hybrid::Integrate{own(state.x_m.view()), own(state.v_m_s.view()), own(state.f_ext_N.const_view()),
+                        tled_.force_fields_N(), own(tled_.cell()), own(matched_node_.const_view()),
+                        goals.cell, goals.sum_m, goals.inverse_region_nodes, own(matched_share_.const_view()),
+                        own(inverse_mass_per_kg_.const_view()), own(fixed_.const_view()), tled_.cells(),
+                        goals.cells, step.gravity_m_s2, step.dt_s,
+                        flsm_ ? flsm_->kappa(matching) / step.dt_s : 0,
                         flsm_ ? flsm_->damping_time_s(matching) : 0, 1 / (1 + step.dt_s * step.drag_per_s)});
 }
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "tactus/tissue/flsm/flsm.h"
+#include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/tled/tled.h"
 
 namespace tactus {
@@ -15,14 +16,6 @@ using ElementMask = std::vector<std::uint8_t>;
 /// @throws Error for an axis that is none of the three or shares that are negative or both zero.
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched);
 
-/// The cubes of a lattice for which keep is set, and their nodes; node[i] is what the part's node i is in the
-/// whole. Masses are those of these cubes alone.
-struct LatticePart {
-  CubeLattice lattice;
-  std::vector<Index> node;
-};
-LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(std::size_t cube)>& keep);
-
 struct HybridStep {
   float dt_s = 1e-4F;
   Vec3f gravity_m_s2{0, -9.81F, 0};
@@ -30,18 +23,25 @@ struct HybridStep {
   bool full_stiffness = false;  ///< shape matching with kappa = 1, the paper's choice
 };
 
-/// Solver of one body on one device. Between two steps anyone may change x and v (contact does). Either part
-/// may be empty.
+/// Solver of one body, or of some layers of it, on one device. Between two steps anyone may change x and v
+/// (contact does). Either model may be empty.
 class Hybrid {
  public:
   /// @param elements per cube; empty: all are elements
   /// @param materials,material_of_cube as for Tled; values for shape-matched cubes don't matter
+  /// @param own layers of nodes to move; absent: all. The state then holds those of window() alone.
   Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
          std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-         const TledOptions& tled, const FlsmMaterial& flsm);
+         const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own = std::nullopt);
 
-  /// One substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
-  void step(ExecContext& ctx, BodyState& state, const HybridStep& step);
+  /// So many substeps. @throws Error when dt_s exceeds what the elements bear, naming the limit.
+  void step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count = 1);
+  void check_step(float dt_s) const;
+
+  /// A substep in two pieces, for those who exchange nodes with other devices: goals and forces of own nodes
+  /// (they read all nodes), then the own nodes move.
+  void sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step);
+  void move(ExecContext& ctx, BodyState& state, const HybridStep& step);
 
   /// Substeps that keep the elements stable (waves faster than at rest by speed_ratio) and shape matching at
   /// its material's stiffness.
@@ -49,13 +49,22 @@ class Hybrid {
   float stable_step_s() const;
   /// Strain of the elements; a ratio of 1 without elements. Synchronizes.
   tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
+  Tled& tled() { return tled_; }
   const Tled& tled() const { return tled_; }
   const std::optional<Flsm>& flsm() const { return flsm_; }
+  /// Nodes of the body that the state holds, and of those the ones that move here.
+  Slab window() const { return window_; }
+  Slab own_nodes() const { return own_nodes_; }  ///< counted from the window's first
   Index node_count() const { return tled_.node_count(); }
   bool has_elements() const { return has_elements_; }
 
  private:
+  struct Layout;
+  Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
+         const TledOptions& tled, const FlsmMaterial& flsm);
+
   Tled tled_;
+  Slab window_, own_nodes_;
   bool has_elements_;
   std::optional<Flsm> flsm_;
   BodyState matched_;  ///< of the shape-matched part

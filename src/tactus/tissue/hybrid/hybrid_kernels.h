@@ -16,6 +16,33 @@ struct GatherNodes {
   }
 };
 
+/// Nodes that other devices move, from there. They stand before and behind the own ones.
+struct PullNodes {
+  struct Neighbour {
+    View<const Vec3f> x_m, v_m_s;  ///< of the pulled nodes, in order
+  };
+  Neighbour below, above;
+  View<Vec3f> x_m, v_m_s;
+  Index first_above;
+  // for the elements: positions ahead, as tled::LoadNodes leaves them
+  View<const Index> cell;
+  View<float> ahead_m;
+  Index cells;
+  float damping_time_s;
+  TACTUS_HD void operator()(Index i) const {
+    const Index lower = below.x_m.size(), node = i < lower ? i : first_above + (i - lower);
+    const Vec3f x = i < lower ? below.x_m[i] : above.x_m[i - lower];
+    const Vec3f v = i < lower ? below.v_m_s[i] : above.v_m_s[i - lower];
+    const Vec3f p = x + damping_time_s * v;
+    const Index d = cell[node];
+    x_m[node] = x;
+    v_m_s[node] = v;
+    ahead_m[d] = p.x;
+    ahead_m[cells + d] = p.y;
+    ahead_m[2 * cells + d] = p.z;
+  }
+};
+
 /// Forces of elements and goals of shape matching in one step [P 7, 13-14]: v+ = v + (m^F/m) kappa (g - x)/dt
 /// + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+. m^F is a node's mass from shape-matched cubes alone, so
 /// what both sides hold is counted once and no coefficient couples them.

@@ -2,4 +2,5 @@
 #include "tactus/tissue/hybrid/hybrid_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::hybrid::GatherNodes);
+TACTUS_CUDA_KERNEL(tactus::hybrid::PullNodes);
 TACTUS_CUDA_KERNEL(tactus::hybrid::Integrate);

@@ -3,27 +3,30 @@
 
 namespace tactus::tled {
 template <class Law>
-using OnePointOnCpu = ElementForces<OnePointCube<Law>, kGroupsOnCpu>;
-template <class Law>
-using OnePointOnGpu = ElementForces<OnePointCube<Law>, kGroupsOnGpu>;
-template <class Law>
-using EightPointOnCpu = ElementForces<EightPointCube<Law>, kGroupsOnCpu>;
-template <class Law>
-using EightPointOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu>;
+struct KernelsOf {
+  using StoreOnCpu = ElementForces<OnePointCube<Law>, kGroupsOnCpu, StoreForces>;
+  using StoreOnGpu = ElementForces<OnePointCube<Law>, kGroupsOnGpu, StoreForces>;
+  using MoveOnCpu = ElementForces<OnePointCube<Law>, kGroupsOnCpu, MoveNodes>;
+  using MoveOnGpu = ElementForces<OnePointCube<Law>, kGroupsOnGpu, MoveNodes>;
+  using StoreFullOnCpu = ElementForces<EightPointCube<Law>, kGroupsOnCpu, StoreForces>;
+  using StoreFullOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu, StoreForces>;
+  using MoveFullOnCpu = ElementForces<EightPointCube<Law>, kGroupsOnCpu, MoveNodes>;
+  using MoveFullOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu, MoveNodes>;
+};
 }  // namespace tactus::tled
 
+#define TACTUS_MATERIAL_LAW(LAW)                                      \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreOnCpu);      \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreOnGpu);      \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveOnCpu);       \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveOnGpu);       \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreFullOnCpu);  \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreFullOnGpu);  \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveFullOnCpu);   \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveFullOnGpu)
+
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);
-TACTUS_CUDA_KERNEL(tactus::tled::OnePointOnCpu<tactus::NeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::OnePointOnGpu<tactus::NeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::EightPointOnCpu<tactus::NeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::EightPointOnGpu<tactus::NeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::OnePointOnCpu<tactus::IsochoricNeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::OnePointOnGpu<tactus::IsochoricNeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::EightPointOnCpu<tactus::IsochoricNeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::EightPointOnGpu<tactus::IsochoricNeoHookean>);
-TACTUS_CUDA_KERNEL(tactus::tled::OnePointOnCpu<tactus::TransverselyIsotropic>);
-TACTUS_CUDA_KERNEL(tactus::tled::OnePointOnGpu<tactus::TransverselyIsotropic>);
-TACTUS_CUDA_KERNEL(tactus::tled::EightPointOnCpu<tactus::TransverselyIsotropic>);
-TACTUS_CUDA_KERNEL(tactus::tled::EightPointOnGpu<tactus::TransverselyIsotropic>);
-TACTUS_CUDA_KERNEL(tactus::tled::Integrate);
+TACTUS_MATERIAL_LAW(tactus::NeoHookean);
+TACTUS_MATERIAL_LAW(tactus::IsochoricNeoHookean);
+TACTUS_MATERIAL_LAW(tactus::TransverselyIsotropic);
 TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);

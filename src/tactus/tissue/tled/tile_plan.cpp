@@ -18,6 +18,7 @@ struct TileShape {
   Index own_y() const { return rows - 1; }
 };
 
+/// @param nodes own ones along each axis
 TileShape choose_shape(Vec3i nodes, Index max_groups, Index max_groups_x, Index layers) {
   TileShape best{1, max_groups, layers};
   double least = 1e30;
@@ -54,15 +55,16 @@ Grid make_grid(Vec3i nodes, const TileShape& shape) {
 }  // namespace
 
 TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups,
-                    Index max_groups_x, Index layers) {
+                    Index max_groups_x, Index layers, Slab own) {
   const Vec3i n = lattice.node_dims;
-  const TileShape shape = choose_shape(n, max_groups, max_groups_x, layers);
+  const TileShape shape = choose_shape({n.x, n.y, own.count()}, max_groups, max_groups_x, layers);
   TilePlan plan;
   plan.grid = make_grid(n, shape);
   for (const Vec3i p : lattice.nodes) plan.node_cell.push_back(plan.grid.cell(p));
   for (const Vec3i p : lattice.cubes) plan.cube_cell.push_back(plan.grid.cell(p));
 
-  const Vec3i tiles{ceil_div(n.x, shape.own_x()), ceil_div(n.y, shape.own_y()), ceil_div(n.z, shape.layers)};
+  const Vec3i tiles{ceil_div(n.x, shape.own_x()), ceil_div(n.y, shape.own_y()),
+                    ceil_div(own.count(), shape.layers)};
   const auto tile_count = at(tiles.x * tiles.y * tiles.z);
   const Index masks = shape.layers + 1;
   std::vector<std::uint8_t> used(tile_count);
@@ -71,8 +73,9 @@ TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>&
   // A cube takes part in every tile that owns one of its corners: at most 8.
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (!in_use.empty() && in_use[c] == 0) continue;
-    const Vec3i p = lattice.cubes[c];
-    const Vec3i low{p.x / shape.own_x(), p.y / shape.own_y(), p.z / shape.layers};
+    const Vec3i p = lattice.cubes[c] - Vec3i{0, 0, own.begin};
+    if (p.z + 1 < 0 || p.z >= own.count()) continue;
+    const Vec3i low{p.x / shape.own_x(), p.y / shape.own_y(), std::max(p.z, 0) / shape.layers};
     const Vec3i high{(p.x + 1) / shape.own_x(), (p.y + 1) / shape.own_y(), (p.z + 1) / shape.layers};
     for (Index z = low.z; z <= high.z; ++z)
       for (Index y = low.y; y <= high.y; ++y)
@@ -85,17 +88,28 @@ TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>&
               1U << (column.y * shape.groups + column.x / kLanes);
         }
   }
-  for (Index z = 0; z < tiles.z; ++z)
+  const auto add_layer_of_tiles = [&](Index z) {
+    const Index begin = own.begin + z * shape.layers;
     for (Index y = 0; y < tiles.y; ++y)
       for (Index x = 0; x < tiles.x; ++x) {
         const std::size_t i = tile_index({x, y, z});
         if (used[i] == 0) continue;
-        const Vec3i own{x * shape.own_x(), y * shape.own_y(), z * shape.layers};
-        plan.tiles.push_back({plan.grid.cell(own - Vec3i{1, 1, 1}), shape.groups, shape.rows, shape.layers,
+        const Vec3i low{x * shape.own_x(), y * shape.own_y(), begin};
+        plan.tiles.push_back({plan.grid.cell(low - Vec3i{1, 1, 1}), shape.groups, shape.rows,
+                              std::min(shape.layers, own.end - begin),
                               static_cast<Index>(plan.active.size())});
         plan.active.insert(plan.active.end(), mask.begin() + static_cast<std::ptrdiff_t>(i * at(masks)),
                            mask.begin() + static_cast<std::ptrdiff_t>((i + 1) * at(masks)));
       }
+  };
+  const auto is_edge = [&](Index z) {
+    return (z == 0 && own.begin > 0) || (z == tiles.z - 1 && own.end < n.z);
+  };
+  for (Index z = 0; z < tiles.z; ++z)
+    if (is_edge(z)) add_layer_of_tiles(z);
+  plan.edge_tiles = static_cast<Index>(plan.tiles.size());
+  for (Index z = 0; z < tiles.z; ++z)
+    if (!is_edge(z)) add_layer_of_tiles(z);
   return plan;
 }
 

@@ -3,13 +3,15 @@
 #include <vector>
 
 #include "tactus/geom/cube_lattice.h"
+#include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/tled/tled_kernels.h"
 
 namespace tactus::tled {
 
 struct TilePlan {
   Grid grid;
-  std::vector<Tile> tiles;            ///< those with an element at one of their nodes, ascending
+  std::vector<Tile> tiles;            ///< those with an element at one of their own nodes
+  Index edge_tiles = 0;               ///< the first so many own nodes that other devices read; then ascending
   std::vector<std::uint32_t> active;  ///< per tile and layer of cubes: groups that hold a cube
   std::vector<Index> node_cell;       ///< per node
   std::vector<Index> cube_cell;       ///< per cube
@@ -18,8 +20,9 @@ struct TilePlan {
 /// @param in_use per cube: whether it is an element here; empty: all.
 /// @param max_groups of a tile; @param max_groups_x those along x
 /// @param layers of nodes per tile: few keep many processors busy, many share more.
+/// @param own layers of nodes whose forces are wanted; those around are other devices'
 /// @throws Error when the lattice's box is too large to be indexed.
 TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups,
-                    Index max_groups_x, Index layers);
+                    Index max_groups_x, Index layers, Slab own);
 
 }  // namespace tactus::tled

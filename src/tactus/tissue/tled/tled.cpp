@@ -48,13 +48,13 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
 
 /// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
 tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
-                        const std::vector<std::uint8_t>& in_use) {
-  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16);
+                        const std::vector<std::uint8_t>& in_use, Slab own) {
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16, own);
   constexpr std::size_t kEnoughTiles = 512;
-  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16);
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16, own);
   for (const Index layers : {8, 4, 2}) {
     if (plan.tiles.size() < kEnoughTiles)
-      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers);
+      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers, own);
   }
   return plan;
 }
@@ -70,7 +70,8 @@ void check_material(const ElasticMaterial& m) {
 }
 
 Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
-           std::span<const std::uint8_t> material_of_cube, const TledOptions& options)
+           std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
+           std::optional<Slab> own)
     : options_(options), spacing_m_(lattice.spacing_m) {
   require(options.damping_ratio >= 0 && options.damping_ratio <= 0.7F, "damping ratio", options.damping_ratio,
           "0 to 0.7");
@@ -101,33 +102,42 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
-  const tled::TilePlan plan = plan_for(ctx.device(), lattice, in_use);
+  const tled::TilePlan plan =
+      plan_for(ctx.device(), lattice, in_use, own.value_or(Slab{0, lattice.node_dims.z}));
   grid_ = plan.grid;
+  edge_tiles_ = plan.edge_tiles;
   tiles_ = to_device(ctx, plan.tiles);
   active_ = to_device(ctx, plan.active);
   cell_ = to_device(ctx, plan.node_cell);
   cube_cell_ = to_device(ctx, plan.cube_cell);
   extremes_ =
       Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(cube_cell_.size(), tled::FindExtremes::kThreads));
-  fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
   std::vector<float> inverse_mass(lattice.node_mass_kg.size());
-  std::transform(lattice.node_mass_kg.begin(), lattice.node_mass_kg.end(), inverse_mass.begin(),
-                 [](float m) { return 1 / m; });
+  std::vector<Index> node(static_cast<std::size_t>(grid_.cells), -1);
+  for (std::size_t i = 0; i < inverse_mass.size(); ++i) {
+    inverse_mass[i] = lattice.fixed[i] != 0 ? 0 : 1 / lattice.node_mass_kg[i];
+    node[static_cast<std::size_t>(plan.node_cell[i])] = static_cast<Index>(i);
+  }
   inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
+  node_ = to_device(ctx, node);
   stiffness_ = to_device(ctx, stiffness_fields(lattice, plan, materials, material));
   const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
-  x_m_ = to_device(ctx, zero);
+  for (Buffer<float>& ahead : ahead_m_) ahead = to_device(ctx, zero);
   f_N_ = to_device(ctx, zero);
 }
 
-template <class Law>
-void Tled::launch_forces(ExecContext& ctx, const Law& law) {
+template <class Law, class Sink>
+void Tled::launch_forces(ExecContext& ctx, Tiles which, const Law& law, View<const float> ahead_m,
+                         const Sink& sink) {
+  const Index begin = which == Tiles::interior ? edge_tiles_ : 0;
+  const Index end = which == Tiles::edges ? edge_tiles_ : tiles_.size();
+  const View<const tled::Tile> tiles = tiles_.const_view().part(begin, end - begin);
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   const auto launch = [&]<int kGroups>(const auto& cube, std::integral_constant<int, kGroups>) {
-    using Kernel = tled::ElementForces<std::decay_t<decltype(cube)>, kGroups>;
-    ctx.parallel_for("tled/element_forces", tiles_.size(),
-                     Kernel{tiles_.const_view(), active_.const_view(), x_m_.const_view(),
-                            stiffness_.const_view(), f_N_.view(), grid_, cube});
+    using Kernel = tled::ElementForces<std::decay_t<decltype(cube)>, kGroups, Sink>;
+    ctx.parallel_for(
+        "tled/element_forces", tiles.size(),
+        Kernel{tiles, active_.const_view(), ahead_m, stiffness_.const_view(), grid_, cube, sink});
   };
   const auto launch_cube = [&](const auto& cube) {
     if (ctx.device().is_cuda())
@@ -143,24 +153,26 @@ void Tled::launch_forces(ExecContext& ctx, const Law& law) {
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {
   load(ctx, state);
-  sum_forces(ctx);
+  sum_forces(ctx, Tiles::all, ahead_m_[0].const_view(), tled::StoreForces{f_N_.view(), grid_.cells});
 }
 
 void Tled::load(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load", node_count(),
                    tled::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(),
-                                   x_m_.view(), grid_.cells, damping_time_s_});
+                                   ahead_m_[0].view(), grid_.cells, damping_time_s_});
 }
 
-void Tled::sum_forces(ExecContext& ctx) {
+template <class Sink>
+void Tled::sum_forces(ExecContext& ctx, Tiles which, View<const float> ahead_m, const Sink& sink) {
   switch (options_.law) {
     case MaterialLaw::neo_hookean:
-      return launch_forces(ctx, NeoHookean{});
+      return launch_forces(ctx, which, NeoHookean{}, ahead_m, sink);
     case MaterialLaw::isochoric_neo_hookean:
-      return launch_forces(ctx, IsochoricNeoHookean{});
+      return launch_forces(ctx, which, IsochoricNeoHookean{}, ahead_m, sink);
     case MaterialLaw::transversely_isotropic:
       return launch_forces(
-          ctx, TransverselyIsotropic{normalized(options_.fibre, Vec3f{1, 0, 0}), options_.fibre_ratio});
+          ctx, which, TransverselyIsotropic{normalized(options_.fibre, Vec3f{1, 0, 0}), options_.fibre_ratio},
+          ahead_m, sink);
   }
 }
 
@@ -177,22 +189,23 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
   load(ctx, state);
-  for (int k = 0; k < count; ++k) {
-    sum_forces(ctx);
-    ctx.parallel_for(
-        "tled/integrate", node_count(),
-        tled::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), f_N_.const_view(),
-                        cell_.const_view(), fixed_.const_view(), inverse_mass_per_kg_.const_view(),
-                        x_m_.view(), grid_.cells, step.gravity_m_s2, step.dt_s,
-                        1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});
-  }
+  for (int k = 0; k < count; ++k) move(ctx, state, step, k, Tiles::all);
+}
+
+void Tled::move(ExecContext& ctx, BodyState& state, const TledStep& step, int k, Tiles which) {
+  sum_forces(
+      ctx, which, ahead_m(k),
+      tled::MoveNodes{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), node_.const_view(),
+                      inverse_mass_per_kg_.const_view(), ahead_m(k + 1), grid_.cells, step.gravity_m_s2,
+                      step.dt_s, 1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});
 }
 
 tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
   load(ctx, state);
-  ctx.parallel_for("tled/extremes", extremes_.size(),
-                   tled::FindExtremes{cube_cell_.const_view(), x_m_.const_view(), stiffness_.const_view(),
-                                      extremes_.view(), grid_, 1 / (4 * spacing_m_)});
+  ctx.parallel_for(
+      "tled/extremes", extremes_.size(),
+      tled::FindExtremes{cube_cell_.const_view(), ahead_m_[0].const_view(), stiffness_.const_view(),
+                         extremes_.view(), grid_, 1 / (4 * spacing_m_)});
   const std::vector<tled::CubeExtremes> blocks = to_host(ctx, extremes_.const_view());
   tled::CubeExtremes worst = blocks.front();
   for (std::size_t i = 1; i < blocks.size(); ++i) worst = tled::FindExtremes::worse(worst, blocks[i]);

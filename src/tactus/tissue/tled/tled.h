@@ -1,7 +1,10 @@
 #pragma once
 /// Total Lagrangian explicit dynamics (Miller et al. 2007; [P 3-7]) on cube lattices.
+#include <array>
+#include <optional>
 #include <span>
 
+#include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/tled/elastic_material.h"
 #include "tactus/tissue/tled/tled_kernels.h"
@@ -24,24 +27,39 @@ struct TledStep {
   float drag_per_s = 0;  ///< damps all motion, falling, too: for settling only
 };
 
-/// Solver of one body, or of the part of it that is made of elements, on one device. Between two steps anyone
-/// may change x and v (contact does).
+/// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
+/// Between two steps anyone may change x and v (contact does).
 class Tled {
  public:
   static constexpr std::uint8_t kNoElement = 255;
 
   /// @param materials at most 255
   /// @param material_of_cube index into materials, or kNoElement; empty: all 0
+  /// @param own layers of nodes to move; those around follow what moves them elsewhere (HybridSlabs)
   /// @throws Error naming field or cube for what is out of range.
   Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
-       std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {});
+       std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {},
+       std::optional<Slab> own = std::nullopt);
 
   /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. Asynchronous.
   void compute_forces(ExecContext& ctx, const BodyState& state);
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
-  /// So many substeps, after check_step. Asynchronous.
+  /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous.
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
+
+  /// A substep in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
+  /// move the edges and the interior, in any order or at once, each node's neighbours having been moved by
+  /// k - 1.
+  enum class Tiles : std::uint8_t {
+    all,
+    edges,     ///< own nodes that other devices read
+    interior,  ///< those that depend on no other device's
+  };
+  void load(ExecContext& ctx, const BodyState& state);
+  void move(ExecContext& ctx, BodyState& state, const TledStep& step, int k, Tiles which);
+  /// Where move(k) finds positions ahead [m]: three fields over cells.
+  View<float> ahead_m(int k) { return ahead_m_[static_cast<std::size_t>(k % 2)].view(); }
 
   /// No smaller lattice of these materials and no deformation up to the monitor's margin has a smaller
   /// critical step: min h sqrt(rho / (3 lambda + 2 mu)), less what damping costs.
@@ -67,19 +85,22 @@ class Tled {
   Index cells() const { return grid_.cells; }
 
  private:
-  void load(ExecContext& ctx, const BodyState& state);
-  void sum_forces(ExecContext& ctx);
-  template <class Law>
-  void launch_forces(ExecContext& ctx, const Law& law);
+  template <class Sink>
+  void sum_forces(ExecContext& ctx, Tiles which, View<const float> ahead_m, const Sink& sink);
+  template <class Law, class Sink>
+  void launch_forces(ExecContext& ctx, Tiles which, const Law& law, View<const float> ahead_m,
+                     const Sink& sink);
 
   TledOptions options_;
   float spacing_m_, guaranteed_step_s_ = 0, stable_step_s_ = 0, damping_time_s_ = 0;
   tled::Grid grid_;
+  Index edge_tiles_ = 0;  ///< of tiles_, the first so many
   Buffer<tled::Tile> tiles_;
   Buffer<std::uint32_t> active_;
-  Buffer<Index> cell_, cube_cell_, fixed_;
+  Buffer<Index> cell_, node_, cube_cell_;
   Buffer<tled::CubeExtremes> extremes_;
-  Buffer<float> inverse_mass_per_kg_, stiffness_, x_m_, f_N_;
+  Buffer<float> inverse_mass_per_kg_, stiffness_, f_N_;
+  std::array<Buffer<float>, 2> ahead_m_;  ///< a step reads one and writes the other
 };
 
 }  // namespace tactus

@@ -91,18 +91,55 @@ struct LoadNodes {
   }
 };
 
+/// What becomes of internal forces: they are kept, three fields over cells.
+struct StoreForces {
+  View<float> f_N;  ///< 3 fields
+  Index cells;
+  TACTUS_HD void operator()(Index cell, Vec3f f) const {
+    f_N[cell] = f.x;
+    f_N[cells + cell] = f.y;
+    f_N[2 * cells + cell] = f.z;
+  }
+};
+
+/// Or they move their nodes at once. [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x +
+/// dt v+ [ours: free flight drifts 1000 times less in float32 than with u+, u, u-]. Fixed nodes stay where
+/// they are.
+struct MoveNodes {
+  View<Vec3f> x_m, v_m_s;
+  View<const Vec3f> f_ext_N;
+  View<const Index> node;                 ///< per cell; -1: none
+  View<const float> inverse_mass_per_kg;  ///< per node; 0: fixed
+  View<float> ahead_m;                    ///< out, as LoadNodes'
+  Index cells;
+  Vec3f gravity_m_s2;
+  float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
+  TACTUS_HD void operator()(Index cell, Vec3f f) const {
+    const Index i = node[cell];
+    if (i < 0) return;
+    const Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * (f + f_ext_N[i]));
+    const Vec3f next = inverse_mass_per_kg[i] > 0 ? drag * (v_m_s[i] + dv) : Vec3f{};
+    const Vec3f x = x_m[i] + dt_s * next, p = x + damping_time_s * next;
+    v_m_s[i] = next;
+    x_m[i] = x;
+    ahead_m[cell] = p.x;
+    ahead_m[cells + cell] = p.y;
+    ahead_m[2 * cells + cell] = p.z;
+  }
+};
+
 /// Internal forces of all nodes [P 6]. One block is a tile; its columns are walked upwards, a layer of cubes
 /// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
-template <class Cube, int kMaxGroups>
+template <class Cube, int kMaxGroups, class Sink>
 struct ElementForces {
   static constexpr int kLanes = 8, kThreads = kLanes * kMaxGroups;
   View<const Tile> tiles;
   View<const std::uint32_t> active;
   View<const float> x_m;        ///< 3 fields
   View<const float> stiffness;  ///< per cube: mu, lambda [Pa], hourglass k [N/m]; 3 fields
-  View<float> f_N;              ///< out: 3 fields
   Grid grid;
   Cube cube;
+  Sink sink;
 
   struct Shared {
     float part[4][3][kThreads];  ///< per column: force on a layer of nodes, with signs 1, x, y, xy
@@ -229,16 +266,21 @@ struct ElementForces {
           }
         });
     b.barrier();
+    typename Block::template PerThread<float> f[3];
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
-          const int i = g * kLanes + t, before = i - row;
-          const Index cell = cell_of(tile, g) + t + z * grid.stride_z;
-          if (i % row == 0) return;
-          for (Index a = 0; a < 3; ++a) {
-            f_N[a * grid.cells + cell] =
-                (s.row[0][a][before] + s.row[1][a][before]) + (s.row[0][a][i] - s.row[1][a][i]);
+          const int i = g * kLanes + t, before = max(i - row, 0);
+          for (int a = 0; a < 3; ++a) {
+            f[a][i] = (s.row[0][a][before] + s.row[1][a][before]) + (s.row[0][a][i] - s.row[1][a][i]);
           }
+        });
+    b.template for_own_groups<kLanes>(
+        groups, [&](int g) { return g >= tile.groups; },
+        [&](int g, int t) {
+          const int i = g * kLanes + t;
+          if (t > 0 || g % tile.groups > 0)
+            sink(cell_of(tile, g) + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
         });
   }
 };
@@ -315,32 +357,6 @@ struct FindExtremes {
       for (int t = kStrip; t < count; t += kStrip) s.of[0] = worse(s.of[0], s.of[t]);
       out[b.index()] = s.of[0];
     });
-  }
-};
-
-/// [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+ [ours: free flight drifts
-/// 1000 times less in float32 than with u+, u, u-]. Fixed nodes stay where they are.
-struct Integrate {
-  View<Vec3f> x_m, v_m_s;
-  View<const Vec3f> f_ext_N;
-  View<const float> f_int_N;  ///< 3 fields over cells
-  View<const Index> cell, fixed;
-  View<const float> inverse_mass_per_kg;
-  View<float> ahead_m;  ///< as LoadNodes' out_m
-  Index cells;
-  Vec3f gravity_m_s2;
-  float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
-  TACTUS_HD void operator()(Index i) const {
-    const Index d = cell[i];
-    const Vec3f f = Vec3f{f_int_N[d], f_int_N[cells + d], f_int_N[2 * cells + d]} + f_ext_N[i];
-    const Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
-    const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v_m_s[i] + dv);
-    const Vec3f x = x_m[i] + dt_s * next, p = x + damping_time_s * next;
-    v_m_s[i] = next;
-    x_m[i] = x;
-    ahead_m[d] = p.x;
-    ahead_m[cells + d] = p.y;
-    ahead_m[2 * cells + d] = p.z;
   }
 };
 

@@ -1,0 +1,177 @@
+#include "tactus/tissue/hybrid/hybrid_slabs.h"
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+/// What a shape-matched node costs over an element, about, on either kind of device.
+constexpr double kMatchedCost = 4;
+
+std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
+                               const ElementMask& elements, int half_width) {
+  std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
+  bool matches = false;
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    const bool element = elements.empty() || elements[c] != 0;
+    cost[static_cast<std::size_t>(lattice.cubes[c].z)] += element ? 1 : kMatchedCost;
+    matches = matches || !element;
+  }
+  if (!matches) return split_by_cost(cost, devices.count(), 1, 2);
+  // Wide enough that neighbours' nodes are the next slab's, at multiples of what sums slide along.
+  const Index deepest = FlsmGrid::kChunk + max(2 * half_width, FlsmGrid::kChunk);
+  const Index least = ceil_div(deepest, FlsmGrid::kChunk) * FlsmGrid::kChunk;
+  return split_by_cost(cost, devices.count(), FlsmGrid::kChunk, least);
+}
+
+}  // namespace
+
+HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& lattice)
+    : ctx(context), beside(context.device()), tissue(std::move(model)) {
+  const std::vector<Vec3f> rest = lattice.rest_positions_m();
+  const Slab window = tissue.window();
+  const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
+  state = {to_device(ctx, std::span(rest).subspan(static_cast<std::size_t>(window.begin), zero.size())),
+           to_device(ctx, zero), to_device(ctx, zero)};
+}
+
+HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
+                         std::span<const ElasticMaterial> materials,
+                         std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
+                         const FlsmMaterial& flsm)
+    : devices_(devices) {
+  const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width);
+  for (std::size_t p = 0; p < slabs.size(); ++p) {
+    ExecContext& ctx = devices.context(static_cast<int>(p));
+    parts_.push_back(std::make_unique<Part>(
+        ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p]), lattice));
+  }
+}
+
+template <class F>
+void HybridSlabs::for_neighbours(std::size_t part, F&& body) {
+  if (part > 0) body(*parts_[part - 1]);
+  if (part + 1 < parts_.size()) body(*parts_[part + 1]);
+}
+
+/// @param nodes of the body
+hybrid::PullNodes::Neighbour HybridSlabs::nodes_of(std::size_t neighbour, Slab nodes) const {
+  const Part& part = *parts_[neighbour];
+  const Index first = nodes.begin - part.tissue.window().begin;
+  return {part.state.x_m.const_view().part(first, nodes.count()),
+          part.state.v_m_s.const_view().part(first, nodes.count())};
+}
+
+void HybridSlabs::pull(std::size_t index, int k) {
+  Part& part = *parts_[index];
+  const Slab window = part.tissue.window(), own = part.tissue.own_nodes();
+  hybrid::PullNodes kernel{.below = {},
+                           .above = {},
+                           .x_m = part.state.x_m.view(),
+                           .v_m_s = part.state.v_m_s.view(),
+                           .first_above = own.end,
+                           .cell = part.tissue.tled().cell(),
+                           .ahead_m = part.tissue.tled().ahead_m(k),
+                           .cells = part.tissue.tled().cells(),
+                           .damping_time_s = part.tissue.tled().damping_time_s()};
+  if (index > 0) kernel.below = nodes_of(index - 1, {window.begin, window.begin + own.begin});
+  if (index + 1 < parts_.size()) kernel.above = nodes_of(index + 1, {window.begin + own.end, window.end});
+  if (!devices_.reads_peers()) {
+    // Copied first, and then read from where they have to be.
+    const auto copy = [&](hybrid::PullNodes::Neighbour& from, Index to) {
+      const Index count = from.x_m.size();
+      if (count == 0) return;
+      const View<Vec3f> x = part.state.x_m.view().part(to, count);
+      const View<Vec3f> v = part.state.v_m_s.view().part(to, count);
+      part.ctx.copy(from.x_m, x);
+      part.ctx.copy(from.v_m_s, v);
+      from = {x, v};
+    };
+    copy(kernel.below, 0);
+    copy(kernel.above, own.end);
+  }
+  part.ctx.parallel_for("hybrid/pull", kernel.below.x_m.size() + kernel.above.x_m.size(), kernel);
+}
+
+void HybridSlabs::step(const HybridStep& step, int count) {
+  Part& first = *parts_.front();
+  if (parts_.size() == 1) return first.tissue.step(first.ctx, first.state, step, count);
+  for (auto& part : parts_) {
+    part->tissue.check_step(step.dt_s);
+    part->ctx.record(part->moved);
+  }
+  first.tissue.flsm() ? step_both(step, count) : step_elements(step, count);
+}
+
+void HybridSlabs::step_elements(const HybridStep& step, int count) {
+  const TledStep tled{.dt_s = step.dt_s, .gravity_m_s2 = step.gravity_m_s2, .drag_per_s = step.drag_per_s};
+  for (auto& part : parts_) {
+    part->tissue.tled().load(part->ctx, part->state);
+    part->ctx.record(part->moved);
+    part->beside.wait(part->moved);
+    part->beside.record(part->interior_moved);
+  }
+  for (int k = 0; k < count; ++k) {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
+      pull(p, k);
+      parts_[p]->ctx.record(parts_[p]->pulled);
+    }
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      Part& part = *parts_[p];
+      // Each half reads what the other moved in the last substep, and overwrites what it read then.
+      part.beside.wait(part.moved);
+      part.ctx.wait(part.interior_moved);
+      for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
+      part.tissue.tled().move(part.ctx, part.state, tled, k, Tled::Tiles::edges);
+      part.ctx.record(part.moved);
+      part.tissue.tled().move(part.beside, part.state, tled, k, Tled::Tiles::interior);
+      part.beside.record(part.interior_moved);
+    }
+  }
+  for (auto& part : parts_) part->ctx.wait(part->interior_moved);
+}
+
+void HybridSlabs::step_both(const HybridStep& step, int count) {
+  for (int k = 0; k < count; ++k) {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
+      pull(p, 0);
+      parts_[p]->ctx.record(parts_[p]->pulled);
+    }
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      Part& part = *parts_[p];
+      part.tissue.sum_forces(part.ctx, part.state, step);
+      for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
+      part.tissue.move(part.ctx, part.state, step);
+      part.ctx.record(part.moved);
+    }
+  }
+}
+
+void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
+  for (auto& part : parts_) {
+    const Slab window = part->tissue.window();
+    const auto first = static_cast<std::size_t>(window.begin),
+               count = static_cast<std::size_t>(window.count());
+    part->ctx.upload(x_m.subspan(first, count), part->state.x_m.view());
+    part->ctx.upload(v_m_s.subspan(first, count), part->state.v_m_s.view());
+  }
+  for (auto& part : parts_) part->ctx.synchronize();
+}
+
+std::vector<Vec3f> HybridSlabs::gather(Buffer<Vec3f> BodyState::*field) {
+  std::vector<Vec3f> all;
+  for (auto& part : parts_) {
+    const Slab own = part->tissue.own_nodes();
+    const std::vector<Vec3f> some =
+        to_host(part->ctx, (part->state.*field).const_view().part(own.begin, own.count()));
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
+}
+
+std::vector<Vec3f> HybridSlabs::positions_m() { return gather(&BodyState::x_m); }
+std::vector<Vec3f> HybridSlabs::velocities_m_s() { return gather(&BodyState::v_m_s); }
+
+}  // namespace tactus

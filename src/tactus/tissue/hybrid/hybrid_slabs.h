@@ -1,0 +1,54 @@
+#pragma once
+/// One body on many devices.
+#include <memory>
+
+#include "tactus/tissue/hybrid/hybrid.h"
+#include "tactus/tissue/hybrid/hybrid_kernels.h"
+
+namespace tactus {
+
+/// A body cut into slabs of layers along z, one for each device, each with a few layers of its neighbours'
+/// nodes. A substep begins with pulling those. The same bits as Hybrid on one device.
+///
+/// Elements alone: nodes at the cuts move first, and are pulled for the next substep while the others move.
+class HybridSlabs {
+ public:
+  /// Parameters as Hybrid's. A body too small for all devices is on the first few.
+  HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
+              std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
+              const TledOptions& tled, const FlsmMaterial& flsm);
+
+  /// So many substeps, all without the host. Asynchronous; may be captured (DeviceReplay).
+  void step(const HybridStep& step, int count = 1);
+
+  int slab_count() const { return static_cast<int>(parts_.size()); }
+  float stable_step_s() const { return parts_.front()->tissue.stable_step_s(); }
+  int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
+  /// @param x_m,v_m_s per node of the body. Synchronizes.
+  void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
+  /// Of all nodes of the body, on the host. Synchronizes.
+  std::vector<Vec3f> positions_m();
+  std::vector<Vec3f> velocities_m_s();
+
+ private:
+  struct Part {
+    Part(ExecContext& ctx, Hybrid tissue, const CubeLattice& lattice);
+    ExecContext& ctx;
+    ExecContext beside;  ///< for the interior
+    Hybrid tissue;
+    BodyState state;  ///< of the window
+    Event pulled, moved, interior_moved;
+  };
+  template <class F>
+  void for_neighbours(std::size_t part, F&& body);
+  void pull(std::size_t part, int k);
+  hybrid::PullNodes::Neighbour nodes_of(std::size_t neighbour, Slab nodes) const;
+  void step_elements(const HybridStep& step, int count);
+  void step_both(const HybridStep& step, int count);
+  std::vector<Vec3f> gather(Buffer<Vec3f> BodyState::*field);
+
+  DeviceSet& devices_;
+  std::vector<std::unique_ptr<Part>> parts_;
+};
+
+}  // namespace tactus
