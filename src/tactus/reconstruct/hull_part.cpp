@@ -111,9 +111,15 @@ void HullPart::count(ExecContext& ctx, const HullPlan& plan) {
   ctx.parallel_for("mesh/collect", 1, CollectCounts{in.range.view(), in.mesh_start.view(), counts.view()});
 }
 
-void HullPart::find_place(ExecContext& ctx, const std::vector<View<const PartCounts>>& all_counts) {
+void HullPart::find_place(ExecContext& ctx, const Parts<HullPart>& all, bool reads_peers) {
   PlacePart kernel{{}, number, parts, place.view(), total.view()};
-  for (Index p = 0; p < parts; ++p) kernel.counts[p] = all_counts[static_cast<std::size_t>(p)];
+  for (Index p = 0; p < parts; ++p) {
+    kernel.counts[p] = all[static_cast<std::size_t>(p)].counts.view();
+    if (reads_peers) continue;
+    const View<PartCounts> copy = others.view().part(p, 1);
+    ctx.copy(kernel.counts[p], copy);
+    kernel.counts[p] = copy;
+  }
   ctx.parallel_for("mesh/place", 1, kernel);
 }
 

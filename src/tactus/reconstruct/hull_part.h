@@ -43,8 +43,8 @@ struct HullPart {
   void carve(ExecContext& ctx, const HullPlan& plan);
   /// Numbers its vertices and triangles.
   void count(ExecContext& ctx, const HullPlan& plan);
-  /// Finds its place among the parts, from their counts.
-  void find_place(ExecContext& ctx, const std::vector<View<const PartCounts>>& all_counts);
+  /// Finds its place among all parts, from their counts: read where they are, or copied first.
+  void find_place(ExecContext& ctx, const Parts<HullPart>& all, bool reads_peers);
   /// Makes its vertices and triangles.
   void emit(ExecContext& ctx, const HullPlan& plan);
 

@@ -50,6 +50,9 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
       slack_px(options.slack_px),
       grown(rig.size()),
       plan(plan_hull(rig, options, depth_rig)) {
+  if (set.count() > PlacePart::kMaxParts)
+    throw usage_error("devices '" + set.name() + "': a hull is shared by at most " +
+                      std::to_string(PlacePart::kMaxParts));
   check_memory(options);
   parts.resize(static_cast<std::size_t>(set.count()));
   set.for_each_part([&](ExecContext& ctx, int p) { part(p).allocate(ctx, plan, p, set.count()); });
@@ -87,9 +90,7 @@ void VisualHull::Impl::check_memory(const HullOptions& options) const {
     }
     if (bytes > 0.9 * memory) {
       throw Error(size + " would need " + bytes_text(bytes) + " on " + device.name() + ", which has " +
-                  bytes_text(memory) +
-                  "; choose a lower resolution or a smaller workspace, or set max_active_bricks and "
-                  "max_vertices to what the surface needs");
+                  bytes_text(memory) + "; choose a lower resolution or a smaller workspace");
     }
   }
   if (plan.tiles * kTileBricks > (std::int64_t{1} << 31) - 1)
@@ -199,26 +200,18 @@ void VisualHull::extract() {
 }
 
 void VisualHull::Impl::join_parts() {
-  std::vector<View<const PartCounts>> counts;
   devices.for_each_part([&](ExecContext& ctx, int p) {
     HullPart& mine = part(p);
     // The others may still read this part's counts and mesh of the last frame.
     for (const HullPart& other : parts) ctx.wait(other.done);
     mine.counting.run(ctx, [&] { mine.count(ctx, plan); });
     ctx.record(mine.counted);
-    counts.push_back(mine.counts.const_view());
   });
   devices.for_each_part([&](ExecContext& ctx, int p) {
     HullPart& mine = part(p);
     for (const HullPart& other : parts) ctx.wait(other.counted);
     mine.emitting.run(ctx, [&] {
-      std::vector<View<const PartCounts>> readable = counts;
-      for (Index q = 0; q < mine.parts && !devices.reads_peers(); ++q) {
-        const View<PartCounts> copy = mine.others.view().part(q, 1);
-        ctx.copy(counts[static_cast<std::size_t>(q)], copy);
-        readable[static_cast<std::size_t>(q)] = copy;
-      }
-      mine.find_place(ctx, readable);
+      mine.find_place(ctx, parts, devices.reads_peers());
       mine.emit(ctx, plan);
       if (p > 0 && devices.reads_peers()) {
         push_mesh(ctx, mine.positions_m.view(), mine.triangles.view(), mine.place.view(),
