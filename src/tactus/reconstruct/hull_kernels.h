@@ -297,7 +297,7 @@ struct BrickSigns {
     };
     b.template for_own_groups<kSubNodes>(
         8, [](int) { return true; },
-        [&](int sub, int t) {
+        [&](int sub, int t) TACTUS_ALWAYS_INLINE {
           const Vec3i n = node_of(sub, t);
           const bool real =
               (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
@@ -311,7 +311,7 @@ struct BrickSigns {
       const std::uint32_t* words = bits.data();
       b.template for_own_groups<kSubNodes>(
           8, [&](int sub) { return (s.sub_mixed[sub] >> c & 1U) != 0; },
-          [&](int sub, int t) {
+          [&](int sub, int t) TACTUS_ALWAYS_INLINE {
             const float value =
                 sample_silhouette(camera, words, project_node(camera, vec_cast<float>(node_of(sub, t))));
             s.inside[sub][t] &= value >= 0.F ? 1U : 0U;

@@ -11,6 +11,7 @@ constexpr std::size_t element_bytes(const Buffer<T>&) {
 View<const Index> number(View<const PartRange> range, const Index PartRange::*which) {
   return {&(range.data()->*which), 1};
 }
+
 View<const Index> number(View<const PartPlace> place, const Index PartPlace::*which) {
   return {&(place.data()->*which), 1};
 }
@@ -51,10 +52,7 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, Index part, Inde
   Device& device = ctx.device();
   each_buffer(plan,
               [&]<class T>(Buffer<T>& buffer, std::int64_t count) { buffer = Buffer<T>(device, count); });
-  cameras = to_device(ctx, plan.silhouettes.cameras);
-  cell_rows = to_device(ctx, plan.silhouettes.cell_rows);
-  cell_columns = to_device(ctx, plan.silhouettes.cell_columns);
-  window_rows = to_device(ctx, plan.silhouettes.window_rows);
+  masks.set_up(ctx, plan.silhouettes);
   cases = to_device(ctx, make_marching_cubes_table());
   range = Buffer<PartRange>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
@@ -78,16 +76,10 @@ Count HullPart::own(const HullPlan& plan) const {
 
 void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
   const HullPart& in = *this;
-  ctx.parallel_for(
-      "hull/prepare_silhouettes", in.cell_rows.size(),
-      PrepareSilhouettes{in.cameras.view(), in.raw.view(), in.cell_rows.view(), bits.view(), cells.view()});
-  ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
-                   SumCellColumns{in.cameras.view(), in.cell_columns.view(), cells.view()});
-  ctx.parallel_for("hull/prepare_windows", in.window_rows.size(),
-                   PrepareWindows{in.cameras.view(), in.raw.view(), in.window_rows.view(), cells.view()});
-  if (!plan.depth.empty()) depth.prepare(ctx, in.cameras.view(), in.bits.view());
+  masks.prepare(ctx);
+  if (!plan.depth.empty()) depth.prepare(ctx, in.masks.cameras.view(), in.masks.bits.view());
   ctx.parallel_for("hull/classify", plan.grid.block_count(),
-                   ClassifyBricks{plan.grid, in.cameras.view(), in.cells.view(), tiles.view(),
+                   ClassifyBricks{plan.grid, in.masks.cameras.view(), in.masks.cells.view(), tiles.view(),
                                   tile_first.view(), block_cameras.view()});
   if (!plan.depth.empty()) depth.vote(ctx, plan.grid, tiles.view(), tile_first.view());
   ctx.exclusive_scan("hull/scan_tiles", in.tile_first.view(), tile_first.view());
@@ -96,8 +88,8 @@ void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
   ctx.parallel_for("hull/assign_slots", in.tiles.size(),
                    AssignSlots{in.tiles.view(), in.tile_first.view(), in.range.view(), bricks.view()});
   ctx.parallel_for("hull/signs", held(plan),
-                   BrickSigns{plan.grid, in.cameras.view(), in.cells.view(), in.bits.view(), in.bricks.view(),
-                              in.block_cameras.view(), rows.view(), sub_cameras.view()});
+                   BrickSigns{plan.grid, in.masks.cameras.view(), in.masks.cells.view(), in.masks.bits.view(),
+                              in.bricks.view(), in.block_cameras.view(), rows.view(), sub_cameras.view()});
   if (!plan.depth.empty()) depth.sign(ctx, held(plan), table(plan), rows.view());
 }
 
@@ -125,9 +117,9 @@ void HullPart::find_place(ExecContext& ctx, const Parts<HullPart>& all, bool rea
 
 void HullPart::emit(ExecContext& ctx, const HullPlan& plan) {
   const HullPart& in = *this;
-  const EmitVertices vertices{table(plan),         in.cameras.view(),   in.bits.view(),
-                              in.crossings.view(), in.row_start.view(), in.mesh_start.view(),
-                              plan.origin_m,       plan.voxel_size_m,   positions_m.view()};
+  const EmitVertices vertices{table(plan),         in.masks.cameras.view(), in.masks.bits.view(),
+                              in.crossings.view(), in.row_start.view(),     in.mesh_start.view(),
+                              plan.origin_m,       plan.voxel_size_m,       positions_m.view()};
   ctx.parallel_for("mesh/vertices", own(plan), vertices);
   if (!plan.depth.empty()) depth.cut(ctx, own(plan), vertices);
   ctx.parallel_for("mesh/triangles", own(plan),

@@ -11,10 +11,8 @@ namespace tactus {
 
 struct HullPart {
   Index number = 0, parts = 1;
-  Buffer<HullCamera> cameras;
-  Buffer<Vec2i> cell_rows, cell_columns, window_rows;
+  SilhouettePart masks;
   Buffer<CellCase> cases;
-  Buffer<std::uint32_t> raw, bits, cells;
   Buffer<std::uint32_t> tiles, block_cameras;
   Buffer<Index> tile_first, bricks;
   Buffer<PartRange> range;
@@ -60,12 +58,9 @@ void push_mesh(ExecContext& ctx, View<const Vec3f> positions_m, View<const Vec3i
 
 template <class F>
 void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
-  const SilhouetteLayout& masks = plan.silhouettes;
   const HullCapacity& room = plan.capacity;
   const std::int64_t slots = room.bricks;
-  visit(raw, std::int64_t{masks.raw_words} + 1);
-  visit(bits, std::int64_t{masks.bit_words});
-  visit(cells, std::int64_t{masks.cell_words});
+  masks.each_buffer(plan.silhouettes, visit);
   visit(tiles, plan.tiles);
   visit(tile_first, plan.tiles + 1);
   visit(block_cameras, plan.blocks);

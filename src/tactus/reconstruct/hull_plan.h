@@ -1,29 +1,18 @@
 #pragma once
-/// What a VisualHull decides before it allocates: the grid, where the masks of all cameras lie, how much room
-/// there is for the surface. The same for all devices.
+/// What a VisualHull decides before it allocates: the grid, where all images lie, how much room there is for
+/// the surface. The same for all devices.
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "tactus/geom/camera.h"
 #include "tactus/reconstruct/depth_stage.h"
 #include "tactus/reconstruct/hull_kernels.h"
+#include "tactus/reconstruct/silhouette_stage.h"
 
 namespace tactus {
 
 struct HullOptions;
-
-/// Where the masks of all cameras lie, and which rows and columns the passes over them visit.
-struct SilhouetteLayout {
-  std::vector<HullCamera> cameras;
-  std::vector<Vec2i> cell_rows, cell_columns, window_rows;
-  Index raw_words = 1, bit_words = 0, cell_words = 0;  // a word is read beyond either end of the raw masks
-
-  /// `camera` projects padded nodes; `center` is the middle of the grid. @throws Error for an image of more
-  /// than about 16 megapixels.
-  void add(HullCamera camera, Vec3f center, const std::string& name);
-};
 
 struct HullCapacity {
   Index bricks = 0;  ///< slots

@@ -139,7 +139,7 @@ void VisualHull::Impl::stage_masks(std::span<const BitMask> silhouettes) {
     std::uint32_t* to = masks_staging.data() + camera.raw_begin;
     const std::vector<std::uint32_t>& words = silhouettes[c].words;
     if (words.empty())
-      std::fill_n(to, camera.raw_row_words * camera.height_px, ~0U);
+      std::fill_n(to, camera.raw_row_words() * camera.height_px, ~0U);
     else
       std::copy(words.begin(), words.end(), to);
   }
@@ -175,7 +175,7 @@ void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const De
   m.stage_masks(silhouettes);
   if (!m.plan.depth.empty()) m.stage_depth(depths_m, used);
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
-    ctx.upload(m.masks_staging.span(), m.part(p).raw.view());
+    ctx.upload(m.masks_staging.span(), m.part(p).masks.raw.view());
     if (!m.plan.depth.empty()) ctx.upload(m.depth_staging.span(), m.part(p).depth.raw.view());
   });
 }
