@@ -41,9 +41,10 @@ class CpuBlock {
  public:
   template <class T>
   struct PerThread {
-    T value[kThreads];
-    T& operator[](int t) { return value[t]; }
-    const T& operator[](int t) const { return value[t]; }
+    static constexpr int kBefore = sizeof(T) < 64 ? 64 / sizeof(T) : 1;  ///< so that value[-1] may be read
+    T value[kBefore + kThreads];
+    T& operator[](int t) { return value[kBefore + t]; }
+    const T& operator[](int t) const { return value[kBefore + t]; }
   };
   explicit CpuBlock(Index index) : index_(index) {}
   Index index() const { return index_; }
@@ -96,6 +97,16 @@ class CpuBlock {
       n += chosen(t) ? 1 : 0;
     }
     *out_count = n;
+  }
+  /// Of each thread, the value of the one before: previous(v)[t] = v[t - 1]. For the first of every row of 32
+  /// threads it may be anything. All threads must reach it.
+  template <class T>
+  auto previous(const PerThread<T>& values) const {
+    struct Previous {
+      const T* value = nullptr;
+      const T& operator[](int t) const { return value[t]; }
+    };
+    return Previous{values.value + PerThread<T>::kBefore - 1};
   }
   /// All threads have come here before any goes on.
   void barrier() const {}

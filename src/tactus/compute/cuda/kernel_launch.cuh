@@ -74,6 +74,11 @@ class CudaBlock {
     if (t == 0) *out_count = total;
     __syncthreads();
   }
+  template <class T>
+  __device__ PerThread<T> previous(const PerThread<T>& values) const {
+    static_assert(kThreads % 32 == 0);
+    return {__shfl_up_sync(~0U, values.value, 1)};
+  }
   __device__ void barrier() const { __syncthreads(); }
   template <class F>
   __device__ void on_one_thread(F&& f) const {

@@ -94,13 +94,13 @@ float Flsm::damping_time_s(const FlsmStep& step) const {
 void Flsm::sum_over_regions(ExecContext& ctx) {
   const Index n = grid_.cells;
   const int w = material_.half_width;
-  ctx.parallel_for("flsm/sum_x", x_rows_.size(),
+  ctx.parallel_for("flsm/sum_x", 3 * x_rows_.size(),
                    flsm::RowSums{x_rows_.const_view(), loaded_.const_view(), sums_x_.view(), n, w});
   ctx.parallel_for(
-      "flsm/sum_y", y_blocks_.size(),
+      "flsm/sum_y", 6 * y_blocks_.size(),
       flsm::SlideSums{y_blocks_.const_view(), sums_x_.const_view(), sums_y_.view(), n, grid_.stride_y, w, 6});
   ctx.parallel_for(
-      "flsm/sum_z", z_blocks_.size(),
+      "flsm/sum_z", 9 * z_blocks_.size(),
       flsm::SlideSums{z_blocks_.const_view(), sums_y_.const_view(), sums_z_.view(), n, grid_.stride_z, w, 9});
   ctx.parallel_for("flsm/correct_sums", exceptions_.size(),
                    flsm::CorrectSums{exceptions_.const_view(), offsets_.const_view(), loaded_.const_view(),
@@ -111,13 +111,13 @@ void Flsm::sum_goals(ExecContext& ctx) {
   const Index n = grid_.cells;
   const int w = material_.half_width;
   ctx.parallel_for(
-      "flsm/goal_z", goal_z_blocks_.size(),
+      "flsm/goal_z", 9 * goal_z_blocks_.size(),
       flsm::SlideGoals{goal_z_blocks_.const_view(), translation_.const_view(), rotation_.const_view(),
                        goals_z_.view(), turns_z_.view(), n, grid_.stride_z, w, 3});
-  ctx.parallel_for("flsm/goal_y", goal_y_blocks_.size(),
+  ctx.parallel_for("flsm/goal_y", 6 * goal_y_blocks_.size(),
                    flsm::SlideGoals{goal_y_blocks_.const_view(), goals_z_.const_view(), turns_z_.const_view(),
                                     goals_y_.view(), turns_y_.view(), n, grid_.stride_y, w, 2});
-  ctx.parallel_for("flsm/goal_x", node_rows_.size(),
+  ctx.parallel_for("flsm/goal_x", 3 * node_rows_.size(),
                    flsm::RowGoals{node_rows_.const_view(), goals_y_.const_view(), turns_y_.const_view(),
                                   goal_sum_.view(), n, w});
   ctx.parallel_for(

@@ -36,10 +36,13 @@ struct LoadNodes {
   }
 };
 
+// Where a kernel makes several fields of the same rows or blocks, each is a block of threads of its own:
+// field i % fields of row i / fields. Long chains of loads are what a GPU is slow at.
+
 /// Window sums along x: 3 fields -> S0 (3), S1 (3).
 struct RowSums {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 64;
+  static constexpr Index kGrain = 192;
   using Shared = NoShared;
   View<const Index> rows;
   View<const double> in;
@@ -48,27 +51,24 @@ struct RowSums {
   int w;
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
-    const Index base = rows[b.index()];
+    const Index from = b.index() % 3 * cells + rows[b.index() / 3];
     typename Block::template PerThread<double> s0, s1;
-    for (Index c = 0; c < 3; ++c) {
-      const Index from = c * cells + base;
-      b.for_each_thread([&](int t) { s0[t] = in[from + t], s1[t] = 0; });
-      for (int k = 1; k <= w; ++k) {
-        b.for_each_thread([&](int t) {
-          const double high = in[from + t + k], low = in[from + t - k];
-          s0[t] += high + low;
-          s1[t] += static_cast<double>(k) * (high - low);
-        });
-      }
-      b.for_each_thread([&](int t) { out[from + t] = s0[t], out[from + 3 * cells + t] = s1[t]; });
+    b.for_each_thread([&](int t) { s0[t] = in[from + t], s1[t] = 0; });
+    for (int k = 1; k <= w; ++k) {
+      b.for_each_thread([&](int t) {
+        const double high = in[from + t + k], low = in[from + t - k];
+        s0[t] += high + low;
+        s1[t] += static_cast<double>(k) * (high - low);
+      });
     }
+    b.for_each_thread([&](int t) { out[from + t] = s0[t], out[from + 3 * cells + t] = s1[t]; });
   }
 };
 
 /// Window sums along y or z (`step` cells apart): `fields` -> S0 of all, S1 of the first three.
 struct SlideSums {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 8;
+  static constexpr Index kGrain = 54;
   using Shared = NoShared;
   View<const Index> blocks;
   View<const double> in;
@@ -109,9 +109,11 @@ struct SlideSums {
   }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
-    const Index base = blocks[b.index()];
-    for (Index c = 0; c < 3; ++c) slide<true>(b, c * cells + base, (fields + c) * cells + base);
-    for (Index c = 3; c < fields; ++c) slide<false>(b, c * cells + base, 0);
+    const Index base = blocks[b.index() / fields], c = b.index() % fields;
+    if (c < 3)
+      slide<true>(b, c * cells + base, (fields + c) * cells + base);
+    else
+      slide<false>(b, c * cells + base, 0);
   }
 };
 
@@ -214,7 +216,7 @@ struct FitRegions {
 /// S1(last column); the other columns are just summed.
 struct SlideGoals {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 8;
+  static constexpr Index kGrain = 54;
   using Shared = NoShared;
   View<const Index> blocks;
   View<const double> translation_in;
@@ -254,33 +256,36 @@ struct SlideGoals {
   }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
-    const Index base = blocks[b.index()];
-    for (Index a = 0; a < 3; ++a) sum_translation(b, base, a);
+    const Index fields = 3 * columns, base = blocks[b.index() / fields], field = b.index() % fields;
+    if (field < 3)
+      sum_translation(b, base, field);
+    else
+      sum_rotation(b, (field - 3) * cells + base);
+  }
+  template <class Block>
+  TACTUS_HD void sum_rotation(const Block& b, Index from) const {
     typename Block::template PerThread<double> r0;
-    for (Index c = 0; c < 3 * (columns - 1); ++c) {
-      const Index from = c * cells + base;
-      b.for_each_thread([&](int t) { r0[t] = 0; });
-      for (int k = -w; k <= w; ++k)
-        b.for_each_thread([&](int t) { r0[t] += static_cast<double>(rotation_in[from + k * step + t]); });
-      for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
-        const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
-        b.for_each_thread([&](int t) {
-          const double sum = r0[t];
-          rotation_out[from + j * step + t] = static_cast<float>(sum);
-          r0[t] = sum +
-                  (static_cast<double>(rotation_in[enter + t]) - static_cast<double>(rotation_in[leave + t]));
-        });
-      }
-      const Index last = from + (FlsmGrid::kChunk - 1) * step;
-      b.for_each_thread([&](int t) { rotation_out[last + t] = static_cast<float>(r0[t]); });
+    b.for_each_thread([&](int t) { r0[t] = 0; });
+    for (int k = -w; k <= w; ++k)
+      b.for_each_thread([&](int t) { r0[t] += static_cast<double>(rotation_in[from + k * step + t]); });
+    for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
+      const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
+      b.for_each_thread([&](int t) {
+        const double sum = r0[t];
+        rotation_out[from + j * step + t] = static_cast<float>(sum);
+        r0[t] =
+            sum + (static_cast<double>(rotation_in[enter + t]) - static_cast<double>(rotation_in[leave + t]));
+      });
     }
+    const Index last = from + (FlsmGrid::kChunk - 1) * step;
+    b.for_each_thread([&](int t) { rotation_out[last + t] = static_cast<float>(r0[t]); });
   }
 };
 
 /// Goals along x, the last step: sum of T_r x0_i over all regions that hold i.
 struct RowGoals {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 64;
+  static constexpr Index kGrain = 192;
   using Shared = NoShared;
   View<const Index> rows;
   View<const double> translation_in;
@@ -291,18 +296,16 @@ struct RowGoals {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
     typename Block::template PerThread<double> s;
-    for (Index a = 0; a < 3; ++a) {
-      const Index from = a * cells + rows[b.index()];
-      b.for_each_thread([&](int t) { s[t] = translation_in[from + t]; });
-      for (int k = 1; k <= w; ++k) {
-        b.for_each_thread([&](int t) {
-          const double turn =
-              static_cast<double>(rotation_in[from + t + k]) - static_cast<double>(rotation_in[from + t - k]);
-          s[t] += translation_in[from + t + k] + translation_in[from + t - k] - static_cast<double>(k) * turn;
-        });
-      }
-      b.for_each_thread([&](int t) { goal_sum_m[from + t] = s[t]; });
+    const Index from = b.index() % 3 * cells + rows[b.index() / 3];
+    b.for_each_thread([&](int t) { s[t] = translation_in[from + t]; });
+    for (int k = 1; k <= w; ++k) {
+      b.for_each_thread([&](int t) {
+        const double turn =
+            static_cast<double>(rotation_in[from + t + k]) - static_cast<double>(rotation_in[from + t - k]);
+        s[t] += translation_in[from + t + k] + translation_in[from + t - k] - static_cast<double>(k) * turn;
+      });
     }
+    b.for_each_thread([&](int t) { goal_sum_m[from + t] = s[t]; });
   }
 };
 

@@ -14,14 +14,21 @@ struct GradientColumns {
   Vec3f x, y, z;
 };
 
+TACTUS_HD inline Vec3f fused_cross(Vec3f a, Vec3f b) {
+  return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
+}
+
 TACTUS_HD inline GradientColumns cofactor(const GradientColumns& F) {
-  return {cross(F.y, F.z), cross(F.z, F.x), cross(F.x, F.y)};
+  return {fused_cross(F.y, F.z), fused_cross(F.z, F.x), fused_cross(F.x, F.y)};
 }
 
 /// a F + s cof F.
 TACTUS_HD inline GradientColumns combine(float a, const GradientColumns& F, float s,
                                          const GradientColumns& cof) {
-  return {a * F.x + s * cof.x, a * F.y + s * cof.y, a * F.z + s * cof.z};
+  const auto column = [a, s](Vec3f f, Vec3f c) {
+    return Vec3f{fma(a, f.x, s * c.x), fma(a, f.y, s * c.y), fma(a, f.z, s * c.z)};
+  };
+  return {column(F.x, cof.x), column(F.y, cof.y), column(F.z, cof.z)};
 }
 
 inline constexpr float kSmallestJ = 0.1F;

@@ -52,7 +52,7 @@ tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
   if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16, own);
   constexpr std::size_t kEnoughTiles = 512;
   tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16, own);
-  for (const Index layers : {8, 4, 2}) {
+  for (const Index layers : {8, 4, 2, 1}) {
     if (plan.tiles.size() < kEnoughTiles)
       plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers, own);
   }

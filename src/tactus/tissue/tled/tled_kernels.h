@@ -142,8 +142,11 @@ struct ElementForces {
   Sink sink;
 
   struct Shared {
-    float part[4][3][kThreads];  ///< per column: force on a layer of nodes, with signs 1, x, y, xy
-    float row[2][3][kThreads];   ///< per node and row of columns: force with signs 1, y
+    Index cell[kMaxGroups];        ///< of each group's first column, in the lowest layer
+    Index starts_row[kMaxGroups];  ///< 1: its first column belongs to the tile before
+    /// Per node and row of columns: force with signs 1, y. Of odd and even layers: while one is read, the
+    /// next is written.
+    float row[2][2][3][kThreads];
   };
 
   template <class Block>
@@ -152,6 +155,7 @@ struct ElementForces {
     using PerThread = typename Block::template PerThread<T>;
     PerThread<float> below[4][3];  ///< the layer of nodes below: sums with signs 1, x, y, xy
     PerThread<float> up[4][3];     ///< force of the cube below on the layer above it
+    PerThread<float> on[4][3];     ///< force on the layer between, both cubes': sums with the same signs
   };
 
   template <class Block>
@@ -159,11 +163,15 @@ struct ElementForces {
     const Tile tile = tiles[b.index()];
     const int groups = tile.groups * tile.rows;
     Column<Block> column;
+    b.for_threads(groups, [&](int g) {
+      s.cell[g] = tile.first + g / tile.groups * grid.stride_y + g % tile.groups * kLanes;
+      s.starts_row[g] = g % tile.groups == 0 ? 1 : 0;
+    });
     b.template for_own_groups<kLanes>(
         groups, [](int) { return true; },
         [&](int g, int t) {
           float layer[4][3];
-          load_layer(cell_of(tile, g) + t, layer);
+          load_layer(s.cell[g] + t, layer);
           for (int m = 0; m < 4; ++m) {
             for (int a = 0; a < 3; ++a) column.below[m][a][g * kLanes + t] = layer[m][a];
             for (int a = 0; a < 3; ++a) column.up[m][a][g * kLanes + t] = 0;
@@ -173,24 +181,16 @@ struct ElementForces {
       const std::uint32_t mask = active[tile.active + z];
       b.template for_own_groups<kLanes>(
           groups, [mask](int g) { return (mask >> g & 1U) != 0; },
-          [&](int g, int t) {
-            cross_cube(column, s, cell_of(tile, g) + t + z * grid.stride_z, g * kLanes + t);
-          });
+          [&](int g, int t) { cross_cube(column, s.cell[g] + t + z * grid.stride_z, g * kLanes + t); });
       b.template for_own_groups<kLanes>(
           groups, [mask](int g) { return (mask >> g & 1U) == 0; },
-          [&](int g, int t) {
-            cross_void(column, s, cell_of(tile, g) + t + z * grid.stride_z, g * kLanes + t);
-          });
-      b.barrier();
-      if (z > 0) sum_nodes(b, s, tile, z);
+          [&](int g, int t) { cross_void(column, s.cell[g] + t + z * grid.stride_z, g * kLanes + t); });
+      if (z > 0) sum_nodes(b, column, s, tile, z);
     }
+    b.barrier();
   }
 
  private:
-  TACTUS_HD Index cell_of(const Tile& tile, int group) const {
-    return tile.first + group / tile.groups * grid.stride_y + group % tile.groups * kLanes;
-  }
-
   TACTUS_HD void load_layer(Index cell, float (&layer)[4][3]) const {
     for (Index a = 0; a < 3; ++a) {
       const Index c = a * grid.cells + cell;
@@ -205,7 +205,7 @@ struct ElementForces {
   }
 
   template <class C>
-  TACTUS_HD void cross_cube(C& column, Shared& s, Index cell, int i) const {
+  TACTUS_HD void cross_cube(C& column, Index cell, int i) const {
     float above[4][3];
     load_layer(cell + grid.stride_z, above);
     const auto sum = [&](int m) {
@@ -219,10 +219,10 @@ struct ElementForces {
     const CubeModes u{sum(1), sum(2), difference(0), sum(3), difference(2), difference(1), difference(3)};
     const CubeModes f =
         cube.force(u, stiffness[cell], stiffness[grid.cells + cell], stiffness[2 * grid.cells + cell]);
-    hand_on(column, s, 0, i, Vec3f{}, f.z);
-    hand_on(column, s, 1, i, f.x, f.xz);
-    hand_on(column, s, 2, i, f.y, f.yz);
-    hand_on(column, s, 3, i, f.xy, f.xyz);
+    hand_on(column, 0, i, Vec3f{}, f.z);
+    hand_on(column, 1, i, f.x, f.xz);
+    hand_on(column, 2, i, f.y, f.yz);
+    hand_on(column, 3, i, f.xy, f.xyz);
     for (int m = 0; m < 4; ++m) {
       for (int a = 0; a < 3; ++a) column.below[m][a][i] = above[m][a];
     }
@@ -230,22 +230,22 @@ struct ElementForces {
 
   /// Where there is no cube, only what the one below exerts is handed on.
   template <class C>
-  TACTUS_HD void cross_void(C& column, Shared& s, Index cell, int i) const {
+  TACTUS_HD void cross_void(C& column, Index cell, int i) const {
     float above[4][3];
     load_layer(cell + grid.stride_z, above);
     for (int m = 0; m < 4; ++m) {
-      hand_on(column, s, m, i, Vec3f{}, Vec3f{});
+      hand_on(column, m, i, Vec3f{}, Vec3f{});
       for (int a = 0; a < 3; ++a) column.below[m][a][i] = above[m][a];
     }
   }
 
   /// `even` and `odd`: modes without and with the sign of z.
   template <class C>
-  TACTUS_HD void hand_on(C& column, Shared& s, int m, int i, Vec3f even, Vec3f odd) const {
+  TACTUS_HD void hand_on(C& column, int m, int i, Vec3f even, Vec3f odd) const {
     const Vec3f down = even - odd, up = even + odd;
-    s.part[m][0][i] = column.up[m][0][i] + down.x;
-    s.part[m][1][i] = column.up[m][1][i] + down.y;
-    s.part[m][2][i] = column.up[m][2][i] + down.z;
+    column.on[m][0][i] = column.up[m][0][i] + down.x;
+    column.on[m][1][i] = column.up[m][1][i] + down.y;
+    column.on[m][2][i] = column.up[m][2][i] + down.z;
     column.up[m][0][i] = up.x;
     column.up[m][1][i] = up.y;
     column.up[m][2][i] = up.z;
@@ -253,34 +253,39 @@ struct ElementForces {
 
   /// Forces on the own nodes of a layer: first from the columns left and right of each, then from the rows of
   /// columns before and behind.
-  template <class Block>
-  TACTUS_HD void sum_nodes(const Block& b, Shared& s, const Tile& tile, Index z) const {
+  template <class Block, class C>
+  TACTUS_HD void sum_nodes(const Block& b, const C& column, Shared& s, const Tile& tile, Index z) const {
+    auto& rows = s.row[z & 1];
     const int row = tile.groups * kLanes, groups = tile.groups * tile.rows;
+    typename Block::template PerThread<float> f[3];
+    decltype(b.previous(column.on[0][0])) left[4][3];
+    for (int m = 0; m < 4; ++m)
+      for (int a = 0; a < 3; ++a) left[m][a] = b.previous(column.on[m][a]);
     b.template for_own_groups<kLanes>(
         groups, [](int) { return true; },
         [&](int g, int t) {
-          const int i = g * kLanes + t, left = max(i - 1, 0);
-          for (int a = 0; a < 3; ++a) {
-            s.row[0][a][i] = (s.part[0][a][left] + s.part[1][a][left]) + (s.part[0][a][i] - s.part[1][a][i]);
-            s.row[1][a][i] = (s.part[2][a][left] + s.part[3][a][left]) + (s.part[2][a][i] - s.part[3][a][i]);
-          }
+          const int i = g * kLanes + t;
+          for (int y = 0; y < 2; ++y)
+            for (int a = 0; a < 3; ++a) {
+              const auto &even = column.on[2 * y][a], &odd = column.on[2 * y + 1][a];
+              rows[y][a][i] = (left[2 * y][a][i] + left[2 * y + 1][a][i]) + (even[i] - odd[i]);
+            }
         });
     b.barrier();
-    typename Block::template PerThread<float> f[3];
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t, before = max(i - row, 0);
           for (int a = 0; a < 3; ++a) {
-            f[a][i] = (s.row[0][a][before] + s.row[1][a][before]) + (s.row[0][a][i] - s.row[1][a][i]);
+            f[a][i] = (rows[0][a][before] + rows[1][a][before]) + (rows[0][a][i] - rows[1][a][i]);
           }
         });
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
-          if (t > 0 || g % tile.groups > 0)
-            sink(cell_of(tile, g) + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
+          if (t > 0 || s.starts_row[g] == 0)
+            sink(s.cell[g] + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
         });
   }
 };
