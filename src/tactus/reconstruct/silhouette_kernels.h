@@ -13,8 +13,7 @@ namespace tactus {
 inline constexpr int kPatchRowBits = 10;
 
 /// One camera as the hull sees it: projects *padded node indices* of the grid (not metres) to pixels, and
-/// says where its silhouette lies in the shared arrays. At 92 bytes g++ keeps copies in registers; a field
-/// more costs loops over pixels a quarter of their speed.
+/// says where its silhouette lies in the shared arrays.
 struct HullCamera {
   /// u_px = (row[0] . (x,y,z,1)) / (row[2] . (x,y,z,1)), v_px likewise with row[1].
   Vec3f row[3];
