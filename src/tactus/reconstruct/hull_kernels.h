@@ -164,8 +164,8 @@ struct ClassifyBricks {
                               (node.x + kBrick >= grid.last_node.x) | (node.y + kBrick >= grid.last_node.y) |
                               (node.z + kBrick >= grid.last_node.z);
       const bool real = (brick.x < grid.bricks.x) & (brick.y < grid.bricks.y) & (brick.z < grid.bricks.z);
-      const std::uint32_t kept = (mixed[t] != 0) | at_padding ? kActiveBit : kInsideBit;
-      s.states.state[t] = real & (outside[t] == 0) ? kept : 0U;
+      const std::uint32_t kept = ((mixed[t] != 0) | at_padding) ? kActiveBit : kInsideBit;
+      s.states.state[t] = (real & (outside[t] == 0)) ? kept : 0U;
     });
   }
 };

@@ -314,7 +314,7 @@ struct EmitTriangles {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     s.signs.load(b, table);
-    const Index first = place.size() == 0 ? 0 : place[0].vertices;
+    const Index first = place.empty() ? 0 : place[0].vertices;
     b.for_each_thread([&](int t) {
       const int y = t & 7, z = t >> 3;
       Index at = MeshCount{mesh_start[b.index()]}.triangles() +
