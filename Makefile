@@ -4,10 +4,10 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 DEVICES ?= auto
 
-.PHONY: help deps build tests test demo bench bundle install format lint clean
+.PHONY: help deps build tests test demo fig14 fig15 bench bundle install format lint clean
 
 help:            ## this list
-	@grep -hE '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /  make \1\t/' | expand -t 18
+	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
 
 deps:            ## install missing Debian packages (asks sudo when not root)
 	@tools/install_deps.sh
@@ -25,6 +25,14 @@ test: tests      ## build and run every test; the last line counts them
 
 demo: build      ## a hand presses a soft slab: out/demo.mp4, out/demo.png and a table of milliseconds
 	$(BUILD)/tactus run scenes/demo.yaml --devices $(DEVICES) --out out --view file --json out/demo.json
+
+fig14: build     ## the paper's figure 14, a figure and a hand textured: out/fig14.png (needs TACTUS_DATA)
+	@mkdir -p out
+	$(BUILD)/tactus paper fig14 --devices $(DEVICES) --out out/fig14.png
+
+fig15: build     ## the paper's figure 15, the hull without and with depth: out/fig15.png
+	@mkdir -p out
+	$(BUILD)/tactus paper fig15 --devices $(DEVICES) --out out/fig15.png
 
 bench: build     ## all benchmarks as a table and out/bench.json
 	@mkdir -p out

@@ -21,9 +21,10 @@ ReconstructCase::ReconstructCase(DeviceSet& devices, const CaseOptions& options)
     : devices_(devices),
       options_(options),
       source_(source_options(options)),
-      hull_(devices, source_.rig().cameras,
-            {.workspace_m = source_.rig().workspace_m, .resolution = options.resolution},
-            std::span(options.depth ? &*source_.rig().depth_camera : nullptr, options.depth ? 1 : 0)) {
+      hull_(
+          devices, source_.rig().cameras,
+          {.workspace_m = source_.rig().workspace_m, .resolution = options.resolution},
+          options.depth ? std::span<const Camera>(source_.rig().depth_cameras) : std::span<const Camera>()) {
   source_.next(frame_);
   if (!options.texture_k) return;
   const Index room = hull_.mesh().positions_m.size();
@@ -35,10 +36,7 @@ ReconstructCase::ReconstructCase(DeviceSet& devices, const CaseOptions& options)
                                   .max_vertices = room});
 }
 
-void ReconstructCase::upload() {
-  hull_.upload(frame_.silhouettes,
-               std::span(options_.depth ? &frame_.depth_m : nullptr, options_.depth ? 1 : 0));
-}
+void ReconstructCase::upload() { hull_.upload(frame_.silhouettes, frame_.depths_m); }
 void ReconstructCase::reconstruct() {
   hull_.carve();
   hull_.extract();

@@ -86,7 +86,7 @@ TEST_F(Cli, HelpAndVersion) {
   const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.text.rfind("tactus 0.", 0), 0U) << version.text;
-  for (const char* verb : {"run", "reconstruct", "synth", "bench", "info"}) {
+  for (const char* verb : {"run", "reconstruct", "synth", "bench", "paper", "info"}) {
     const Outcome verb_help = run(std::string(verb) + " --help");
     EXPECT_EQ(verb_help.code, 0);
     EXPECT_NE(verb_help.text.find("Example"), std::string::npos) << verb;
@@ -105,6 +105,8 @@ TEST_F(Cli, WrongUseIsNamed) {
       {"reconstrct hand", 2, "did you mean 'reconstruct'?"},
       {"", 2, "subcommand"},
       {"reconstruct --source synthetic hnad", 2, "did you mean 'hand'?"},
+      {"reconstruct --source synthetic hand --smooth -1", 2, "--smooth -1: expected 0"},
+      {"paper fig41 --out x.png", 2, "did you mean 'fig14'?"},
       {"reconstruct --source synthetc hand", 2, "did you mean 'synthetic'?"},
       {"reconstruct hand --devices cudaa", 2, "did you mean 'cuda'?"},
       {"reconstruct hand --devices cpu:0", 2, "between 1 and 64"},

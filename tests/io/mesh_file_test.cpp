@@ -332,7 +332,8 @@ TEST(MeshFile, PathErrors) {
     }
     return "";
   };
-  EXPECT_EQ(write_error("a.stl"), "can't write 'a.stl': unknown extension '.stl', expected .ply or .obj");
+  EXPECT_EQ(write_error("a.stl"),
+            "can't write 'a.stl': unknown extension '.stl', expected .ply, .obj, .glb or .gltf");
   EXPECT_EQ(write_error("no/such/a.ply"), "can't write 'no/such/a.ply': No such file or directory");
   TriangleMesh mesh = tetrahedron();
   mesh.normals.pop_back();

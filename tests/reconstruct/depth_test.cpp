@@ -3,11 +3,11 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
-#include "tactus/reconstruct/depth_check.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -30,7 +30,7 @@ View sphere_view() {
   View view;
   const Rig rig = make_synthetic_rig();
   view.cameras = rig.cameras;
-  view.depth_cameras = {*rig.depth_camera};
+  view.depth_cameras = rig.depth_cameras;
   const auto hit = [](const Camera& camera, Index x, Index y) {
     const Vec3d to = kCenter - camera.center_world();
     const double along = dot(to, pixel_ray_world(camera, x, y)), miss2 = dot(to, to) - along * along;
@@ -49,15 +49,21 @@ View sphere_view() {
   return view;
 }
 
-View figure_view(const char* figure, int cameras = 8) {
+/// @param finer pixels along each side of the images for one of the paper's
+View figure_view(const char* figure, int cameras = 8, int depth_cameras = 1, int finer = 1) {
   SyntheticOptions options;
   options.figure = figure;
   options.truth = false;
-  options.rig.camera_count = cameras;
+  SyntheticRigOptions& rig = options.rig;
+  rig.camera_count = cameras;
+  rig.depth_cameras = depth_cameras;
+  for (Index* size : {&rig.width_px, &rig.height_px, &rig.depth_width_px, &rig.depth_height_px})
+    *size *= finer;
+  for (double* focal : {&rig.focal_px, &rig.depth_focal_px}) *focal *= finer;
   SyntheticSource source(options);
   FrameSet frame;
   source.next(frame);
-  return {source.rig().cameras, {*source.rig().depth_camera}, frame.silhouettes, {frame.depth_m}};
+  return {source.rig().cameras, source.rig().depth_cameras, frame.silhouettes, frame.depths_m};
 }
 
 struct Result {
@@ -149,20 +155,77 @@ DepthImage trace_depth(const Camera& camera, const char* figure) {
   return depth_m;
 }
 
+/// Independent program: a random point of every voxel (centres would count a plane of them at the bowl's flat
+/// rim or not), in double precision, against the nearest pixels [m3]. Its standard deviation: of the voxels
+/// that the surface cuts (some 2.3 m2 / (7.8 mm)^2 = 4e4) a half is hit, sqrt(4e4)/2 voxels = 5e-5 m3, 0.2 %.
+double plain_loop_volume_m3(const View& view) {
+  constexpr int n = 128;
+  std::int64_t inside = 0;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto pixel = [](const Camera& camera, Vec3d p) -> std::optional<Vec2i> {
+    const Pixel at = project(camera, p);
+    const auto u = static_cast<Index>(std::lround(at.u_px)), v = static_cast<Index>(std::lround(at.v_px));
+    if (u < 0 || v < 0 || u >= camera.width_px || v >= camera.height_px) return {};
+    return Vec2i{u, v};
+  };
+  for (int k = 0; k < n * n * n; ++k) {
+    const Vec3d p{(k % n + uniform(random)) / n - 0.5, (k / n % n + uniform(random)) / n,
+                  (k / n / n + uniform(random)) / n - 0.5};
+    bool in = true;
+    for (std::size_t c = 0; c < view.cameras.size() && in; ++c) {
+      const auto at = pixel(view.cameras[c], p);
+      in = !at || view.masks[c](at->x, at->y);
+    }
+    for (std::size_t d = 0; d < view.depth_cameras.size() && in; ++d) {
+      const auto at = pixel(view.depth_cameras[d], p);
+      const double e = at ? static_cast<double>(view.depths_m[d](at->x, at->y)) : 0;
+      in = e == 0 || length(p - view.depth_cameras[d].center_world()) >= e;
+    }
+    inside += in ? 1 : 0;
+  }
+  return static_cast<double>(inside) / (n * n * n);
+}
+
+/// The cavity is inside every silhouette: only depth opens it.
 TEST(Depth, BowlOpensTowardsTheCamera) {
   const double truth = figure_volume(make_figure("bowl").at(0)).volume_m3;
   const auto error = [&](const Result& r) { return volume_m3(r.mesh) / truth - 1; };
-  for (const Index n : {64, 100}) {
-    // The cavity is inside every silhouette. Behind, where no depth helps, the hull of the paper's 8 cameras
-    // stands 3 mm RMS off the sphere of radius 0.31 m: about 6 % of the bowl's volume (a depth camera of
-    // 1600x1600 pixels leaves 6.0 %). 16 cameras leave a quarter of that.
-    for (const auto& [cameras, limit] : {std::pair{8, 0.065}, {16, 0.05}}) {
-      const View view = figure_view("bowl-still", cameras);
+  struct Case {
+    int cameras, depth_cameras;
+    double limit;
+  };
+  // With the paper's 8 cameras and one in front, what no camera can carve alone is 6.2 %: see below. Two more
+  // cameras, or a second depth camera behind, meet 5 %.
+  for (const Case& c : {Case{8, 1, 0.065}, Case{10, 1, 0.05}, Case{16, 1, 0.05}, Case{8, 2, 0.05}}) {
+    const View view = figure_view("bowl-still", c.cameras, c.depth_cameras);
+    for (const Index n : {64, 100}) {
       const Result plain = reconstruct(view, n, false), deep = reconstruct(view, n);
       EXPECT_GT(error(plain), 0.2);
-      EXPECT_LE(std::abs(error(deep)), limit) << cameras << " cameras, " << n;
+      RecordProperty("error_" + std::to_string(c.cameras) + "_" + std::to_string(c.depth_cameras) + "_" +
+                         std::to_string(n),
+                     std::to_string(error(plain)) + " " + std::to_string(error(deep)));
+      EXPECT_LE(std::abs(error(deep)), c.limit)
+          << c.cameras << " cameras, " << c.depth_cameras << " depth cameras, " << n;
       EXPECT_TRUE(deep.topology.closed_manifold());
       EXPECT_EQ(deep.topology.euler, 2);
+    }
+  }
+}
+
+/// What is left with 8 cameras and one depth camera is the hull itself: the cones around the outside of the
+/// bowl, minus what the depth camera sees through images of four times the resolution.
+TEST(Depth, BowlIsTheHullMinusWhatTheCameraSees) {
+  const double truth = figure_volume(make_figure("bowl").at(0)).volume_m3;
+  for (const int cameras : {8, 16}) {
+    const double ideal = plain_loop_volume_m3(figure_view("bowl-still", cameras, 1, 4));
+    RecordProperty("ideal_error_" + std::to_string(cameras), std::to_string(ideal / truth - 1));
+    EXPECT_GT(ideal / truth - 1, cameras == 8 ? 0.055 : 0.02);
+    const View view = figure_view("bowl-still", cameras);
+    for (const Index n : {64, 100}) {
+      // Outside and inside of the wall have 1.2 and 1.0 m2 of 0.0226 m3: a quarter of a pixel (0.7 mm) on the
+      // outside alone would be 3.5 %. Rules for pixels on the border are unbiased; a tenth of one is 1.4 %.
+      EXPECT_NEAR(volume_m3(reconstruct(view, n).mesh) / truth, ideal / truth, 0.014) << cameras << " " << n;
     }
   }
 }
@@ -181,33 +244,11 @@ TEST(Depth, SecondCameraSeesTheBack) {
   EXPECT_LE(std::abs(volume_m3(both.mesh) / truth - 1), 0.03);
 }
 
-/// Independent program: every voxel centre in double precision against the nearest pixels.
 TEST(Depth, BowlHasTheVolumeOfThePlainLoop) {
   const View view = figure_view("bowl-still");
-  const Camera& tof = view.depth_cameras.front();
-  constexpr int n = 128;
-  std::int64_t inside = 0;
-  for (int k = 0; k < n * n * n; ++k) {
-    const Vec3d p{(k % n + 0.5) / n - 0.5, (k / n % n + 0.5) / n, (k / n / n + 0.5) / n - 0.5};
-    bool in = true;
-    for (std::size_t c = 0; c < view.cameras.size() && in; ++c) {
-      const Pixel px = project(view.cameras[c], p);
-      const auto u = static_cast<Index>(std::lround(px.u_px)), v = static_cast<Index>(std::lround(px.v_px));
-      const bool seen = u >= 0 && u < view.cameras[c].width_px && v >= 0 && v < view.cameras[c].height_px;
-      in = !seen || view.masks[c](u, v);
-    }
-    const Pixel px = project(tof, p);
-    const auto u = static_cast<Index>(std::lround(px.u_px)), v = static_cast<Index>(std::lround(px.v_px));
-    if (in && u >= 0 && v >= 0 && u < tof.width_px && v < tof.height_px) {
-      const auto e = static_cast<double>(view.depths_m[0](u, v));
-      in = e == 0 || length(p - tof.center_world()) >= e;
-    }
-    inside += in ? 1 : 0;
-  }
   // Nearest or bilinear: differences of half a pixel (4 mm) at the rims of cavity and outline (each about 2 m
   // long), where the surface is 0..40 mm deep: 2 * 2 m * 4 mm * 20 mm = 3e-4 m3 of 0.0234 m3: 1.4 %.
-  EXPECT_NEAR(volume_m3(reconstruct(view, 100).mesh) / (static_cast<double>(inside) / (n * n * n)), 1.0,
-              0.02);
+  EXPECT_NEAR(volume_m3(reconstruct(view, 100).mesh) / plain_loop_volume_m3(view), 1.0, 0.02);
 }
 
 TEST(Depth, BordersOfWhatIsKnownAreClosed) {
@@ -353,30 +394,7 @@ TEST(Depth, PixelsBesideAJumpAreNotUsed) {
   EXPECT_GT(walled, 4.0 / 3 * std::numbers::pi * std::pow(kRadius_m, 3) * 0.99);
 }
 
-TEST(Depth, WrongUnitsAreNamedAndNotUsed) {
-  for (const char* figure : {"sphere", "hand", "rabbit", "scalpel", "bowl", "liver"}) {
-    const View good = figure_view(figure);
-    const Camera& tof = good.depth_cameras.front();
-    const auto check = [&](const DepthImage& depth_m) {
-      return depth_inconsistency(good.cameras, good.masks, tof, depth_m, good.workspace_m);
-    };
-    EXPECT_EQ(check(good.depths_m[0]), "") << figure;
-    DepthImage mm = good.depths_m[0], z = mm, wall = mm;
-    for (float& e : mm.pixels) e *= 1000;
-    for (float& e : wall.pixels) e = e > 0 ? e : 2.3F;
-    for (Index y = 0; y < tof.height_px; ++y) {
-      for (Index x = 0; x < tof.width_px; ++x)
-        z(x, y) *= static_cast<float>(dot(pixel_ray_world(tof, x, y), tof.axis_world()));
-    }
-    EXPECT_EQ(check(wall), "") << figure;
-    EXPECT_NE(check(mm).find("camera 'tof' looks like millimetres given as metres"), std::string::npos)
-        << figure;
-    // Near the optical axis z and radial distance are the same: only what reaches out shows the difference.
-    const bool reaches_out = std::string(figure) != "liver";
-    EXPECT_EQ(check(z).find("looks like z (distance along the optical axis)") != std::string::npos,
-              reaches_out)
-        << figure << ": " << check(z);
-  }
+TEST(Depth, WrongUnitsAreReportedAndNotUsed) {
   View view = figure_view("hand-still");
   for (float& e : view.depths_m[0].pixels) e *= 1000;
   const Result r = reconstruct(view, 40);

@@ -118,7 +118,7 @@ TEST(LargeHull, WhatDoesNotFitIsRefusedWithWhatItWouldNeed) {
   DeviceSet set("cpu");
   const std::vector<Camera> cameras = ring(2);
   try {
-    VisualHull(set, cameras, {kCube, 100'000});
+    const VisualHull hull(set, cameras, {kCube, 100'000});
     FAIL() << "was not refused";
   } catch (const Error& e) {
     const std::string text = e.what();

@@ -100,6 +100,51 @@ TEST(Components, LabelsStayWithTheirPieces) {
   EXPECT_EQ(c.pieces[0].label, 3);
 }
 
+/// Two pieces touch (and are one), then let go.
+TEST(Components, LabelsComeBackAfterATouch) {
+  ComponentTracker tracker;
+  int left = -1, right = -1;
+  for (int frame = 0; frame < 30; ++frame) {
+    // A gap of 0.24 m that closes by 2 cm a frame; closed from frame 12 to 18, then opening.
+    const float gap = 0.02F * static_cast<float>(std::max({15 - frame, frame - 15, 3}) - 3);
+    TriangleMesh mesh = box({-0.1F - 0.5F * gap, 0, 0}, {0.1F, 0.1F, 0.15F});
+    append(mesh, box({0.1F + 0.5F * gap, 0, 0}, {0.1F, 0.12F, 0.1F}));
+    if (gap == 0) mesh.triangles.push_back({1, 8, 3});  // a bridge makes them one piece
+    MeshComponents c = find_components(mesh);
+    tracker.update(c);
+    ASSERT_EQ(c.pieces.size(), gap == 0 ? 1U : 2U) << frame;
+    if (gap == 0) {
+      EXPECT_TRUE(c.pieces[0].label == left || c.pieces[0].label == right) << frame;
+      continue;
+    }
+    const int first = c.pieces[static_cast<std::size_t>(c.of_vertex[0])].label,
+              second = c.pieces[static_cast<std::size_t>(c.of_vertex[8])].label;
+    if (frame == 0) {
+      left = first;
+      right = second;
+    }
+    EXPECT_EQ(first, left) << frame;
+    EXPECT_EQ(second, right) << frame;
+  }
+}
+
+/// A brick that turns twice about the vertical: its axes turn with it, without a flip.
+TEST(Components, AxesKeepTheirSigns) {
+  ComponentTracker tracker;
+  Mat3d before{};
+  for (int frame = 0; frame <= 72; ++frame) {
+    const double angle = 4 * std::numbers::pi / 72 * frame;
+    const Mat3f turn = rotation_matrix(axis_angle(Vec3f{0, 1, 0}, static_cast<float>(angle)));
+    MeshComponents c = find_components(moved(box({}, {0.2F, 0.05F, 0.1F}), {turn, {0.3F, 0.4F, 0}}));
+    tracker.update(c);
+    const Mat3d axes = c.pieces[0].axes;
+    EXPECT_NEAR(determinant(axes), 1, 1e-9);
+    for (int i = 0; i < 3 && frame > 0; ++i)  // 10 degrees a frame; float32 positions: 1e-5
+      EXPECT_GT(dot(axes.row[i], before.row[i]), std::cos(10 * std::numbers::pi / 180) - 1e-4) << frame;
+    before = axes;
+  }
+}
+
 /// What a rig sees of a mesh, as a hull with normals, frame after frame.
 class Rebuilt {
  public:

@@ -5,78 +5,17 @@
 #include <cmath>
 #include <numbers>
 
+#include "reconstruct/painted_balls.h"
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/photo_atlas.h"
 
 namespace tactus {
 namespace {
 
+using test::Stage;
+
 constexpr Box3f kCube{{-0.5F, 0, -0.5F}, {0.5F, 1, 0.5F}};
-
-struct Ball {
-  Vec3d center_m;
-  double radius_m;
-};
-
-/// Painted balls and the cameras around them: everything is known in closed form.
-struct Stage {
-  std::vector<Ball> balls;
-  std::vector<Camera> cameras;
-
-  explicit Stage(std::vector<Ball> what, int count = 12) : balls(std::move(what)) {
-    for (int i = 0; i < count; ++i) {
-      const double angle = 2 * std::numbers::pi * (i + 0.13) / count, height = 0.5 + 0.7 * ((i % 3) - 1);
-      cameras.push_back(look_at({1.7 * std::cos(angle), height, 1.7 * std::sin(angle)}, {0, 0.5, 0},
-                                {0, 1, 0}, 640, 480, 600));
-      cameras.back().name = "cam" + std::to_string(i);
-    }
-  }
-
-  /// Colour of ball i where its outward direction is n: ball 0 is green and blue, ball 1 red. |gradient| <=
-  /// 70 per unit of n in each channel.
-  static Vec3d paint(std::size_t i, Vec3d n) {
-    return i == 0 ? Vec3d{0, 150 + 70 * n.y, 150 + 70 * n.x} : Vec3d{200 + 50 * n.z, 0, 0};
-  }
-  /// Distance of the first ball on a ray, and which; +inf: none.
-  std::pair<double, std::size_t> hit(Vec3d from, Vec3d direction) const {
-    std::pair<double, std::size_t> best{INFINITY, 0};
-    for (std::size_t i = 0; i < balls.size(); ++i) {
-      const Vec3d a = balls[i].center_m - from;
-      const double along = dot(a, direction);
-      const double inside = balls[i].radius_m * balls[i].radius_m - (dot(a, a) - along * along);
-      if (inside >= 0 && along - std::sqrt(inside) < best.first && along > 0)
-        best = {along - std::sqrt(inside), i};
-    }
-    return best;
-  }
-  std::vector<BitMask> masks() const {
-    std::vector<BitMask> result;
-    for (const Camera& c : cameras) {
-      result.push_back(make_mask(c.width_px, c.height_px, [&](Index x, Index y) {
-        return std::isfinite(hit(c.center_world(), pixel_ray_world(c, x, y)).first);
-      }));
-    }
-    return result;
-  }
-  std::vector<ColorImage> photos() const {
-    std::vector<ColorImage> result;
-    for (const Camera& c : cameras) {
-      ColorImage image(c.width_px, c.height_px);
-      for (Index y = 0; y < c.height_px; ++y) {
-        for (Index x = 0; x < c.width_px; ++x) {
-          const Vec3d eye = c.center_world(), ray = pixel_ray_world(c, x, y);
-          const auto [t, i] = hit(eye, ray);
-          if (!std::isfinite(t)) continue;
-          const Vec3d rgb = paint(i, normalized(eye + t * ray - balls[i].center_m));
-          const auto byte = [](double v) { return static_cast<std::uint8_t>(std::lround(v)); };
-          image(x, y) = {byte(rgb.x), byte(rgb.y), byte(rgb.z)};
-        }
-      }
-      result.push_back(std::move(image));
-    }
-    return result;
-  }
-};
 
 struct Textured {
   std::vector<Vec3f> positions_m, normals;
@@ -214,6 +153,63 @@ TEST(Texture, WhatIsHiddenGetsNoColourOfWhatHidesIt) {
     EXPECT_GT(large, 2000);
     EXPECT_GT(hidden_from_best, 50);  // so that the test means something
   }
+}
+
+TEST_P(Texture, AtlasOfPhotosShowsThePaint) {
+  const Stage& stage = two_balls();
+  DeviceSet set(GetParam());
+  ExecContext& ctx = set.context(0);
+  VisualHull hull(set, stage.cameras, {kCube, 64});
+  SurfaceNormals normals(set.device(0), hull.mesh().positions_m.size());
+  SurfaceTexture paint(ctx, stage.cameras,
+                       {.k = 3,
+                        .voxel_size_m = hull.voxel_size_m(),
+                        .center_m = {0, 0.5F, 0},
+                        .max_vertices = hull.mesh().positions_m.size(),
+                        .max_triangles = hull.mesh().triangles.size()});
+  hull.upload(stage.masks());
+  const std::vector<ColorImage> photos = stage.photos();
+  paint.upload(ctx, photos);
+  hull.carve();
+  hull.extract();
+  normals.compute(ctx, hull.mesh(), hull.voxel_size_m());
+  paint.shade(ctx, hull.mesh(), normals.view());
+  paint.choose(ctx, hull.mesh(), normals.view());
+  const HullReport report = hull.report();
+  TriangleMesh mesh = hull.download();
+  mesh.normals = to_host(ctx, normals.view().part(0, report.vertices));
+  const std::vector<Index> chosen = to_host(ctx, paint.triangle_cameras().part(0, report.triangles));
+  const std::vector<Rgb8> colors = to_rgb(to_host(ctx, paint.colors().part(0, report.vertices)));
+  const TexturedMesh t = make_photo_atlas(mesh, chosen, colors, stage.cameras, photos);
+
+  ASSERT_EQ(t.mesh.triangles.size(), mesh.triangles.size());
+  ASSERT_EQ(t.uv.size(), t.mesh.positions_m.size());
+  int cut = 0, large = 0;
+  for (std::size_t i = 0; i < t.mesh.triangles.size(); ++i) {
+    cut += chosen[i] >= 0 ? 1 : 0;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto v = static_cast<std::size_t>(t.mesh.triangles[i][corner]);
+      EXPECT_EQ(t.mesh.positions_m[v], mesh.positions_m[static_cast<std::size_t>(mesh.triangles[i][corner])]);
+      const Vec2f uv = t.uv[v];
+      ASSERT_TRUE(uv.x > 0 && uv.x < 1 && uv.y > 0 && uv.y < 1);
+      const Vec3d out = vec_cast<double>(t.mesh.positions_m[v]) - stage.balls[0].center_m;
+      const double height = length(out) - stage.balls[0].radius_m;
+      if (chosen[i] < 0 || height > static_cast<double>(hull.voxel_size_m()) || height < -1e-3) continue;
+      const Rgb8 texel = t.atlas(static_cast<Index>(uv.x * static_cast<float>(t.atlas.width_px)),
+                                 static_cast<Index>(uv.y * static_cast<float>(t.atlas.height_px)));
+      const Vec3d off =
+          Vec3d{static_cast<double>(texel.r), static_cast<double>(texel.g), static_cast<double>(texel.b)} -
+          Stage::paint(0, normalized(out));
+      // The nearest texel instead of a bilinear one: the pixel of the tolerance is meant for that.
+      ASSERT_LE(std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}),
+                paint_tolerance(std::max(height, 0.0), stage.balls[0].radius_m))
+          << "triangle " << i << " from photo " << chosen[i];
+      ++large;
+    }
+  }
+  EXPECT_GT(large, 20000);
+  // Triangles whose corners no one camera sees: at the poles and where the balls hide each other.
+  EXPECT_GT(cut, 0.9 * static_cast<double>(chosen.size()));
 }
 
 TEST(Texture, BlendingMovesSmoothlyWithTheViewer) {

@@ -230,6 +230,10 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
     const std::string overflow = hull.report().overflow;
     const TriangleMesh mesh = hull.download();
     EXPECT_NO_THROW(topology(mesh));  // no triangle names a vertex that is not there
+    // Nor does any on the device, where normals and surfaces read them.
+    const DeviceMesh there = hull.mesh();
+    for (const Vec3i t : to_host(set.context(0), there.triangles.part(0, hull.report().triangles)))
+      ASSERT_TRUE(min(t.x, min(t.y, t.z)) >= 0 && max(t.x, max(t.y, t.z)) < there.positions_m.size());
     if (overflow.empty()) {
       EXPECT_TRUE(topology(mesh).closed_manifold());
       EXPECT_EQ(mesh.positions_m, hull_of("cpu", cameras, masks, 64).positions_m);

@@ -56,8 +56,8 @@ TEST(Kinect, CaptureHoldsRadialDistanceOfUndistortedPixels) {
   const auto source = open_kinect(capture());
   FrameSet frame;
   ASSERT_EQ(source->next(frame), NextFrame::success);
-  ASSERT_TRUE(source->rig().depth_camera.has_value());
-  const Camera& tof = *source->rig().depth_camera;
+  ASSERT_EQ(source->rig().depth_cameras.size(), 1U);
+  const Camera& tof = source->rig().depth_cameras[0];
   const KinectCalibration k = read_kinect_calibration(capture() + "/calibration.json", 1280, 720);
   const auto raw_mm = read_depth_png(capture() + "/depth_640x576_u16mm.png", 640, 576);
   int compared = 0;
@@ -72,7 +72,8 @@ TEST(Kinect, CaptureHoldsRadialDistanceOfUndistortedPixels) {
       if (!clear || u < 0 || v < 0 || u >= 640 || v >= 576) continue;
       const double z_m = raw_mm(u, v) * 1e-3;
       // float32: 6e-8 of up to 4 m, twice.
-      ASSERT_NEAR(static_cast<double>(frame.depth_m(x, y)), z_m * std::sqrt(1 + rx * rx + ry * ry), 1e-6)
+      ASSERT_NEAR(static_cast<double>(frame.depths_m.at(0)(x, y)), z_m * std::sqrt(1 + rx * rx + ry * ry),
+                  1e-6)
           << x << "," << y;
       ++compared;
     }

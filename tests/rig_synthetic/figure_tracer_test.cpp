@@ -59,7 +59,7 @@ TEST(FigureTracer, SphereIsTheClosedForm) {
 }
 
 TEST(FigureTracer, DepthOfTheSphereIsTheClosedForm) {
-  const Camera camera = *make_synthetic_rig().depth_camera;
+  const Camera camera = make_synthetic_rig().depth_cameras.front();
   const FigureShape shape = make_figure("sphere").at(0);
   const DepthImage depth = traced_depth(FigureTracer(camera), shape, camera);
   int hits = 0;
@@ -119,7 +119,7 @@ TEST_P(EveryFigure, TilesFindWhatEveryRayFinds) {
 
 TEST_P(EveryFigure, DepthTilesFindWhatEveryRayFinds) {
   const FigureShape shape = make_figure(GetParam()).at(0);
-  const Camera camera = *make_synthetic_rig().depth_camera;
+  const Camera camera = make_synthetic_rig().depth_cameras.front();
   const FigureTracer tracer(camera);
   const DepthImage depth = traced_depth(tracer, shape, camera);
   const Vec3f eye = tracer.eye_m();
@@ -138,7 +138,7 @@ TEST_P(EveryFigure, DepthTilesFindWhatEveryRayFinds) {
 }
 
 TEST(FigureTracer, BowlShowsItsCavityToTheDepthCamera) {
-  const Camera camera = *make_synthetic_rig().depth_camera;
+  const Camera camera = make_synthetic_rig().depth_cameras.front();
   const FigureShape shape = make_figure("bowl").at(0);
   const DepthImage depth = traced_depth(FigureTracer(camera), shape, camera);
   const Pixel middle = project(camera, {0, 0.5, -0.2});

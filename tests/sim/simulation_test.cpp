@@ -210,10 +210,41 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   };
   // The wall is 4 cm of a ball of 31 cm: a third of the closed half ball.
   EXPECT_GT(volume(false), 2 * volume(true));
-  frame.depth_m = DepthImage(200, 200);
+  frame.depths_m = {DepthImage(200, 200)};
   scene.reconstruction.depth = true;
   Simulation simulation(devices, scene, source.rig(), {});
   EXPECT_EQ(simulation.step(frame, 0).status, "camera 'tof': the depth image has no valid pixel");
+}
+
+TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
+  DeviceSet devices("cpu");
+  SyntheticOptions options;
+  options.figure = "rabbit";
+  options.truth = options.depth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  ASSERT_EQ(source.next(frame), NextFrame::success);
+  Scene scene = slab_scene();
+  scene.bodies.clear();
+  scene.probes.clear();
+  std::string status;
+  const auto volume = [&](bool repair, int tolerated) {
+    scene.reconstruction.repair_masks = repair;
+    scene.reconstruction.tolerated_views = tolerated;
+    Simulation simulation(devices, scene, source.rig(), {});
+    status = simulation.step(frame, 0).status;
+    return volume_m3(simulation.snapshot().real);
+  };
+  const double whole = volume(true, 0);
+  EXPECT_EQ(status, "");
+  for (Index y = 220; y < 290; ++y) {
+    for (Index x = 290; x < 360; ++x) frame.silhouettes[4].clear(x, y);
+  }
+  EXPECT_LT(volume(false, 0), 0.9 * whole);
+  EXPECT_NEAR(volume(true, 0) / whole, 1, 0.02);
+  EXPECT_NE(status.find("camera 'cam4' carves "), std::string::npos) << status;
+  EXPECT_NE(status.find("px of the mask of camera 'cam4' were filled"), std::string::npos) << status;
+  EXPECT_GT(volume(false, 1), whole);
 }
 
 TEST(Simulation, UnknownBodyOfAProbeIsNamed) {

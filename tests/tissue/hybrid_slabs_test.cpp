@@ -37,7 +37,7 @@ std::vector<Vec3f> spin(const CubeLattice& lattice) {
 }
 
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements, int half_width,
-                int substeps, int* slabs = nullptr) {
+                int substeps, int* slabs = nullptr, int matched_every = 1) {
   HybridSlabs body(devices, lattice, elements, {&kMaterial, 1}, {}, {},
                    {.young_Pa = 30000, .half_width = half_width});
   body.set_state(lattice.rest_positions_m(), spin(lattice));
@@ -45,17 +45,19 @@ Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMas
   // An odd number, twice: positions ahead begin in the same one of two buffers.
   DeviceReplay replay;
   for (int k = 0; k < 3; ++k)
-    replay.run(devices, [&] { body.step({.dt_s = body.stable_step_s()}, substeps); });
+    replay.run(devices,
+               [&] { body.step({.dt_s = body.stable_step_s(), .matched_every = matched_every}, substeps); });
   return {body.positions_m(), body.velocities_m_s()};
 }
 
-Motion on_one_cpu(const CubeLattice& lattice, const ElementMask& elements, int half_width, int substeps) {
+Motion on_one_cpu(const CubeLattice& lattice, const ElementMask& elements, int half_width, int substeps,
+                  int matched_every = 1) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
   Hybrid body(ctx, lattice, elements, {&kMaterial, 1}, {}, {}, {.young_Pa = 30000, .half_width = half_width});
   BodyState state = rest_state(ctx, lattice);
   state.v_m_s = to_device(ctx, spin(lattice));
-  body.step(ctx, state, {.dt_s = body.stable_step_s()}, 3 * substeps);
+  body.step(ctx, state, {.dt_s = body.stable_step_s(), .matched_every = matched_every}, 3 * substeps);
   return {to_host(ctx, state.x_m.const_view()), to_host(ctx, state.v_m_s.const_view())};
 }
 
@@ -80,6 +82,13 @@ TEST_P(HybridSlabsDevices, HalvesOfBothModelsMoveAsOnOneCpu) {
     const ElementMask mask = split_by_ratio(lattice, axis, 6, 4);
     EXPECT_TRUE(on_slabs(devices, lattice, mask, 2, 5) == on_one_cpu(lattice, mask, 2, 5)) << "axis " << axis;
   }
+}
+
+TEST_P(HybridSlabsDevices, ShapesMatchedEveryOtherSubstepMoveAsOnOneCpu) {
+  const CubeLattice lattice = bead();
+  DeviceSet devices(GetParam(), 8);
+  const ElementMask mask = split_by_ratio(lattice, 1, 6, 4);
+  EXPECT_TRUE(on_slabs(devices, lattice, mask, 2, 6, nullptr, 2) == on_one_cpu(lattice, mask, 2, 6, 2));
 }
 
 TEST_P(HybridSlabsDevices, MatchedShapesOfAnyWidthMoveAsOnOneCpu) {

@@ -6,6 +6,8 @@ namespace tactus {
 void add_run_command(CLI::App& app);
 void add_reconstruct_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
+void add_noise_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_info_command(CLI::App& app);
+void add_paper_command(CLI::App& app);
 }  // namespace tactus

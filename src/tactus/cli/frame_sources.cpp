@@ -17,6 +17,7 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, con
   options.truth = contents.truth;
   options.colors = contents.colors;
   options.depth = contents.depth;
+  options.rig.depth_cameras = source.depth_cameras;
   if (source.frames.last) options.frames = *source.frames.last + 1;
   auto synthetic = std::make_unique<SyntheticSource>(options);
   synthetic->seek(source.frames.first);
@@ -31,6 +32,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
   if (source.kind == SourceKind::synthetic) return open_synthetic(source, contents);
   DataOptions options;
   options.colors = contents.colors;
+  options.depth = contents.depth;
   if (workspace_m)
     options.workspace_m = Box3f{vec_cast<float>(workspace_m->min_m), vec_cast<float>(workspace_m->max_m)};
   if (source.frames.first > 0 || source.frames.last) {

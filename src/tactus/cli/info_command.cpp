@@ -36,6 +36,15 @@ void info(const std::string& json_path) {
       no_gl.empty() ? Renderer({.width_px = 16, .height_px = 16}).description() : "none: " + no_gl;
   std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
   json["opengl"] = gl;
+  if (no_gl.empty()) {
+    for (const DeviceInfo& d : list_devices()) {
+      if (d.spec.kind != DeviceKind::cuda) continue;
+      const std::unique_ptr<Device> device = open_device(d.spec);
+      const std::string text = Renderer::sharing(*device);
+      std::printf("         surfaces of %s: %s\n", device->name().c_str(), text.c_str());
+      json["opengl_sharing"][device->name()] = text;
+    }
+  }
   if (!json_path.empty()) write_json_file(json_path, json);
 }
 

@@ -15,7 +15,9 @@ int main(int argc, char** argv) {
         tactus::add_run_command(app);
         tactus::add_reconstruct_command(app);
         tactus::add_synth_command(app);
+        tactus::add_noise_command(app);
         tactus::add_bench_command(app);
+        tactus::add_paper_command(app);
         tactus::add_info_command(app);
         cv::setNumThreads(1);  // one pool of threads for the process: ours
       });

@@ -13,12 +13,13 @@
 #include "tactus/cli/motion_output.h"
 #include "tactus/cli/texture_output.h"
 #include "tactus/cli/version.h"
+#include "tactus/cli/view_check.h"
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
-#include "tactus/reconstruct/view_scores.h"
+#include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -30,7 +31,8 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  bool moving = false, no_depth = false;
+  int smooth = 0, tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
+  bool moving = false, no_depth = false, repair_masks = false;
   std::vector<double> workspace;
 };
 
@@ -43,6 +45,7 @@ SourceDescription describe_source(const ReconstructOptions& options) {
   source.kind = static_cast<SourceKind>(kind - std::begin(kKinds));
   (source.kind == SourceKind::synthetic ? source.figure : source.path) = options.what;
   source.moving = options.moving;
+  source.depth_cameras = options.depth_cameras;
   source.frames = {0, source.kind == SourceKind::videos ? std::nullopt : std::optional<int>(0)};
   if (!options.frames.empty()) {
     const std::optional<FrameRange> range = parse_frame_range(options.frames);
@@ -61,6 +64,27 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
   return BoxRegion{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
 }
 
+void check_capacities(const ReconstructOptions& options) {
+  if (options.smooth < 0 || options.smooth > 100)
+    throw usage_error("--smooth " + std::to_string(options.smooth) + ": expected 0 (as it is) to 100 steps");
+  for (const auto& [flag, value] : {std::pair{"--max-vertices", options.max_vertices},
+                                    {"--max-active-bricks", options.max_active_bricks}}) {
+    if (value < 0 || value > 1 << 30)
+      throw usage_error(std::string(flag) + " " + std::to_string(value) +
+                        ": expected 1 to 2^30, or 0 (from the resolution)");
+  }
+}
+
+/// In small letters, with its dot.
+std::string extension_of(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension;
+}
+bool is_gltf(const std::string& path) {
+  return extension_of(path) == ".glb" || extension_of(path) == ".gltf";
+}
+
 /// What would spoil the outputs, found before the work.
 void check_outputs(const ReconstructOptions& options) {
   if (!options.json_path.empty()) output_is_writable(options.json_path);
@@ -70,12 +94,12 @@ void check_outputs(const ReconstructOptions& options) {
   }
   if (options.mesh_path.empty()) return;
   const std::string& path = options.mesh_path;
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (extension != ".ply" && extension != ".obj")
-    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply or .obj");
+  const std::string extension = extension_of(path);
+  if (extension != ".ply" && extension != ".obj" && !is_gltf(path))
+    throw usage_error("--mesh '" + path + "': expected a name that ends in .ply, .obj, .glb or .gltf");
   if (options.texture && extension == ".obj")
-    throw usage_error("--mesh '" + path + "': OBJ holds no colours; with --texture, write .ply");
+    throw usage_error("--mesh '" + path +
+                      "': OBJ holds no colours; with --texture, write .ply, .glb or .gltf");
   output_is_writable(path);
 }
 
@@ -126,19 +150,6 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
   return json;
 }
 
-/// Returns what is odd about them.
-std::string add_view_scores(const std::vector<ViewScore>& scores, const std::vector<Camera>& cameras,
-                            nlohmann::json& row) {
-  nlohmann::json list = nlohmann::json::array();
-  for (std::size_t c = 0; c < scores.size(); ++c) {
-    list.push_back({{"camera", cameras[c].name},
-                    {"carved_alone", scores[c].carved_alone},
-                    {"suspect", scores[c].is_suspect}});
-  }
-  row["view_scores"] = std::move(list);
-  return suspect_views_text(cameras, scores);
-}
-
 /// One line of what is not empty.
 std::string joined(std::initializer_list<std::string_view> parts) {
   std::string line;
@@ -148,48 +159,150 @@ std::string joined(std::initializer_list<std::string_view> parts) {
   return line;
 }
 
+std::unique_ptr<FrameSource> open_described(const ReconstructOptions& options) {
+  return open_frame_source(describe_source(options), {.truth = true,
+                                                      .colors = options.texture.has_value(),
+                                                      .depth = !options.no_depth,
+                                                      .workspace_m = workspace_of(options)});
+}
+
+Box3f workspace_m(const ReconstructOptions& options, const Rig& rig) {
+  const std::optional<BoxRegion> asked = workspace_of(options);
+  return asked ? Box3f{vec_cast<float>(asked->min_m), vec_cast<float>(asked->max_m)} : rig.workspace_m;
+}
+
+HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
+  HullOptions hull{.workspace_m = workspace_m(options, rig),
+                   .resolution = options.resolution,
+                   .slack_px = options.slack_px.value_or(rig.slack_px),
+                   .tolerated_views = options.tolerated_views,
+                   .max_active_bricks = options.max_active_bricks,
+                   .max_vertices = options.max_vertices};
+  // A whole room's depth is rough: noise, and walls along the rays wherever it ends.
+  if (options.max_vertices == 0 && describe_source(options).kind == SourceKind::kinect)
+    hull.max_vertices = static_cast<Index>(std::min(15.0 * sqr<double>(options.resolution) + 20000, 2e8));
+  return hull;
+}
+
+/// From frames to meshes, files and rows of measurements.
+class Reconstruction {
+ public:
+  Reconstruction(DeviceSet& devices, FrameSource& source, const ReconstructOptions& options)
+      : devices_(devices),
+        source_(source),
+        options_(options),
+        hull_(devices, source.rig().cameras, hull_options(options, source.rig()), source.rig().depth_cameras),
+        normals_(devices.device(0), hull_.mesh().positions_m.size()),
+        motion_(hull_.voxel_size_m()),
+        views_(devices.context(0), source.rig(), workspace_m(options, source.rig()), options.repair_masks) {
+    if (options.texture)
+      texture_.emplace(devices, source.rig(), hull_, workspace_m(options, source.rig()), *options.texture);
+    if (options.smooth > 0)
+      smoothing_.emplace(devices.device(0), hull_.mesh().positions_m.size(), hull_.mesh().triangles.size());
+  }
+
+  /// @param several whether files get the number of their frame
+  nlohmann::json add(FrameSet& frame, bool several) {
+    views_.check(devices_.context(0), frame);
+    time_stages(frame);
+    const HullReport report = hull_.report();
+    const TriangleMesh mesh = write_files(frame, report, several);
+    nlohmann::json row = measure(mesh, source_.rig(), frame);
+    motion_.add(mesh, frame, source_, row);
+    views_.add_to(row);
+    const std::string odd = views_.status();
+    for (const std::string& warning : {report.overflow, report.depth, odd}) {
+      if (!warning.empty()) log_warning(warning);
+    }
+    row["tick"] = frame.tick;
+    if (const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source_))
+      row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
+    row["status"] = joined({report.overflow, report.depth, source_.status(), odd});
+    for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
+    return row;
+  }
+
+ private:
+  void time_stages(const FrameSet& frame) {
+    const auto stage = [&](const char* name, auto&& body) {
+      const StageTimer timer(timings_, name);
+      body();
+      devices_.synchronize();
+    };
+    stage("total", [&] {
+      stage("upload", [&] { hull_.upload(frame.silhouettes, frame.depths_m); });
+      stage("hull", [&] { hull_.carve(); });
+      stage("mesh", [&] { hull_.extract(); });
+      surface_ = hull_.mesh();
+      if (smoothing_) {
+        stage("smooth", [&] {
+          surface_ = smoothing_->smooth(devices_.context(0), surface_, hull_.voxel_size_m(), options_.smooth);
+        });
+      }
+      stage("normals", [&] { normals_.compute(devices_.context(0), surface_, hull_.voxel_size_m()); });
+      if (texture_) stage("texture", [&] { texture_->shade(frame, surface_, normals_.view()); });
+    });
+  }
+
+  TriangleMesh write_files(const FrameSet& frame, const HullReport& report, bool several) {
+    TriangleMesh mesh = hull_.download();
+    if (smoothing_)
+      mesh.positions_m = to_host(devices_.context(0), surface_.positions_m.part(0, report.vertices));
+    mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
+    if (!options_.mesh_path.empty())
+      write_surface(frame, mesh, numbered(options_.mesh_path, frame.tick, several));
+    if (!options_.views_path.empty())
+      write_png(numbered(options_.views_path, frame.tick, several),
+                texture_->picture(surface_, normals_.view(), mesh));
+    return mesh;
+  }
+
+  void write_surface(const FrameSet& frame, const TriangleMesh& mesh, const std::string& path) {
+    if (texture_ && is_gltf(path)) {
+      const TexturedMesh textured = texture_->textured(frame, surface_, normals_.view(), mesh);
+      write_gltf(path, textured, encode_png(textured.atlas));
+      return;
+    }
+    write_mesh(
+        path, mesh,
+        texture_ ? texture_->colors(static_cast<Index>(mesh.positions_m.size())) : std::vector<Rgb8>{});
+  }
+
+  DeviceSet& devices_;
+  FrameSource& source_;
+  const ReconstructOptions& options_;
+  VisualHull hull_;
+  DeviceMesh surface_;  ///< the hull's mesh of the newest frame, smoothed when asked for
+  std::optional<SurfaceSmoothing> smoothing_;
+  SurfaceNormals normals_;
+  std::optional<TextureOutput> texture_;
+  MotionOutput motion_;
+  ViewCheck views_;
+  Timings timings_;
+};
+
+void print_row(const nlohmann::json& row) {
+  std::printf("%6lld %9lld %9lld %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", row["tick"].get<long long>(),
+              row["vertices"].get<long long>(), row["triangles"].get<long long>(),
+              row["euler"].get<long long>(), row["volume_m3"].get<double>(), row["iou_mean"].get<double>(),
+              row["iou_min"].get<double>(), row["recall"].get<double>(), row["ms"]["total"].get<double>());
+}
+
 void reconstruct(const ReconstructOptions& options) {
+  check_capacities(options);
   check_outputs(options);
   DeviceSet devices(options.devices);
-  const SourceDescription description = describe_source(options);
-  const std::optional<BoxRegion> workspace = workspace_of(options);
-  const std::unique_ptr<FrameSource> source =
-      open_frame_source(description, {.truth = true,
-                                      .colors = options.texture.has_value(),
-                                      .depth = !options.no_depth,
-                                      .workspace_m = workspace});
-  Box3f box = source->rig().workspace_m;
-  if (workspace) box = {vec_cast<float>(workspace->min_m), vec_cast<float>(workspace->max_m)};
-  const std::optional<Camera>& tof = source->rig().depth_camera;
-  const bool use_depth = tof.has_value() && !options.no_depth;
-  HullOptions hull_options{.workspace_m = box,
-                           .resolution = options.resolution,
-                           .slack_px = options.slack_px.value_or(source->rig().slack_px)};
-  // A whole room's depth is rough: noise, and walls along the rays wherever it ends.
-  if (description.kind == SourceKind::kinect)
-    hull_options.max_vertices =
-        static_cast<Index>(std::min(15.0 * sqr<double>(options.resolution) + 20000, 2e8));
-  VisualHull hull(devices, source->rig().cameras, hull_options,
-                  std::span(use_depth ? &*tof : nullptr, use_depth ? 1 : 0));
-  const auto* synthetic = dynamic_cast<const SyntheticSource*>(source.get());
-
-  SurfaceNormals normals(devices.device(0), hull.mesh().positions_m.size());
-  std::optional<TextureOutput> texture;
-  if (options.texture) texture.emplace(devices, source->rig(), hull, box, *options.texture);
-
-  MotionOutput motion(hull.voxel_size_m());
-  ViewScores view_scores(devices.context(0), source->rig().cameras, {.workspace_m = box});
-
-  const bool several = description.frames.last != description.frames.first;
+  const std::unique_ptr<FrameSource> source = open_described(options);
+  Reconstruction reconstruction(devices, *source, options);
+  const FrameRange frames = describe_source(options).frames;
   nlohmann::json json{{"devices", devices.name()},
                       {"commit", commit_text()},
-                      {"depth", use_depth},
+                      {"depth", !source->rig().depth_cameras.empty()},
                       {"frames", nlohmann::json::array()},
                       {"bad_frames", nlohmann::json::array()}};
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;
-  Timings timings;
   while (!interrupted()) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
@@ -198,43 +311,8 @@ void reconstruct(const ReconstructOptions& options) {
       json["bad_frames"].push_back({{"tick", frame.tick}, {"status", source->status()}});
       continue;
     }
-    const auto stage = [&](const char* name, auto&& body) {
-      const StageTimer timer(timings, name);
-      body();
-      devices.synchronize();
-    };
-    stage("total", [&] {
-      stage("upload", [&] { hull.upload(frame.silhouettes, std::span(&frame.depth_m, use_depth ? 1 : 0)); });
-      stage("hull", [&] { hull.carve(); });
-      stage("mesh", [&] { hull.extract(); });
-      stage("normals", [&] { normals.compute(devices.context(0), hull.mesh(), hull.voxel_size_m()); });
-      if (texture) stage("texture", [&] { texture->shade(frame, hull, normals.view()); });
-    });
-    const HullReport report = hull.report();
-    if (!report.overflow.empty()) log_warning(report.overflow);
-    if (!report.depth.empty()) log_warning(report.depth);
-    TriangleMesh mesh = hull.download();
-    mesh.normals = to_host(devices.context(0), normals.view().part(0, report.vertices));
-    if (!options.mesh_path.empty()) {
-      write_mesh(numbered(options.mesh_path, frame.tick, several), mesh,
-                 texture ? texture->colors(report.vertices) : std::vector<Rgb8>{});
-    }
-    if (!options.views_path.empty())
-      write_png(numbered(options.views_path, frame.tick, several), texture->picture(hull, normals, mesh));
-    nlohmann::json row = measure(mesh, source->rig(), frame);
-    motion.add(mesh, frame, *source, row);
-    const std::string odd = add_view_scores(view_scores.measure(devices.context(0), frame.silhouettes),
-                                            source->rig().cameras, row);
-    if (!odd.empty()) log_warning(odd);
-    row["tick"] = frame.tick;
-    if (synthetic != nullptr)
-      row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
-    row["status"] = joined({report.overflow, report.depth, source->status(), odd});
-    for (const std::string& name : timings.stages()) row["ms"][name] = timings.last_ms(name);
-    std::printf("%6lld %9zu %9zu %6lld %10.5f %8.4f %8.4f %8.4f %9.3f\n", static_cast<long long>(frame.tick),
-                mesh.positions_m.size(), mesh.triangles.size(), row["euler"].get<long long>(),
-                row["volume_m3"].get<double>(), row["iou_mean"].get<double>(), row["iou_min"].get<double>(),
-                row["recall"].get<double>(), timings.last_ms("total"));
+    nlohmann::json row = reconstruction.add(frame, frames.last != frames.first);
+    print_row(row);
     json["frames"].push_back(std::move(row));
   }
   if (json["frames"].empty() && !interrupted())
@@ -257,23 +335,40 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->add_option("--mesh", options->mesh_path,
-                      "write the mesh (.ply, .obj); several frames get a number");
+                      "write the mesh (.ply, .obj, .glb, .gltf); several frames get a number");
   command->add_option("--json", options->json_path, "write the measurements");
   command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
       ->delimiter(',');
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
-  command->add_option("--texture", options->texture,
-                      "colour the mesh (.ply) from the photos: each vertex from its best K cameras");
+  command
+      ->add_option("--smooth", options->smooth,
+                   "steps of smoothing that keep edges and volume; each looks one triangle farther")
+      ->capture_default_str();
+  command->add_option(
+      "--texture", options->texture,
+      "colour the mesh from the photos: each vertex (.ply) from its best K cameras; .glb and .gltf get the "
+      "photos as an atlas, each triangle from its best");
   command->add_option("--texture-views", options->views_path,
                       "with --texture: write a picture (.png) of three free views, K = 1 above K");
   command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
+  command->add_flag("--repair-masks", options->repair_masks,
+                    "fill holes in the mask of a view that alone carves what all others keep");
+  command
+      ->add_option("--tolerate-views", options->tolerated_views,
+                   "keep what up to so many views carve (k-of-n hull)")
+      ->capture_default_str();
+  command->add_option("--max-vertices", options->max_vertices, "room in the mesh; 0: from the resolution");
+  command->add_option("--max-active-bricks", options->max_active_bricks,
+                      "room for bricks of 8^3 voxels with surface; 0: from the resolution");
   command->add_flag("--moving", options->moving, "synthetic figures move");
+  command->add_option("--depth-cameras", options->depth_cameras, "that film a synthetic figure, 0 to 32")
+      ->capture_default_str();
   command->footer(
       "Examples:\n  tactus reconstruct --source synthetic hand --resolution 128 --mesh hand.ply\n"
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --resolution 256 --json "
       "dino.json\n"
-      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.ply\n"
+      "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.glb\n"
       "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
 
       "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");

@@ -45,7 +45,7 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const std::string& 
   if (scene.view.show_frusta) {
     const float depth_m = 0.12F * length(rig.workspace_m.extent());
     for (const Camera& camera : rig.cameras) add_frustum(view_, camera, depth_m);
-    if (rig.depth_camera) add_frustum(view_, *rig.depth_camera, depth_m, {0.62F, 0.35F, 0.20F});
+    for (const Camera& camera : rig.depth_cameras) add_frustum(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
   }
   add_box(view_, rig.workspace_m);
 }

@@ -110,12 +110,19 @@ void write_rig(const SynthOptions& options, const Rig& rig) {
             "_%04d.png\n";
     if (!options.no_colors) yaml += "    photo: photos/" + name + "_%04d.png\n";
   }
+  if (!rig.depth_cameras.empty()) yaml += "depth_cameras:\n";
+  for (const Camera& camera : rig.depth_cameras) {
+    const std::string& name = camera.name;
+    yaml += "  - name: " + name + "\n    calibration: cameras/" + name + ".yaml\n    depth: depth/" + name +
+            "_%04d.png\n    image_size_px: [" + std::to_string(camera.width_px) + ", " +
+            std::to_string(camera.height_px) + "]\n    unit_m: 0.0001\n    distance: radial\n";
+  }
   SafeFile file(options.folder + "/rig.yaml");
   file.write(yaml);
   file.commit();
 }
 
-/// One tick: every camera at its own moment, the depth camera on time.
+/// One tick: every camera at its own moment.
 nlohmann::json write_frame(const SynthOptions& options, const SyntheticSubject& subject, const Rig& rig,
                            int frame) {
   const double time_s = frame / options.fps;
@@ -134,10 +141,15 @@ nlohmann::json write_frame(const SynthOptions& options, const SyntheticSubject& 
     disturb_mask(mask, options.noise, static_cast<int>(c), frame);
     write_mask(file_of(folder + "/masks/" + camera.name, frame, ".png"), mask);
   }
-  subject.see(*rig.depth_camera, time_s, mask, distance_m);
-  write_depth(file_of(folder + "/truth/depth", frame, ".png"), distance_m);
-  disturb_depth(distance_m, options.noise, frame);
-  write_depth(file_of(folder + "/depth/tof", frame, ".png"), distance_m);
+  for (std::size_t d = 0; d < rig.depth_cameras.size(); ++d) {
+    const Camera& camera = rig.depth_cameras[d];
+    const auto number = static_cast<int>(rig.cameras.size() + d);
+    late.push_back(sync_error_s(options.noise, number, frame));
+    subject.see(camera, time_s + late.back().get<double>(), mask, distance_m);
+    write_depth(file_of(folder + "/truth/depth/" + camera.name, frame, ".png"), distance_m);
+    disturb_depth(distance_m, options.noise, number, frame);
+    write_depth(file_of(folder + "/depth/" + camera.name, frame, ".png"), distance_m);
+  }
   write_truth(file_of(folder + "/truth/surface", frame, ".ply"), subject, time_s);
   return {{"frame", frame},
           {"time_s", time_s},
@@ -150,13 +162,14 @@ void synthesize(const SynthOptions& options) {
   const std::unique_ptr<SyntheticSubject> subject = make_subject(options);
   const Rig rig = make_synthetic_rig(options.rig);
   const Box3f box = subject->bounds_m();
-  for (const char* part : {"masks", "photos", "depth", "cameras", "truth/cameras"}) {
+  for (const char* part : {"masks", "photos", "depth", "cameras", "truth/cameras", "truth/depth"}) {
     std::error_code error;
     fs::create_directories(fs::path(options.folder) / part, error);
     if (error) throw Error("'" + options.folder + "' can't be made: " + error.message());
   }
-  for (std::size_t c = 0; c <= rig.cameras.size(); ++c) {
-    const Camera& camera = c < rig.cameras.size() ? rig.cameras[c] : *rig.depth_camera;
+  for (std::size_t c = 0; c < rig.cameras.size() + rig.depth_cameras.size(); ++c) {
+    const std::size_t colors = rig.cameras.size();
+    const Camera& camera = c < colors ? rig.cameras[c] : rig.depth_cameras[c - colors];
     write_calibration(options.folder + "/truth/cameras/" + camera.name + ".yaml", camera);
     write_calibration(options.folder + "/cameras/" + camera.name + ".yaml",
                       miscalibrate(camera, options.noise, static_cast<int>(c)));
@@ -178,7 +191,8 @@ void synthesize(const SynthOptions& options) {
     truth["frames"].push_back(write_frame(options, *subject, rig, written));
   write_json_file(options.folder + "/truth/truth.json", truth);
   write_rig(options, rig);  // last: a folder with a rig file is whole
-  std::printf("%d frames of %zu cameras in %s\n", written, rig.cameras.size(), options.folder.c_str());
+  std::printf("%d frames of %zu cameras and %zu depth cameras in %s\n", written, rig.cameras.size(),
+              rig.depth_cameras.size(), options.folder.c_str());
 }
 
 }  // namespace
@@ -197,6 +211,8 @@ void add_synth_command(CLI::App& app) {
   command->add_option("--size", options->size_m, "longest side of a mesh [m]")->capture_default_str();
   command->add_option("--turns", options->turns_per_s, "turns of a mesh about the vertical, a second");
   command->add_option("--cameras", options->rig.camera_count, "in a ring around the workspace")
+      ->capture_default_str();
+  command->add_option("--depth-cameras", options->rig.depth_cameras, "time-of-flight, 0 to 32")
       ->capture_default_str();
   command->add_flag("--no-colors", options->no_colors, "leave the photos out");
   NoiseOptions& noise = options->noise;

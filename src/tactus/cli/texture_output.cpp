@@ -4,13 +4,16 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/geom/symmetric_eigen.h"
+#include "tactus/reconstruct/photo_atlas.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
 namespace {
 
-constexpr Index kCell_px = 480;
+constexpr Index kCell_px = 250;
+constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
 
 /// Turns the world so that up is up: data sets have their own. Rigs are rings, so up is the ring's axis,
 /// where there is one; its sign is that of what the photos hold upright or, when they lie on their side, that
@@ -37,6 +40,20 @@ Mat3f upright(const Rig& rig) {
   return {{x, y, cross(x, y)}};
 }
 
+/// Looks at all of the mesh from that side, as near as it fits a square.
+ViewCamera near_view(const TriangleMesh& mesh, float azimuth_rad, float elevation_rad) {
+  ViewCamera camera = frame_box(bounds(mesh), azimuth_rad, elevation_rad, 1.F);
+  const Mat3f R = camera.T_cam_world().R;
+  const float tangent = 0.95F * std::tan(0.5F * camera.fov_rad);
+  float distance_m = 0;
+  for (const Vec3f p : mesh.positions_m) {
+    const Vec3f q = R * (p - camera.target_m);
+    distance_m = max(distance_m, q.z + max(std::abs(q.x), std::abs(q.y)) / tangent);
+  }
+  if (distance_m > 0) camera.distance_m = distance_m;
+  return camera;
+}
+
 void paste(const ColorImage& from, ColorImage& to, Index x0, Index y0) {
   for (Index y = 0; y < from.height_px; ++y) {
     for (Index x = 0; x < from.width_px; ++x) to(x0 + x, y0 + y) = from(x, y);
@@ -50,53 +67,75 @@ TextureOutput::TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHul
     : devices_(devices),
       rig_(rig),
       workspace_m_(workspace_m),
+      voxel_size_m_(hull.voxel_size_m()),
       k_(k),
       texture_(devices.context(0), rig.cameras,
                {.k = k,
                 .voxel_size_m = hull.voxel_size_m(),
-                .center_m = 0.5F * (workspace_m.min + workspace_m.max),
+                .center_m = workspace_m.center(),
                 .max_vertices = hull.mesh().positions_m.size(),
+                .max_triangles = hull.mesh().triangles.size(),
                 .fill_steps = 8}) {}
 
-void TextureOutput::shade(const FrameSet& frame, const VisualHull& hull, View<const Vec3f> normals) {
+void TextureOutput::shade(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals) {
   if (frame.colors.empty())
     throw Error(
         "--texture: the source has no photos (masks need a 'photo' beside each 'mask' in the rig file)");
   ExecContext& ctx = devices_.context(0);
   texture_.upload(ctx, frame.colors);
-  texture_.shade(ctx, hull.mesh(), normals);
+  texture_.shade(ctx, surface, normals);
 }
 
 std::vector<Rgb8> TextureOutput::colors(Index vertices) const {
   return to_rgb(to_host(devices_.context(0), texture_.colors().part(0, vertices)));
 }
 
-ColorImage TextureOutput::picture(const VisualHull& hull, const SurfaceNormals& normals,
-                                  const TriangleMesh& mesh) {
+TexturedMesh TextureOutput::textured(const FrameSet& frame, const DeviceMesh& surface,
+                                     View<const Vec3f> normals, const TriangleMesh& mesh) {
   ExecContext& ctx = devices_.context(0);
+  texture_.choose(ctx, surface, normals);
+  const std::vector<Index> cameras =
+      to_host(ctx, texture_.triangle_cameras().part(0, static_cast<Index>(mesh.triangles.size())));
+  return make_photo_atlas(mesh, cameras, colors(static_cast<Index>(mesh.positions_m.size())), rig_.cameras,
+                          frame.colors);
+}
+
+ColorImage TextureOutput::picture(const DeviceMesh& surface, View<const Vec3f> normals,
+                                  const TriangleMesh& mesh) {
   const Mat3f R_view_world = upright(rig_);
+  TriangleMesh turned = mesh;
+  for (Vec3f& p : turned.positions_m) p = R_view_world * p;
   ViewScene scene;
   scene.ground = false;
-  scene.meshes.push_back({.name = "hull", .mesh = mesh});
-  TriangleMesh& turned = scene.meshes.front().mesh;
-  for (Vec3f& p : turned.positions_m) p = R_view_world * p;
-  for (Vec3f& n : turned.normals) n = R_view_world * n;
+  scene.background = kPaper;
+  const auto vertices = static_cast<Index>(mesh.positions_m.size());
+  ViewMesh view{.name = "hull", .colors = colors(vertices), .R_world_mesh = R_view_world};
+  view.device =
+      DeviceSurface{.ctx = &devices_.context(0),
+                    .positions_m = surface.positions_m.part(0, vertices),
+                    .normals = normals.part(0, vertices),
+                    .triangles = surface.triangles.part(0, static_cast<Index>(mesh.triangles.size())),
+                    .box_m = bounds(mesh),
+                    .photos = texture_.photos(),
+                    .live_photos = texture_.live_photos()};
+  scene.meshes.push_back(std::move(view));
   Renderer renderer({.width_px = kCell_px, .height_px = kCell_px, .samples = 4, .shadow_map_px = 0});
+  log_debug("the surface for OpenGL: " + Renderer::sharing(devices_.device(0)));
   static constexpr float kAzimuths_rad[] = {0.4F, 2.5F, 4.6F};
   ColorImage sheet(3 * kCell_px, 2 * kCell_px), cell;
-  const auto vertices = static_cast<Index>(mesh.positions_m.size());
   for (const Index row : {0, 1}) {
-    texture_.set_k(row == 0 ? 1 : k_);
+    const Index k = row == 0 ? 1 : k_;
+    scene.meshes.front().photos = std::make_shared<ViewPhotos>(ViewPhotos{.cameras = rig_.cameras,
+                                                                          .images = {},
+                                                                          .k = k,
+                                                                          .voxel_size_m = voxel_size_m_,
+                                                                          .center_m = workspace_m_.center()});
     for (Index column = 0; column < 3; ++column) {
-      const ViewCamera camera = frame_box(bounds(turned), kAzimuths_rad[column], 0.3F, 1.F);
-      texture_.shade(ctx, hull.mesh(), normals.view(), transpose(R_view_world) * camera.eye_m());
-      scene.meshes.front().colors = colors(vertices);
-      renderer.render(scene, camera, cell);
-      draw_text(cell, "k = " + std::to_string(texture_.k()), 16, kCell_px - 16, 20);
+      renderer.render(scene, near_view(turned, kAzimuths_rad[column], 0.3F), cell);
+      draw_text(cell, "k = " + std::to_string(k), 10, kCell_px - 10, 15);
       paste(cell, sheet, column * kCell_px, row * kCell_px);
     }
   }
-  texture_.set_k(k_);
   return sheet;
 }
 

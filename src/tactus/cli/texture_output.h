@@ -2,6 +2,7 @@
 /// Photographic colours of what `tactus reconstruct` makes, and pictures of them.
 #include <vector>
 
+#include "tactus/geom/textured_mesh.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/view/image_files.h"
@@ -14,15 +15,19 @@ class TextureOutput {
   TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHull& hull, const Box3f& workspace_m,
                 Index k);
   /// Each vertex as seen along its own normal. @throws Error when the frame has no photos, or wrong ones.
-  void shade(const FrameSet& frame, const VisualHull& hull, View<const Vec3f> normals);
+  void shade(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals);
   std::vector<Rgb8> colors(Index vertices) const;
-  /// Three views from between the cameras: a row with k = 1 and one with k.
-  ColorImage picture(const VisualHull& hull, const SurfaceNormals& normals, const TriangleMesh& mesh);
+  /// `mesh`, which is `surface` on the host, with the photos of the frame on it. After `shade`.
+  TexturedMesh textured(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals,
+                        const TriangleMesh& mesh);
+  /// Three views from between the cameras, coloured fragment by fragment: a row with k = 1 and one with k.
+  ColorImage picture(const DeviceMesh& surface, View<const Vec3f> normals, const TriangleMesh& mesh);
 
  private:
   DeviceSet& devices_;
   Rig rig_;
   Box3f workspace_m_;
+  float voxel_size_m_;
   Index k_;
   SurfaceTexture texture_;
 };

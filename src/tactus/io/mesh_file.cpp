@@ -71,9 +71,12 @@ void write_mesh(const std::string& path, const TriangleMesh& mesh, std::span<con
     write_ply(path, mesh, colors);
   } else if (extension == ".obj") {
     write_obj(path, mesh);
+  } else if (extension == ".glb" || extension == ".gltf") {
+    check_counts(path, mesh, colors);
+    write_gltf(path, {.mesh = mesh, .uv = {}, .colors = {colors.begin(), colors.end()}, .atlas = {}});
   } else {
     throw usage_error("can't write '" + path + "': unknown extension '" + extension +
-                      "', expected .ply or .obj");
+                      "', expected .ply, .obj, .glb or .gltf");
   }
 }
 

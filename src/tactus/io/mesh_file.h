@@ -5,6 +5,7 @@
 
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
+#include "tactus/geom/textured_mesh.h"
 
 namespace tactus {
 
@@ -15,14 +16,21 @@ namespace tactus {
 ///         the known), truncated, malformed number, index out of range, vertex not finite, no triangles.
 TriangleMesh read_mesh(const std::string& path);
 
-/// Writes a mesh by its extension: .ply or .obj. Either the whole file is there afterwards or nothing is.
-/// `colors`: one a vertex, or none; only PLY holds them.
+/// Writes a mesh by its extension: .ply, .obj, .glb or .gltf. Either the whole file is there afterwards or
+/// nothing is. `colors`: one a vertex, or none; OBJ doesn't hold them.
 /// @throws Error: unknown extension (usage), path that can't be written, with the reason.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors = {});
 /// Binary little-endian PLY: positions bit for bit, normals when there are any.
 void write_ply(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors = {});
 /// OBJ with 9 significant digits: positions come back with the same bits.
 void write_obj(const std::string& path, const TriangleMesh& mesh);
+
+/// glTF 2.0, one file: .glb is binary, otherwise all bytes are in the text. `png`: the atlas, encoded, or
+/// none when there is no `uv`. What has colours is shown as it is (KHR_materials_unlit): photos hold their
+/// light.
+/// @throws Error: numbers that don't fit, an empty mesh, a path that can't be written.
+void write_gltf(const std::string& path, const TexturedMesh& textured,
+                std::span<const std::uint8_t> png = {});
 
 /// Makes one vertex of those with exactly the same position (-0 equals 0), in order of first use. Triangles
 /// that lose a corner are dropped, normals too: they may have differed.

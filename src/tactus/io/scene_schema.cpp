@@ -51,11 +51,13 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.boolean({"moving", "whether the synthetic figure moves"}, s.moving);
   v.real({"scale", "size of the synthetic figure over its natural size"}, s.scale, positive("", 100));
   v.vector({"offset_m", "shift of the synthetic figure"}, s.offset_m, kPosition);
+  v.integer({"depth_cameras", "time-of-flight cameras around the synthetic figure"}, s.depth_cameras,
+            {"", 0, 32});
   const bool synthetic = s.kind == SourceKind::synthetic;
   v.check(synthetic || !s.path.empty(), "path",
           "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury, kinect)");
   v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury or kinect");
-  for (const char* key : {"figure", "moving", "scale", "offset_m"})
+  for (const char* key : {"figure", "moving", "scale", "offset_m", "depth_cameras"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
 
@@ -64,6 +66,10 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
   v.section({"workspace_m", "box to reconstruct (default: the rig's)"},
             [&](FieldVisitor& in) { describe_box(in, r.workspace_m.emplace()); });
   v.boolean({"depth", "correct the hull with the depth camera when the source has one"}, r.depth);
+  v.boolean({"repair_masks", "fill holes in the mask of a view that alone carves what all others keep"},
+            r.repair_masks);
+  v.integer({"tolerated_views", "keep what up to so many views carve (k-of-n hull)"}, r.tolerated_views,
+            {"", 0, 7});
   v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
          r.depth_jump_m, positive("m", 100));
 }

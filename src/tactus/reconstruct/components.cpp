@@ -63,6 +63,16 @@ void check_triangles(const TriangleMesh& mesh) {
   }
 }
 
+/// The axes (rows) with the signs nearest to those of before; right-handed.
+Mat3d aligned(const Mat3d& axes, const Mat3d& before) {
+  Mat3d out = axes;
+  for (int i = 0; i < 2; ++i) {
+    if (dot(axes.row[i], before.row[i]) < 0) out.row[i] = -axes.row[i];
+  }
+  out.row[2] = cross(out.row[0], out.row[1]);
+  return out;
+}
+
 }  // namespace
 
 MeshComponents find_components(const TriangleMesh& mesh) {
@@ -147,13 +157,19 @@ void ComponentTracker::update(MeshComponents& components) {
     if (piece.label >= 0 || taken[pair.known]) continue;
     taken[pair.known] = true;
     piece.label = known.label;
-    known = {known.label,     piece.centroid_m, 1.0 / known.unseen * (piece.centroid_m - known.centroid_m),
-             piece.volume_m3, piece.extent_m.x, 0};
+    piece.axes = aligned(piece.axes, known.axes);
+    known = {known.label,
+             piece.centroid_m,
+             1.0 / known.unseen * (piece.centroid_m - known.centroid_m),
+             piece.axes,
+             piece.volume_m3,
+             piece.extent_m.x,
+             0};
   }
   for (MeshComponent& piece : components.pieces) {
     if (piece.label >= 0) continue;
     piece.label = next_label_++;
-    known_.push_back({piece.label, piece.centroid_m, {}, piece.volume_m3, piece.extent_m.x, 0});
+    known_.push_back({piece.label, piece.centroid_m, {}, piece.axes, piece.volume_m3, piece.extent_m.x, 0});
   }
   std::erase_if(known_, [this](const Known& known) { return known.unseen > memory_frames_; });
 }

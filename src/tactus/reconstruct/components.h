@@ -14,8 +14,8 @@ struct MeshComponent {
   double volume_m3 = 0;  ///< negative: the wall of a cavity
   double area_m2 = 0;
   Vec3d centroid_m;  ///< centre of the volume; of the area where there is none
-  Mat3d axes;        ///< rows: unit principal axes, the longest first
-  Vec3d extent_m;    ///< standard deviation of the volume along each axis
+  Mat3d axes;      ///< rows: unit principal axes, the longest first, right-handed; signs see ComponentTracker
+  Vec3d extent_m;  ///< standard deviation of the volume along each axis
 };
 
 struct MeshComponents {
@@ -28,7 +28,8 @@ MeshComponents find_components(const TriangleMesh& mesh);
 
 /// Keeps labels over time: a piece gets the label of the one that was (or moved on steadily) nearest to it,
 /// one each, nearest pairs first; what was never seen gets the next number. Labels that vanish are remembered
-/// for a while, so that a hand may leave the view for a moment.
+/// for a while, so that a hand may leave the view for a moment, or touch another and let go. The axes of a
+/// labelled piece point where they pointed before: of their two signs, the nearer.
 class ComponentTracker {
  public:
   /// @param reach how far a piece may move between two frames, in multiples of its own size (the longest
@@ -42,6 +43,7 @@ class ComponentTracker {
   struct Known {
     int label = 0;
     Vec3d centroid_m, step_m;
+    Mat3d axes;
     double volume_m3 = 0, size_m = 0;
     int unseen = 0;
   };

@@ -11,10 +11,10 @@ namespace tactus {
 /// Measured points of the object lie inside every silhouette that sees them; those of the background lie
 /// outside under any reading. Of about 300 measured pixels, counts the points inside the
 /// workspace and inside every silhouette, as given and as other readings of the same numbers (millimetres,
-/// kilometres, z instead of radial distance).
-/// Returns "" when the image as given is at least nearly as good as any other reading; else what it looks
-/// like, with the counts. Empty images and masks take no part. Allocates nothing; about 40 us when all is
-/// well.
+/// kilometres, z instead of radial distance). A point may lie up to two standard deviations of the image's
+/// own noise behind its distance: noise alone is no wrong unit. Returns "" when the image as given is at
+/// least nearly as good as any other reading; else what it looks like, with the counts. Empty images and
+/// masks take no part. Allocates nothing; about 40 us when all is well.
 std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
                                 const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m);
 

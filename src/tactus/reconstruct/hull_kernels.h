@@ -95,9 +95,11 @@ struct BlockStates {
   }
 };
 
-/// Sorts bricks into outside, inside and active. One block is 4^3 bricks.
+/// Sorts bricks into outside, inside and active. One block is 4^3 bricks. Outside is what more than
+/// `tolerated` cameras see before background.
 struct ClassifyBricks {
   HullGrid grid;
+  Index tolerated;
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells;
   View<std::uint32_t> tiles;          ///< out
@@ -120,11 +122,12 @@ struct ClassifyBricks {
     });
     b.on_one_thread([&] {
       std::uint32_t mixed = 0;
-      bool outside = false;
+      Index against = 0;
       for (Index c = 0; c < cameras.size(); ++c) {
-        outside = outside || (s.verdict[c] & kOutsideFootprint) != 0;
-        mixed |= s.verdict[c] == 0 ? 1U << c : 0U;
+        against += (s.verdict[c] & kOutsideFootprint) != 0 ? 1 : 0;
+        mixed |= s.verdict[c] == kInsideFootprint ? 0U : 1U << c;
       }
+      const bool outside = against > tolerated;
       s.outside = outside;
       s.mixed = block_cameras[b.index()] = outside ? 0U : mixed;
       if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
@@ -147,25 +150,28 @@ struct ClassifyBricks {
     const auto brick_of = [first](int t) { return first + Vec3i{t & 3, t >> 2 & 3, t >> 4}; };
     b.for_own(kThreads, [&](int t) {
       mixed[t] = 0;
-      outside[t] = s.outside ? 1U : 0U;
+      outside[t] = 0;
     });
+    // Where the block is outside, so are its bricks, and no camera is left to ask.
     for (std::uint32_t left = s.mixed; left != 0; left &= left - 1) {
       const int c = lowest_bit(left);
       const HullCamera camera = cameras[c];
       b.for_own(kThreads, [&](int t) TACTUS_ALWAYS_INLINE {
         const std::uint32_t verdict = look(camera, brick_of(t), kBrick);
-        outside[t] |= verdict & kOutsideFootprint;
+        outside[t] += verdict / kOutsideFootprint;
         mixed[t] |= ((verdict & kInsideFootprint) ^ kInsideFootprint) << c;
       });
     }
+    const auto most = static_cast<std::uint32_t>(tolerated);
     b.for_each_thread([&](int t) {
       const Vec3i brick = brick_of(t), node = kBrick * brick;
       const bool at_padding = (min(node.x, min(node.y, node.z)) == 0) |
                               (node.x + kBrick >= grid.last_node.x) | (node.y + kBrick >= grid.last_node.y) |
                               (node.z + kBrick >= grid.last_node.z);
       const bool real = (brick.x < grid.bricks.x) & (brick.y < grid.bricks.y) & (brick.z < grid.bricks.z);
-      const std::uint32_t kept = ((mixed[t] != 0) | at_padding) ? kActiveBit : kInsideBit;
-      s.states.state[t] = (real & (outside[t] == 0)) ? kept : 0U;
+      const bool is_mixed = most == 0 ? mixed[t] != 0 : popcount(mixed[t]) > tolerated;
+      const std::uint32_t kept = (is_mixed | at_padding) ? kActiveBit : kInsideBit;
+      s.states.state[t] = (real & !s.outside & (outside[t] <= most)) ? kept : 0U;
     });
   }
 };

@@ -1,5 +1,7 @@
 #include "tactus/reconstruct/hull_part.h"
 
+#include "tactus/reconstruct/tolerant_kernels.h"
+
 namespace tactus {
 namespace {
 
@@ -79,17 +81,21 @@ void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
   masks.prepare(ctx);
   if (!plan.depth.empty()) depth.prepare(ctx, in.masks.cameras.view(), in.masks.bits.view());
   ctx.parallel_for("hull/classify", plan.grid.block_count(),
-                   ClassifyBricks{plan.grid, in.masks.cameras.view(), in.masks.cells.view(), tiles.view(),
-                                  tile_first.view(), block_cameras.view()});
+                   ClassifyBricks{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(),
+                                  tiles.view(), tile_first.view(), block_cameras.view()});
   if (!plan.depth.empty()) depth.vote(ctx, plan.grid, tiles.view(), tile_first.view());
   ctx.exclusive_scan("hull/scan_tiles", in.tile_first.view(), tile_first.view());
   ctx.parallel_for("hull/partition", 1,
                    PartitionLayers{plan.grid, number, parts, in.tile_first.view(), range.view()});
   ctx.parallel_for("hull/assign_slots", in.tiles.size(),
                    AssignSlots{in.tiles.view(), in.tile_first.view(), in.range.view(), bricks.view()});
-  ctx.parallel_for("hull/signs", held(plan),
-                   BrickSigns{plan.grid, in.masks.cameras.view(), in.masks.cells.view(), in.masks.bits.view(),
-                              in.bricks.view(), in.block_cameras.view(), rows.view(), sub_cameras.view()});
+  const BrickSigns signs{
+      plan.grid,        in.masks.cameras.view(), in.masks.cells.view(), in.masks.bits.view(),
+      in.bricks.view(), in.block_cameras.view(), rows.view(),           sub_cameras.view()};
+  if (plan.tolerated == 0)
+    ctx.parallel_for("hull/signs", held(plan), signs);
+  else
+    ctx.parallel_for("hull/tolerant_signs", held(plan), TolerantSigns{signs, plan.tolerated});
   if (!plan.depth.empty()) depth.sign(ctx, held(plan), table(plan), rows.view());
 }
 
@@ -120,11 +126,15 @@ void HullPart::emit(ExecContext& ctx, const HullPlan& plan) {
   const EmitVertices vertices{table(plan),         in.masks.cameras.view(), in.masks.bits.view(),
                               in.crossings.view(), in.row_start.view(),     in.mesh_start.view(),
                               plan.origin_m,       plan.voxel_size_m,       positions_m.view()};
-  ctx.parallel_for("mesh/vertices", own(plan), vertices);
+  if (plan.tolerated == 0)
+    ctx.parallel_for("mesh/vertices", own(plan), vertices);
+  else
+    ctx.parallel_for("mesh/tolerant_vertices", own(plan), EmitTolerantVertices{vertices, plan.tolerated});
   if (!plan.depth.empty()) depth.cut(ctx, own(plan), vertices);
-  ctx.parallel_for("mesh/triangles", own(plan),
-                   EmitTriangles{table(plan), in.cases.view(), in.crossings.view(), in.row_start.view(),
-                                 in.mesh_start.view(), in.place.view(), triangles.view()});
+  ctx.parallel_for(
+      "mesh/triangles", own(plan),
+      EmitTriangles{table(plan), in.cases.view(), in.crossings.view(), in.row_start.view(),
+                    in.mesh_start.view(), in.place.view(), plan.capacity.vertices, triangles.view()});
 }
 
 void push_mesh(ExecContext& ctx, View<const Vec3f> positions_m, View<const Vec3i> triangles,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/tolerant_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {
@@ -41,6 +42,12 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
   }
   if (options.slack_px < 0 || options.slack_px > 64)
     throw usage_error("slack of " + std::to_string(options.slack_px) + " px: expected 0 to 64");
+  const Index most_tolerated =
+      std::min(EmitTolerantVertices::kMostTolerated, static_cast<Index>(rig.size()) - 1);
+  if (options.tolerated_views < 0 || options.tolerated_views > most_tolerated) {
+    throw usage_error("tolerated views " + std::to_string(options.tolerated_views) + ": expected 0 to " +
+                      std::to_string(most_tolerated) + " with " + std::to_string(rig.size()) + " cameras");
+  }
   const auto check_room = [](Index value, Index most, const char* name) {
     if (value < 0 || value > most)
       throw usage_error(std::string(name) + " " + std::to_string(value) +
@@ -73,6 +80,7 @@ HullPlan plan_hull(std::span<const Camera> cameras, const HullOptions& options,
                    std::span<const Camera> depth_cameras) {
   check_options(cameras, options);
   HullPlan plan;
+  plan.tolerated = options.tolerated_views;
   const Vec3d extent = vec_cast<double>(options.workspace_m.extent());
   const double voxel = std::max({extent.x, extent.y, extent.z}) / options.resolution;
   const auto along = [&](double length) { return static_cast<Index>(std::ceil(length / voxel - 1e-4)); };

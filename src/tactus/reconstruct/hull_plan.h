@@ -22,6 +22,7 @@ struct HullCapacity {
 struct HullPlan {
   HullGrid grid{};
   std::int64_t blocks = 0, tiles = 0;  ///< as the grid says, also where that is too many to be indexed
+  Index tolerated = 0;                 ///< views
   Vec3i voxels{};
   float voxel_size_m = 0;
   Vec3f origin_m;  ///< of padded node 0

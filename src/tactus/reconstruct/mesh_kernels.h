@@ -297,6 +297,11 @@ struct PartPlace {
   Index vertex_words = 0, triangle_words = 0;  ///< of this part
 };
 
+/// After an overflow there are triangles whose vertices are not there: whoever reads vertices must not trip.
+TACTUS_HD inline Vec3i existing(Vec3i triangle, Index max_vertices) {
+  return max(triangle.x, max(triangle.y, triangle.z)) < max_vertices ? triangle : Vec3i{0, 0, 0};
+}
+
 /// Triangles of a brick, as numbers of vertices in the order of all parts.
 struct EmitTriangles {
   BrickTable table;
@@ -304,6 +309,7 @@ struct EmitTriangles {
   View<const std::uint32_t> crossings, row_start;
   View<const std::uint64_t> mesh_start;  ///< scanned MeshCounts, per slot
   View<const PartPlace> place;           ///< of this part; empty when it is the only one
+  Index max_vertices;                    ///< there is no vertex of this number or more
   View<Vec3i> triangles;                 ///< out: three vertices, counter-clockwise from outside
 
   static constexpr int kThreads = 64;
@@ -324,9 +330,10 @@ struct EmitTriangles {
         const CellCase& cell = cases[static_cast<Index>(s.signs.cell_signs(x, y, z))];
         for (int k = 0; k < cell.triangle_count; ++k, ++at) {
           if (at >= triangles.size()) return;
-          triangles[at] = {first + vertex(s.signs, x, y, z, cell.edge[3 * k]),
-                           first + vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
-                           first + vertex(s.signs, x, y, z, cell.edge[3 * k + 2])};
+          triangles[at] = existing({first + vertex(s.signs, x, y, z, cell.edge[3 * k]),
+                                    first + vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
+                                    first + vertex(s.signs, x, y, z, cell.edge[3 * k + 2])},
+                                   max_vertices);
         }
       }
     });

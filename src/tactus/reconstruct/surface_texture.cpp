@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/atlas_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 
 namespace tactus {
@@ -19,15 +20,6 @@ void check_k(Index k, std::size_t cameras) {
   if (k >= 1 && static_cast<std::size_t>(k) <= cameras) return;
   throw usage_error("texture: k = " + std::to_string(k) + " cameras a vertex, expected 1 to " +
                     std::to_string(cameras) + ", the number of cameras");
-}
-
-/// Pixels of a texel of the depth map: a voxel in the middle of the workspace, at least 2 (outlines of real
-/// masks are no sharper). Nearer ones look larger, up to 1.5 texels at two thirds of that distance, and the
-/// widened map still has no holes.
-float texel_px(const Camera& camera, const TextureOptions& options) {
-  const double distance = length(camera.center_world() - vec_cast<double>(options.center_m));
-  const double voxel_px = camera.fx_px * static_cast<double>(options.voxel_size_m) / std::max(distance, 1e-3);
-  return static_cast<float>(std::clamp(voxel_px, 2.0, 64.0));
 }
 
 TextureCamera device_camera(const Camera& camera) {
@@ -80,7 +72,7 @@ SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras
   for (const Camera& camera : cameras) {
     check_camera(camera);
     TextureCamera c = device_camera(camera);
-    const float texel = texel_px(camera, options);
+    const float texel = PhotoChoice::texel_px(camera, options.voxel_size_m, options.center_m);
     c.texels_per_px = 1 / texel;
     const auto texels = [texel](Index pixels) {
       return static_cast<Index>(std::ceil(static_cast<float>(pixels) / texel)) + 2;
@@ -105,6 +97,7 @@ SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras
   maps_ = Buffer<std::uint32_t>(device, map_texels);
   colors_ = Buffer<std::uint32_t>(device, options.max_vertices);
   sums_ = Buffer<std::uint64_t>(device, options.max_vertices);
+  triangle_cameras_ = Buffer<Index>(device, options.max_triangles);
 }
 
 void SurfaceTexture::set_k(Index k) {
@@ -151,15 +144,27 @@ void SurfaceTexture::shade(ExecContext& ctx, const DeviceMesh& mesh, View<const 
                                 maps_.view()});
   ctx.parallel_for(
       "texture/colors", ceil_div(vertices.capacity, ColorVertices::kThreads),
-      ColorVertices{device_cameras_.const_view(), mesh.positions_m, normals, vertices, maps_.const_view(),
+      ColorVertices{device_cameras_.const_view(), mesh.positions_m, normals, vertices,
+                    PhotoScore{maps_.const_view(), PhotoChoice::kBiasVoxels * options_.voxel_size_m,
+                               options_.k == 1 ? 1.F : 0.F},
                     photos_.const_view(), live_, eye_m.has_value(), eye_m.value_or(Vec3f{}), options_.k,
-                    0.5F * options_.voxel_size_m, colors_.view()});
+                    colors_.view()});
   if (options_.fill_steps > 0) ctx.fill_bytes(sums_.view(), 0);
   for (int i = 0; i < options_.fill_steps; ++i) {
     ctx.parallel_for("texture/neighbours", triangles,
                      AddNeighbourColors{mesh.triangles, colors_.const_view(), sums_.view()});
     ctx.parallel_for("texture/fill", vertices, FillColors{sums_.view(), colors_.view()});
   }
+}
+
+void SurfaceTexture::choose(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals) {
+  if (mesh.triangles.size() > triangle_cameras_.size())
+    throw Error("texture: the mesh has room for " + std::to_string(mesh.triangles.size()) +
+                " triangles, max_triangles is " + std::to_string(triangle_cameras_.size()));
+  const PhotoScore score{maps_.const_view(), PhotoChoice::kBiasVoxels * options_.voxel_size_m, 0};
+  ctx.parallel_for("texture/triangles", mesh.triangle_count(),
+                   ChooseTrianglePhotos{device_cameras_.const_view(), mesh.positions_m, normals,
+                                        mesh.triangles, score, live_, triangle_cameras_.view()});
 }
 
 std::vector<Rgb8> to_rgb(std::span<const std::uint32_t> packed) {

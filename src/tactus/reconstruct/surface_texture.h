@@ -29,11 +29,12 @@ class SurfaceNormals {
 };
 
 struct TextureOptions {
-  Index k = 1;             ///< cameras that a vertex is coloured from: 1 as in the paper, more are blended
-  float voxel_size_m = 0;  ///< of the hull: sets the grain of the visibility test, > 0
-  Vec3f center_m{};        ///< middle of the workspace, where that grain is meant
-  Index max_vertices = 0;  ///< largest mesh
-  int fill_steps = 4;      ///< what nobody sees takes its neighbours' colours, this many rings deep
+  Index k = 1;              ///< cameras that a vertex is coloured from: 1 as in the paper, more are blended
+  float voxel_size_m = 0;   ///< of the hull: sets the grain of the visibility test, > 0
+  Vec3f center_m{};         ///< middle of the workspace, where that grain is meant
+  Index max_vertices = 0;   ///< largest mesh
+  Index max_triangles = 0;  ///< largest mesh for `choose`; 0: not used
+  int fill_steps = 4;       ///< what nobody sees takes its neighbours' colours, this many rings deep
 };
 
 /// View-dependent texture (Shao et al. 2019, "Texture mapping") as a pass over vertices.
@@ -52,8 +53,19 @@ class SurfaceTexture {
   void shade(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals,
              std::optional<Vec3f> eye_m = {});
 
+  /// Finds the best photo of every triangle, seen along its normals; for texture atlases. After `shade`,
+  /// whose tests of what is hidden it uses. Asynchronous. @throws Error when the mesh may have more than
+  /// max_triangles.
+  void choose(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals);
+
+  /// (max_triangles) number of the camera; -1: no camera sees all of it.
+  View<const Index> triangle_cameras() const { return triangle_cameras_.const_view(); }
   /// (max_vertices) packed as VertexColor: r, g, b, and who gave it.
   View<const std::uint32_t> colors() const { return colors_.const_view(); }
+  /// The photos on the device, one camera after another, row by row; bit c of `live_photos`: camera c has
+  /// one.
+  View<const Rgb8> photos() const { return photos_.const_view(); }
+  std::uint32_t live_photos() const { return live_; }
   Index k() const { return options_.k; }
   void set_k(Index k);
 
@@ -67,6 +79,7 @@ class SurfaceTexture {
   Buffer<Vec2i> map_rows_;
   Buffer<std::uint32_t> widened_, maps_, colors_;
   Buffer<std::uint64_t> sums_;
+  Buffer<Index> triangle_cameras_;
   std::uint32_t live_ = 0;
 };
 

@@ -6,10 +6,11 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/kernel.h"
 #include "tactus/geom/image.h"
+#include "tactus/geom/photo_choice.h"
 
 namespace tactus {
 
-inline constexpr int kMaxTextureCameras = 32;
+inline constexpr int kMaxTextureCameras = PhotoChoice::kMaxCameras;
 
 /// A camera as the texture sees it: world metres to pixels, and where its depth map and photo lie.
 struct TextureCamera {
@@ -170,30 +171,81 @@ struct VertexColor {
   TACTUS_HD static std::uint32_t from(std::uint32_t color) { return color >> 24; }
 };
 
-/// Colour of every vertex from its best k cameras.
-///
-/// A camera's score is s_j = f_j / (1 - cos θ_j + ε), θ_j the angle between its optical axis and the viewing
-/// direction; f_j falls to 0 at grazing view, at the image's border and where something hides the point. The
-/// best k are blended with weights s_j - s_(k+1), which are 0 for a camera that is about to leave the best k:
-/// no seams pop up when the viewer moves. k = 1 is the paper: among the cameras that see the point the one
-/// with the smallest θ_j.
+/// How much a camera counts for a point (PhotoChoice has the formula).
+struct PhotoScore {
+  View<const std::uint32_t> maps;
+  float bias_m;  ///< what is that much nearer hides
+  float hard;    ///< 1: seen or not, as for k = 1; 0: fading
+
+  static constexpr float kLeastCosine = PhotoChoice::kLeastCosine, kFullCosine = PhotoChoice::kFullCosine;
+  static constexpr float kOutlineWeight = PhotoChoice::kOutlineWeight;
+  static constexpr float kEpsilon = PhotoChoice::kEpsilon;
+
+  /// @param n unit normal  @param look unit, from the viewer to the point
+  TACTUS_HD float operator()(const TextureCamera& c, Vec3f p, Vec3f n, Vec3f look) const {
+    const Vec3f h = c.project(p), to_camera = c.eye_m - p;
+    const bool in_front = h.z > 1e-3F;
+    const float inverse_z = 1.F / (in_front ? h.z : 1.F);
+    const float u = h.x * inverse_z, v = h.y * inverse_z;
+    const float u_end = static_cast<float>(c.width_px - 1), v_end = static_cast<float>(c.height_px - 1);
+    const float border_px = min(min(u, u_end - u), min(v, v_end - v));
+    const float cosine = dot(n, to_camera) / max(tactus::sqrt(dot(to_camera, to_camera)), 1e-6F);
+    const float ramp = 1.F / (kFullCosine - kLeastCosine);
+    const float facing = clamp((cosine - kLeastCosine) * ramp, 0.F, 1.F);
+    const float framed = clamp(border_px * (1.F / PhotoChoice::kBorderPx), 0.F, 1.F);
+    const float seen = visibility(c, u, v, h.z);
+    const float f = as_float(in_front) * facing * framed * seen;
+    const float choice = as_float(f > 0.F) * max(as_float(seen > kOutlineWeight), kOutlineWeight);
+    const float fade = fma(hard, choice - f, f);
+    return fade / max(1.F - dot(c.axis, look) + kEpsilon, kEpsilon);
+  }
+
+ private:
+  /// 0 or 1, without a branch: loops over vertices vectorise.
+  TACTUS_HD static float as_float(bool b) { return static_cast<float>(static_cast<Index>(b)); }
+  /// 1 where the camera sees the point, 0 from about a texel before what hides it.
+  /// Near the outline of the body it is almost 0: used where there is nothing better.
+  TACTUS_HD float visibility(const TextureCamera& c, float u_px, float v_px, float z_m) const {
+    const float x = clamp(u_px * c.texels_per_px, 0.F, static_cast<float>(c.map_width - 2)),
+                y = clamp(v_px * c.texels_per_px, 0.F, static_cast<float>(c.map_height - 2));
+    const Index i = static_cast<Index>(x), j = static_cast<Index>(y);
+    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
+    const float hidden_from = 1.F / max(z_m - bias_m, 1e-3F);
+    const Index at = c.map_begin + j * c.map_width + i;
+    const std::uint32_t* texels = maps.data();
+    const auto open = [&](Index texel) {
+      return as_float(std::bit_cast<float>(texels[texel]) <= hidden_from);
+    };
+    const float open00 = open(at), open10 = open(at + 1), open01 = open(at + c.map_width),
+                open11 = open(at + c.map_width + 1);
+    const float top = fma(fx, open10 - open00, open00), bottom = fma(fx, open11 - open01, open01);
+    const auto inner = [&](Index texel) {
+      return static_cast<float>(static_cast<Index>(~texels[texel] & MarkOutlines::kOutline));
+    };
+    const float inner00 = inner(at), inner10 = inner(at + 1), inner01 = inner(at + c.map_width),
+                inner11 = inner(at + c.map_width + 1);
+    const float inner_top = fma(fx, inner10 - inner00, inner00),
+                inner_bottom = fma(fx, inner11 - inner01, inner01);
+    const float inside = clamp(2.F * fma(fy, inner_bottom - inner_top, inner_top) - 1.F, 0.F, 1.F);
+    const float within = max(inside, kOutlineWeight);
+    return clamp(3.F * fma(fy, bottom - top, top) - 2.F, 0.F, 1.F) * within;
+  }
+};
+
+/// Colour of every vertex from its best k cameras (PhotoChoice has the formula).
 struct ColorVertices {
   View<const TextureCamera> cameras;
   View<const Vec3f> positions_m, normals;
   Count vertex_count;
-  View<const std::uint32_t> maps;
+  PhotoScore score;
   View<const Rgb8> photos;
   std::uint32_t live;  ///< bit c: camera c has a photo of this tick
   bool has_eye;
   Vec3f eye_m;  ///< of the viewer; without: every point is looked at along its normal
   Index k;
-  float bias_m;  ///< what is that much nearer hides
   View<std::uint32_t> colors;
 
   static constexpr int kThreads = 64;
-  static constexpr float kLeastCosine = 0.2F, kFullCosine = 0.5F;  ///< f_j's ramp over the angle of view
-  static constexpr float kOutlineWeight = 0.001F;
-  static constexpr float kEpsilon = 0.01F;  ///< ε: cameras within 8 degrees are about equally good
   struct Shared {
     VectorLanes<kThreads> p, n, look;  ///< look: unit, from the viewer to the point
     float score[kMaxTextureCameras][kThreads];
@@ -223,52 +275,6 @@ struct ColorVertices {
   }
 
  private:
-  TACTUS_HD float score(const TextureCamera& c, Vec3f p, Vec3f n, Vec3f look) const {
-    const Vec3f h = c.project(p), to_camera = c.eye_m - p;
-    const bool in_front = h.z > 1e-3F;
-    const float inverse_z = 1.F / (in_front ? h.z : 1.F);
-    const float u = h.x * inverse_z, v = h.y * inverse_z;
-    const float u_end = static_cast<float>(c.width_px - 1), v_end = static_cast<float>(c.height_px - 1);
-    const float border_px = min(min(u, u_end - u), min(v, v_end - v));
-    const float cosine = dot(n, to_camera) / max(tactus::sqrt(dot(to_camera, to_camera)), 1e-6F);
-    const float ramp = 1.F / (kFullCosine - kLeastCosine);
-    const float facing = clamp((cosine - kLeastCosine) * ramp, 0.F, 1.F);
-    const float framed = clamp(border_px * 0.0625F, 0.F, 1.F);  // over 16 px
-    const float seen = visibility(c, u, v, h.z);
-    const float f = as_float(in_front) * facing * framed * seen;
-    const float choice = as_float(f > 0.F) * max(as_float(seen > kOutlineWeight), kOutlineWeight);
-    const float hard = k == 1 ? 1.F : 0.F, fade = fma(hard, choice - f, f);
-    return fade / max(1.F - dot(c.axis, look) + kEpsilon, kEpsilon);
-  }
-  /// 0 or 1, without a branch: loops over vertices vectorise.
-  TACTUS_HD static float as_float(bool b) { return static_cast<float>(static_cast<Index>(b)); }
-  /// 1 where the camera sees the point, 0 from about a texel before what hides it.
-  /// Near the outline of the body it is almost 0: used where there is nothing better.
-  TACTUS_HD float visibility(const TextureCamera& c, float u_px, float v_px, float z_m) const {
-    const float x = clamp(u_px * c.texels_per_px, 0.F, static_cast<float>(c.map_width - 2)),
-                y = clamp(v_px * c.texels_per_px, 0.F, static_cast<float>(c.map_height - 2));
-    const Index i = static_cast<Index>(x), j = static_cast<Index>(y);
-    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
-    const float hidden_from = 1.F / max(z_m - bias_m, 1e-3F);
-    const Index at = c.map_begin + j * c.map_width + i;
-    const std::uint32_t* texels = maps.data();
-    const auto open = [&](Index texel) {
-      return as_float(std::bit_cast<float>(texels[texel]) <= hidden_from);
-    };
-    const float open00 = open(at), open10 = open(at + 1), open01 = open(at + c.map_width),
-                open11 = open(at + c.map_width + 1);
-    const float top = fma(fx, open10 - open00, open00), bottom = fma(fx, open11 - open01, open01);
-    const auto inner = [&](Index texel) {
-      return static_cast<float>(static_cast<Index>(~texels[texel] & MarkOutlines::kOutline));
-    };
-    const float inner00 = inner(at), inner10 = inner(at + 1), inner01 = inner(at + c.map_width),
-                inner11 = inner(at + c.map_width + 1);
-    const float inner_top = fma(fx, inner10 - inner00, inner00),
-                inner_bottom = fma(fx, inner11 - inner01, inner01);
-    const float within = max(fma(fy, inner_bottom - inner_top, inner_top), kOutlineWeight);
-    return clamp(3.F * fma(fy, bottom - top, top) - 2.F, 0.F, 1.F) * within;
-  }
-
   /// Moves the highest score of every thread to `rank`; the first of equals wins. Weight 0: there is none.
   template <class Block>
   TACTUS_HD void take_best(const Block& b, Shared& s, int count, Index rank) const {

@@ -70,8 +70,20 @@ struct BlameSamples {
   }
 };
 
-/// Counts samples that nobody carves, and for each camera those that it carves alone, where also nobody else
-/// carves any of the six neighbours: silhouettes rightly shave skins off one another's hulls, not insides.
+/// The one camera that carves sample `i` alone, where also nobody else carves any of the six neighbours; else
+/// negative. (Silhouettes rightly shave skins off one another's hulls, not insides.) Not at the lattice's
+/// faces.
+TACTUS_HD inline Index blamed_view(const std::int8_t* blame, Vec3i samples, Index i) {
+  const std::int8_t who = blame[i];
+  if (who < 0) return who;
+  const Index step_y = samples.x, step_z = samples.x * samples.y;
+  const auto free = [&](Index k) { return blame[k] == BlameSamples::kNobody || blame[k] == who; };
+  const bool deep = free(i - 1) && free(i + 1) && free(i - step_y) && free(i + step_y) && free(i - step_z) &&
+                    free(i + step_z);
+  return deep ? who : BlameSamples::kSeveral;
+}
+
+/// Counts samples that nobody carves, and for each camera those that are its blame.
 struct CountBlame {
   static constexpr int kGrain = 64;
   View<const std::int8_t> blame;
@@ -81,17 +93,11 @@ struct CountBlame {
   TACTUS_HD void operator()(Index row) const {
     const Index y = row % samples.y, z = row / samples.y;
     if (y == 0 || z == 0 || y + 1 == samples.y || z + 1 == samples.z) return;
-    const Index step_y = samples.x, step_z = samples.x * samples.y;
     std::uint32_t kept = 0;
     for (Index x = 1; x + 1 < samples.x; ++x) {
-      const Index i = row * samples.x + x;
-      const std::int8_t who = blame[i];
+      const Index who = blamed_view(blame.data(), samples, row * samples.x + x);
       kept += who == BlameSamples::kNobody ? 1U : 0U;
-      if (who < 0) continue;
-      const auto free = [&](Index k) { return blame[k] == BlameSamples::kNobody || blame[k] == who; };
-      if (free(i - 1) && free(i + 1) && free(i - step_y) && free(i + step_y) && free(i - step_z) &&
-          free(i + step_z))
-        atomic_add(counts[who], 1U);
+      if (who >= 0) atomic_add(counts[who], 1U);
     }
     if (kept != 0) atomic_add(counts[counts.size() - 1], kept);
   }

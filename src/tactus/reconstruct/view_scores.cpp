@@ -89,6 +89,43 @@ std::vector<ViewScore> ViewScores::measure(ExecContext& ctx, std::span<const Bit
   return scores;
 }
 
+std::vector<std::vector<Vec3f>> ViewScores::carved_alone_m(ExecContext& ctx, Index view) {
+  const std::vector<std::int8_t> blame = to_host(ctx, blame_.const_view());
+  std::vector<std::uint8_t> open(blame.size(), 0);  // counted, and in no group yet
+  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
+  const auto index = [this](Vec3i s) { return s.x + samples_.x * (s.y + samples_.y * s.z); };
+  std::vector<Vec3i> counted;
+  for (Index z = 1; z + 1 < samples_.z; ++z) {
+    for (Index y = 1; y + 1 < samples_.y; ++y) {
+      for (Index x = 1; x + 1 < samples_.x; ++x) {
+        if (blamed_view(blame.data(), samples_, index({x, y, z})) != view) continue;
+        open[at(index({x, y, z}))] = 1;
+        counted.push_back({x, y, z});
+      }
+    }
+  }
+  std::vector<std::vector<Vec3f>> groups;
+  std::vector<Vec3i> front;
+  const auto visit = [&](Vec3i s) {  // counted samples have neighbours on all sides
+    std::uint8_t& is_open = open[at(index(s))];
+    if (is_open == 0) return;
+    is_open = 0;
+    groups.back().push_back(options_.workspace_m.min + spacing_m_ * vec_cast<float>(s));
+    front.push_back(s);
+  };
+  for (const Vec3i first : counted) {
+    if (open[at(index(first))] == 0) continue;
+    groups.emplace_back();
+    visit(first);
+    while (!front.empty()) {
+      const Vec3i s = front.back();
+      front.pop_back();
+      for (int k = 0; k < 27; ++k) visit(s + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
+    }
+  }
+  return groups;
+}
+
 std::string suspect_views_text(std::span<const Camera> cameras, std::span<const ViewScore> scores) {
   std::string text;
   for (std::size_t c = 0; c < scores.size(); ++c) {

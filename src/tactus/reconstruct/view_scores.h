@@ -35,6 +35,12 @@ class ViewScores {
   /// Scores of one tick, one per camera; waits for the device. An empty mask (0x0) carves nothing.
   /// @throws Error when a size contradicts its camera.
   std::vector<ViewScore> measure(ExecContext& ctx, std::span<const BitMask> silhouettes);
+  /// Where this view carves alone, by the last `measure`: the samples that its score counts, in groups that
+  /// touch (faces, edges, corners), world frame. Waits for the device.
+  std::vector<std::vector<Vec3f>> carved_alone_m(ExecContext& ctx, Index view);
+
+  std::span<const Camera> cameras() const { return cameras_; }
+  float spacing_m() const { return spacing_m_; }  ///< of the samples
 
  private:
   std::vector<Camera> cameras_;

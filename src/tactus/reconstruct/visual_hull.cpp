@@ -286,8 +286,8 @@ TriangleMesh VisualHull::download() {
   out.positions_m = to_host(ctx, device_mesh.positions_m.part(0, r.vertices));
   const std::vector<Vec3i> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));
   out.triangles.reserve(triangles.size());
-  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there
-    if (max(t.x, max(t.y, t.z)) < r.vertices) out.triangles.push_back({t.x, t.y, t.z});
+  for (const Vec3i t : triangles) {  // after an overflow some name vertices that are not there, or none
+    if (max(t.x, max(t.y, t.z)) < r.vertices && t.x != t.y) out.triangles.push_back({t.x, t.y, t.z});
   }
   return out;
 }

@@ -21,6 +21,10 @@ struct HullOptions {
   /// Silhouettes grow by this many pixels before they carve: what calibration and segmentation may be wrong
   /// by. Cameras that disagree by less then keep what one of them sees.
   int slack_px = 0;
+  /// A point is outside when more than so many cameras see background there: the k-of-n hull with
+  /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
+  /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
+  Index tolerated_views = 0;
   /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report says
   /// what to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices share the
   /// work, those near a border count twice. 0: from the resolution, enough for several times the sides of the

@@ -14,6 +14,7 @@ struct DataOptions {
   std::optional<Box3f> workspace_m;            ///< instead of the one that the data names
   std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's; must all be there
   bool colors = true;
+  bool depth = true;  ///< of rig files: the depth cameras
 };
 
 /// A Middlebury multi-view folder (Seitz et al. 2006): one frame. @throws Error naming the file.
@@ -22,10 +23,10 @@ std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const Da
 /// first frame's status says so. A camera whose frame can't be read misses the tick.
 /// @throws Error naming rig file, camera and video; usage Error for frames that the videos don't hold.
 std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const DataOptions& options = {});
-/// Masks (and, where every camera has a `photo`, colours) of a rig file: one image per camera (one frame), or
-/// a printf pattern with one %d: a sequence from the smallest to the largest number with a file when it is
-/// opened. A camera whose file is missing or can't be read misses the tick; a number without any file is a
-/// bad frame.
+/// Masks (and, where every camera has a `photo`, colours; and what its `depth_cameras` measured) of a rig
+/// file: one image per camera (one frame), or a printf pattern with one %d: a sequence from the smallest to
+/// the largest number with a file when it is opened. A camera whose file is missing or can't be read misses
+/// the tick; a number without any file is a bad frame.
 /// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
 /// `kind` is middlebury, videos, masks or kinect (kinect.h). @throws usage Error otherwise.

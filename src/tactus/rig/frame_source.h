@@ -13,10 +13,10 @@ namespace tactus {
 
 /// The fixed part of a recording: cameras (undistorted) and the space they watch.
 struct Rig {
-  std::vector<Camera> cameras;         ///< of the silhouettes
-  std::optional<Camera> depth_camera;  ///< time-of-flight
-  Box3f workspace_m;                   ///< what is reconstructed
-  int slack_px = 0;                    ///< by how much silhouettes of different cameras are known to disagree
+  std::vector<Camera> cameras;        ///< of the silhouettes
+  std::vector<Camera> depth_cameras;  ///< time-of-flight
+  Box3f workspace_m;                  ///< what is reconstructed
+  int slack_px = 0;                   ///< by how much silhouettes of different cameras are known to disagree
 };
 
 /// What the rig saw at one trigger tick.
@@ -26,7 +26,7 @@ struct FrameSet {
   std::vector<BitMask>
       silhouettes;  ///< one per camera, undistorted; an empty mask (0x0): this camera missed the tick
   std::vector<ColorImage> colors;         ///< one per camera (empty: it missed the tick), or none
-  DepthImage depth_m;                     ///< radial [m]; empty without a depth camera
+  std::vector<DepthImage> depths_m;       ///< radial [m], one per depth camera (empty: it missed the tick)
   std::optional<double> truth_volume_m3;  ///< synthetic sources only
 };
 

@@ -5,9 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/rig/frame_window.h"
@@ -88,9 +85,9 @@ class KinectSource final : public FrameSource {
         read_kinect_calibration(folder + "/calibration.json", color_.width_px, color_.height_px);
     const Camera& tof = calibration.depth.camera;
     rig_.cameras = {calibration.color.camera};
-    rig_.depth_camera = tof;
+    rig_.depth_cameras = {tof};
     rig_.workspace_m = options.workspace_m.value_or(Box3f{{-1, -1, -2.3F}, {1, 1, -0.3F}});
-    DepthUndistortion(calibration.depth, calibration.depth_metric_radius)
+    DepthUndistortion(calibration.depth, {.metric_radius = calibration.depth_metric_radius})
         .radial_m(read_depth_png(depth, tof.width_px, tof.height_px), depth_m_);
     with_colors_ = options.colors;
   }
@@ -102,7 +99,7 @@ class KinectSource final : public FrameSource {
     frame = {};
     frame.silhouettes.resize(1);
     if (with_colors_) frame.colors = {color_};
-    frame.depth_m = depth_m_;
+    frame.depths_m = {depth_m_};
     return NextFrame::success;
   }
   std::string status() const override { return ""; }
@@ -149,61 +146,6 @@ KinectCalibration read_kinect_calibration(const std::string& file, Index color_w
   check_camera(out.depth.camera);
   check_camera(out.color.camera);
   return out;
-}
-
-struct DepthUndistortion::Map {
-  Index width_px = 0, height_px = 0;
-  std::vector<std::int32_t> source;  ///< pixel of the distorted image, or -1
-  std::vector<float> radial_per_mm;  ///< metres of radial distance per millimetre of z
-};
-
-DepthUndistortion::DepthUndistortion(const CalibratedCamera& calibrated, double metric_radius)
-    : map_(std::make_unique<Map>()) {
-  const Camera& c = calibrated.camera;
-  const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
-  cv::Mat u, v;
-  cv::initUndistortRectifyMap(K, calibrated.distortion, cv::Mat(), K, {c.width_px, c.height_px}, CV_32FC1, u,
-                              v);
-  map_->width_px = c.width_px;
-  map_->height_px = c.height_px;
-  for (Index y = 0; y < c.height_px; ++y) {
-    for (Index x = 0; x < c.width_px; ++x) {
-      const double rx = (x - c.cx_px) / c.fx_px, ry = (y - c.cy_px) / c.fy_px;
-      const double radius2 = rx * rx + ry * ry;
-      const bool known = metric_radius <= 0 || radius2 <= metric_radius * metric_radius;
-      const long su = std::lround(u.at<float>(y, x)), sv = std::lround(v.at<float>(y, x));
-      const bool seen = known && su >= 0 && sv >= 0 && su < c.width_px && sv < c.height_px;
-      map_->source.push_back(seen ? static_cast<std::int32_t>(sv * c.width_px + su) : -1);
-      map_->radial_per_mm.push_back(static_cast<float>(1e-3 * std::sqrt(1 + radius2)));
-    }
-  }
-}
-DepthUndistortion::~DepthUndistortion() = default;
-DepthUndistortion::DepthUndistortion(DepthUndistortion&&) noexcept = default;
-
-void DepthUndistortion::radial_m(const Image<std::uint16_t>& z_mm, DepthImage& result) const {
-  if (result.width_px != map_->width_px || result.height_px != map_->height_px)
-    result = DepthImage(map_->width_px, map_->height_px);
-  for (std::size_t i = 0; i < map_->source.size(); ++i) {
-    const std::int32_t from = map_->source[i];
-    const auto z = from < 0 ? 0.F : static_cast<float>(z_mm.pixels[static_cast<std::size_t>(from)]);
-    result.pixels[i] = z * map_->radial_per_mm[i];
-  }
-}
-
-Image<std::uint16_t> read_depth_png(const std::string& file, Index width_px, Index height_px) {
-  const cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
-  if (image.empty()) throw Error(file + ": missing, or not a whole image");
-  if (image.type() != CV_16UC1) throw Error(file + ": expected 16-bit grey (z in millimetres)");
-  if (image.cols != width_px || image.rows != height_px)
-    throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-                " pixels, expected " + std::to_string(width_px) + "x" + std::to_string(height_px));
-  Image<std::uint16_t> result(width_px, height_px);
-  for (Index y = 0; y < height_px; ++y) {
-    const auto* row = image.ptr<std::uint16_t>(y);
-    std::copy(row, row + width_px, &result(0, y));
-  }
-  return result;
 }
 
 std::unique_ptr<FrameSource> open_kinect(const std::string& folder, const DataOptions& options) {

@@ -5,6 +5,7 @@
 
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
+#include "tactus/rig/depth_images.h"
 
 namespace tactus {
 
@@ -17,23 +18,6 @@ struct KinectCalibration {
 /// @throws Error naming the file and the field that is missing, of a wrong shape or not finite.
 KinectCalibration read_kinect_calibration(const std::string& file, Index color_width_px,
                                           Index color_height_px);
-
-/// z of every pixel [mm], with lens distortion, to radial distance [m] in the pure pinhole's pixels. Takes
-/// the nearest pixel, so that no two distances are mixed.
-class DepthUndistortion {
- public:
-  explicit DepthUndistortion(const CalibratedCamera& camera, double metric_radius = 0);
-  ~DepthUndistortion();
-  DepthUndistortion(DepthUndistortion&&) noexcept;
-  void radial_m(const Image<std::uint16_t>& z_mm, DepthImage& result) const;
-
- private:
-  struct Map;
-  std::unique_ptr<Map> map_;
-};
-
-/// 16-bit PNG. @throws Error naming the file when it is missing, not 16-bit grey or of another size.
-Image<std::uint16_t> read_depth_png(const std::string& file, Index width_px, Index height_px);
 
 /// A folder with calibration.json, depth*.png (16 bit, z in mm) and color*.jpg or color*.png: one frame,
 /// whose colour camera has no silhouette. Depth alone carves the workspace, which ends 2.3 m from the camera

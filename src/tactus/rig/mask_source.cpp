@@ -2,6 +2,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
+#include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_window.h"
 #include "tactus/rig/numbered_files.h"
 #include "tactus/rig/rig_file.h"
@@ -11,7 +12,10 @@ namespace {
 
 class MaskSource final : public FrameSource {
  public:
-  MaskSource(const std::string& path, const DataOptions& options) : file_(read_rig_file(path)) {
+  MaskSource(const std::string& path, const DataOptions& options)
+      : file_(read_rig_file(path)),
+        depths_(path, options.depth ? file_.depths : std::vector<DepthRecording>()) {
+    file_.rig.depth_cameras = depths_.cameras();
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
     std::optional<FrameWindow> held;
     for (std::size_t i = 0; i < file_.masks.size(); ++i) {
@@ -39,7 +43,11 @@ class MaskSource final : public FrameSource {
     if (sequence_) return;
     // The one frame is the whole recording: what is wrong with it is told before any work.
     for (std::size_t i = 0; i < masks_.size(); ++i)
-      for_camera(path, file_.rig.cameras[i].name, [&] { bytes_[i] = read(i); });
+      for_camera(path, file_.rig.cameras[i].name, [&] {
+        bytes_[i] = read(i);
+        ColorImage color;
+        if (!photos_.empty()) read_color(i, color);
+      });
   }
   const Rig& rig() const override { return file_.rig; }
   std::optional<int> frame_count() const override { return window_.last - window_.first + 1; }
@@ -61,8 +69,9 @@ class MaskSource final : public FrameSource {
         notes_.fail(i, e.what());
       }
     }
-    ++tick_;
-    return notes_.finish(file_.rig, frame, status_);
+    const NextFrame result = notes_.finish(file_.rig, frame, status_);
+    depths_.read(tick_++, frame.depths_m, status_);
+    return result;
   }
   std::string status() const override { return status_; }
 
@@ -85,6 +94,7 @@ class MaskSource final : public FrameSource {
   }
 
   RigFile file_;
+  DepthFiles depths_;
   std::vector<NumberedFiles> masks_;
   std::vector<NumberedFiles> photos_;  ///< of every camera, or none
   std::vector<Undistortion> undistort_;

@@ -70,6 +70,61 @@ void read_world(const YamlMapping& yaml, RigFile& file) {
   file.background = background_options(yaml);
 }
 
+Vec2i image_size(const YamlMapping& yaml) {
+  const auto size = yaml.numbers("image_size_px", 2);
+  if (!(size[0] >= 1 && size[1] >= 1 && size[0] <= 32768 && size[1] <= 32768))
+    yaml.fail("image_size_px", "expected 1 to 32768 pixels");
+  return {static_cast<Index>(size[0]), static_cast<Index>(size[1])};
+}
+
+/// Name and calibration of one camera, and its files by their key ("" where not given).
+class CameraReader {
+ public:
+  CameraReader(const std::string& path, const YamlMapping& rig)
+      : path_(path),
+        nodes_(calibration_nodes(rig)),
+        unit_m_(rig.number("unit_m", 1e-9, 1e9, 1)),
+        R_world_up_(transpose(rotation_to_y_up(rig))) {}
+  CalibratedCamera read(const YamlMapping& y, Vec2i size) {
+    const std::string name = y.text("name");
+    if (!names_.insert(name).second) y.fail("name", "'" + name + "' stands here a second time");
+    if (!y.has("calibration")) {
+      y.fail("calibration",
+             "camera '" + name + "' has none; expected the path of an OpenCV XML or YAML file");
+    }
+    CalibratedCamera c;
+    for_camera(path_, name, [&] {
+      c = read_calibration(find_data(y.text("calibration"), path_), nodes_, unit_m_, size.x, size.y);
+    });
+    c.camera.name = name;
+    c.camera.T_cam_world.R = c.camera.T_cam_world.R * R_world_up_;
+    return c;
+  }
+  std::string data(const YamlMapping& y, const char* key) const {
+    std::string found;
+    if (y.has(key)) for_camera(path_, y.text("name"), [&] { found = find_data(y.text(key), path_); });
+    return found;
+  }
+
+ private:
+  std::string path_;
+  CalibrationNodes nodes_;
+  double unit_m_;
+  Mat3d R_world_up_;
+  std::set<std::string> names_;
+};
+
+DepthRecording read_depth_camera(const YamlMapping& y, CameraReader& reader) {
+  DepthRecording r{reader.read(y, image_size(y)), reader.data(y, "depth"), {}};
+  if (r.images.empty()) y.fail("depth", "expected the 16-bit PNG of the distances, or a pattern of them");
+  r.encoding.unit_m = y.number("unit_m", 1e-6, 1e3, r.encoding.unit_m);
+  const std::string distance = y.text("distance", "z");
+  if (distance != "z" && distance != "radial")
+    y.fail("distance", "'" + distance + "', expected z (along the optical axis) or radial");
+  r.encoding.is_radial = distance == "radial";
+  return r;
+}
+
 }  // namespace
 
 std::string find_data(const std::string& path, const std::string& beside) {
@@ -107,43 +162,26 @@ void for_camera(const std::string& path, const std::string& name, const std::fun
 RigFile read_rig_file(const std::string& path) {
   const YamlMapping yaml =
       YamlMapping::load(path, {"unit_m", "up", "image_size_px", "workspace_m", "frames", "frames_per_s",
-                               "background", "calibration_nodes", "cameras"});
+                               "background", "calibration_nodes", "cameras", "depth_cameras"});
   RigFile file;
   read_world(yaml, file);
-  const auto size = yaml.numbers("image_size_px", 2);
-  if (!(size[0] >= 1 && size[1] >= 1 && size[0] <= 32768 && size[1] <= 32768)) {
-    yaml.fail("image_size_px", "expected 1 to 32768 pixels");
-  }
-  const double unit_m = yaml.number("unit_m", 1e-9, 1e9, 1);
-  const Mat3d R_up = rotation_to_y_up(yaml);
-  const CalibrationNodes nodes = calibration_nodes(yaml);
+  const Vec2i size = image_size(yaml);
+  CameraReader reader(path, yaml);
   const auto cameras =
       yaml.children("cameras", {"name", "video", "empty_room", "mask", "photo", "calibration"});
   if (cameras.empty()) yaml.fail("cameras", "no camera, expected at least one");
-  std::set<std::string> names;
   for (const YamlMapping& y : cameras) {
-    const std::string name = y.text("name");
-    if (!names.insert(name).second) y.fail("name", "'" + name + "' stands here a second time");
-    if (!y.has("calibration")) {
-      y.fail("calibration",
-             "camera '" + name + "' has none; expected the path of an OpenCV XML or YAML file");
-    }
-    const auto data = [&](const char* key) {
-      return y.has(key) ? find_data(y.text(key), path) : std::string();
-    };
-    for_camera(path, name, [&] {
-      CalibratedCamera c = read_calibration(data("calibration"), nodes, unit_m, static_cast<Index>(size[0]),
-                                            static_cast<Index>(size[1]));
-      c.camera.name = name;
-      c.camera.T_cam_world.R = c.camera.T_cam_world.R * transpose(R_up);
-      file.rig.cameras.push_back(c.camera);
-      file.calibrated.push_back(std::move(c));
-      file.videos.push_back(data("video"));
-      file.backgrounds.push_back(data("empty_room"));
-      file.masks.push_back(data("mask"));
-      file.photos.push_back(data("photo"));
-    });
+    file.calibrated.push_back(reader.read(y, size));
+    file.rig.cameras.push_back(file.calibrated.back().camera);
+    file.videos.push_back(reader.data(y, "video"));
+    file.backgrounds.push_back(reader.data(y, "empty_room"));
+    file.masks.push_back(reader.data(y, "mask"));
+    file.photos.push_back(reader.data(y, "photo"));
   }
+  if (!yaml.has("depth_cameras")) return file;
+  for (const YamlMapping& y : yaml.children(
+           "depth_cameras", {"name", "calibration", "depth", "image_size_px", "unit_m", "distance"}))
+    file.depths.push_back(read_depth_camera(y, reader));
   return file;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tactus/rig/camera_file.h"
+#include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/rig/silhouettes.h"
 
@@ -15,7 +16,8 @@ struct RigFile {
   Rig rig;  ///< world +Y up, metres
   std::vector<CalibratedCamera> calibrated;
   std::vector<std::string> videos, backgrounds, masks,
-      photos;  ///< one per camera, "" where not given
+      photos;                          ///< one per camera, "" where not given
+  std::vector<DepthRecording> depths;  ///< `rig` has no depth cameras until a source reads them
   BackgroundOptions background;
   std::optional<int> first_frame, last_frame;  ///< inclusive; none: all
   double frames_per_s = 50;

@@ -75,14 +75,18 @@ void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, s
   const double sigma = kCorrelation_px / 2;
   cv::GaussianBlur(field, field, {0, 0}, sigma);
   field *= noise.segmentation_px * 2 * std::sqrt(std::acos(-1.0)) * sigma;
-  // The contour lies half a pixel from either side's centres.
-  const cv::Mat moved = (within - beyond + field) > 0;
+  // Distances are from centre to centre; the contour lies half a pixel from those of either side.
+  const cv::Mat halves(size, CV_32F, cv::Scalar(0.5)), side = within > 0;
+  cv::Mat distance = within - beyond;
+  cv::subtract(distance, halves, distance, side);
+  cv::add(distance, halves, distance, ~side);
+  const cv::Mat moved = (distance + field) > 0;
   pack_mask(moved.data, mask.width_px, mask.height_px, mask);
 }
 
-void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, std::int64_t tick) {
+void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, int camera_number, std::int64_t tick) {
   if (noise.depth_m == 0 && noise.wiggle_m == 0) return;
-  cv::RNG random = generator(noise, 4, 0, tick);
+  cv::RNG random = generator(noise, 4, camera_number, tick);
   const double wave = 2 * std::acos(-1.0) / kWigglePeriod_m;
   for (float& e : distance_m.pixels) {
     if (!(e > 0)) continue;

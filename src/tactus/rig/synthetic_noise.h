@@ -26,6 +26,6 @@ double sync_error_s(const NoiseOptions& noise, int camera_number, std::int64_t t
 /// Moves the contour in and out.
 void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, std::int64_t tick);
 /// Adds wiggling and noise to what was measured; 0 stays 0.
-void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, std::int64_t tick);
+void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, int camera_number, std::int64_t tick);
 
 }  // namespace tactus

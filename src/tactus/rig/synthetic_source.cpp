@@ -68,6 +68,7 @@ Rgb8 skin(Vec3f normal, Vec3f to_eye) {
 
 Rig make_synthetic_rig(const SyntheticRigOptions& o) {
   check_range("camera_count", o.camera_count, 1, 64);
+  check_range("depth_cameras", o.depth_cameras, 0, 32);
   for (const auto& [name, size] : {std::pair{"width_px", o.width_px},
                                    {"height_px", o.height_px},
                                    {"depth_width_px", o.depth_width_px},
@@ -93,10 +94,14 @@ Rig make_synthetic_rig(const SyntheticRigOptions& o) {
     camera.name = "cam" + std::to_string(i);
     rig.cameras.push_back(camera);
   }
-  Camera depth = look_at({0, o.depth_height_m, o.depth_distance_m}, center, up, o.depth_width_px,
-                         o.depth_height_px, o.depth_focal_px);
-  depth.name = "tof";
-  rig.depth_camera = depth;
+  for (int i = 0; i < o.depth_cameras; ++i) {
+    const double angle = 2 * std::acos(-1.0) * i / o.depth_cameras;
+    const Vec3d eye{o.depth_distance_m * std::sin(angle), o.depth_height_m,
+                    o.depth_distance_m * std::cos(angle)};
+    Camera camera = look_at(eye, center, up, o.depth_width_px, o.depth_height_px, o.depth_focal_px);
+    camera.name = i == 0 ? "tof" : "tof" + std::to_string(i + 1);
+    rig.depth_cameras.push_back(camera);
+  }
   return rig;
 }
 
@@ -104,9 +109,9 @@ SyntheticSource::SyntheticSource(const SyntheticOptions& options)
     : options_(checked(options)),
       rig_(make_synthetic_rig(options_.rig)),
       figure_(make_figure(options_.figure, options_.shape)) {
-  if (!options_.depth) rig_.depth_camera.reset();
+  if (!options_.depth) rig_.depth_cameras.clear();
   for (const Camera& camera : rig_.cameras) tracers_.emplace_back(camera);
-  if (rig_.depth_camera) tracers_.emplace_back(*rig_.depth_camera);
+  for (const Camera& camera : rig_.depth_cameras) tracers_.emplace_back(camera);
   const Box3f box = figure_.bounds_m();
   for (const FigureTracer& tracer : tracers_) {  // a camera inside the figure has no silhouette to show
     const Vec3f eye = tracer.eye_m();
@@ -147,25 +152,24 @@ void SyntheticSource::trace(FrameSet& frame) {
   const std::size_t cameras = rig_.cameras.size();
   frame.silhouettes.resize(cameras);
   for (std::size_t i = 0; i < cameras; ++i) resize(frame.silhouettes[i], rig_.cameras[i]);
-  if (rig_.depth_camera) {
-    resize(frame.depth_m, *rig_.depth_camera);
-  } else {
-    frame.depth_m = {};
-  }
+  const std::size_t depths = rig_.depth_cameras.size();
+  frame.depths_m.resize(depths);
+  for (std::size_t d = 0; d < depths; ++d) resize(frame.depths_m[d], rig_.depth_cameras[d]);
   if (options_.colors) {
     distances_m_.resize(cameras);
     for (std::size_t i = 0; i < cameras; ++i) resize(distances_m_[i], rig_.cameras[i]);
   }
   const auto strips = static_cast<std::size_t>(tracers_.front().strip_count());
-  const auto depth_strips = rig_.depth_camera ? static_cast<std::size_t>(tracers_.back().strip_count()) : 0;
-  tbb::parallel_for(std::size_t{0}, cameras * strips + depth_strips, [&](std::size_t job) {
+  const auto depth_strips = static_cast<std::size_t>(tracers_.back().strip_count());
+  tbb::parallel_for(std::size_t{0}, cameras * strips + depths * depth_strips, [&](std::size_t job) {
     if (job < cameras * strips) {
       const std::size_t i = job / strips;
       tracers_[i].trace_strip(shape_, static_cast<Index>(job % strips), &frame.silhouettes[i],
                               options_.colors ? &distances_m_[i] : nullptr);
     } else {
-      tracers_.back().trace_strip(shape_, static_cast<Index>(job - cameras * strips), nullptr,
-                                  &frame.depth_m);
+      const std::size_t d = (job - cameras * strips) / depth_strips;
+      tracers_[cameras + d].trace_strip(shape_, static_cast<Index>((job - cameras * strips) % depth_strips),
+                                        nullptr, &frame.depths_m[d]);
     }
   });
   if (options_.colors) {

@@ -7,13 +7,14 @@
 namespace tactus {
 
 /// Cameras in a ring around the 1 m cube (x, z in [-0.5, 0.5], y in [0, 1]), at two heights in turn, all
-/// looking at its centre, and one time-of-flight camera in front (+z).
+/// looking at its centre, and time-of-flight cameras: the first in front (+z), others in a ring with it.
 struct SyntheticRigOptions {
   int camera_count = 8;  ///< 1..64
   Index width_px = 640, height_px = 480;
   double focal_px = 600;
   double ring_radius_m = 1.6;
   double low_m = 0.4, high_m = 1.2;  ///< heights of the cameras
+  int depth_cameras = 1;             ///< 0..32
   Index depth_width_px = 200, depth_height_px = 200;
   double depth_focal_px = 200;
   double depth_distance_m = 1.6, depth_height_m = 0.75;
@@ -28,7 +29,7 @@ struct SyntheticOptions {
   double fps = 30;              ///< frame i shows the figure at i / fps; in (0, 10000]
   std::optional<int> frames{};  ///< none: without end
   bool colors = false;          ///< shaded pictures: for viewing, about 7 times the cost of the silhouettes
-  bool depth = true;
+  bool depth = true;            ///< false: no depth cameras
   bool truth = true;  ///< volume of the figure: once when still, every frame when moving (6 ms for the hand)
   SyntheticRigOptions rig{};
 };
@@ -57,7 +58,7 @@ class SyntheticSource : public FrameSource {
   SyntheticOptions options_;
   Rig rig_;
   Figure figure_;
-  std::vector<FigureTracer> tracers_;  ///< of the cameras, then that of the depth camera
+  std::vector<FigureTracer> tracers_;  ///< of the cameras, then those of the depth cameras
   FigureShape shape_;
   std::vector<DepthImage> distances_m_;  ///< per camera, for colours
   std::optional<double> still_volume_m3_;

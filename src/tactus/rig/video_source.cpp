@@ -74,7 +74,10 @@ struct Reader {
 class VideoSource final : public FrameSource {
  public:
   VideoSource(const std::string& path, const DataOptions& options)
-      : file_(read_rig_file(path)), colors_(options.colors) {
+      : file_(read_rig_file(path)),
+        depths_(path, options.depth ? file_.depths : std::vector<DepthRecording>()),
+        colors_(options.colors) {
+    file_.rig.depth_cameras = depths_.cameras();
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
     // What FFmpeg prints about damaged files would stand beside our own message; who set the level keeps it.
     ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
@@ -108,6 +111,7 @@ class VideoSource final : public FrameSource {
     notes_.clear(readers_.size());
     tbb::parallel_for(std::size_t{0}, readers_.size(), [&](std::size_t i) { read(i, frame); });
     const NextFrame result = notes_.finish(file_.rig, frame, status_);
+    depths_.read(tick_, frame.depths_m, status_);
     if (tick_ == window_.first && !lengths_.empty()) status_ += (status_.empty() ? "" : "; ") + lengths_;
     ++tick_;
     return result;
@@ -150,6 +154,7 @@ class VideoSource final : public FrameSource {
   }
 
   RigFile file_;
+  DepthFiles depths_;
   bool colors_;
   std::vector<std::unique_ptr<Reader>> readers_;
   FrameWindow window_;

@@ -37,12 +37,15 @@ struct SourceDescription {
   bool moving = true;         ///< synthetic only
   double scale = 1;           ///< synthetic only
   Vec3d offset_m;             ///< synthetic only
+  int depth_cameras = 1;      ///< synthetic only
 };
 
 struct ReconstructionDescription {
   int resolution = 100;                  ///< voxels along the longest side of the workspace
   std::optional<BoxRegion> workspace_m;  ///< none: the rig's
   bool depth = true;                     ///< use the depth camera when the source has one
+  bool repair_masks = false;             ///< fill holes in the mask of a suspect view
+  int tolerated_views = 0;               ///< keep what up to so many views carve
   double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
 };
 

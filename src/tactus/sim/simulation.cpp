@@ -17,12 +17,13 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   }
   options.resolution = scene.reconstruction.resolution;
   options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
+  options.tolerated_views = scene.reconstruction.tolerated_views;
   return options;
 }
 
 std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
-  if (!scene.reconstruction.depth || !rig.depth_camera) return {};
-  return {&*rig.depth_camera, 1};
+  if (!scene.reconstruction.depth) return {};
+  return rig.depth_cameras;
 }
 
 float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
@@ -73,6 +74,9 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                {.restitution = static_cast<float>(scene.contact.restitution),
                 .friction = static_cast<float>(scene.contact.friction)}),
       timings_(scene.output.trace) {
+  if (scene.reconstruction.repair_masks)
+    view_scores_.emplace(devices.context(0), rig.cameras,
+                         ViewScoreOptions{.workspace_m = hull_options(scene, rig).workspace_m});
   for (const ProbeDescription& probe : scene.probes) {
     const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
                                    [&](const BodyDescription& b) { return b.name == probe.body; });
@@ -95,7 +99,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   const StageTimer whole(timings_, "frame");
   StepReport report;
   report.dt_s = scene_.frame.dt_s.value_or(dt_s);
-  reconstruct(frame);
+  reconstruct(frame, report);
   touch(report.dt_s, report);
   report.hull = hull_.report();
   if (report.status.empty())
@@ -110,16 +114,29 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
 
 std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
   if (!uses_depth_) return {};
-  return {&frame.depth_m, 1};
+  return frame.depths_m;
 }
 
-void Simulation::reconstruct(const FrameSet& frame) {
+std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::string& status) {
+  if (!view_scores_) return frame.silhouettes;
+  const StageTimer timer(timings_, "views");
+  ExecContext& ctx = devices_.context(0);
+  const std::vector<ViewScore> found = view_scores_->measure(ctx, frame.silhouettes);
+  repaired_ = frame.silhouettes;
+  const std::vector<RepairedMask> repairs = repair_masks(ctx, *view_scores_, found, repaired_);
+  status = suspect_views_text(view_scores_->cameras(), found);
+  if (!repairs.empty()) status += "; " + repairs_text(view_scores_->cameras(), repairs);
+  return repaired_;
+}
+
+void Simulation::reconstruct(const FrameSet& frame, StepReport& report) {
+  const std::span<const BitMask> masks = silhouettes(frame, report.status);
   const auto stage = [&](const char* name, auto&& body) {
     const StageTimer timer(timings_, name);
     body();
     devices_.synchronize();  // stage times are part of the report
   };
-  stage("upload", [&] { hull_.upload(frame.silhouettes, depths(frame)); });
+  stage("upload", [&] { hull_.upload(masks, depths(frame)); });
   stage("hull", [&] { hull_.carve(); });
   stage("mesh", [&] { hull_.extract(); });
 }

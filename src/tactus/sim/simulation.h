@@ -1,9 +1,11 @@
 #pragma once
 /// The frame: silhouettes in, a reconstructed surface that pushes soft bodies, snapshots out.
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "tactus/base/timing.h"
+#include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
@@ -27,6 +29,7 @@ struct FrameSnapshot {
 };
 
 /// Owns all state; one thread calls it. Stages of a frame, in order (their names are those of the timings):
+///   views      holes in masks are repaired, when the scene asks for it
 ///   upload     silhouettes to the devices                              writes masks
 ///   hull       classification, signs of nodes          reads masks     writes signs
 ///   mesh       marching cubes on the silhouettes       reads signs     writes real mesh
@@ -57,7 +60,7 @@ class Simulation {
     std::size_t body;
     Index node;
   };
-  /// The frame's depth image, or none when depth is not used.
+  /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
   /// What a recording of a frame's substeps depends on.
   struct SubstepPlan {
@@ -66,7 +69,9 @@ class Simulation {
     friend bool operator==(const SubstepPlan&, const SubstepPlan&) = default;
   };
   SubstepPlan plan_substeps(float dt_s) const;
-  void reconstruct(const FrameSet& frame);
+  /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
+  std::span<const BitMask> silhouettes(const FrameSet& frame, std::string& status);
+  void reconstruct(const FrameSet& frame, StepReport& report);
   void touch(double dt_s, StepReport& report);
   void run_substeps(ExecContext& ctx, const SubstepPlan& plan);
 
@@ -75,6 +80,8 @@ class Simulation {
   VisualHull hull_;
   SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
+  std::optional<ViewScores> view_scores_;  ///< when masks are repaired
+  std::vector<BitMask> repaired_;
   float sample_spacing_m_;
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;

@@ -40,20 +40,6 @@ void check_complete(GLuint framebuffer, const std::string& what) {
 
 }  // namespace
 
-GlStreamBuffer::GlStreamBuffer() : name_(create(glCreateBuffers)) {}
-
-bool GlStreamBuffer::upload(const void* data, std::size_t bytes) {
-  const bool grows = bytes > capacity_;
-  if (grows) {
-    if (capacity_ == 0) capacity_ = 4096;
-    while (capacity_ < bytes) capacity_ *= 2;
-    name_ = GlName<delete_buffer>(create(glCreateBuffers));
-    glNamedBufferStorage(name_.get(), static_cast<GLsizeiptr>(capacity_), nullptr, GL_DYNAMIC_STORAGE_BIT);
-  }
-  if (bytes > 0) glNamedBufferSubData(name_.get(), 0, static_cast<GLsizeiptr>(bytes), data);
-  return grows;
-}
-
 GlProgram::GlProgram(const char* what, std::initializer_list<const char*> vertex,
                      std::initializer_list<const char*> fragment)
     : name_(glCreateProgram()) {

@@ -41,19 +41,6 @@ using GlRenderbuffer = GlName<delete_renderbuffer>;
 using GlFramebuffer = GlName<delete_framebuffer>;
 using GlVertexArray = GlName<delete_vertex_array>;
 
-/// A buffer that is filled anew each frame; its room grows by doubling and never shrinks.
-class GlStreamBuffer {
- public:
-  GlStreamBuffer();
-  /// Returns whether the buffer's name has changed, so that vertex arrays must be told.
-  bool upload(const void* data, std::size_t bytes);
-  GLuint get() const { return name_.get(); }
-
- private:
-  GlName<delete_buffer> name_;
-  std::size_t capacity_ = 0;
-};
-
 /// A linked program. @throws Error with the driver's log: a driver that can't compile ours.
 class GlProgram {
  public:

@@ -65,12 +65,19 @@ void check_writable(const std::string& path) {
   if (!existed) std::remove(probe.c_str());
 }
 
+std::vector<std::uint8_t> encode_png(const ColorImage& image) {
+  if (image.empty()) throw Error("can't encode a PNG: the image is empty");
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", to_bgr(image), bytes, {cv::IMWRITE_PNG_COMPRESSION, 7}))
+    throw Error("can't encode a PNG of " + std::to_string(image.width_px) + "x" +
+                std::to_string(image.height_px) + " px");
+  return bytes;
+}
+
 void write_png(const std::string& path, const ColorImage& image) {
   check_writable(path);
   if (image.empty()) fail(path, "the image is empty");
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", to_bgr(image), bytes, {cv::IMWRITE_PNG_COMPRESSION, 4}))
-    fail(path, "the PNG encoder failed");
+  const std::vector<std::uint8_t> bytes = encode_png(image);
   {
     std::ofstream file(part_path(path), std::ios::binary);
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

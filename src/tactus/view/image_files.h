@@ -11,6 +11,9 @@ namespace tactus {
 /// Writes an 8-bit sRGB PNG. @throws Error naming the path and the reason.
 void write_png(const std::string& path, const ColorImage& image);
 
+/// The same in memory. @throws Error when the image is empty.
+std::vector<std::uint8_t> encode_png(const ColorImage& image);
+
 /// @throws Error naming the path and the reason when no file can be written there (folder missing or not
 /// writable, a folder of that name); leaves nothing behind. For checks before any work is done.
 void check_writable(const std::string& path);

@@ -8,7 +8,9 @@
 #include "tactus/base/log.h"
 #include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
+#include "tactus/view/gl_mesh.h"
 #include "tactus/view/gl_objects.h"
+#include "tactus/view/gl_photos.h"
 #include "tactus/view/projection.h"
 #include "tactus/view/shaders.h"
 
@@ -37,65 +39,6 @@ const RendererOptions& checked(const RendererOptions& o) {
     throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 0, 1, 2, 4 or 8");
   return o;
 }
-
-void check_mesh(const ViewMesh& view) {
-  const std::size_t vertices = view.mesh.positions_m.size();
-  if (!view.mesh.normals.empty() && view.mesh.normals.size() != vertices) {
-    throw Error("mesh '" + view.name + "': " + std::to_string(view.mesh.normals.size()) + " normals for " +
-                std::to_string(vertices) + " vertices");
-  }
-  if (!view.colors.empty() && view.colors.size() != vertices) {
-    throw Error("mesh '" + view.name + "': " + std::to_string(view.colors.size()) + " colours for " +
-                std::to_string(vertices) + " vertices");
-  }
-  std::uint32_t largest = 0;  // a negative index is huge as unsigned
-  for (const auto& t : view.mesh.triangles) {
-    for (const Index v : t) largest = std::max(largest, static_cast<std::uint32_t>(v));
-  }
-  if (!view.mesh.triangles.empty() && largest >= vertices) {
-    throw Error("mesh '" + view.name + "': a triangle has vertex " +
-                std::to_string(static_cast<Index>(largest)) + ", expected 0 to " +
-                std::to_string(static_cast<std::int64_t>(vertices) - 1));
-  }
-}
-
-/// A mesh on the GPU. Slots are reused from frame to frame.
-struct MeshSlot {
-  GlStreamBuffer positions, normals, colors, indices;
-  GlVertexArray array;
-  GLsizei index_count = 0;
-
-  MeshSlot() {
-    GLuint name = 0;
-    glCreateVertexArrays(1, &name);
-    array = GlVertexArray(name);
-    for (const GLuint i : {0U, 1U}) {
-      glVertexArrayAttribFormat(name, i, 3, GL_FLOAT, GL_FALSE, 0);
-      glVertexArrayAttribBinding(name, i, i);
-    }
-    glVertexArrayAttribFormat(name, 2, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
-    glVertexArrayAttribBinding(name, 2, 2);
-    glEnableVertexArrayAttrib(name, 0);
-  }
-  void upload(const ViewMesh& view) {
-    const TriangleMesh& mesh = view.mesh;
-    if (colors.upload(view.colors.data(), view.colors.size() * sizeof(Rgb8)))
-      glVertexArrayVertexBuffer(array.get(), 2, colors.get(), 0, sizeof(Rgb8));
-    (view.colors.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 2);
-    if (positions.upload(mesh.positions_m.data(), mesh.positions_m.size() * sizeof(Vec3f)))
-      glVertexArrayVertexBuffer(array.get(), 0, positions.get(), 0, sizeof(Vec3f));
-    if (normals.upload(mesh.normals.data(), mesh.normals.size() * sizeof(Vec3f)))
-      glVertexArrayVertexBuffer(array.get(), 1, normals.get(), 0, sizeof(Vec3f));
-    if (indices.upload(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0])))
-      glVertexArrayElementBuffer(array.get(), indices.get());
-    (mesh.normals.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 1);
-    index_count = static_cast<GLsizei>(3 * mesh.triangles.size());
-  }
-  void draw() const {
-    glBindVertexArray(array.get());
-    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
-  }
-};
 
 /// A line as the shader reads it.
 struct LineInstance {
@@ -141,13 +84,22 @@ struct Layout {
   Mat4 view_proj, sun_clip, sky_clip;
 };
 
+/// A box that holds the turned one.
+Box3f turned(const Box3f& box, const Mat3f& R) {
+  const Vec3f center = R * box.center(), half = 0.5F * box.extent();
+  Vec3f reach{};
+  for (int i = 0; i < 3; ++i)
+    reach[i] = std::abs(R(i, 0)) * half.x + std::abs(R(i, 1)) * half.y + std::abs(R(i, 2)) * half.z;
+  return {center - reach, center + reach};
+}
+
 /// Bounds of the meshes, else a small box around the camera's target.
 Box3f mesh_bounds(const ViewScene& scene, const ViewCamera& camera) {
   bool any = false;
   Box3f box;
   for (const ViewMesh& view : scene.meshes) {
-    if (view.mesh.positions_m.empty()) continue;
-    const Box3f b = bounds(view.mesh);
+    if (view.mesh.positions_m.empty() && !view.device) continue;
+    const Box3f b = turned(view.device ? view.device->box_m : bounds(view.mesh), view.R_world_mesh);
     box = any ? Box3f{min(box.min, b.min), max(box.max, b.max)} : b;
     any = true;
   }
@@ -234,13 +186,23 @@ struct Renderer::Impl {
     GlDepthMap sun_map, sky_map;
     GlHeightMap height_map;
     GlVertexArray no_attributes;
-    std::vector<MeshSlot> meshes;
+    std::vector<GlMesh> meshes;
+    std::unique_ptr<GlPhotoPrograms> photo_programs;  ///< made when the first photos come
+    std::vector<std::unique_ptr<GlPhotos>> photos;    ///< of the meshes that wear some
     LineSlot lines;
   };
 
   void upload(const ViewScene& scene) {
     while (gl->meshes.size() < scene.meshes.size()) gl->meshes.emplace_back();
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].upload(scene.meshes[i]);
+    gl->photos.resize(gl->meshes.size());
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+      gl->meshes[i].upload(scene.meshes[i]);
+      if (!scene.meshes[i].photos) continue;
+      if (!gl->photo_programs) gl->photo_programs = std::make_unique<GlPhotoPrograms>();
+      if (!gl->photos[i]) gl->photos[i] = std::make_unique<GlPhotos>();
+      gl->photos[i]->upload(scene.meshes[i]);
+      gl->photos[i]->draw_maps(*gl->photo_programs, gl->meshes[i], gl->no_attributes);
+    }
     gl->lines.upload(scene.lines);
   }
 
@@ -252,7 +214,7 @@ struct Renderer::Impl {
     set(gl->depth, "view_proj", clip);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(slope, 2 * slope);
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].draw();
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].draw(gl->depth);
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
@@ -288,18 +250,31 @@ struct Renderer::Impl {
                        static_cast<float>(options.height_px));
   }
 
-  void draw_surface(const ViewMesh& view, const MeshSlot& slot) {
+  /// The program that draws a mesh, told all about it.
+  const GlProgram& prepare(const ViewMesh& view, std::size_t i) {
     const Material& m = view.material;
+    if (view.photos) {
+      gl->photos[i]->bind(*gl->photo_programs);
+      set(gl->photo_programs->surface, "opacity", clamp(m.opacity, 0.F, 1.F));
+      return gl->photo_programs->surface;
+    }
     set(gl->surface, "albedo", to_linear(m.color));
     set(gl->surface, "roughness", clamp(m.roughness, 0.05F, 1.F));
     set(gl->surface, "specular", clamp(m.specular, 0.F, 1.F));
     set(gl->surface, "softness", clamp(m.softness, 0.F, 1.F));
     set(gl->surface, "opacity", clamp(m.opacity, 0.F, 1.F));
     set(gl->surface, "is_photographed", !view.colors.empty());
-    set(gl->surface, "flat_shaded", view.mesh.normals.empty());
-    glUseProgram(gl->surface.get());
+    set(gl->surface, "flat_shaded", view.device ? view.device->normals.empty() : view.mesh.normals.empty());
+    return gl->surface;
+  }
+
+  void draw_surface(const ViewMesh& view, std::size_t i) {
+    const Material& m = view.material;
+    const GlMesh& slot = gl->meshes[i];
+    const GlProgram& program = prepare(view, i);
+    glUseProgram(program.get());
     (m.two_sided ? glDisable : glEnable)(GL_CULL_FACE);
-    slot.draw();
+    slot.draw(program);
     if (m.wireframe > 0) {
       glUseProgram(gl->wire.get());
       set(gl->wire, "strength", clamp(m.wireframe, 0.F, 1.F));
@@ -307,7 +282,7 @@ struct Renderer::Impl {
       glEnable(GL_POLYGON_OFFSET_LINE);
       glPolygonOffset(-1, -1);
       glEnable(GL_BLEND);
-      slot.draw();
+      slot.draw(gl->wire);
       glDisable(GL_BLEND);
       glDisable(GL_POLYGON_OFFSET_LINE);
       glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
@@ -316,25 +291,28 @@ struct Renderer::Impl {
   }
 
   /// Depth first, so that only the layer nearest to the eye is blended.
-  void draw_translucent(const ViewMesh& view, const MeshSlot& slot) {
+  void draw_translucent(const ViewMesh& view, std::size_t i) {
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    draw_surface(view, slot);
+    draw_surface(view, i);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glEnable(GL_BLEND);
-    draw_surface(view, slot);
+    draw_surface(view, i);
     glDisable(GL_BLEND);
   }
 
   void draw_picture(const ViewScene& scene, const ViewCamera& camera, const Layout& l) {
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
     glViewport(0, 0, options.width_px, options.height_px);
-    glClear(GL_DEPTH_BUFFER_BIT);
+    const Vec3f plain = scene.background.value_or(Vec3f{});
+    glClearColor(plain.x, plain.y, plain.z, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glBindTextureUnit(0, gl->sun_map.texture.get());
     glBindTextureUnit(1, gl->height_map.texture.get());
     for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
       set_light(*p, l, camera.eye_m());
+    if (gl->photo_programs) set_light(gl->photo_programs->surface, l, camera.eye_m());
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-      if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], gl->meshes[i]);
+      if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], i);
     }
     glBindVertexArray(gl->no_attributes.get());
     if (scene.ground && camera.eye_m().y > scene.ground_height_m) {
@@ -344,8 +322,10 @@ struct Renderer::Impl {
       set(gl->ground, "tile_m", max(scene.ground_tile_m, 1e-4F));
       glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
-    glUseProgram(gl->background.get());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    if (!scene.background) {
+      glUseProgram(gl->background.get());
+      glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
     if (!scene.lines.empty()) {
       set(gl->line, "near_m", l.near_m);
       glUseProgram(gl->line.get());
@@ -354,7 +334,7 @@ struct Renderer::Impl {
       glDisable(GL_BLEND);
     }
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-      if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], gl->meshes[i]);
+      if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], i);
     }
   }
 
@@ -416,6 +396,12 @@ void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorIma
 }
 
 const std::string& Renderer::description() const { return impl_->context.description(); }
+
+std::string Renderer::sharing(const Device& device) {
+  const GlContext context;
+  const GlContext::Current current(context);
+  return gl_sharing(device).text;
+}
 
 std::string Renderer::why_unavailable() {
   try {

@@ -38,6 +38,8 @@ class Renderer {
 
   /// The driver's name and version, for reports.
   const std::string& description() const;
+  /// How surfaces in the memory of `device` reach OpenGL here, for reports: shared, or copied and why.
+  static std::string sharing(const Device& device);
   /// Empty when pictures can be drawn here, else the reason.
   static std::string why_unavailable();
 

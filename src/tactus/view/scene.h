@@ -1,8 +1,11 @@
 #pragma once
 /// What a picture shows: a snapshot that owns its data, so that the simulation never waits for the picture.
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tactus/compute/exec_context.h"
 #include "tactus/geom/camera.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
@@ -29,12 +32,37 @@ inline Material soft_material() {
   return {.color = {0.66F, 0.10F, 0.17F}, .roughness = 0.24F, .specular = 0.05F, .softness = 0.7F};
 }
 
+/// Photographs that colour a surface fragment by fragment, for whoever looks (Shao et al. 2019, "Texture
+/// mapping"; PhotoChoice has the formula). Surfaces that wear them have normals.
+struct ViewPhotos {
+  std::vector<Camera> cameras;     ///< 1 to 32, in the frame of the mesh
+  std::vector<ColorImage> images;  ///< one a camera, of its size; an empty one: the camera missed the tick
+  Index k = 1;                     ///< cameras that a fragment is coloured from, 1 as in the paper
+  float voxel_size_m = 0;          ///< grain of the test for what hides, > 0: the voxel of the hull
+  Vec3f center_m{};                ///< (mesh frame) middle of the workspace, where that grain is meant
+};
+
+/// A surface in the memory of a device. On a GPU that draws, too, it stays there; else it is copied.
+struct DeviceSurface {
+  ExecContext* ctx = nullptr;  ///< all that made it was submitted here
+  View<const Vec3f> positions_m, normals;
+  View<const Vec3i> triangles;
+  Box3f box_m;                      ///< holds it
+  View<const Rgb8> photos;          ///< those of ViewPhotos, one after another, instead of `images`; or none
+  std::uint32_t live_photos = ~0U;  ///< bit c: camera c has a photo of this tick
+};
+
 struct ViewMesh {
   std::string name;
-  TriangleMesh mesh;  ///< [m], world; drawn flat-shaded when it has no normals
+  TriangleMesh mesh{};  ///< [m]; drawn flat-shaded when it has no normals
   Material material{};
   /// One a vertex, or none: photographed colours, which hold their light already and are shown as they are.
+  /// With `photos`, they are for what no photo shows.
   std::vector<Rgb8> colors{};
+  std::shared_ptr<const ViewPhotos> photos{};
+  std::optional<DeviceSurface> device{};  ///< instead of `mesh`; stays valid until the picture is drawn
+  /// Turns the mesh, and the cameras of its photos with it: data sets have their own idea of up.
+  Mat3f R_world_mesh = Mat3f::identity();
 };
 
 /// A straight line, as wide on the picture wherever it is.
@@ -48,9 +76,10 @@ struct ViewScene {
   std::vector<ViewMesh> meshes;
   std::vector<ViewLine> lines;
   bool ground = true;
-  float ground_height_m = 0;      ///< y of the ground
-  float ground_tile_m = 0.1F;     ///< side of a tile of its pattern
-  Vec3f sun{-0.5F, 0.9F, 0.55F};  ///< direction towards the key light, world, any length
+  std::optional<Vec3f> background{};  ///< sRGB, plain; without: light grey that darkens towards the corners
+  float ground_height_m = 0;          ///< y of the ground
+  float ground_tile_m = 0.1F;         ///< side of a tile of its pattern
+  Vec3f sun{-0.5F, 0.9F, 0.55F};      ///< direction towards the key light, world, any length
 };
 
 /// Adds the pyramid of a camera of the rig: the rays of the image's corners up to `depth_m`, and its rim.

@@ -76,15 +76,16 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 photographed;
 uniform mat4 view_proj;
+uniform mat3 turn;
 out vec3 p;
 out vec3 n;
 out vec3 photo_color;
 invariant gl_Position;
 void main() {
-  p = position;
-  n = normal;
+  p = turn * position;
+  n = turn * normal;
   photo_color = photographed;
-  gl_Position = view_proj * vec4(position, 1);
+  gl_Position = view_proj * vec4(p, 1);
 }
 )";
 

@@ -30,4 +30,8 @@ void exclusive_scan(int, void*, std::size_t, const int*, int*, int, void*) { abs
 void exclusive_scan(int, void*, std::size_t, const std::uint64_t*, std::uint64_t*, int, void*) { absent(); }
 void compact(int, void*, std::size_t, const int*, int*, int*, int, void*) { absent(); }
 void sort_pairs(int, void*, std::size_t, unsigned*, int*, unsigned*, int*, int, int, void*) { absent(); }
+std::string why_not_shared_with_gl(int) { return status_text(); }
+void* register_gl_buffer(int, unsigned) { absent(); }
+void unregister_gl_buffer(int, void*) noexcept {}
+void copy_to_gl_buffer(int, void*, const void*, std::size_t, void*) { absent(); }
 }  // namespace tactus::cuda

@@ -45,4 +45,10 @@ void compact(int ordinal, void* scratch, std::size_t scratch_bytes, const int* f
 void sort_pairs(int ordinal, void* scratch, std::size_t scratch_bytes, unsigned* keys, int* values,
                 unsigned* keys2, int* values2, int n, int key_bits, void* stream);
 
+/// OpenGL's buffers; see gl_sharing.h.
+std::string why_not_shared_with_gl(int ordinal);
+void* register_gl_buffer(int ordinal, unsigned gl_buffer);
+void unregister_gl_buffer(int ordinal, void* resource) noexcept;
+void copy_to_gl_buffer(int ordinal, void* resource, const void* from, std::size_t bytes, void* stream);
+
 }  // namespace tactus::cuda

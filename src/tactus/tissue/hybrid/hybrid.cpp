@@ -28,6 +28,10 @@ std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const El
   return material;
 }
 
+FlsmStep matching_step(const HybridStep& step) {
+  return {.dt_s = step.dt_s * static_cast<float>(step.matched_every), .full_stiffness = step.full_stiffness};
+}
+
 }  // namespace
 
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched) {
@@ -67,6 +71,7 @@ struct Hybrid::Layout {
   std::vector<Index> matched_nodes;  ///< of the part, per node of matched
   std::vector<Index> matched_node;   ///< of matched, per node of the part; -1: none
   std::vector<float> share, inverse_mass_per_kg;
+  std::vector<Index> only_matched;
 };
 
 Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
@@ -97,6 +102,11 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
     share[static_cast<std::size_t>(node)] =
         matched.lattice.node_mass_kg[i] / part.lattice.node_mass_kg[static_cast<std::size_t>(node)];
   }
+  only_matched.assign(nodes, 1);
+  for (std::size_t c = 0; c < material.size(); ++c) {
+    if (material[c] == Tled::kNoElement) continue;
+    for (const Index i : part.lattice.cube_nodes[c]) only_matched[static_cast<std::size_t>(i)] = 0;
+  }
   if (!others.node.empty())
     regions = flsm_layers(make_flsm_regions(others.lattice, half_width), others.lattice, own);
   own = {own.begin - window.begin, own.end - window.begin};
@@ -124,47 +134,71 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
   inverse_mass_per_kg_ = to_device(ctx, layout.inverse_mass_per_kg);
   const std::vector<std::uint8_t>& fixed = layout.part.lattice.fixed;
   fixed_ = to_device(ctx, std::vector<Index>(fixed.begin(), fixed.end()));
+  only_matched_ = to_device(ctx, layout.only_matched);
 }
 
-void Hybrid::check_step(float dt_s) const {
-  if (has_elements_) tled_.check_step(dt_s);
+void Hybrid::check_step(const HybridStep& step, int count) const {
+  if (has_elements_) tled_.check_step(step.dt_s);
+  if (step.matched_every < 1 || count % step.matched_every != 0)
+    throw Error("shape matching every " + std::to_string(step.matched_every) + " of " +
+                std::to_string(count) + " substeps: expected a positive number that divides them");
+}
+
+int Hybrid::most_matched_every(float dt_s) const {
+  return flsm_ ? std::max(1, static_cast<int>(1 / (flsm_->omega_per_s() * dt_s))) : 1;
 }
 
 void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count) {
+  check_step(step, count);
   if (!flsm_)
     return tled_.step(ctx, state,
                       {.dt_s = step.dt_s, .gravity_m_s2 = step.gravity_m_s2, .drag_per_s = step.drag_per_s},
                       count);
-  check_step(step.dt_s);
   for (int k = 0; k < count; ++k) {
-    sum_forces(ctx, state, step);
-    move(ctx, state, step);
+    sum_forces(ctx, state, step, k);
+    move(ctx, state, step, k);
   }
 }
 
-void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step) {
+void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k) {
   if (has_elements_) tled_.compute_forces(ctx, state);
-  if (!flsm_) return;
+  if (!flsm_ || k % step.matched_every != 0) return;
   ctx.parallel_for(
       "hybrid/gather", matched_nodes_.size(),
       hybrid::GatherNodes{state.x_m.const_view(), state.v_m_s.const_view(), matched_nodes_.const_view(),
                           matched_.x_m.view(), matched_.v_m_s.view()});
-  flsm_->compute_goals(ctx, matched_, {.dt_s = step.dt_s, .full_stiffness = step.full_stiffness});
+  flsm_->compute_goals(ctx, matched_, matching_step(step));
 }
 
-void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step) {
-  const FlsmStep matching{.dt_s = step.dt_s, .full_stiffness = step.full_stiffness};
+void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k) {
+  const FlsmStep matching = matching_step(step);
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
   const auto own = [&](auto view) { return view.part(own_nodes_.begin, own_nodes_.count()); };
-  ctx.parallel_for(
-      "hybrid/integrate", own_nodes_.count(),
-      hybrid::Integrate{own(state.x_m.view()), own(state.v_m_s.view()), own(state.f_ext_N.const_view()),
-                        tled_.force_fields_N(), own(tled_.cell()), own(matched_node_.const_view()),
-                        goals.cell, goals.sum_m, goals.inverse_region_nodes, own(matched_share_.const_view()),
-                        own(inverse_mass_per_kg_.const_view()), own(fixed_.const_view()), tled_.cells(),
-                        goals.cells, step.gravity_m_s2, step.dt_s,
-                        flsm_ ? flsm_->kappa(matching) / step.dt_s : 0,
-                        flsm_ ? flsm_->damping_time_s(matching) : 0, 1 / (1 + step.dt_s * step.drag_per_s)});
+  const auto drag = [&](float dt_s) { return 1 / (1 + dt_s * step.drag_per_s); };
+  ctx.parallel_for("hybrid/integrate", own_nodes_.count(),
+                   hybrid::Integrate{.x_m = own(state.x_m.view()),
+                                     .v_m_s = own(state.v_m_s.view()),
+                                     .f_ext_N = own(state.f_ext_N.const_view()),
+                                     .f_int_N = tled_.force_fields_N(),
+                                     .element_cell = own(tled_.cell()),
+                                     .matched_node = own(matched_node_.const_view()),
+                                     .matched_cell = goals.cell,
+                                     .goal_sum_m = goals.sum_m,
+                                     .inverse_region_nodes = goals.inverse_region_nodes,
+                                     .matched_share = own(matched_share_.const_view()),
+                                     .inverse_mass_per_kg = own(inverse_mass_per_kg_.const_view()),
+                                     .fixed = own(fixed_.const_view()),
+                                     .only_matched = own(only_matched_.const_view()),
+                                     .element_cells = tled_.cells(),
+                                     .matched_cells = goals.cells,
+                                     .gravity_m_s2 = step.gravity_m_s2,
+                                     .dt_s = step.dt_s,
+                                     .dt_matched_s = matching.dt_s,
+                                     .stiffness_per_s = flsm_ ? flsm_->kappa(matching) / matching.dt_s : 0,
+                                     .damping_time_s = flsm_ ? flsm_->damping_time_s(matching) : 0,
+                                     .drag = drag(step.dt_s),
+                                     .drag_matched = drag(matching.dt_s),
+                                     .new_goals = k % step.matched_every == 0});
 }
 
 float Hybrid::stable_step_s() const {

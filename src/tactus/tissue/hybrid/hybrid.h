@@ -21,6 +21,10 @@ struct HybridStep {
   Vec3f gravity_m_s2{0, -9.81F, 0};
   float drag_per_s = 0;
   bool full_stiffness = false;  ///< shape matching with kappa = 1, the paper's choice
+  /// So many substeps of the elements are one of shape matching, whose goals cost most: nodes that only it
+  /// moves go that far at once, those of both get its pull in equal parts, so that momentum is kept. No more
+  /// than Hybrid::most_matched_every, or the material is softer than it should be.
+  int matched_every = 1;
 };
 
 /// Solver of one body, or of some layers of it, on one device. Between two steps anyone may change x and v
@@ -36,12 +40,16 @@ class Hybrid {
 
   /// So many substeps. @throws Error when dt_s exceeds what the elements bear, naming the limit.
   void step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count = 1);
-  void check_step(float dt_s) const;
+  /// @throws Error for what step() would not do.
+  void check_step(const HybridStep& step, int count) const;
 
-  /// A substep in two pieces, for those who exchange nodes with other devices: goals and forces of own nodes
+  /// Substep k in two pieces, for those who exchange nodes with other devices: goals and forces of own nodes
   /// (they read all nodes), then the own nodes move.
-  void sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step);
-  void move(ExecContext& ctx, BodyState& state, const HybridStep& step);
+  void sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k);
+  void move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k);
+
+  /// The most for which shape matching still has its material's stiffness, at least 1.
+  int most_matched_every(float dt_s) const;
 
   /// Substeps that keep the elements stable (waves faster than at rest by speed_ratio) and shape matching at
   /// its material's stiffness.
@@ -70,6 +78,7 @@ class Hybrid {
   BodyState matched_;  ///< of the shape-matched part
   Buffer<Index> matched_nodes_, matched_node_, fixed_;
   Buffer<float> matched_share_, inverse_mass_per_kg_;
+  Buffer<Index> only_matched_;  ///< per node: 1: in no element
 };
 
 }  // namespace tactus

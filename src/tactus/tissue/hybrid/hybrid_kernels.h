@@ -45,7 +45,8 @@ struct PullNodes {
 
 /// Forces of elements and goals of shape matching in one step [P 7, 13-14]: v+ = v + (m^F/m) kappa (g - x)/dt
 /// + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+. m^F is a node's mass from shape-matched cubes alone, so
-/// what both sides hold is counted once and no coefficient couples them.
+/// what both sides hold is counted once and no coefficient couples them. Goals may be older than this
+/// substep.
 struct Integrate {
   View<Vec3f> x_m, v_m_s;
   View<const Vec3f> f_ext_N;
@@ -58,11 +59,14 @@ struct Integrate {
   View<const double> goal_sum_m, inverse_region_nodes;
   View<const float> matched_share;  ///< m^F / m, per node of the body
   View<const float> inverse_mass_per_kg;
-  View<const Index> fixed;
+  View<const Index> fixed, only_matched;
   Index element_cells, matched_cells;
   Vec3f gravity_m_s2;
-  float dt_s, stiffness_per_s;  ///< kappa / dt
-  float damping_time_s, drag;   ///< of shape matching; drag: 1 / (1 + dt drag_per_s)
+  float dt_s, dt_matched_s;
+  float stiffness_per_s;     ///< kappa / dt_matched
+  float damping_time_s;      ///< of shape matching
+  float drag, drag_matched;  ///< 1 / (1 + dt drag_per_s)
+  bool new_goals;
 
   TACTUS_HD Vec3f to_goal(Index matched, Vec3f x, Vec3f v) const {
     const Index d = matched_cell[matched];
@@ -75,15 +79,18 @@ struct Integrate {
   }
 
   TACTUS_HD void operator()(Index i) const {
+    const bool alone = only_matched[i] != 0;
+    if (alone && !new_goals) return;
     const Vec3f x = x_m[i], v = v_m_s[i];
     const Index d = element_cell[i], matched = matched_node[i];
+    const float dt = alone ? dt_matched_s : dt_s;
     const Vec3f f =
         Vec3f{f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]} + f_ext_N[i];
-    Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
-    if (matched >= 0) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
-    const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
+    Vec3f dv = dt * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
+    if (matched >= 0 && new_goals) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
+    const Vec3f next = fixed[i] != 0 ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;
-    x_m[i] = x + dt_s * next;
+    x_m[i] = x + dt * next;
   }
 };
 

@@ -97,7 +97,7 @@ void HybridSlabs::step(const HybridStep& step, int count) {
   Part& first = *parts_.front();
   if (parts_.size() == 1) return first.tissue.step(first.ctx, first.state, step, count);
   for (auto& part : parts_) {
-    part->tissue.check_step(step.dt_s);
+    part->tissue.check_step(step, count);
     part->ctx.record(part->moved);
   }
   first.tissue.flsm() ? step_both(step, count) : step_elements(step, count);
@@ -141,9 +141,9 @@ void HybridSlabs::step_both(const HybridStep& step, int count) {
     }
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       Part& part = *parts_[p];
-      part.tissue.sum_forces(part.ctx, part.state, step);
+      part.tissue.sum_forces(part.ctx, part.state, step, k);
       for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
-      part.tissue.move(part.ctx, part.state, step);
+      part.tissue.move(part.ctx, part.state, step, k);
       part.ctx.record(part.moved);
     }
   }

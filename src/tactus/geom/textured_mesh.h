@@ -1,0 +1,16 @@
+#pragma once
+/// A mesh that wears a picture.
+#include "tactus/geom/image.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+/// Vertices along seams are repeated: one position, several places in the atlas.
+struct TexturedMesh {
+  TriangleMesh mesh;
+  std::vector<Vec2f> uv;     ///< one a vertex, 0 to 1 from the atlas' top left corner
+  std::vector<Rgb8> colors;  ///< one a vertex, sRGB: multiplies the atlas; white where a photo shows
+  ColorImage atlas;
+};
+
+}  // namespace tactus

@@ -1,0 +1,67 @@
+#include "tactus/rig/depth_images.h"
+
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/image_reading.h"
+
+namespace tactus {
+
+struct DepthUndistortion::Map {
+  Index width_px = 0, height_px = 0;
+  std::vector<std::int32_t> source;    ///< pixel of the distorted image, or -1
+  std::vector<float> radial_per_unit;  ///< metres of radial distance per unit of the image
+};
+
+DepthUndistortion::DepthUndistortion(const CalibratedCamera& calibrated, const DepthEncoding& encoding)
+    : map_(std::make_unique<Map>()) {
+  const Camera& c = calibrated.camera;
+  const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, c.skew_px, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
+  cv::Mat u, v;
+  cv::initUndistortRectifyMap(K, calibrated.distortion, cv::Mat(), K, {c.width_px, c.height_px}, CV_32FC1, u,
+                              v);
+  map_->width_px = c.width_px;
+  map_->height_px = c.height_px;
+  for (Index y = 0; y < c.height_px; ++y) {
+    for (Index x = 0; x < c.width_px; ++x) {
+      const double ry = (y - c.cy_px) / c.fy_px, rx = (x - c.cx_px - c.skew_px * ry) / c.fx_px;
+      const double radius2 = rx * rx + ry * ry;
+      const bool known = encoding.metric_radius <= 0 || radius2 <= sqr(encoding.metric_radius);
+      const long su = std::lround(u.at<float>(y, x)), sv = std::lround(v.at<float>(y, x));
+      const bool seen = known && su >= 0 && sv >= 0 && su < c.width_px && sv < c.height_px;
+      map_->source.push_back(seen ? static_cast<std::int32_t>(sv * c.width_px + su) : -1);
+      map_->radial_per_unit.push_back(
+          static_cast<float>(encoding.unit_m * (encoding.is_radial ? 1 : std::sqrt(1 + radius2))));
+    }
+  }
+}
+DepthUndistortion::~DepthUndistortion() = default;
+DepthUndistortion::DepthUndistortion(DepthUndistortion&&) noexcept = default;
+
+void DepthUndistortion::radial_m(const Image<std::uint16_t>& raw, DepthImage& result) const {
+  if (result.width_px != map_->width_px || result.height_px != map_->height_px)
+    result = DepthImage(map_->width_px, map_->height_px);
+  for (std::size_t i = 0; i < map_->source.size(); ++i) {
+    const std::int32_t from = map_->source[i];
+    const auto units = from < 0 ? 0.F : static_cast<float>(raw.pixels[static_cast<std::size_t>(from)]);
+    result.pixels[i] = units * map_->radial_per_unit[i];
+  }
+}
+
+Image<std::uint16_t> read_depth_png(const std::string& file, Index width_px, Index height_px) {
+  const cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_16UC1) throw Error(file + ": expected distances as 16-bit grey");
+  if (image.cols != width_px || image.rows != height_px)
+    throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                " pixels, expected " + std::to_string(width_px) + "x" + std::to_string(height_px));
+  Image<std::uint16_t> result(width_px, height_px);
+  for (Index y = 0; y < height_px; ++y) {
+    const auto* row = image.ptr<std::uint16_t>(y);
+    std::copy(row, row + width_px, &result(0, y));
+  }
+  return result;
+}
+
+}  // namespace tactus
