@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -214,6 +215,36 @@ TEST_F(Cli, ReconstructsASphereAndMeasuresIt) {
   EXPECT_GT(f["recall"].get<double>(), 0.98);
   for (const char* stage : {"upload", "hull", "mesh", "total"}) EXPECT_GT(f["ms"][stage].get<double>(), 0);
   EXPECT_GT(fs::file_size(path("s.ply")), 100'000U);
+}
+
+TEST_F(Cli, ReconstructWritesTexturedGltf) {
+  ASSERT_EQ(run("synth hand --out " + path("data") + " --cameras 6").code, 0);
+  const std::string base =
+      "reconstruct --source masks " + path("data/rig.yaml") + " --resolution 64 --devices cpu ";
+  const Outcome plain = run(base + "--json " + path("plain.json"));
+  const Outcome o =
+      run(base + "--smooth 2 --texture 2 --mesh " + path("t.glb") + " --json " + path("t.json"));
+  ASSERT_EQ(plain.code, 0) << plain.text;
+  ASSERT_EQ(o.code, 0) << o.text;
+  // The same surface to the smoothing's 1e-4 of its volume; it comes back from the file as it was.
+  const nlohmann::json before = read("plain.json")["frames"][0], after = read("t.json")["frames"][0];
+  const double volume = before["volume_m3"].get<double>();
+  EXPECT_NEAR(after["volume_m3"].get<double>(), volume, 1e-4 * volume);
+  EXPECT_EQ(after["triangles"], before["triangles"]);
+  EXPECT_GT(after["ms"]["smooth"].get<double>(), 0);
+  std::ifstream file(path("t.glb"), std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  ASSERT_EQ(bytes.substr(0, 4), "glTF");
+  std::uint32_t json_bytes = 0;
+  std::memcpy(&json_bytes, bytes.data() + 12, 4);
+  const nlohmann::json gltf = nlohmann::json::parse(bytes.substr(20, json_bytes));
+  const nlohmann::json& primitive = gltf["meshes"][0]["primitives"][0];
+  EXPECT_EQ(gltf["accessors"][primitive["indices"].get<std::size_t>()]["count"].get<std::int64_t>(),
+            3 * after["triangles"].get<std::int64_t>());
+  EXPECT_TRUE(primitive["attributes"].contains("TEXCOORD_0"));
+  EXPECT_EQ(gltf["images"][0]["mimeType"], "image/png");
+  const Outcome again = run("synth " + path("t.glb") + " --out " + path("again"));
+  EXPECT_EQ(again.code, 0) << again.text;
 }
 
 TEST_F(Cli, SynthWritesWhatReconstructReads) {

@@ -9,6 +9,7 @@
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/mesh_defects.h"
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/embedded_surface.h"
@@ -71,6 +72,55 @@ TEST(PointInMesh, AgreesWithTheFunctionOfASphere) {
   }
 }
 
+/// Two balls that overlap: crossings lie on their common circle, and don't depend on how the axes are named,
+/// which changes how they are searched for. Apart, there is none.
+TEST(SelfCrossings, AreFoundWhateverTheAxes) {
+  const TriangleMesh one = surface_nets(sphere, kSphereBox, 0.003F);
+  const auto both = [&](Vec3f shift, int turns) {
+    TriangleMesh mesh = one;
+    const auto count = static_cast<Index>(one.positions_m.size());
+    for (const Vec3f p : one.positions_m) mesh.positions_m.push_back(p + shift);
+    for (const auto& t : one.triangles) mesh.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+    for (Vec3f& p : mesh.positions_m)
+      for (int k = 0; k < turns; ++k) p = {p.y, p.z, p.x};
+    return find_self_crossings(mesh);
+  };
+  const Vec3f shift{0.0301F, 0.0123F, 0.0207F};
+  const SelfCrossings found = both(shift, 0);
+  // The circle is 0.14 m round, crossed by some edges of 3 mm from both sides.
+  EXPECT_GT(found.pairs, 40);
+  EXPECT_LT(found.pairs, 400);
+  EXPECT_NEAR(length(found.first_m), 0.03F, 5e-4F);
+  EXPECT_NEAR(length(found.first_m - shift), 0.03F, 5e-4F);
+  EXPECT_EQ(both(shift, 1).pairs, found.pairs);
+  EXPECT_EQ(both(shift, 2).pairs, found.pairs);
+  EXPECT_EQ(both({0.061F, 0, 0}, 0).pairs, 0);
+}
+
+/// Of a closed mesh it is the number of turns, up to the dipoles' 1e-2; without half of the sphere, what the
+/// rest fills of the solid angle.
+TEST(PointInMesh, GeneralizedWindingNumber) {
+  TriangleMesh mesh = surface_nets(sphere, kSphereBox, 0.002F);
+  const PointInMesh whole(mesh, MeshFill::winding);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> u(-0.05F, 0.05F);
+  for (int k = 0; k < 2000; ++k) {
+    const Vec3f p{u(random), u(random), u(random)};
+    if (std::abs(sphere(p)) < 5e-4F) continue;  // the net is not the sphere
+    EXPECT_NEAR(whole.generalized_winding(p), sphere(p) < 0 ? 1 : 0, 0.02);
+    EXPECT_EQ(whole.inside(p), sphere(p) < 0);
+  }
+  std::erase_if(mesh.triangles,
+                [&](const std::array<Index, 3>& t) { return mesh.positions_m[at(t[0])].z > 0; });
+  const PointInMesh half(mesh, MeshFill::winding);
+  // From (0, 0, -d) the open disc of radius r fills (1 - d / sqrt(d^2 + r^2)) / 2 of all directions; its rim
+  // is a jag of up to 2 mm above it, which takes 0.5 * 1 mm / 30 mm from that on average.
+  for (const float d : {0.005F, 0.01F, 0.02F}) {
+    const double disc = 0.5 * (1 - static_cast<double>(d) / std::hypot(static_cast<double>(d), 0.03));
+    EXPECT_NEAR(half.generalized_winding({0, 0, -d}), 1 - disc + 0.017, 0.03) << d;
+  }
+}
+
 TEST(SurfaceNets, SmoothBodyGivesClosedManifold) {
   const TriangleMesh mesh = surface_nets(sphere, kSphereBox, 0.003F);
   const MeshTopology t = topology(mesh);
@@ -117,6 +167,15 @@ TEST(CubeLattice, HollowBodyStaysHollowAndBoxFits) {
   for (const auto& t : hole.triangles) shell.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
   // The hole spans cubes 3..6 along each axis; its faces lie within the outermost of those: 2^3 stay empty.
   EXPECT_EQ(lattice_from_mesh(shell, {}).cube_count(), 1000 - 8);
+}
+
+/// Faces on planes of the lattice touch no cube's inside, and still keep inside and outside apart.
+TEST(CubeLattice, FacesOnLatticePlanesDoNotLeak) {
+  TriangleMesh shell = box_mesh({0, 0, 0}, {0.05F, 0.05F, 0.05F});
+  const TriangleMesh hole = box_mesh({0.015F, 0.02F, 0.01F}, {0.035F, 0.03F, 0.035F});
+  for (const Vec3f p : hole.positions_m) shell.positions_m.push_back(p);
+  for (const auto& t : hole.triangles) shell.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
+  EXPECT_EQ(lattice_from_mesh(shell, {}).cube_count(), 1000 - 4 * 2 * 5);
 }
 
 TEST(CubeLattice, FixedNodes) {
@@ -253,7 +312,8 @@ TEST(CubeLattice, ScannedHandFillsItsVolume) {
   const float scale = 0.2F / max(e.x, max(e.y, e.z));
   for (Vec3f& p : mesh.positions_m) p = scale * (p - box.center());
   if (!topology(mesh).closed_manifold()) {
-    EXPECT_NE(message_of([&] { lattice_from_mesh(mesh, {}); }).find("not closed"), std::string::npos);
+    EXPECT_NE(message_of([&] { lattice_from_mesh(mesh, {}); }).find("does not bound a solid"),
+              std::string::npos);
     return;
   }
   const CubeLattice lattice = lattice_from_mesh(mesh, {.spacing_m = 0.002F});

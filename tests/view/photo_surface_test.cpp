@@ -255,6 +255,33 @@ TEST_F(PhotoSurface, ASurfaceOnADeviceLooksLikeOneOnTheHost) {
   EXPECT_GE(sets, 3);
 }
 
+TEST_F(PhotoSurface, ATurnedSurfaceTakesItsPhotosAlong) {
+  // Turned about the vertical together with the viewer, nothing changes but the last bits: a pixel may flip
+  // at outlines and where two cameras are equally good, a few per row and line; others keep their colour
+  // to 1.
+  const Stage& stage = two_balls();
+  Renderer renderer(plain());
+  constexpr float kTurn_rad = 0.9F;
+  for (const Index k : {1, 3}) {
+    ViewScene scene = scene_of(stage, photos_of(stage, k, stage.photos()));
+    scene.background = Vec3f{0, 0, 1};
+    const ColorImage expected = renderer.render(scene, viewer(1.1F));
+    EXPECT_EQ(expected(0, 0), (Rgb8{0, 0, 255}));
+    const float c = std::cos(kTurn_rad), s = std::sin(kTurn_rad);
+    scene.meshes.front().R_world_mesh = {{{c, 0, s}, {0, 1, 0}, {-s, 0, c}}};
+    const ColorImage turned = renderer.render(scene, viewer(1.1F + kTurn_rad));
+    int different = 0, other_view = 0;
+    const ColorImage unturned = renderer.render(scene, viewer(1.1F));
+    for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
+      const Vec3d off = as_vector(turned.pixels[i]) - as_vector(expected.pixels[i]);
+      different += std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 1 ? 1 : 0;
+      other_view += unturned.pixels[i] == expected.pixels[i] ? 0 : 1;
+    }
+    EXPECT_LT(different, 2 * kSide) << "k " << k;
+    EXPECT_GT(other_view, 10 * kSide);  // so that the turn means something
+  }
+}
+
 TEST_F(PhotoSurface, ACameraThatMissedTheTickGivesNoColour) {
   const Stage& stage = one_ball();
   std::vector<ColorImage> images(stage.cameras.size());

@@ -39,28 +39,21 @@ void check_options(const LatticeOptions& o) {
     throw Error("density must be positive [kg/m^3], not " + std::to_string(o.density_kg_m3));
 }
 
+/// Cubes of a grid centred on the body, along each axis: symmetric bodies get symmetric lattices. The margin
+/// keeps faces that lie on a grid plane from touching a further layer through round-off.
+Vec3d cells_along(Vec3f extent_m, double h) {
+  Vec3d cells;
+  for (int a = 0; a < 3; ++a) cells[a] = std::max(1.0, std::ceil(double{extent_m[a]} / h - 1e-4));
+  return cells;
+}
+
 CubeGrid make_grid(const Box3f& box, const LatticeOptions& o) {
-  check_options(o);
-  const Vec3f e = box.extent();
-  if (!std::isfinite(e.x) || !std::isfinite(e.y) || !std::isfinite(e.z) || e.x < 0 || e.y < 0 || e.z < 0)
-    throw Error("the body's bounding box is not finite or empty");
-  const float largest = max(e.x, max(e.y, e.z));
-  if (o.spacing_m > largest)
-    throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m is larger than the body (" +
-                std::to_string(largest) + " m)");
-  // A grid centred on the body: symmetric bodies get symmetric lattices. The margin keeps faces that lie on
-  // a grid plane from touching a further layer through round-off.
+  check_lattice_size(box.extent(), o);
   const double h = o.spacing_m;
-  double cells[3];
-  for (int a = 0; a < 3; ++a) cells[a] = std::max(1.0, std::ceil(double{e[a]} / h - 1e-4));
-  const double need = cells[0] * cells[1] * cells[2] * 8;  // cube flag, node id, search queue
-  if (need > o.max_bytes || cells[0] * cells[1] * cells[2] > 2e9)
-    throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m needs " + bytes_text(need) + " for " +
-                std::to_string(static_cast<std::int64_t>(std::min(need / 8, 1e18))) +
-                " cubes, more than the limit of " + bytes_text(o.max_bytes) + "; use a larger spacing");
+  const Vec3d cells = cells_along(box.extent(), h);
   CubeGrid grid;
   grid.h = o.spacing_m;
-  grid.dims = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1]), static_cast<Index>(cells[2])};
+  grid.dims = vec_cast<Index>(cells);
   const Vec3f center = box.center();
   for (int a = 0; a < 3; ++a) grid.origin_m[a] = static_cast<float>(double{center[a]} - cells[a] * h / 2);
   grid.solid.assign(at(std::int64_t{grid.dims.x} * grid.dims.y * grid.dims.z), 0);
@@ -122,26 +115,100 @@ bool triangle_touches_box(Vec3d a, Vec3d b, Vec3d c, double half) {
   return !apart(cross(edges[0], edges[1]));
 }
 
+/// What is known of a cube while a mesh is filled. `grazed`: the surface lies in one of its faces.
+enum Mark : std::uint8_t { unknown = 0, solid = 1, outside = 2, grazed = 3 };
+
 void mark_surface(CubeGrid& grid, const TriangleMesh& mesh) {
-  const double half = 0.5 * grid.h * (1 - 1e-4);  // a face that lies on a grid plane touches one side only
+  // A face that lies on a grid plane makes solid what it bounds, and not what is on its other side.
+  constexpr double kMargin = 1e-4;
+  const double half = 0.5 * grid.h;
   for (const auto& t : mesh.triangles) {
     const Vec3f a = mesh.positions_m[at(t[0])], b = mesh.positions_m[at(t[1])],
                 c = mesh.positions_m[at(t[2])];
     const Vec3f low = (min(a, min(b, c)) - grid.origin_m) / grid.h,
                 high = (max(a, max(b, c)) - grid.origin_m) / grid.h;
     const auto cell = [](float v, Index n) { return clamp(floor_to_int(v), Index{0}, n - 1); };
-    for (Index z = cell(low.z, grid.dims.z); z <= cell(high.z, grid.dims.z); ++z)
-      for (Index y = cell(low.y, grid.dims.y); y <= cell(high.y, grid.dims.y); ++y)
-        for (Index x = cell(low.x, grid.dims.x); x <= cell(high.x, grid.dims.x); ++x) {
+    const auto e = static_cast<float>(kMargin);
+    for (Index z = cell(low.z - e, grid.dims.z); z <= cell(high.z + e, grid.dims.z); ++z)
+      for (Index y = cell(low.y - e, grid.dims.y); y <= cell(high.y + e, grid.dims.y); ++y)
+        for (Index x = cell(low.x - e, grid.dims.x); x <= cell(high.x + e, grid.dims.x); ++x) {
+          std::uint8_t& mark = grid.solid[at(grid.index(x, y, z))];
+          if (mark == solid) continue;
           const Vec3d m = vec_cast<double>(grid.center(x, y, z));
-          if (triangle_touches_box(vec_cast<double>(a) - m, vec_cast<double>(b) - m, vec_cast<double>(c) - m,
-                                   half))
-            grid.solid[at(grid.index(x, y, z))] = 1;
+          const Vec3d p = vec_cast<double>(a) - m, q = vec_cast<double>(b) - m, r = vec_cast<double>(c) - m;
+          if (triangle_touches_box(p, q, r, half * (1 - kMargin)))
+            mark = solid;
+          else if (triangle_touches_box(p, q, r, half * (1 + kMargin)))
+            mark = grazed;
         }
   }
 }
 
+/// A connected set of cubes that no triangle touches or grazes is wholly inside or wholly outside: one query
+/// each. Cubes that it grazes have the surface between them.
+void fill_closed(CubeGrid& grid, const PointInMesh& query) {
+  std::vector<Vec3i> queue;
+  grid.for_each([&](Index x, Index y, Index z) {
+    std::uint8_t& mark = grid.solid[at(grid.index(x, y, z))];
+    if (mark == grazed) mark = query.inside(grid.center(x, y, z)) ? solid : outside;
+  });
+  grid.for_each([&](Index x0, Index y0, Index z0) {
+    if (grid.solid[at(grid.index(x0, y0, z0))] != unknown) return;
+    const std::uint8_t mark = query.inside(grid.center(x0, y0, z0)) ? solid : outside;
+    const auto visit = [&](Vec3i c) {
+      if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= grid.dims.x || c.y >= grid.dims.y || c.z >= grid.dims.z)
+        return;
+      std::uint8_t& s = grid.solid[at(grid.index(c.x, c.y, c.z))];
+      if (s != unknown) return;
+      s = mark;
+      queue.push_back(c);
+    };
+    visit({x0, y0, z0});
+    while (!queue.empty()) {
+      const Vec3i c = queue.back();
+      queue.pop_back();
+      for (int a = 0; a < 3; ++a)
+        for (const Index d : {-1, 1}) {
+          Vec3i n = c;
+          n[a] += d;
+          visit(n);
+        }
+    }
+  });
+  for (std::uint8_t& s : grid.solid) s = s == solid ? 1 : 0;
+}
+
+/// Through holes of an open mesh inside and outside hang together: every cube is asked.
+void fill_each(CubeGrid& grid, const PointInMesh& query) {
+  std::int64_t inside = 0;
+  grid.for_each([&](Index x, Index y, Index z) {
+    std::uint8_t& mark = grid.solid[at(grid.index(x, y, z))];
+    const bool here = query.inside(grid.center(x, y, z));
+    mark = mark == solid || here ? 1 : 0;
+    inside += here ? 1 : 0;
+  });
+  if (inside == 0)
+    throw Error(
+        "the mesh encloses nothing at this spacing: its winding number reaches 1/2 in no cube's centre");
+}
+
 }  // namespace
+
+void check_lattice_size(Vec3f e, const LatticeOptions& o) {
+  check_options(o);
+  if (!std::isfinite(e.x) || !std::isfinite(e.y) || !std::isfinite(e.z) || e.x < 0 || e.y < 0 || e.z < 0)
+    throw Error("the body's bounding box is not finite or empty");
+  const float largest = max(e.x, max(e.y, e.z));
+  if (o.spacing_m > largest)
+    throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m is larger than the body (" +
+                std::to_string(largest) + " m)");
+  const Vec3d cells = cells_along(e, o.spacing_m);
+  const double cubes = cells.x * cells.y * cells.z, need = cubes * o.bytes_per_cube;
+  if (need > o.max_bytes || cubes > 2e9)
+    throw Error("lattice spacing " + std::to_string(o.spacing_m) + " m needs " + bytes_text(need) + " for " +
+                std::to_string(static_cast<std::int64_t>(std::min(cubes, 1e18))) +
+                " cubes, more than the limit of " + bytes_text(o.max_bytes) + "; use a larger spacing");
+}
 
 Vec3f CubeLattice::rest_m(Index node) const {
   const Vec3i n = nodes[at(node)];
@@ -216,37 +283,13 @@ Index CubeLattice::fix_half_space(Vec3f point_m, Vec3f normal) {
 }
 
 CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options) {
-  check_closed(mesh, "mesh");
+  const PointInMesh query(mesh, options.fill);
   CubeGrid grid = make_grid(bounds(mesh), options);
   mark_surface(grid, mesh);
-  // A connected set of cubes that no triangle touches is wholly inside or wholly outside: one query each.
-  const PointInMesh query(mesh);
-  std::vector<Vec3i> queue;
-  enum : std::uint8_t { unknown = 0, solid = 1, outside = 2 };
-  grid.for_each([&](Index x0, Index y0, Index z0) {
-    if (grid.solid[at(grid.index(x0, y0, z0))] != unknown) return;
-    const std::uint8_t mark = query.inside(grid.center(x0, y0, z0)) ? solid : outside;
-    const auto visit = [&](Vec3i c) {
-      if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= grid.dims.x || c.y >= grid.dims.y || c.z >= grid.dims.z)
-        return;
-      std::uint8_t& s = grid.solid[at(grid.index(c.x, c.y, c.z))];
-      if (s != unknown) return;
-      s = mark;
-      queue.push_back(c);
-    };
-    visit({x0, y0, z0});
-    while (!queue.empty()) {
-      const Vec3i c = queue.back();
-      queue.pop_back();
-      for (int a = 0; a < 3; ++a)
-        for (const Index d : {-1, 1}) {
-          Vec3i n = c;
-          n[a] += d;
-          visit(n);
-        }
-    }
-  });
-  for (std::uint8_t& s : grid.solid) s = s == solid ? 1 : 0;
+  if (options.fill == MeshFill::closed)
+    fill_closed(grid, query);
+  else
+    fill_each(grid, query);
   return to_lattice(grid, options);
 }
 
@@ -296,17 +339,57 @@ CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::u
            Vec3f{v.x * static_cast<float>(p.x), v.y * static_cast<float>(p.y), v.z * static_cast<float>(p.z)};
   };
   CubeGrid grid = make_grid({voxel_corner(low), voxel_corner(high + Vec3i{1, 1, 1})}, options);
+  std::vector<float> filled(grid.solid.size());  // shares of cubes
   for_each_solid([&](Vec3i p) {
     const Vec3f a = (voxel_corner(p) - grid.origin_m) / grid.h,
                 b = (voxel_corner(p + Vec3i{1, 1, 1}) - grid.origin_m) / grid.h;
     const auto cell = [](float c, Index count) { return clamp(floor_to_int(c), Index{0}, count - 1); };
+    const auto overlap = [](float from, float to, Index c) {
+      return std::max(0.F, std::min(to, static_cast<float>(c + 1)) - std::max(from, static_cast<float>(c)));
+    };
     const float e = 1e-4F;  // sharing a face is not sharing volume
     for (Index z = cell(a.z + e, grid.dims.z); z <= cell(b.z - e, grid.dims.z); ++z)
       for (Index y = cell(a.y + e, grid.dims.y); y <= cell(b.y - e, grid.dims.y); ++y)
         for (Index x = cell(a.x + e, grid.dims.x); x <= cell(b.x - e, grid.dims.x); ++x)
-          grid.solid[at(grid.index(x, y, z))] = 1;
+          filled[at(grid.index(x, y, z))] +=
+              overlap(a.x, b.x, x) * overlap(a.y, b.y, y) * overlap(a.z, b.z, z);
   });
+  for (std::size_t c = 0; c < filled.size(); ++c)
+    grid.solid[c] = filled[c] > 0 && filled[c] >= options.smallest_fill ? 1 : 0;
   return to_lattice(grid, options);
+}
+
+std::vector<std::uint8_t> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
+                                          const std::set<std::uint8_t>& solid,
+                                          const std::function<Vec3d(Vec3d)>& to_volume) {
+  constexpr int kSamples = 4;  // along each edge
+  const double h = lattice.spacing_m;
+  // The map is affine: a corner and three edges tell it all.
+  const Vec3d zero = to_volume({}), edge[3] = {to_volume({h, 0, 0}) - zero, to_volume({0, h, 0}) - zero,
+                                               to_volume({0, 0, h}) - zero};
+  bool is_solid[256] = {};
+  for (const std::uint8_t label : solid) is_solid[label] = true;
+  const auto fullest = [&](Vec3d center, double size) {
+    int votes[256] = {};
+    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
+      const auto along = [&](int i) { return size * ((i + 0.5) / kSamples - 0.5); };
+      const Vec3d p = center + along(k % kSamples) * edge[0] + along(k / kSamples % kSamples) * edge[1] +
+                      along(k / kSamples / kSamples) * edge[2];
+      const std::uint8_t label = volume.at(p);
+      if (is_solid[label]) ++votes[label];
+    }
+    const auto most = std::max_element(std::begin(votes), std::end(votes));
+    return *most > 0 ? static_cast<std::uint8_t>(most - std::begin(votes)) : std::uint8_t{0};
+  };
+  std::vector<std::uint8_t> labels(lattice.cubes.size());
+  for (std::size_t c = 0; c < labels.size(); ++c) {
+    const Vec3d center = to_volume(vec_cast<double>(lattice.origin_m) +
+                                   h * (vec_cast<double>(lattice.cubes[c]) + Vec3d{0.5, 0.5, 0.5}));
+    for (double size = 1; size <= 8 && labels[c] == 0; size *= 2) labels[c] = fullest(center, size);
+    if (labels[c] == 0)
+      throw Error("cube " + std::to_string(c) + " is further than 4 spacings from every labelled voxel");
+  }
+  return labels;
 }
 
 CubeLattice lattice_from_box(Vec3f origin_m, Vec3i cubes, const LatticeOptions& options) {

@@ -9,6 +9,7 @@
 #include "tactus/base/vec.h"
 #include "tactus/geom/label_volume.h"
 #include "tactus/geom/mesh.h"
+#include "tactus/geom/point_in_mesh.h"
 
 namespace tactus {
 
@@ -50,12 +51,18 @@ struct CubeLattice {
 struct LatticeOptions {
   float spacing_m = 0.005F;
   float density_kg_m3 = 1000;
-  double max_bytes = 2e9;  ///< refuse lattices whose bounding box would need more memory while it is built
+  double max_bytes = 2e9;     ///< refuse lattices whose bounding box would need more memory
+  double bytes_per_cube = 8;  ///< of that box: cube flag, node id, search queue; more with a solver's fields
+  MeshFill fill = MeshFill::closed;  ///< of meshes
+  float smallest_fill = 0;           ///< of labels: cubes of which they fill less are left out, 0..1
 };
+/// @throws Error for a spacing that is not positive or larger than the body, or too little memory (with the
+/// need), before anything is built.
+void check_lattice_size(Vec3f extent_m, const LatticeOptions& options);
 
-/// Cubes touched by the inside or the surface of a closed mesh (self-overlap is fine: winding number != 0).
-/// @throws Error on an open mesh (how many open edges, where), no triangles, NaN, bad index, a spacing that
-/// is not positive or larger than the body, too little memory (with the need).
+/// Cubes touched by the inside (options.fill says what that is) or the surface of a mesh.
+/// @throws Error on a mesh that does not bound a solid (how many edges, where; with MeshFill::winding: when
+/// nothing is inside), no triangles, NaN, bad index; and as check_lattice_size.
 CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options);
 
 /// Cubes that hold a point with distance_m <= 0, sampled at a quarter of the spacing. `distance_m` is
@@ -63,9 +70,17 @@ CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& op
 CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m,
                              const LatticeOptions& options);
 
-/// Cubes that share volume with a voxel whose label is in `solid`.
+/// Cubes that share volume with a voxel whose label is in `solid`, at least options.smallest_fill of their
+/// own.
 CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
                                 const LatticeOptions& options);
+
+/// Per cube the label in `solid` that fills most of it, by 4^3 samples; of those cubes that hold none, what
+/// lies round them. `to_volume` takes lattice coordinates to the volume's.
+/// @throws Error when none is near a cube.
+std::vector<std::uint8_t> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
+                                          const std::set<std::uint8_t>& solid,
+                                          const std::function<Vec3d(Vec3d)>& to_volume);
 
 /// A box of nx*ny*nz cubes with its lowest corner at origin_m.
 CubeLattice lattice_from_box(Vec3f origin_m, Vec3i cubes, const LatticeOptions& options);

@@ -13,6 +13,17 @@ struct LabelVolume {
   Vec3i dims{};                      ///< voxels along x, y, z; each >= 1
   Vec3f voxel_size_m{};              ///< edge lengths of a voxel, each > 0
   Vec3f origin_m{};                  ///< lowest corner of the volume
+
+  /// The label at a point; 0 outside of the volume.
+  std::uint8_t at(Vec3d p_m) const {
+    std::int64_t index = 0;
+    for (int a = 2; a >= 0; --a) {
+      const double v = (p_m[a] - double{origin_m[a]}) / double{voxel_size_m[a]};
+      if (!(v >= 0 && v < dims[a])) return 0;
+      index = index * dims[a] + static_cast<std::int64_t>(v);
+    }
+    return labels[static_cast<std::size_t>(index)];
+  }
 };
 
 }  // namespace tactus

@@ -87,6 +87,11 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
   v.path({"path", "closed mesh (.ply .obj .stl .off .gltf .glb) or label volume (.inr .inr.gz)"}, s.path);
   v.real({"unit_m", "metres per unit of length in the mesh file (0.001: millimetres)"}, s.unit_m,
          positive("m", 1000));
+  v.choice(
+      {"fill",
+       "mesh: what is inside. `closed`: what the surface goes round; open, inverted and unpaired edges are "
+       "refused. `winding`: generalized winding number of at least 1/2, so that holes are spanned"},
+      s.fill, {{"closed", MeshFill::closed}, {"winding", MeshFill::winding}});
   v.integers({"labels", "which labels are the body (default: all but 0)"}, s.labels, {"", 1, 255});
   const bool file = s.kind == ShapeKind::mesh || s.kind == ShapeKind::labels;
   v.check(!file || !s.path.empty(), "path", "'shape' lacks the key 'path': the file of the mesh or labels");
@@ -96,7 +101,7 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
   v.only_when(s.kind == ShapeKind::sphere, "radius_m", "'kind' is sphere");
   v.only_when(s.kind == ShapeKind::figure, "figure", "'kind' is figure");
   v.only_when(file, "path", "'kind' is mesh or labels");
-  v.only_when(s.kind == ShapeKind::mesh, "unit_m", "'kind' is mesh");
+  for (const char* key : {"unit_m", "fill"}) v.only_when(s.kind == ShapeKind::mesh, key, "'kind' is mesh");
   v.only_when(s.kind == ShapeKind::labels, "labels", "'kind' is labels");
 }
 
@@ -105,6 +110,11 @@ void describe_placement(FieldVisitor& v, PlacementDescription& p) {
   v.vector({"rotation_deg", "turns about the world's x, then y, then z axis"}, p.rotation_deg,
            {"deg", -360, 360});
   v.real({"scale", "size in the world over size in the shape's coordinates"}, p.scale, positive("", 1000));
+}
+
+void describe_relaxation(FieldVisitor& v, RelaxationDescription& r) {
+  v.real({"share", "part of the shear modulus that fades", kRequired}, r.share, {"", 0, 0.99, true});
+  v.real({"time_s", "after which 1/e of it is left", kRequired}, r.time_s, {"s", 0.001, 10});
 }
 
 void describe_material(FieldVisitor& v, MaterialDescription& m) {
@@ -128,15 +138,35 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
   v.choice(
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
+  v.boolean(
+      {"deflection_test",
+       "scale shape matching, before the run, so that the held body sags as one of elements alone; takes "
+       "seconds"},
+      m.deflection_test);
   v.choice({"law", "of the elements"}, m.law,
-           {{"neo_hookean", MaterialLaw::neo_hookean},
-            {"isochoric_neo_hookean", MaterialLaw::isochoric_neo_hookean},
-            {"transversely_isotropic", MaterialLaw::transversely_isotropic}});
+           {
+#define TACTUS_ROW(word, Law) {#word, MaterialLaw::word},
+               TACTUS_MATERIAL_LAWS(TACTUS_ROW)
+#undef TACTUS_ROW
+           });
   v.vector({"fibre", "direction of the fibres at rest, world axes"}, m.fibre, {"", -1000, 1000});
   v.real({"fibre_ratio", "stiffness of the fibres over the shear modulus"}, m.fibre_ratio, {"", 0, 1000});
+  v.list({"relaxation",
+          "viscoelastic elements (Prony series): terms that fade after a step of strain, at most 2; "
+          "`young_modulus_pa` "
+          "and `poisson_ratio` are those at once"},
+         appender(m.relaxation, describe_relaxation));
+  double faded = 0;
+  for (const RelaxationDescription& r : m.relaxation) faded += r.share;
+  v.check(m.relaxation.size() <= 2, "relaxation",
+          "'relaxation' has " + std::to_string(m.relaxation.size()) + " terms, expected at most 2");
+  v.check(faded < 0.995, "relaxation",
+          "the shares of 'relaxation' add up to 1 or more: nothing would be left");
   const bool elements = m.model != TissueModel::flsm, matched = m.model != TissueModel::tled;
-  for (const char* key : {"poisson_ratio", "law"}) v.only_when(elements, key, "'model' is tled or hybrid");
-  for (const char* key : {"half_width", "kappa"}) v.only_when(matched, key, "'model' is flsm or hybrid");
+  for (const char* key : {"poisson_ratio", "law", "relaxation"})
+    v.only_when(elements, key, "'model' is tled or hybrid");
+  for (const char* key : {"half_width", "kappa", "deflection_test"})
+    v.only_when(matched, key, "'model' is flsm or hybrid");
   const bool fibres = elements && m.law == MaterialLaw::transversely_isotropic;
   for (const char* key : {"fibre", "fibre_ratio"})
     v.only_when(fibres, key, "'law' is transversely_isotropic");
@@ -149,9 +179,16 @@ void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame) {
 }
 
 void describe_region(FieldVisitor& v, SpaceRegion& r) {
-  v.choice(
-      {"kind", "`box`, `sphere`, or `half_space`: everything behind a plane", kRequired}, r.kind,
-      {{"box", RegionKind::box}, {"sphere", RegionKind::sphere}, {"half_space", RegionKind::half_space}});
+  v.choice({"kind",
+            "`box`, `sphere`, `half_space`: everything behind a plane; `label`: cubes mostly of these labels "
+            "(bodies of "
+            "a label volume)",
+            kRequired},
+           r.kind,
+           {{"box", RegionKind::box},
+            {"sphere", RegionKind::sphere},
+            {"half_space", RegionKind::half_space},
+            {"label", RegionKind::label}});
   describe_frame_of(v, r.frame);
   v.vector({"min_m", "box: corner with the smallest coordinates"}, r.box.min_m, kPosition);
   v.vector({"max_m", "box: corner with the largest coordinates"}, r.box.max_m, kPosition);
@@ -159,11 +196,16 @@ void describe_region(FieldVisitor& v, SpaceRegion& r) {
   v.real({"radius_m", "sphere: its radius"}, r.radius_m, positive("m", 1000));
   v.vector({"point_m", "half_space: a point on the plane"}, r.point_m, kPosition);
   v.vector({"normal", "half_space: points out of the region"}, r.normal, {"", -1000, 1000});
+  v.integers({"labels", "label: which"}, r.labels, {"", 1, 255});
   const bool box = r.kind == RegionKind::box, half_space = r.kind == RegionKind::half_space;
   for (const char* key : {"min_m", "max_m"}) v.only_when(box, key, "'kind' is box");
   for (const char* key : {"center_m", "radius_m"})
     v.only_when(r.kind == RegionKind::sphere, key, "'kind' is sphere");
   for (const char* key : {"point_m", "normal"}) v.only_when(half_space, key, "'kind' is half_space");
+  v.only_when(r.kind == RegionKind::label, "labels", "'kind' is label");
+  v.only_when(r.kind != RegionKind::label, "frame", "'kind' is box, sphere or half_space");
+  v.check(r.kind != RegionKind::label || !r.labels.empty(), "labels",
+          "a region of kind label lacks the key 'labels', such as [1, 2]");
   const Vec3d extent = r.box.max_m - r.box.min_m;
   v.check(!box || (extent.x > 0 && extent.y > 0 && extent.z > 0), "max_m",
           "a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z");
@@ -213,6 +255,12 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
           "'material.model' is hybrid, but neither 'ratio' nor a region with a 'model' says what is tled");
   v.check(hybrid || !painted, "regions",
           "a region has a 'model', which is for when 'material.model' is hybrid");
+  const auto labelled = [](const SpaceRegion& r) { return r.kind == RegionKind::label; };
+  const bool by_label = std::any_of(b.fixed.begin(), b.fixed.end(), labelled) ||
+                        std::any_of(b.regions.begin(), b.regions.end(),
+                                    [&](const PaintedRegion& r) { return labelled(r.where); });
+  v.check(!by_label || b.shape.kind == ShapeKind::labels, "regions",
+          "a region is of kind label, which is for when 'shape.kind' is labels");
   v.vector({"colour", "red, green, blue (sRGB)"}, b.colour, {"", 0, 1});
 }
 

@@ -26,8 +26,9 @@ struct BodyShape {
   std::vector<std::uint8_t> material_of_cube;
   std::vector<std::string> warnings;  ///< what is odd about it and probably not meant
 };
-/// @throws Error naming the body for a shape that cannot become a lattice (open mesh, spacing larger than the
-/// body, ...).
-BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets);
+/// @param memory_bytes what the device has: spacings whose fields would not fit are refused
+/// @throws Error naming the body for a shape that cannot become a lattice (mesh that bounds no solid, spacing
+/// larger than the body, ...) and for regions that would do nothing.
+BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes = 8e9);
 
 }  // namespace tactus

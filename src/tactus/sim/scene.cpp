@@ -50,6 +50,7 @@ Mat3d PlacementDescription::rotation() const {
 }
 
 bool SpaceRegion::contains(Vec3d p_m) const {
+  if (kind == RegionKind::label) return false;
   if (kind == RegionKind::sphere) return dot(p_m - center_m, p_m - center_m) <= radius_m * radius_m;
   if (kind == RegionKind::half_space) return dot(p_m - point_m, normal) <= 0;
   return p_m.x >= box.min_m.x && p_m.x <= box.max_m.x && p_m.y >= box.min_m.y && p_m.y <= box.max_m.y &&

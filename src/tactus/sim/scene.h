@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/tled/elastic_material.h"
 
 namespace tactus {
@@ -53,12 +54,13 @@ enum class ShapeKind : std::uint8_t { box, sphere, figure, mesh, labels };
 
 struct ShapeDescription {
   ShapeKind kind = ShapeKind::box;
-  Vec3d size_m = {0.3, 0.1, 0.3};  ///< box, centred on the body's origin
-  double radius_m = 0.1;           ///< sphere, centred on the body's origin
-  std::string figure;              ///< figure: its name
-  std::string path;                ///< mesh or labels: the file, resolved
-  double unit_m = 1;               ///< mesh: metres per unit of length in the file
-  std::vector<int> labels;         ///< labels: which of them are the body (1..255); empty: all but 0
+  Vec3d size_m = {0.3, 0.1, 0.3};    ///< box, centred on the body's origin
+  double radius_m = 0.1;             ///< sphere, centred on the body's origin
+  std::string figure;                ///< figure: its name
+  std::string path;                  ///< mesh or labels: the file, resolved
+  double unit_m = 1;                 ///< mesh: metres per unit of length in the file
+  MeshFill fill = MeshFill::closed;  ///< mesh: which points are inside
+  std::vector<int> labels;           ///< labels: which of them are the body (1..255); empty: all but 0
 };
 
 /// Body to world: p_world = R (scale p_body) + position.
@@ -85,6 +87,12 @@ struct RatioDescription {
   Axis axis = Axis::x;  ///< of the world
 };
 
+/// A part of the shear modulus that fades as exp(-t / time).
+struct RelaxationDescription {
+  double share = 0;  ///< of the shear modulus; all together below 1
+  double time_s = 1;
+};
+
 struct MaterialDescription {
   TissueModel model = TissueModel::flsm;
   int half_width = 2;               ///< of the FLSM regions, in lattice cubes, 1..4
@@ -93,15 +101,17 @@ struct MaterialDescription {
   double density_kg_m3 = 1000;
   double damping = 0.1;  ///< part of critical damping of the fastest mode, 0..0.7
   Stiffness kappa = Stiffness::material;
+  bool deflection_test = false;  ///< scale shape matching until the held body sags as elements do
   MaterialLaw law = MaterialLaw::neo_hookean;  ///< elements only
   Vec3d fibre = {1, 0, 0};                     ///< transversely isotropic: direction, world
   double fibre_ratio = 0;                      ///< transversely isotropic: fibre stiffness over shear modulus
+  std::vector<RelaxationDescription> relaxation;  ///< elements only; at most 2
 };
 
 enum class CoordinateFrame : std::uint8_t { body, world };
-enum class RegionKind : std::uint8_t { box, sphere, half_space };
+enum class RegionKind : std::uint8_t { box, sphere, half_space, label };
 
-/// A part of space, in a body's rest state.
+/// A part of space, in a body's rest state, or the cubes of some labels.
 struct SpaceRegion {
   RegionKind kind = RegionKind::box;
   CoordinateFrame frame = CoordinateFrame::body;
@@ -110,8 +120,9 @@ struct SpaceRegion {
   double radius_m = 0.05;    ///< kind sphere
   Vec3d point_m;             ///< kind half_space: a point on the plane
   Vec3d normal = {0, 1, 0};  ///< kind half_space: points out of the region; any length > 0
+  std::vector<int> labels;   ///< kind label: of the body's label volume
 
-  /// Whether a point, given in this region's own frame, is inside.
+  /// Whether a point, given in this region's own frame, is inside. Kind label: never.
   bool contains(Vec3d p_m) const;
 };
 

@@ -5,25 +5,55 @@
 #include <cstdio>
 
 #include "tactus/base/log.h"
+#include "tactus/tissue/hybrid/deflection_match.h"
 
 namespace tactus {
+namespace {
+
+double memory_bytes(const Device& device) {
+  double bytes = 0;
+  for (const DeviceInfo& info : list_devices()) {
+    if ((info.spec.kind == DeviceKind::cuda) == device.is_cuda()) bytes = std::max(bytes, info.memory_bytes);
+  }
+  return bytes;
+}
+
+TledOptions element_options(const MaterialDescription& m) {
+  TledOptions options{.law = m.law,
+                      .fibre = vec_cast<float>(m.fibre),
+                      .fibre_ratio = static_cast<float>(m.fibre_ratio),
+                      .damping_ratio = static_cast<float>(m.damping)};
+  for (std::size_t n = 0; n < m.relaxation.size(); ++n)
+    options.relaxation.at(n) = {static_cast<float>(m.relaxation[n].share),
+                                static_cast<float>(m.relaxation[n].time_s)};
+  return options;
+}
+
+FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, const BodyShape& shape) {
+  FlsmMaterial material{.young_Pa = static_cast<float>(m.young_modulus_pa),
+                        .density_kg_m3 = static_cast<float>(m.density_kg_m3),
+                        .half_width = m.half_width,
+                        .damping_ratio = static_cast<float>(m.damping)};
+  if (!m.deflection_test) return material;
+  TledOptions at_once = element_options(m);
+  at_once.relaxation = {};
+  material.stiffness_scale = match_deflection(ctx, shape.lattice, shape.elements, shape.materials,
+                                              shape.material_of_cube, at_once, material);
+  return material;
+}
+
+}  // namespace
+
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
                    float sample_spacing_m)
-    : SoftBody(ctx, body, make_body_shape(body, assets), sample_spacing_m) {}
+    : SoftBody(ctx, body, make_body_shape(body, assets, memory_bytes(ctx.device())), sample_spacing_m) {}
 
 SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
     : description_(body),
       shape_(std::move(shape)),
-      element_options_({.law = body.material.law,
-                        .fibre = vec_cast<float>(body.material.fibre),
-                        .fibre_ratio = static_cast<float>(body.material.fibre_ratio),
-                        .damping_ratio = static_cast<float>(body.material.damping)}),
+      element_options_(element_options(body.material)),
       tissue_(ctx, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-              element_options_,
-              {.young_Pa = static_cast<float>(body.material.young_modulus_pa),
-               .density_kg_m3 = static_cast<float>(body.material.density_kg_m3),
-               .half_width = body.material.half_width,
-               .damping_ratio = static_cast<float>(body.material.damping)}),
+              element_options_, matched_material(ctx, body.material, shape_)),
       state_(rest_state(ctx, shape_.lattice)),
       frame_begin_x_m_(ctx.device(), state_.x_m.size()),
       surface_(ctx, shape_.lattice, shape_.surface_m),

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tactus/tissue/tled/strain_energy.h"
+#include "tactus/tissue/tled/material_laws.h"
 
 namespace tactus {
 namespace {
@@ -35,6 +35,11 @@ double hourglass_energy_J(const Vec3d (&x)[8], double h, double young_Pa) {
     squares += dot(amount, amount);
   }
   return h * young_Pa / 6 / 8 / 2 * squares;
+}
+
+double strain_energy_J_m3(const TledOptions& options, const ElasticMaterial& m, const Mat3d& F) {
+  const auto mu = static_cast<double>(m.mu_Pa()), lambda = static_cast<double>(m.lambda_Pa());
+  return with_law(options, [&](const auto& law) { return law.energy(F, mu, lambda); });
 }
 
 double elastic_energy_J(const Vec3d (&x)[8], double h, const TledOptions& options,

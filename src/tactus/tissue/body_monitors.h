@@ -9,7 +9,7 @@ namespace tactus {
 
 struct BodyMonitors {
   double kinetic_J = 0;
-  double elastic_J = 0;  ///< of the elements, at their integration points
+  double elastic_J = 0;  ///< of the elements, at their integration points; as if nothing had relaxed
   double hourglass_J =
       0;  ///< of the elements' hourglass control: far below elastic_J where the lattice is fine enough
   Vec3d momentum_kg_m_s{};

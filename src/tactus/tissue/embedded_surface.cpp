@@ -139,8 +139,8 @@ TriangleMesh EmbeddedSurface::to_mesh(ExecContext& ctx) const {
   return mesh;
 }
 
-std::vector<float> node_outside_m(const CubeLattice& lattice, const TriangleMesh& surface) {
-  const PointInMesh query(surface);
+std::vector<float> node_outside_m(const CubeLattice& lattice, const TriangleMesh& surface, MeshFill fill) {
+  const PointInMesh query(surface, fill);
   return node_outside_m(lattice, [&](Vec3f p) { return query.signed_distance_m(p); });
 }
 

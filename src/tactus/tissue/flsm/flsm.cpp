@@ -33,10 +33,11 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   check_range("Young's modulus [Pa]", material.young_Pa, 1e-3F, 1e12F);
   check_range("density [kg/m^3]", material.density_kg_m3, 1e-3F, 1e6F);
   check_range("damping ratio", material.damping_ratio, 0, 0.7F);
+  check_range("stiffness scale", material.stiffness_scale, 0.1F, 10);
   grid_ = r.grid;
   sigma2_ = r.sigma2_m2;
-  omega_ =
-      static_cast<float>(std::sqrt(double{material.young_Pa} / (double{material.density_kg_m3} * sigma2_)));
+  omega_ = static_cast<float>(std::sqrt(double{material.stiffness_scale} * double{material.young_Pa} /
+                                        (double{material.density_kg_m3} * sigma2_)));
   cell_ = to_device(ctx, r.cell);
   fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
   shared_mass_kg_ = to_device(ctx, r.shared_mass_kg);

@@ -13,6 +13,7 @@ struct FlsmMaterial {
   /// Part of critical damping of the fastest mode, 0..0.7 (0.75 is where steps of 1/omega become unstable);
   /// rigid motion is not damped.
   float damping_ratio = 0.3F;
+  float stiffness_scale = 1;  ///< of omega^2, 0.1..10: what a deflection test found (match_deflection)
 };
 
 /// What may change from substep to substep.

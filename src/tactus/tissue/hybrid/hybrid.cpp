@@ -161,7 +161,7 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, in
 }
 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k) {
-  if (has_elements_) tled_.compute_forces(ctx, state);
+  if (has_elements_) tled_.compute_forces(ctx, state, step.dt_s);
   if (!flsm_ || k % step.matched_every != 0) return;
   ctx.parallel_for(
       "hybrid/gather", matched_nodes_.size(),

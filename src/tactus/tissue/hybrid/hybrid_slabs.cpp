@@ -129,7 +129,10 @@ void HybridSlabs::step_elements(const HybridStep& step, int count) {
       part.beside.record(part.interior_moved);
     }
   }
-  for (auto& part : parts_) part->ctx.wait(part->interior_moved);
+  for (auto& part : parts_) {
+    part->ctx.wait(part->interior_moved);
+    part->tissue.tled().keep_history(part->ctx, count);
+  }
 }
 
 void HybridSlabs::step_both(const HybridStep& step, int count) {

@@ -1,5 +1,6 @@
 #pragma once
 /// What tissue is made of, as users say it.
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -7,7 +8,38 @@
 
 namespace tactus {
 
-enum class MaterialLaw : std::uint8_t { neo_hookean, isochoric_neo_hookean, transversely_isotropic };
+/// All laws: the word in scene files, and the struct in material_laws.h. A row here is all that a new law
+/// needs besides its struct (docs/new_material.md).
+#define TACTUS_MATERIAL_LAWS(ROW)                 \
+  ROW(neo_hookean, NeoHookean)                    \
+  ROW(isochoric_neo_hookean, IsochoricNeoHookean) \
+  ROW(transversely_isotropic, TransverselyIsotropic)
+
+enum class MaterialLaw : std::uint8_t {
+#define TACTUS_ROW(word, Law) word,
+  TACTUS_MATERIAL_LAWS(TACTUS_ROW)
+#undef TACTUS_ROW
+};
+
+/// A part of the shear modulus that fades after a step of strain, as exp(-t / time).
+struct RelaxationTerm {
+  float share = 0;   ///< of mu, 0..1, all terms together below 1; 0: no such term
+  float time_s = 1;  ///< > 0; up to 1e4 substeps, or rounding stops it early
+};
+
+/// How cubes resist.
+struct TledOptions {
+  MaterialLaw law = MaterialLaw::neo_hookean;
+  Vec3f fibre{1, 0, 0};           ///< transversely isotropic: direction at rest
+  float fibre_ratio = 0;          ///< transversely isotropic: fibre stiffness over mu
+  bool full_integration = false;  ///< 2x2x2 points instead of one and hourglass control; locks in bending
+  /// Part of critical damping of the fastest mode, 0..0.7, by viscous elements: rigid motion is not damped.
+  float damping_ratio = 0.05F;
+  /// Viscoelastic: mu(t) = mu (1 - sum share (1 - exp(-t / time))), a Prony series (Taylor et al. 2009);
+  /// lambda stays. Materials say what resists at once.
+  std::array<RelaxationTerm, 2> relaxation{};
+  float faded_share() const { return relaxation[0].share + relaxation[1].share; }
+};
 
 struct ElasticMaterial {
   float young_Pa = 3000;  ///< > 0

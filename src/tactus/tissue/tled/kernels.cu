@@ -12,21 +12,27 @@ struct KernelsOf {
   using StoreFullOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu, StoreForces>;
   using MoveFullOnCpu = ElementForces<EightPointCube<Law>, kGroupsOnCpu, MoveNodes>;
   using MoveFullOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu, MoveNodes>;
+  using StoreRelaxingOnCpu = ElementForces<RelaxingCube<Law>, kGroupsOnCpu, StoreForces>;
+  using StoreRelaxingOnGpu = ElementForces<RelaxingCube<Law>, kGroupsOnGpu, StoreForces>;
+  using MoveRelaxingOnCpu = ElementForces<RelaxingCube<Law>, kGroupsOnCpu, MoveNodes>;
+  using MoveRelaxingOnGpu = ElementForces<RelaxingCube<Law>, kGroupsOnGpu, MoveNodes>;
 };
 }  // namespace tactus::tled
 
-#define TACTUS_MATERIAL_LAW(LAW)                                      \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreOnCpu);      \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreOnGpu);      \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveOnCpu);       \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveOnGpu);       \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreFullOnCpu);  \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::StoreFullOnGpu);  \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveFullOnCpu);   \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<LAW>::MoveFullOnGpu)
+#define TACTUS_ROW(WORD, LAW)                                                   \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreOnCpu);         \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreOnGpu);         \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveOnCpu);          \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveOnGpu);          \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreFullOnCpu);     \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreFullOnGpu);     \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveFullOnCpu);      \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveFullOnGpu);      \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreRelaxingOnCpu); \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreRelaxingOnGpu); \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnCpu);  \
+  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnGpu);
 
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);
-TACTUS_MATERIAL_LAW(tactus::NeoHookean);
-TACTUS_MATERIAL_LAW(tactus::IsochoricNeoHookean);
-TACTUS_MATERIAL_LAW(tactus::TransverselyIsotropic);
+TACTUS_MATERIAL_LAWS(TACTUS_ROW)
 TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);

@@ -1,11 +1,18 @@
 #pragma once
-/// Hyperelastic laws of soft tissue: the first Piola-Kirchhoff stress P(F) in kernels, the strain energy that
-/// it derives from in double on the host. Adding a law: a struct here and a row in kLaws (material.cpp); see
-/// docs/new_material.md.
+/// Hyperelastic laws of soft tissue. Adding one: a struct here and a row in TACTUS_MATERIAL_LAWS
+/// (elastic_material.h); docs/new_material.md goes through it.
 ///
-/// Every law evaluates P = dW/dF without inverting F, and keeps pushing back through J = det F <= 0: 1/J is
-/// replaced by 1/max(J, 0.1).
+/// A law is
+///   static Law of(const TledOptions&)        its constants of the whole body
+///   stress(F, mu, lambda)                    first Piola-Kirchhoff stress P = dW/dF, for kernels
+///   energy(F, mu, lambda)                    W [J/m^3], on the host in double; linear in mu and lambda
+///   added_stiffness_Pa(mu)                   beyond 3 lambda + 2 mu, for the stable step
+/// P does not invert F, and keeps pushing back through J = det F <= 0: 1/J is replaced by 1/max(J, 0.1).
+#include <algorithm>
+#include <cmath>
+
 #include "tactus/base/vec.h"
+#include "tactus/tissue/tled/elastic_material.h"
 
 namespace tactus {
 
@@ -33,13 +40,25 @@ TACTUS_HD inline GradientColumns combine(float a, const GradientColumns& F, floa
 
 inline constexpr float kSmallestJ = 0.1F;
 
+inline double trace_C(const Mat3d& F) {
+  return dot(F.row[0], F.row[0]) + dot(F.row[1], F.row[1]) + dot(F.row[2], F.row[2]);
+}
+
 /// W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J - 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
 struct NeoHookean {
   float unused = 0;
+  static NeoHookean of(const TledOptions&) { return {}; }
+  static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
     const float J = dot(F.x, cof.x);
     return combine(mu, F, lambda * (J - 1.F) - mu / max(J, kSmallestJ), cof);
+  }
+  double energy(const Mat3d& F, double mu, double lambda) const {
+    // ln J, continued by its tangent below the smallest J that stresses see.
+    const double J = determinant(F), safe = std::max(J, double{kSmallestJ});
+    return mu / 2 * (trace_C(F) - 3) - mu * (std::log(safe) + (J - safe) / safe) +
+           lambda / 2 * (J - 1) * (J - 1);
   }
 };
 
@@ -54,6 +73,8 @@ TACTUS_HD inline float inverse_cbrt(float x) {
 /// W = mu/2 (J^-2/3 tr C - 3) + K/2 (J - 1)^2 with K = lambda + 2/3 mu: volume and shape apart.
 struct IsochoricNeoHookean {
   float unused = 0;
+  static IsochoricNeoHookean of(const TledOptions&) { return {}; }
+  static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
     const float J = dot(F.x, cof.x), safe = max(J, kSmallestJ), r = inverse_cbrt(safe);
@@ -61,12 +82,22 @@ struct IsochoricNeoHookean {
     const float bulk = fma(0.6666666667F, mu, lambda);
     return combine(shape, F, bulk * (J - 1.F) - shape * trace / (3.F * safe), cof);
   }
+  double energy(const Mat3d& F, double mu, double lambda) const {
+    const double J = determinant(F), safe = std::max(J, double{kSmallestJ});
+    return mu / 2 * (trace_C(F) / std::pow(safe, 2.0 / 3) - 3) +
+           (lambda + 2 * mu / 3) / 2 * (J - 1) * (J - 1);
+  }
 };
 
 /// Neo-Hookean ground and fibres along a that resist stretch only: + c/2 max(a.Ca - 1, 0)^2, c = ratio mu.
 struct TransverselyIsotropic {
   Vec3f fibre{1, 0, 0};  ///< a, unit, rest frame
   float ratio = 0;       ///< fibre stiffness over mu
+  static TransverselyIsotropic of(const TledOptions& o) {
+    return {normalized(o.fibre, Vec3f{1, 0, 0}), o.fibre_ratio};
+  }
+  /// Fibres add at most 2 c (3 a.Ca - 1) to the stiffness along them: at 1.5 times the length, 11.5 c.
+  float added_stiffness_Pa(float mu) const { return 11.5F * ratio * mu; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns ground = NeoHookean{}.stress(F, mu, lambda);
     const Vec3f Fa = fibre.x * F.x + fibre.y * F.y + fibre.z * F.z;
@@ -74,6 +105,24 @@ struct TransverselyIsotropic {
     return {ground.x + (pull * fibre.x) * Fa, ground.y + (pull * fibre.y) * Fa,
             ground.z + (pull * fibre.z) * Fa};
   }
+  double energy(const Mat3d& F, double mu, double lambda) const {
+    const Vec3d Fa = F * vec_cast<double>(fibre);
+    const double stretch = std::max(dot(Fa, Fa) - 1, 0.0);
+    return NeoHookean{}.energy(F, mu, lambda) + double{ratio} * mu / 2 * stretch * stretch;
+  }
 };
+
+/// Calls f with the law that the options name.
+template <class F>
+auto with_law(const TledOptions& options, F&& f) {
+  switch (options.law) {
+#define TACTUS_ROW(word, Law) \
+  case MaterialLaw::word:     \
+    return f(Law::of(options));
+    TACTUS_MATERIAL_LAWS(TACTUS_ROW)
+#undef TACTUS_ROW
+  }
+  return f(NeoHookean{});
+}
 
 }  // namespace tactus

@@ -21,11 +21,18 @@ void require(bool ok, const char* field, float value, const char* expected) {
   if (!ok) throw Error(std::string(field) + " is " + text(value) + ", expected " + expected);
 }
 
+/// E when part of the shear modulus is gone.
+float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
+  const float mu = (1 - faded_share) * m.mu_Pa(), lambda = m.lambda_Pa();
+  return mu * (3 * lambda + 2 * mu) / (lambda + mu);
+}
+
 /// Per cube mu, lambda and the hourglass stiffness k = h E / 6: the bending stiffness of a cube exactly (the
-/// often used part of (lambda + 2 mu) h depends on Poisson's ratio).
+/// often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of the
+/// relaxed material: what lasts is right.
 std::vector<float> stiffness_fields(const CubeLattice& lattice, const tled::TilePlan& plan,
                                     std::span<const ElasticMaterial> materials,
-                                    const std::vector<std::uint8_t>& material_of_cube) {
+                                    const std::vector<std::uint8_t>& material_of_cube, float faded_share) {
   const auto cells = static_cast<std::size_t>(plan.grid.cells);
   std::vector<float> fields(3 * cells);
   for (std::size_t c = 0; c < plan.cube_cell.size(); ++c) {
@@ -35,7 +42,7 @@ std::vector<float> stiffness_fields(const CubeLattice& lattice, const tled::Tile
     const float fill = lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
     fields[cell] = fill * m.mu_Pa();
     fields[cells + cell] = fill * m.lambda_Pa();
-    fields[2 * cells + cell] = fill * lattice.spacing_m * m.young_Pa / 6;
+    fields[2 * cells + cell] = fill * lattice.spacing_m * relaxed_young_Pa(m, faded_share) / 6;
   }
   return fields;
 }
@@ -69,13 +76,29 @@ void check_material(const ElasticMaterial& m) {
           "a positive number");
 }
 
+namespace {
+
+void check_options(const TledOptions& options) {
+  require(options.damping_ratio >= 0 && options.damping_ratio <= 0.7F, "damping ratio", options.damping_ratio,
+          "0 to 0.7");
+  require(options.fibre_ratio >= 0, "fibre ratio", options.fibre_ratio, "0 or more");
+  for (const RelaxationTerm& term : options.relaxation) {
+    require(term.share >= 0, "relaxation share", term.share, "0 or more");
+    require(term.time_s > 0 && std::isfinite(term.time_s), "relaxation time [s]", term.time_s,
+            "a positive number");
+  }
+  require(options.faded_share() < 1, "sum of relaxation shares", options.faded_share(), "less than 1");
+  if (options.full_integration && options.faded_share() > 0)
+    throw Error("stresses that relax need one integration point, not full integration");
+}
+
+}  // namespace
+
 Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
            std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
            std::optional<Slab> own)
     : options_(options), spacing_m_(lattice.spacing_m) {
-  require(options.damping_ratio >= 0 && options.damping_ratio <= 0.7F, "damping ratio", options.damping_ratio,
-          "0 to 0.7");
-  require(options.fibre_ratio >= 0, "fibre ratio", options.fibre_ratio, "0 or more");
+  check_options(options);
   std::vector<std::uint8_t> material(material_of_cube.begin(), material_of_cube.end());
   if (material.empty()) material.assign(lattice.cubes.size(), 0);
   if (material.size() != lattice.cubes.size())
@@ -92,12 +115,10 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   }
   for (const ElasticMaterial& m : materials) {
     check_material(m);
-    // Fibres add at most 2 c (3 a.Ca - 1) to the stiffness along them: at 1.5 times the length, 11.5 c.
-    const float fibre =
-        options.law == MaterialLaw::transversely_isotropic ? 11.5F * options.fibre_ratio * m.mu_Pa() : 0;
+    const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
     undamped_step_s = std::min(
         undamped_step_s,
-        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + fibre)));
+        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + added)));
   }
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
@@ -120,40 +141,37 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   }
   inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
   node_ = to_device(ctx, node);
-  stiffness_ = to_device(ctx, stiffness_fields(lattice, plan, materials, material));
+  stiffness_ = to_device(ctx, stiffness_fields(lattice, plan, materials, material, options.faded_share()));
   const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
   for (Buffer<float>& ahead : ahead_m_) ahead = to_device(ctx, zero);
+  for (Buffer<float>& history : history_Pa_) {
+    if (relaxes())
+      history = to_device(ctx, std::vector<float>(tled::RelaxingCube<NeoHookean>::kFields * zero.size() / 3));
+  }
   f_N_ = to_device(ctx, zero);
 }
 
-template <class Law, class Sink>
-void Tled::launch_forces(ExecContext& ctx, Tiles which, const Law& law, View<const float> ahead_m,
-                         const Sink& sink) {
+template <class Cube, class Sink>
+void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube, const Sink& sink) {
   const Index begin = which == Tiles::interior ? edge_tiles_ : 0;
   const Index end = which == Tiles::edges ? edge_tiles_ : tiles_.size();
   const View<const tled::Tile> tiles = tiles_.const_view().part(begin, end - begin);
-  const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
-  const auto launch = [&]<int kGroups>(const auto& cube, std::integral_constant<int, kGroups>) {
-    using Kernel = tled::ElementForces<std::decay_t<decltype(cube)>, kGroups, Sink>;
+  const auto launch = [&]<int kGroups>(std::integral_constant<int, kGroups>) {
+    using Kernel = tled::ElementForces<Cube, kGroups, Sink>;
     ctx.parallel_for(
         "tled/element_forces", tiles.size(),
-        Kernel{tiles, active_.const_view(), ahead_m, stiffness_.const_view(), grid_, cube, sink});
+        Kernel{tiles, active_.const_view(), ahead_m(k), stiffness_.const_view(), grid_, cube, sink});
   };
-  const auto launch_cube = [&](const auto& cube) {
-    if (ctx.device().is_cuda())
-      launch(cube, std::integral_constant<int, tled::kGroupsOnGpu>{});
-    else
-      launch(cube, std::integral_constant<int, tled::kGroupsOnCpu>{});
-  };
-  if (options_.full_integration)
-    launch_cube(tled::EightPointCube<Law>{law, gradient, area});
+  if (ctx.device().is_cuda())
+    launch(std::integral_constant<int, tled::kGroupsOnGpu>{});
   else
-    launch_cube(tled::OnePointCube<Law>{law, gradient, area});
+    launch(std::integral_constant<int, tled::kGroupsOnCpu>{});
 }
 
-void Tled::compute_forces(ExecContext& ctx, const BodyState& state) {
+void Tled::compute_forces(ExecContext& ctx, const BodyState& state, float dt_s) {
   load(ctx, state);
-  sum_forces(ctx, Tiles::all, ahead_m_[0].const_view(), tled::StoreForces{f_N_.view(), grid_.cells});
+  sum_forces(ctx, Tiles::all, 0, dt_s, tled::StoreForces{f_N_.view(), grid_.cells});
+  if (dt_s > 0) keep_history(ctx, 1);
 }
 
 void Tled::load(ExecContext& ctx, const BodyState& state) {
@@ -163,17 +181,31 @@ void Tled::load(ExecContext& ctx, const BodyState& state) {
 }
 
 template <class Sink>
-void Tled::sum_forces(ExecContext& ctx, Tiles which, View<const float> ahead_m, const Sink& sink) {
-  switch (options_.law) {
-    case MaterialLaw::neo_hookean:
-      return launch_forces(ctx, which, NeoHookean{}, ahead_m, sink);
-    case MaterialLaw::isochoric_neo_hookean:
-      return launch_forces(ctx, which, IsochoricNeoHookean{}, ahead_m, sink);
-    case MaterialLaw::transversely_isotropic:
-      return launch_forces(
-          ctx, which, TransverselyIsotropic{normalized(options_.fibre, Vec3f{1, 0, 0}), options_.fibre_ratio},
-          ahead_m, sink);
-  }
+void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink) {
+  const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
+  with_law(options_, [&]<class Law>(const Law& law) {
+    const tled::OnePointCube<Law> elastic{law, gradient, area};
+    if (relaxes()) {
+      tled::RelaxingCube<Law> cube{.elastic = elastic,
+                                   .before = history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
+                                   .after = history_Pa_[static_cast<std::size_t>((k + 1) % 2)].view(),
+                                   .cells = grid_.cells,
+                                   .share = {},
+                                   .fade = {}};
+      for (std::size_t n = 0; n < options_.relaxation.size(); ++n) {
+        cube.share[n] = options_.relaxation[n].share;
+        cube.fade[n] = static_cast<float>(-std::expm1(-double{dt_s} / double{options_.relaxation[n].time_s}));
+      }
+      return launch_forces(ctx, which, k, cube, sink);
+    }
+    if (options_.full_integration)
+      return launch_forces(ctx, which, k, tled::EightPointCube<Law>{law, gradient, area}, sink);
+    launch_forces(ctx, which, k, elastic, sink);
+  });
+}
+
+void Tled::keep_history(ExecContext& ctx, int count) {
+  if (relaxes() && count % 2 == 1) ctx.copy(history_Pa_[1].const_view(), history_Pa_[0].view());
 }
 
 void Tled::check_step(float dt_s) const {
@@ -190,11 +222,12 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
                 std::to_string(node_count()));
   load(ctx, state);
   for (int k = 0; k < count; ++k) move(ctx, state, step, k, Tiles::all);
+  keep_history(ctx, count);
 }
 
 void Tled::move(ExecContext& ctx, BodyState& state, const TledStep& step, int k, Tiles which) {
   sum_forces(
-      ctx, which, ahead_m(k),
+      ctx, which, k, step.dt_s,
       tled::MoveNodes{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), node_.const_view(),
                       inverse_mass_per_kg_.const_view(), ahead_m(k + 1), grid_.cells, step.gravity_m_s2,
                       step.dt_s, 1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});

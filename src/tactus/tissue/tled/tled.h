@@ -11,16 +11,6 @@
 
 namespace tactus {
 
-/// How cubes resist.
-struct TledOptions {
-  MaterialLaw law = MaterialLaw::neo_hookean;
-  Vec3f fibre{1, 0, 0};           ///< transversely isotropic: direction at rest
-  float fibre_ratio = 0;          ///< transversely isotropic: fibre stiffness over mu
-  bool full_integration = false;  ///< 2x2x2 points instead of one and hourglass control; locks in bending
-  /// Part of critical damping of the fastest mode, 0..0.7, by viscous elements: rigid motion is not damped.
-  float damping_ratio = 0.05F;
-};
-
 struct TledStep {
   float dt_s = 1e-4F;
   Vec3f gravity_m_s2{0, -9.81F, 0};
@@ -41,8 +31,9 @@ class Tled {
        std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {},
        std::optional<Slab> own = std::nullopt);
 
-  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. Asynchronous.
-  void compute_forces(ExecContext& ctx, const BodyState& state);
+  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. dt_s: what relaxes does so
+  /// for this long; 0: not at all. Asynchronous.
+  void compute_forces(ExecContext& ctx, const BodyState& state, float dt_s = 0);
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
   /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous.
@@ -58,6 +49,8 @@ class Tled {
   };
   void load(ExecContext& ctx, const BodyState& state);
   void move(ExecContext& ctx, BodyState& state, const TledStep& step, int k, Tiles which);
+  /// After `count` moves of all tiles: what the last one left of the history is where the first looks for it.
+  void keep_history(ExecContext& ctx, int count);
   /// Where move(k) finds positions ahead [m]: three fields over cells.
   View<float> ahead_m(int k) { return ahead_m_[static_cast<std::size_t>(k % 2)].view(); }
 
@@ -85,11 +78,12 @@ class Tled {
   Index cells() const { return grid_.cells; }
 
  private:
+  /// Reads what move k - 1 left, for a substep of dt_s.
   template <class Sink>
-  void sum_forces(ExecContext& ctx, Tiles which, View<const float> ahead_m, const Sink& sink);
-  template <class Law, class Sink>
-  void launch_forces(ExecContext& ctx, Tiles which, const Law& law, View<const float> ahead_m,
-                     const Sink& sink);
+  void sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink);
+  template <class Cube, class Sink>
+  void launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube, const Sink& sink);
+  bool relaxes() const { return options_.faded_share() > 0; }
 
   TledOptions options_;
   float spacing_m_, guaranteed_step_s_ = 0, stable_step_s_ = 0, damping_time_s_ = 0;
@@ -101,6 +95,8 @@ class Tled {
   Buffer<tled::CubeExtremes> extremes_;
   Buffer<float> inverse_mass_per_kg_, stiffness_, f_N_;
   std::array<Buffer<float>, 2> ahead_m_;  ///< a step reads one and writes the other
+  std::array<Buffer<float>, 2>
+      history_Pa_;  ///< the same, where stresses relax; between steps the first holds
 };
 
 }  // namespace tactus

@@ -40,7 +40,8 @@ struct OnePointCube {
   Law law;
   float gradient_per_m;  ///< 1 / (4 h)
   float area_m2;         ///< h^2 / 4
-  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float hourglass) const {
+  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float hourglass,
+                            Index /*cell*/) const {
     const float s = gradient_per_m;
     const GradientColumns P = law.stress({s * u.x, s * u.y, s * u.z}, mu, lambda);
     const float k = -0.125F * hourglass, a = -area_m2;
@@ -53,7 +54,8 @@ template <class Law>
 struct EightPointCube {
   Law law;
   float gradient_per_m, area_m2;
-  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float /*hourglass*/) const {
+  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float /*hourglass*/,
+                            Index /*cell*/) const {
     CubeModes f{};
     const float g = 0.577350269F, w = -0.125F * area_m2, s = gradient_per_m;
     for (int i = 0; i < 8; ++i) {
@@ -70,6 +72,43 @@ struct EightPointCube {
       f.yz += w * (c * P.y + b * P.z);
       f.xyz += w * ((b * c) * P.x + (a * c) * P.y + (a * b) * P.z);
     }
+    return f;
+  }
+};
+
+/// A cube whose shear stress fades (Taylor et al. 2009). S = S_law - sum g_n with g_n' = (share_n S_shear -
+/// g_n) / time_n, S_shear being the second Piola-Kirchhoff stress that mu gives: it does not turn with the
+/// body. A step takes g_n + fade_n (share_n S_shear - g_n), fade_n = 1 - exp(-dt / time_n): exact for a held
+/// strain, whatever the step. Cubes at a tile's border are seen by several tiles, which all write the same.
+template <class Law>
+struct RelaxingCube {
+  static constexpr int kTerms = 2, kFields = 6 * kTerms;
+  OnePointCube<Law> elastic;
+  View<const float> before;  ///< g_n: xx, yy, zz, yz, zx, xy per term [Pa]; kFields fields over cells
+  View<float> after;         ///< out
+  Index cells;
+  float share[kTerms], fade[kTerms];
+
+  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float hourglass, Index cell) const {
+    CubeModes f = elastic.force(u, mu, lambda, hourglass, cell);
+    const float s = elastic.gradient_per_m, a = elastic.area_m2;
+    const GradientColumns F{s * u.x, s * u.y, s * u.z}, P = elastic.law.stress(F, mu, 0.F), cof = cofactor(F);
+    const float inverse_J = 1.F / max(dot(F.x, cof.x), kSmallestJ);  // F^-1 = cof^T / J
+    const float S[6] = {inverse_J * dot(cof.x, P.x), inverse_J * dot(cof.y, P.y),
+                        inverse_J * dot(cof.z, P.z), inverse_J * dot(cof.y, P.z),
+                        inverse_J * dot(cof.z, P.x), inverse_J * dot(cof.x, P.y)};
+    float g[6] = {};
+    for (Index n = 0; n < kTerms; ++n) {
+      for (Index i = 0; i < 6; ++i) {
+        const Index at = (6 * n + i) * cells + cell;
+        const float old = before[at], now = old + fade[n] * (share[n] * S[i] - old);
+        after[at] = now;
+        g[i] += now;
+      }
+    }
+    f.x += a * (g[0] * F.x + g[5] * F.y + g[4] * F.z);
+    f.y += a * (g[5] * F.x + g[1] * F.y + g[3] * F.z);
+    f.z += a * (g[4] * F.x + g[3] * F.y + g[2] * F.z);
     return f;
   }
 };
@@ -218,7 +257,7 @@ struct ElementForces {
     };
     const CubeModes u{sum(1), sum(2), difference(0), sum(3), difference(2), difference(1), difference(3)};
     const CubeModes f =
-        cube.force(u, stiffness[cell], stiffness[grid.cells + cell], stiffness[2 * grid.cells + cell]);
+        cube.force(u, stiffness[cell], stiffness[grid.cells + cell], stiffness[2 * grid.cells + cell], cell);
     hand_on(column, 0, i, Vec3f{}, f.z);
     hand_on(column, 1, i, f.x, f.xz);
     hand_on(column, 2, i, f.y, f.yz);

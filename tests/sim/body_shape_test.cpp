@@ -1,0 +1,318 @@
+#include "tactus/sim/body_shape.h"
+
+#include <gtest/gtest.h>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/mesh_defects.h"
+#include "tactus/multi_device/device_set.h"
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+namespace {
+
+/// A cube of 0.2 m as a mesh body.
+BodyAssets cube_asset(float scale, bool inside_out) {
+  TriangleMesh mesh;
+  for (int q = 0; q < 8; ++q)
+    mesh.positions_m.push_back(
+        scale * Vec3f{(q & 1) != 0 ? 0.1F : -0.1F, (q & 2) != 0 ? 0.1F : -0.1F, (q & 4) != 0 ? 0.1F : -0.1F});
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  if (inside_out)
+    for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+  return {{{"cube", mesh}}, {}};
+}
+BodyDescription cube_body() {
+  BodyDescription body;
+  body.name = "cube";
+  body.shape.kind = ShapeKind::mesh;
+  body.spacing_m = 0.05;
+  return body;
+}
+
+/// The message of the error that `body` throws, with its exit code: "2: ...".
+template <class F>
+std::string refusal(F&& body) {
+  try {
+    body();
+  } catch (const Error& e) {
+    return (e.kind() == ErrorKind::usage ? "2: " : "1: ") + std::string(e.what());
+  }
+  return "accepted";
+}
+std::string refusal(const BodyDescription& body, const BodyAssets& assets) {
+  return refusal([&] { make_body_shape(body, assets); });
+}
+
+SpaceRegion ball(Vec3d center_m, double radius_m) {
+  SpaceRegion region;
+  region.kind = RegionKind::sphere;
+  region.center_m = center_m;
+  region.radius_m = radius_m;
+  return region;
+}
+
+TEST(BodyShape, OddMeshesAreNamed) {
+  EXPECT_TRUE(make_body_shape(cube_body(), cube_asset(1, false)).warnings.empty());
+  const BodyShape turned = make_body_shape(cube_body(), cube_asset(1, true));
+  ASSERT_EQ(turned.warnings.size(), 1U);
+  EXPECT_EQ(turned.warnings[0], "its triangles face inwards; they are taken the other way round");
+  EXPECT_GT(volume_m3(turned.surface_m), 0);
+  BodyDescription large = cube_body();
+  large.spacing_m = 50;
+  const BodyShape millimetres = make_body_shape(large, cube_asset(1000, false));
+  ASSERT_EQ(millimetres.warnings.size(), 1U);
+  EXPECT_EQ(millimetres.warnings[0],
+            "it is 200 m long: is its file in millimetres? Then say 'unit_m: 0.001'");
+  BodyDescription free = cube_body();
+  free.fixed.push_back(ball({5, 5, 5}, 0.1));
+  EXPECT_EQ(make_body_shape(free, cube_asset(1, false)).warnings.at(0),
+            "its 'fixed' regions hold no node: it is free");
+}
+
+PaintedRegion core_region(const SpaceRegion& where) {
+  PaintedRegion region;
+  region.name = "core";
+  region.where = where;
+  region.young_modulus_pa = 50000;
+  return region;
+}
+
+/// Meshes that are no boundary: how many edges, where, and what can be done.
+TEST(BodyShape, MeshesThatBoundNoSolidAreRefused) {
+  BodyAssets open = cube_asset(1, false);
+  open.meshes["cube"].triangles.pop_back();
+  EXPECT_EQ(
+      refusal(cube_body(), open),
+      "1: body 'cube': its mesh does not bound a solid: 3 open edges, the first from (0.1, 0.1, -0.1) to "
+      "(0.1, -0.1, 0.1) m; repair it, or say 'fill: winding' to fill it by its winding number");
+  BodyAssets turned = cube_asset(1, false);
+  std::swap(turned.meshes["cube"].triangles[0][0], turned.meshes["cube"].triangles[0][1]);
+  EXPECT_EQ(
+      refusal(cube_body(), turned),
+      "1: body 'cube': its mesh does not bound a solid: 3 edges between triangles that face opposite "
+      "ways, the first from (-0.1, -0.1, -0.1) to (0.1, -0.1, -0.1) m; repair it, or say 'fill: winding' "
+      "to fill it by its winding number");
+  BodyAssets fin = cube_asset(1, false);  // a triangle stands on an edge
+  fin.meshes["cube"].positions_m.push_back({0, 0.2F, 0.2F});
+  fin.meshes["cube"].triangles.push_back({6, 7, 8});
+  EXPECT_EQ(
+      refusal(cube_body(), fin),
+      "1: body 'cube': its mesh does not bound a solid: 2 open edges, the first from (-0.1, 0.1, 0.1) to "
+      "(0, 0.2, 0.2) m; 1 edge of more than two triangles that don't pair up, the first from (-0.1, 0.1, "
+      "0.1) to (0.1, 0.1, 0.1) m; repair it, or say 'fill: winding' to fill it by its winding number");
+  BodyAssets nan = cube_asset(1, false);
+  nan.meshes["cube"].positions_m[3].z = NAN;
+  EXPECT_EQ(refusal(cube_body(), nan), "1: body 'cube': its mesh: vertex 3 is not finite: (0.1, 0.1, nan)");
+}
+
+/// The same meshes, filled by winding number when that is asked for, are the whole cube again: 4^3 cubes.
+TEST(BodyShape, WindingNumberFillsThem) {
+  BodyDescription body = cube_body();
+  body.shape.fill = MeshFill::winding;
+  const auto expect_cube = [&](const BodyAssets& assets, const std::string& warning, Index fewest) {
+    const BodyShape shape = make_body_shape(body, assets);
+    EXPECT_LE(shape.lattice.cube_count(), 64);
+    EXPECT_GE(shape.lattice.cube_count(), fewest);
+    // Seen through the hole of half a face, up to a quarter of the solid angle is missing just beside it:
+    // nodes on that face may count as outside, no others.
+    EXPECT_GT(shape.lattice.mass_kg(), 8 * 0.85);
+    if (!warning.empty()) {
+      ASSERT_EQ(shape.warnings.size(), 1U);
+      EXPECT_NE(shape.warnings[0].find(warning), std::string::npos) << shape.warnings[0];
+    }
+  };
+  expect_cube(cube_asset(1, false), "", 64);
+  BodyAssets open = cube_asset(1, false);
+  open.meshes["cube"].triangles.pop_back();
+  expect_cube(open,
+              "3 open edges, the first from (0.1, 0.1, -0.1) to (0.1, -0.1, 0.1) m; it is filled by its", 64);
+  BodyAssets turned = cube_asset(1, false);
+  std::swap(turned.meshes["cube"].triangles[0][0], turned.meshes["cube"].triangles[0][1]);
+  // A turned triangle counts twice: the 10 cubes below this half of a face may see 1 - 2 * 1/4 of a turn or
+  // less.
+  expect_cube(turned, "face opposite ways", 64 - 10);
+  BodyAssets sheet = cube_asset(1, false);
+  sheet.meshes["cube"].triangles.resize(2);
+  EXPECT_NE(refusal(body, sheet).find("the mesh encloses nothing at this spacing"), std::string::npos)
+      << refusal(body, sheet);
+}
+
+TEST(BodyShape, SelfOverlapAndSharedEdgesAreNamed) {
+  const auto with_second = [](Vec3f shift) {
+    BodyAssets assets = cube_asset(1, false);
+    TriangleMesh& mesh = assets.meshes["cube"];
+    const TriangleMesh one = mesh;
+    for (const Vec3f p : one.positions_m) mesh.positions_m.push_back(p + shift);
+    for (const auto& t : one.triangles) mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
+    return assets;
+  };
+  // Two cubes a corner of which overlaps: 2 * 64 lattice cubes less those that both have. All their faces lie
+  // on planes of the lattice.
+  const BodyShape overlap = make_body_shape(cube_body(), with_second({0.1F, 0.1F, 0.1F}));
+  ASSERT_EQ(overlap.warnings.size(), 1U);
+  EXPECT_NE(overlap.warnings[0].find("its mesh overlaps itself: "), std::string::npos) << overlap.warnings[0];
+  EXPECT_NE(overlap.warnings[0].find(" pairs of triangles cross, the first at ("), std::string::npos);
+  EXPECT_EQ(overlap.lattice.cube_count(), 128 - 8);
+  // Two that share an edge: four triangles meet there.
+  BodyAssets edge = with_second({0.2F, 0.2F, 0});
+  for (auto& t : edge.meshes["cube"].triangles)
+    for (Index& v : t) v = v == 8 ? 3 : (v == 12 ? 7 : v);
+  const BodyShape joined = make_body_shape(cube_body(), edge);
+  ASSERT_EQ(joined.warnings.size(), 1U);
+  EXPECT_EQ(
+      joined.warnings[0],
+      "its mesh is no manifold: 1 edge belongs to more than two triangles, the first from (0.1, 0.1, -0.1) "
+      "to (0.1, 0.1, 0.1) m; inside is where the winding number is not 0");
+}
+
+TEST(BodyShape, SpacingsThatCantBe) {
+  BodyDescription body = cube_body();
+  body.spacing_m = 0.3;
+  EXPECT_EQ(refusal(body, cube_asset(1, false)),
+            "1: body 'cube': lattice spacing 0.300000 m is larger than the body (0.200000 m)");
+  body.spacing_m = 1e-4;
+  EXPECT_EQ(
+      refusal(body, cube_asset(1, false)),
+      "1: body 'cube': lattice spacing 0.000100 m needs 8.9 TB for 8000000000 cubes, more than the limit of "
+      "8.0 GB; use a larger spacing");
+  body = cube_body();  // millimetres are named where they are the reason
+  EXPECT_EQ(
+      refusal(body, cube_asset(1000, false)),
+      "1: body 'cube': lattice spacing 0.050000 m needs 71.0 TB for 64000000000 cubes, more than the limit "
+      "of 8.0 GB; use a larger spacing; it is 200 m long: is its file in millimetres? Then say 'unit_m: "
+      "0.001'");
+  EXPECT_EQ(
+      refusal(body, cube_asset(0.001F, false)),
+      "1: body 'cube': lattice spacing 0.050000 m is larger than the body (0.000200 m); it is only 0.2 mm "
+      "long: check 'unit_m' and 'scale'");
+  body.shape.kind = ShapeKind::sphere;
+  body.shape.radius_m = 5;
+  body.spacing_m = 0.0001;  // refused before its surface is made
+  EXPECT_NE(refusal(body, {}).find("needs 1110.0 PB"), std::string::npos) << refusal(body, {});
+}
+
+TEST(BodyShape, RegionsThatDoNothingAreRefused) {
+  BodyDescription body = cube_body();
+  body.regions.push_back(core_region(ball({}, 0.06)));
+  EXPECT_EQ(
+      refusal(body, cube_asset(1, false)),
+      "2: body 'cube': region 0 ('core') holds no element, so its 'young_modulus_pa' and 'poisson_ratio' do "
+      "nothing: shape matching has the body's");
+  body.material.model = TissueModel::tled;
+  EXPECT_EQ(refusal(body, cube_asset(1, false)), "accepted");
+  body.regions.clear();
+  body.material.model = TissueModel::hybrid;
+  body.ratio = RatioDescription{1, 1000, Axis::x};
+  EXPECT_EQ(make_body_shape(body, cube_asset(1, false)).warnings.at(0),
+            "it is hybrid, but no cube is an element");
+  body.ratio = RatioDescription{1000, 1, Axis::x};
+  EXPECT_EQ(make_body_shape(body, cube_asset(1, false)).warnings.at(0),
+            "it is hybrid, but every cube is an element");
+}
+
+/// 0.2 m of 40^3 voxels: label 1 with a core of label 7 in the corner where x, y, z < 0.1 m.
+BodyAssets labelled_cube() {
+  LabelVolume volume{{}, {40, 40, 40}, {0.005F, 0.005F, 0.005F}, {}};
+  for (int i = 0; i < 40 * 40 * 40; ++i)
+    volume.labels.push_back(i % 40 < 20 && i / 40 % 40 < 20 && i / 1600 < 20 ? 7 : 1);
+  return {{}, {{"cube", volume}}};
+}
+
+TEST(BodyShape, LabelsPaintAndHold) {
+  BodyDescription body = cube_body();
+  body.shape.kind = ShapeKind::labels;
+  body.material.model = TissueModel::tled;
+  body.placement = {{1, 2, 3}, {0, 0, 90}, 0.5};
+  body.spacing_m = 0.02;
+  SpaceRegion core;
+  core.kind = RegionKind::label;
+  core.labels = {7};
+  body.regions.push_back(core_region(core));
+  body.fixed.push_back(core);
+  const BodyShape shape = make_body_shape(body, labelled_cube());
+  // 0.1 m in the world, 5^3 cubes: the core takes half of the third layer along each axis, where it has the
+  // majority only in cubes that lie in it along the two others: 2 1/2 layers round to 2 or 3.
+  const auto painted = std::count(shape.material_of_cube.begin(), shape.material_of_cube.end(), 1);
+  EXPECT_GE(painted, 8);
+  EXPECT_LE(painted, 27);
+  EXPECT_FLOAT_EQ(shape.materials[1].young_Pa, 50000);
+  const auto held = std::count(shape.lattice.fixed.begin(), shape.lattice.fixed.end(), 1);
+  EXPECT_GE(held, 27);
+  EXPECT_LE(held, 64);
+  // Turned by 90 degrees about z, the core lies at x < 1 and y > 2.
+  for (std::size_t c = 0; c < shape.lattice.cubes.size(); ++c) {
+    if (shape.material_of_cube[c] == 0) continue;
+    const Vec3f p = shape.lattice.origin_m + 0.02F * vec_cast<float>(shape.lattice.cubes[c]);
+    EXPECT_LT(p.x + 0.01F, 1);
+    EXPECT_LT(p.y + 0.01F, 2.06F);
+  }
+  body.regions[0].where.labels = {9};
+  EXPECT_EQ(refusal(body, labelled_cube()),
+            "2: body 'cube': region 0 ('core') holds no cube of the body; they have label 1, 7");
+  body.shape.labels = {9};
+  EXPECT_EQ(refusal(body, labelled_cube()), "2: body 'cube': its label volume has no label 9; it has 1, 7");
+  EXPECT_EQ(refusal([&] {
+              body.shape.labels.clear();
+              make_body_shape(body, {{}, {{"cube", {{0}, {1, 1, 1}, {0.1F, 0.1F, 0.1F}, {}}}}});
+            }),
+            "1: body 'cube': its label volume holds nothing but 0");
+}
+
+/// Where regions lie over one another the last one's density counts, once.
+TEST(BodyShape, LaterRegionsPaintOver) {
+  BodyDescription body = cube_body();
+  body.material.model = TissueModel::tled;
+  for (const double density : {3000.0, 2000.0}) {
+    body.regions.push_back(core_region(ball({}, 0.06)));
+    body.regions.back().density_kg_m3 = density;
+  }
+  EXPECT_NEAR(make_body_shape(body, cube_asset(1, false)).lattice.mass_kg(), 8 + 1, 1e-3);
+}
+
+TEST(BodyShape, RegionsPaintMaterialsAndModels) {
+  BodyDescription body = cube_body();
+  body.material.model = TissueModel::hybrid;
+  PaintedRegion core;
+  core.name = "core";
+  core.where = ball({}, 0.06);
+  core.model = RegionModel::tled;
+  core.young_modulus_pa = 50000;
+  core.density_kg_m3 = 2000;
+  body.regions.push_back(core);
+  const BodyShape shape = make_body_shape(body, cube_asset(1, false));
+  // 4^3 cubes whose centres are 0.025 or 0.075 from the middle planes: the inner 8 lie within 0.06.
+  EXPECT_EQ(std::count(shape.elements.begin(), shape.elements.end(), 1), 8);
+  EXPECT_EQ(std::count(shape.material_of_cube.begin(), shape.material_of_cube.end(), 1), 8);
+  EXPECT_FLOAT_EQ(shape.materials[1].young_Pa, 50000);
+  // 0.2^3 m^3 of water and 8 cubes of 0.05^3 twice as heavy; the surface coincides with cube faces.
+  EXPECT_NEAR(shape.lattice.mass_kg(), 8 + 1, 1e-3);
+  body.regions[0].where.center_m = {3, 0, 0};
+  try {
+    make_body_shape(body, cube_asset(1, false));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "body 'cube': region 0 ('core') holds no cube of the body");
+  }
+}
+
+/// A body that is pressed to numbers that are no longer finite goes back and rests; the run goes on.
+TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
+  DeviceSet devices("cpu");
+  ExecContext& ctx = devices.context(0);
+  BodyDescription description = cube_body();
+  description.material.model = TissueModel::tled;
+  SoftBody body(ctx, description, cube_asset(1, false), 0.05F);
+  body.begin_frame(ctx);
+  for (int k = 0; k < 3; ++k) body.step(ctx, 1e-5F, {0, NAN, 0});
+  const std::string trouble = body.end_frame(ctx);
+  EXPECT_NE(trouble.find("body 'cube' blew up, first seen in cube 0, at rest round ("), std::string::npos)
+      << trouble;
+  EXPECT_TRUE(body.at_rest());
+  for (const Vec3f x : body.positions_m(ctx)) EXPECT_LT(length(x), 0.2F);
+  body.step(ctx, 1e-5F, {0, -9.81F, 0});
+  EXPECT_EQ(body.end_frame(ctx), "");
+}
+
+}  // namespace
+}  // namespace tactus
