@@ -26,7 +26,11 @@ const std::vector<Benchmark>& benchmarks() {
   static const std::vector<Benchmark> all{
       {"affine", "the smallest kernel through parallel_for, against the same loop written by hand",
        run_affine},
-      {"hull", "visual hull and mesh of 8 silhouettes 640x480, against a plain voxel loop", run_hull},
+      {"hull", "visual hull and mesh of 8 silhouettes 640x480 and 16 of 1920x1080, up to 1024^3", run_hull},
+      {"table2", "Table 2 of Shao et al. 2019: reconstruction on the CPU, one GPU and all (auto: all three)",
+       run_table2},
+      {"table3", "Table 3 of Shao et al. 2019: texture on the CPU, one GPU and all (auto: all three)",
+       run_table3},
       {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)", run_tissue},
       {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
        run_fig20},

@@ -88,6 +88,12 @@ TEST_P(Compute, ScanCompactSort) {
     if (flags[i] != 0) expected_chosen.push_back(static_cast<Index>(i));
   }
   EXPECT_EQ(to_host(ctx, scanned.view()), expected_scan);
+  std::vector<std::uint64_t> wide(flags.size()), expected_wide(flags.size());
+  for (std::uint64_t& w : wide) w = std::uint64_t{random()} << 32 | random() % 100;  // sums beyond 2^64
+  std::exclusive_scan(wide.begin(), wide.end(), expected_wide.begin(), std::uint64_t{0});
+  Buffer<std::uint64_t> words = to_device(ctx, wide);
+  ctx.exclusive_scan("scan", words.const_view(), words.view());
+  EXPECT_EQ(to_host(ctx, words.view()), expected_wide);
   ASSERT_EQ(to_host(ctx, chosen_count.view())[0], static_cast<Index>(expected_chosen.size()));
   EXPECT_EQ(to_host(ctx, chosen.view().part(0, static_cast<Index>(expected_chosen.size()))), expected_chosen);
 

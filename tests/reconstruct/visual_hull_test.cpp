@@ -6,40 +6,16 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <regex>
 
+#include "sphere_scene.h"
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
 
-constexpr Box3f kCube{{-0.5F, 0, -0.5F}, {0.5F, 1, 0.5F}};
-
-/// Cameras on two rings that look at the middle of the unit cube.
-std::vector<Camera> ring(int count, Index width = 320, Index height = 240) {
-  std::vector<Camera> cameras;
-  for (int i = 0; i < count; ++i) {
-    const double angle = 2 * std::numbers::pi * (i + 0.13) / count;
-    const Vec3d eye{1.7 * std::cos(angle), i % 2 == 0 ? 1.3 : 0.4, 1.7 * std::sin(angle)};
-    cameras.push_back(look_at(eye, {0, 0.5, 0}, {0, 1, 0}, width, height, 0.9 * width));
-    cameras.back().name = "cam" + std::to_string(i);
-  }
-  return cameras;
-}
-
-/// The exact silhouette of a sphere: a pixel ray hits when its distance to the centre is at most the radius.
-BitMask sphere_silhouette(const Camera& camera, Vec3d center, double radius) {
-  const Vec3d eye = camera.center_world();
-  return make_mask(camera.width_px, camera.height_px, [&](Index x, Index y) {
-    return length(cross(pixel_ray_world(camera, x, y), center - eye)) <= radius;
-  });
-}
-
-std::vector<BitMask> sphere_silhouettes(const std::vector<Camera>& cameras, Vec3d center, double radius) {
-  std::vector<BitMask> masks;
-  for (const Camera& c : cameras) masks.push_back(sphere_silhouette(c, center, radius));
-  return masks;
-}
+using test::kCube, test::ring, test::sphere_silhouette, test::sphere_silhouettes;
 
 /// Blobs of random size and place: silhouettes that no real object casts.
 std::vector<BitMask> random_silhouettes(const std::vector<Camera>& cameras, unsigned seed) {
@@ -225,33 +201,52 @@ TEST(Hull, BlackMasksGiveNothingAndWhiteOnesTheBox) {
   EXPECT_NEAR(volume_m3(box), 1.0, 3e-3);
 }
 
-TEST(Hull, OverflowIsAStatusWithItsRemedy) {
+/// "123 vertices, room for 10: raise max_vertices to 123 or more"
+void apply_remedy(const std::string& overflow, HullOptions& options) {
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(overflow, found, std::regex("raise (\\w+) to (\\d+) or more$"))) << overflow;
+  Index& option = found[1] == "max_active_bricks"
+                      ? options.max_active_bricks
+                      : (found[1] == "max_vertices" ? options.max_vertices : options.max_triangles);
+  const Index wanted = std::stoi(found[2]);
+  ASSERT_GT(wanted, option);
+  option = wanted;
+}
+
+TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
   const std::vector<Camera> cameras = ring(4);
   const std::vector<BitMask> masks = sphere_silhouettes(cameras, {0, 0.5, 0}, 0.3);
-  for (const char* devices : {"cpu", "cpu:2"}) {
-    DeviceSet set(devices, 2);
-    HullOptions options{kCube, 64};
-    options.max_active_bricks = 20;
-    VisualHull few_bricks(set, cameras, options);
-    options.max_active_bricks = 0;
-    options.max_vertices = 500;
-    VisualHull few_vertices(set, cameras, options);
-    for (VisualHull* hull : {&few_bricks, &few_vertices}) {
-      hull->upload(masks);
-      hull->carve();
-      hull->extract();
-      EXPECT_NE(hull->report().overflow.find(hull == &few_bricks ? "raise max_active_bricks"
-                                                                 : "raise max_vertices"),
-                std::string::npos);
-      EXPECT_NO_THROW(topology(hull->download()));  // no triangle names a vertex that is not there
-      // Nor does any on the device, where normals and surfaces read them.
-      const DeviceMesh mesh = hull->mesh();
-      const std::vector<Vec3i> triangles = to_host(
-          set.context(0), mesh.triangles.part(0, std::min(hull->report().triangles, mesh.triangles.size())));
-      for (const Vec3i t : triangles)
-        ASSERT_TRUE(min(t.x, min(t.y, t.z)) >= 0 && max(t.x, max(t.y, t.z)) < mesh.positions_m.size());
+  DeviceSet set(GetParam(), 2);
+  HullOptions options{kCube, 64};
+  options.max_active_bricks = 20;
+  options.max_vertices = 500;
+  options.max_triangles = 3000;
+  std::vector<std::string> remedies;
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    VisualHull hull(set, cameras, options);
+    hull.upload(masks);
+    hull.carve();
+    hull.extract();
+    const std::string overflow = hull.report().overflow;
+    const TriangleMesh mesh = hull.download();
+    EXPECT_NO_THROW(topology(mesh));  // no triangle names a vertex that is not there
+    // Nor does any on the device, where normals and surfaces read them.
+    const DeviceMesh there = hull.mesh();
+    for (const Vec3i t : to_host(set.context(0), there.triangles.part(0, hull.report().triangles)))
+      ASSERT_TRUE(min(t.x, min(t.y, t.z)) >= 0 && max(t.x, max(t.y, t.z)) < there.positions_m.size());
+    if (overflow.empty()) {
+      EXPECT_TRUE(topology(mesh).closed_manifold());
+      EXPECT_EQ(mesh.positions_m, hull_of("cpu", cameras, masks, 64).positions_m);
+      break;
     }
+    remedies.push_back(overflow);
+    apply_remedy(overflow, options);
   }
+  // Each is named once, bricks first: without them the mesh can't be counted.
+  ASSERT_EQ(remedies.size(), 3U);
+  EXPECT_NE(remedies[0].find("surface bricks, room for 20: raise max_active_bricks"), std::string::npos);
+  EXPECT_NE(remedies[1].find("vertices, room for 500: raise max_vertices"), std::string::npos);
+  EXPECT_NE(remedies[2].find("triangles, room for 3000: raise max_triangles"), std::string::npos);
 }
 
 TEST(Hull, BadInputIsNamed) {
@@ -271,6 +266,14 @@ TEST(Hull, BadInputIsNamed) {
   EXPECT_NE(message([&] {
               VisualHull(set, cameras, {kCube, 100'000});
             }).find("would need"),
+            std::string::npos);
+  EXPECT_NE(message([&] {
+              VisualHull(set, cameras, {kCube, 2'000'000});
+            }).find("at most 1048576"),
+            std::string::npos);
+  HullOptions room{kCube, 64};
+  room.max_vertices = -1;
+  EXPECT_NE(message([&] { VisualHull(set, cameras, room); }).find("max_vertices -1: expected 0 (from"),
             std::string::npos);
   EXPECT_NE(message([&] {
               VisualHull(set, cameras, {{}, 64});

@@ -9,8 +9,8 @@
 #define TACTUS_HD
 #endif
 
-/// On functions that loop over lanes: all that they call is inlined, else the loop doesn't vectorise.
-#define TACTUS_FLATTEN __attribute__((flatten))
+/// On large functions and lambdas that loops over lanes call: a loop with a call in it doesn't vectorise.
+#define TACTUS_ALWAYS_INLINE __attribute__((always_inline))
 
 namespace tactus {
 /// Index of one element; all arrays of one device hold fewer than 2^31 elements.

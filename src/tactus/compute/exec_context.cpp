@@ -15,10 +15,11 @@ namespace {
 
 constexpr Index kScanPiece = 1 << 14;
 
-void scan_on_cpu(View<const Index> in, View<Index> out) {
+template <class T>
+void scan_on_cpu(View<const T> in, View<T> out) {
   const Index n = in.size();
   const Index pieces = ceil_div(n, kScanPiece);
-  std::vector<Index> piece_sum(static_cast<std::size_t>(pieces));
+  std::vector<T> piece_sum(static_cast<std::size_t>(pieces));
   const auto each_piece = [&](auto&& body) {
     detail::cpu_for_ranges(
         pieces, 1,
@@ -30,17 +31,17 @@ void scan_on_cpu(View<const Index> in, View<Index> out) {
   };
   if (pieces > 1) {
     each_piece([&](Index p) {
-      Index sum = 0;
+      T sum = 0;
       for (Index i = p * kScanPiece, end = std::min(n, i + kScanPiece); i < end; ++i) sum += in[i];
       piece_sum[static_cast<std::size_t>(p)] = sum;
     });
-    Index running = 0;
-    for (Index& sum : piece_sum) running += std::exchange(sum, running);
+    T running = 0;
+    for (T& sum : piece_sum) running += std::exchange(sum, running);
   }
   each_piece([&](Index p) {
-    Index running = piece_sum[static_cast<std::size_t>(p)];
+    T running = piece_sum[static_cast<std::size_t>(p)];
     for (Index i = p * kScanPiece, end = std::min(n, i + kScanPiece); i < end; ++i) {
-      const Index value = in[i];
+      const T value = in[i];
       out[i] = running;
       running += value;
     }
@@ -139,6 +140,14 @@ void* ExecContext::scratch(std::size_t bytes) {
 }
 
 void ExecContext::exclusive_scan(const char* name, View<const Index> in, View<Index> out) {
+  const KernelTimer timer(*this, name);
+  check_copy(static_cast<std::size_t>(in.size()), out.size());
+  if (!device_.is_cuda()) return submit(name, [in, out] { scan_on_cpu(in, out); });
+  const std::size_t bytes = cuda::algorithm_scratch_bytes(in.size());
+  cuda::exclusive_scan(device_.ordinal(), scratch(bytes), bytes, in.data(), out.data(), in.size(), stream_);
+}
+
+void ExecContext::exclusive_scan(const char* name, View<const std::uint64_t> in, View<std::uint64_t> out) {
   const KernelTimer timer(*this, name);
   check_copy(static_cast<std::size_t>(in.size()), out.size());
   if (!device_.is_cuda()) return submit(name, [in, out] { scan_on_cpu(in, out); });

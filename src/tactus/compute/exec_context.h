@@ -114,6 +114,8 @@ class ExecContext {
   /// out[i] = in[0] + ... + in[i-1]. Both hold n values; make the last input a 0 to get the total in the last
   /// output. May run in place.
   void exclusive_scan(const char* name, View<const Index> in, View<Index> out);
+  /// Likewise for words, modulo 2^64: several counts packed in one, for instance.
+  void exclusive_scan(const char* name, View<const std::uint64_t> in, View<std::uint64_t> out);
   /// Indices i with flags[i] != 0, ascending, to `out`; their number to `out_count` (1). `out` holds as many
   /// as flags.
   void compact(const char* name, View<const Index> flags, View<Index> out, View<Index> out_count);

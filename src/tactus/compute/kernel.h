@@ -71,7 +71,7 @@ class CpuBlock {
   /// All threads in groups of kGroup, f(g, t in 0 .. kGroup-1) for g = 0 .. count-1 where select(g), on what
   /// is each thread's own, as for_own. count * kGroup <= kThreads.
   template <int kGroup, class S, class F>
-  TACTUS_FLATTEN void for_own_groups(int count, S&& select, F&& f) const {
+  void for_own_groups(int count, S&& select, F&& f) const {
     for (int g = 0; g < count; ++g) {
       if (!select(g)) continue;
 #pragma omp simd

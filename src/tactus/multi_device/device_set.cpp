@@ -61,17 +61,6 @@ void DeviceSet::synchronize() {
   for (const auto& context : contexts_) context->synchronize();
 }
 
-std::vector<Slab> split_evenly(Index layers, int parts) {
-  std::vector<Slab> slabs;
-  Index begin = 0;
-  for (int part = 0; part < parts; ++part) {
-    const Index size = layers / parts + (part < layers % parts ? 1 : 0);
-    slabs.push_back({begin, begin + size});
-    begin += size;
-  }
-  return slabs;
-}
-
 std::vector<Slab> split_by_cost(std::span<const double> cost_of_layer, int parts, Index align, Index least) {
   const auto layers = static_cast<Index>(cost_of_layer.size());
   parts = std::max(1, std::min(parts, layers / least));

@@ -62,8 +62,6 @@ struct Slab {
   Index begin = 0, end = 0;
   Index count() const { return end - begin; }
 };
-/// Cuts `layers` into `parts` slabs whose sizes differ by at most one; empty slabs come last.
-std::vector<Slab> split_evenly(Index layers, int parts);
 /// Cuts layers into slabs of nearly equal cost at multiples of `align`, none thinner than `least` layers (a
 /// multiple of `align`): `parts` of them, or as many as there is room for, at least one.
 std::vector<Slab> split_by_cost(std::span<const double> cost_of_layer, int parts, Index align, Index least);

@@ -166,33 +166,34 @@ struct PrepareDepth {
 /// surface is active. One block is 4^3 bricks.
 struct VoteDepth {
   HullGrid grid;
-  Vec3i blocks;  ///< of this part
   View<const DepthCamera> cameras;
   View<const float> low, high;
-  View<Index> active, slot;         ///< in and out, as ClassifyBricks
-  View<std::uint32_t> brick_depth;  ///< out: bit d set: depth camera d carves within the brick
+  View<std::uint32_t> tiles;        ///< in and out, as ClassifyBricks
+  View<Index> tile_active;          ///< in and out
+  View<std::uint32_t> block_depth;  ///< out: bit d set: depth camera d carves within the block
 
   static constexpr int kThreads = 64;
   struct Shared {
     std::uint32_t asked[kMaxCameras], any;  ///< cameras that carve anything in the block
+    BlockStates states;
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Vec3i block{b.index() % blocks.x, b.index() / blocks.x % blocks.y,
-                      b.index() / (blocks.x * blocks.y)};
-    const Vec3i first{block.x * kBlockBricks, block.y * kBlockBricks,
-                      block.z * kBlockBricks + grid.layer_begin};
+    const Vec3i first = kBlockBricks * grid.block_at(b.index());
     b.for_threads(cameras.size(),
                   [&](int t) { s.asked[t] = look(t, first, kBrick * kBlockBricks).inside ? 0U : 1U; });
     b.on_one_thread([&] {
       s.any = 0;
       for (Index d = 0; d < cameras.size(); ++d) s.any |= s.asked[d] << d;
+      block_depth[b.index()] = s.any;
     });
+    if (s.any == 0) return;
     b.for_each_thread([&](int t) {
       const Vec3i brick = first + Vec3i{t & 3, t >> 2 & 3, t >> 4};
-      if (grid.holds(brick)) vote(brick, s.any);
+      s.states.state[t] = grid.holds(brick) ? vote(brick, s.any) : 0U;
     });
+    s.states.write(b, grid, first, tiles, tile_active);
   }
 
  private:
@@ -203,23 +204,18 @@ struct VoteDepth {
                           vec_cast<float>(kBrick * brick) + Vec3f{half, half, half}, half);
   }
 
-  TACTUS_HD void vote(Vec3i brick, std::uint32_t candidates) const {
-    const Index i = grid.brick_index(brick);
-    std::uint32_t mixed = 0;
-    if (active[i] == 0 && slot[i] == kOutsideBrick) candidates = 0;
-    for (Index d = 0; d < cameras.size() && candidates >> d != 0; ++d) {
-      if ((candidates >> d & 1U) == 0) continue;
-      const Footprint f = look(d, brick, kBrick);
-      if (f.outside) {
-        active[i] = 0;
-        slot[i] = kOutsideBrick;
-        mixed = 0;
-        break;
-      }
-      mixed |= f.inside ? 0U : 1U << d;
+  /// The state of a brick with the vote.
+  TACTUS_HD std::uint32_t vote(Vec3i brick, std::uint32_t candidates) const {
+    const std::uint32_t before =
+        tiles[grid.tile_of(brick)] >> HullGrid::bit_in_tile(brick) & (kActiveBit | kInsideBit);
+    if (before == 0) return 0;
+    std::uint32_t state = before;
+    for (; candidates != 0; candidates &= candidates - 1) {
+      const Footprint f = look(lowest_bit(candidates), brick, kBrick);
+      if (f.outside) return 0;
+      if (!f.inside) state = kActiveBit;
     }
-    if (mixed != 0) active[i] = 1;
-    brick_depth[i] = mixed;
+    return state;
   }
 };
 
@@ -228,25 +224,32 @@ struct DepthSigns {
   HullGrid grid;
   View<const DepthCamera> cameras;
   View<const float> carving, low, high;
-  View<const Index> active_bricks;
-  View<const std::uint32_t> brick_depth;
+  View<const Index> bricks;  ///< of each slot
+  View<const std::uint32_t> block_depth;
   View<std::uint8_t> rows;        ///< in and out: as BrickSigns
   View<std::uint32_t> sub_depth;  ///< out: 8 per slot: depth cameras that carve within each 4^3 sub-brick
 
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
+    std::uint32_t asked[kMaxCameras], any;  ///< cameras that carve anything in the brick
     std::uint32_t sub_mixed[8], sub_outside[8];
     std::uint32_t inside[8][kSubNodes];
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index brick = active_bricks[b.index()];
-    const std::uint32_t candidates = brick_depth[brick];
-    b.for_threads(8,
-                  [&](int t) { look(s, t, kBrick * grid.brick_at(brick), candidates, b.index() * 8 + t); });
-    if (candidates == 0) return;
-    carve(b, s, kBrick * grid.brick_at(brick), candidates);
+    const Vec3i brick = grid.brick_at(bricks[b.index()]), first = kBrick * brick;
+    const std::uint32_t candidates = block_depth[grid.block_of(brick)];
+    b.for_threads(cameras.size(), [&](int t) {
+      s.asked[t] = (candidates >> t & 1U) != 0 && !look(t, first, 0.5F * kBrick).inside ? 1U : 0U;
+    });
+    b.on_one_thread([&] {
+      s.any = 0;
+      for (Index d = 0; d < cameras.size(); ++d) s.any |= s.asked[d] << d;
+    });
+    b.for_threads(8, [&](int t) { look_at_sub_brick(s, t, first, b.index() * 8 + t); });
+    if (s.any == 0) return;
+    carve(b, s, first, s.any);
     b.for_threads(kBrickRows, [&](int t) {
       const int y = t & 7, z = t >> 3, in_sub = (y & 3) * 4 + (z & 3) * 16;
       const std::uint32_t* left = s.inside[(y >> 2) * 2 + (z >> 2) * 4] + in_sub;
@@ -263,12 +266,17 @@ struct DepthSigns {
     return {(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4};
   }
 
-  TACTUS_HD void look(Shared& s, int sub, Vec3i first, std::uint32_t candidates, Index out) const {
+  /// Closed box of the nodes [first, first + 2 half].
+  TACTUS_HD Footprint look(Index camera, Vec3i first, float half) const {
+    return classify_depth(cameras[camera], low.data(), high.data(),
+                          vec_cast<float>(first) + Vec3f{half, half, half}, half);
+  }
+
+  TACTUS_HD void look_at_sub_brick(Shared& s, int sub, Vec3i first, Index out) const {
     std::uint32_t mixed = 0, outside = 0;
-    for (Index d = 0; d < cameras.size() && candidates >> d != 0; ++d) {
-      if ((candidates >> d & 1U) == 0) continue;
-      const Footprint f = classify_depth(cameras[d], low.data(), high.data(),
-                                         vec_cast<float>(first + sub_brick_node(sub)) + Vec3f{2, 2, 2}, 2.F);
+    for (std::uint32_t left = s.any; left != 0; left &= left - 1) {
+      const int d = lowest_bit(left);
+      const Footprint f = look(d, first + sub_brick_node(sub), 2.F);
       outside |= f.outside ? 1U : 0U;
       mixed |= f.inside ? 0U : 1U << d;
     }

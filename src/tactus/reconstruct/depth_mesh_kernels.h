@@ -14,7 +14,7 @@ struct CutAtDepth {
   View<const float> carving;
   View<const std::uint32_t> sub_depth;  ///< 8 per slot
   View<const std::uint32_t> crossings, row_start;
-  View<const Index> vertex_start;
+  View<const std::uint64_t> mesh_start;  ///< scanned MeshCounts, per slot
   Vec3f origin_m;
   float voxel_size_m;
   View<Vec3f> positions_m;  ///< in and out
@@ -41,8 +41,8 @@ struct CutAtDepth {
     std::uint32_t any = 0;
     for (int sub = 0; sub < 8; ++sub) any |= sub_depth[b.index() * 8 + sub];
     if (any == 0) return;
-    const Index first_row = b.index() * kBrickRows, begin = vertex_start[b.index()];
-    const Index total = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
+    const Index first_row = b.index() * kBrickRows, begin = MeshCount{mesh_start[b.index()]}.vertices();
+    const Index total = min(MeshCount{mesh_start[b.index() + 1]}.vertices(), positions_m.size()) - begin;
     b.for_threads(kBrickRows, [&](int t) {
       Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
       for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
@@ -50,7 +50,7 @@ struct CutAtDepth {
         s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
       }
     });
-    const Vec3i brick = kBrick * table.grid.brick_at(table.active_bricks[b.index()]);
+    const Vec3i brick = kBrick * table.brick_at(b.index());
     for (Index first = 0; first < total; first += kThreads) {
       const int count = min(total - first, Index{kThreads});
       b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
@@ -67,7 +67,7 @@ struct CutAtDepth {
     const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
     const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
     const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
-    const Vec3i last = table.grid.last_node;
+    const Vec3i last = table.map.grid.last_node;
     const bool padding = outer.x <= 0 || outer.y <= 0 || outer.z <= 0 || outer.x >= last.x ||
                          outer.y >= last.y || outer.z >= last.z;
     s.inner_x[t] = static_cast<float>(inner.x);

@@ -76,23 +76,10 @@ std::int64_t DepthLayout::stage(std::size_t number, const DepthImage* image, flo
   return measured;
 }
 
-void DepthPart::allocate(ExecContext& ctx, const DepthLayout& layout, std::int64_t bricks,
-                         Index active_bricks) {
-  Device& device = ctx.device();
+void DepthPart::set_up(ExecContext& ctx, const DepthLayout& layout) {
   cameras = to_device(ctx, layout.cameras);
   tiles = to_device(ctx, layout.tiles);
-  staging = HostBuffer<float>(device, layout.buffer_pixels());
-  std::fill_n(staging.data(), layout.buffer_pixels(), 0.F);
-  raw = Buffer<float>(device, layout.buffer_pixels());
-  usable = Buffer<float>(device, layout.buffer_pixels());
   ctx.fill_bytes(usable.view(), 0);  // padding stays so
-  holes = Buffer<std::uint8_t>(device, layout.buffer_pixels());
-  tile_holes = Buffer<std::uint8_t>(device, layout.cells);
-  carving = Buffer<float>(device, layout.buffer_pixels());
-  low = Buffer<float>(device, layout.cells);
-  high = Buffer<float>(device, layout.cells);
-  brick_depth = Buffer<std::uint32_t>(device, bricks);
-  sub_depth = Buffer<std::uint32_t>(device, std::int64_t{active_bricks} * 8);
 }
 
 void DepthPart::prepare(ExecContext& ctx, View<const HullCamera> silhouettes,
@@ -112,19 +99,19 @@ void DepthPart::prepare(ExecContext& ctx, View<const HullCamera> silhouettes,
                              in.tile_holes.view(), in.tiles.view(), carving.view()});
 }
 
-void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active,
-                     View<Index> slot) {
+void DepthPart::vote(ExecContext& ctx, const HullGrid& grid, View<std::uint32_t> brick_tiles,
+                     View<Index> tile_active) {
   const DepthPart& in = *this;
-  ctx.parallel_for("depth/vote", blocks.x * blocks.y * blocks.z,
-                   VoteDepth{grid, blocks, in.cameras.view(), in.low.view(), in.high.view(), active, slot,
-                             brick_depth.view()});
+  ctx.parallel_for("depth/vote", grid.block_count(),
+                   VoteDepth{grid, in.cameras.view(), in.low.view(), in.high.view(), brick_tiles, tile_active,
+                             block_depth.view()});
 }
 
-void DepthPart::sign(ExecContext& ctx, Count active, const BrickTable& table, View<std::uint8_t> rows) {
+void DepthPart::sign(ExecContext& ctx, Count held, const BrickTable& table, View<std::uint8_t> rows) {
   const DepthPart& in = *this;
-  ctx.parallel_for("depth/signs", active,
-                   DepthSigns{table.grid, in.cameras.view(), in.carving.view(), in.low.view(), in.high.view(),
-                              table.active_bricks, in.brick_depth.view(), rows, sub_depth.view()});
+  ctx.parallel_for("depth/signs", held,
+                   DepthSigns{table.map.grid, in.cameras.view(), in.carving.view(), in.low.view(),
+                              in.high.view(), table.bricks, in.block_depth.view(), rows, sub_depth.view()});
 }
 
 void DepthPart::cut(ExecContext& ctx, Count own, const EmitVertices& emit) {
@@ -132,7 +119,7 @@ void DepthPart::cut(ExecContext& ctx, Count own, const EmitVertices& emit) {
   ctx.parallel_for(
       "depth/cut", own,
       CutAtDepth{emit.table, in.cameras.view(), in.carving.view(), in.sub_depth.view(), emit.crossings,
-                 emit.row_start, emit.vertex_start, emit.origin_m, emit.voxel_size_m, emit.positions_m});
+                 emit.row_start, emit.mesh_start, emit.origin_m, emit.voxel_size_m, emit.positions_m});
 }
 
 }  // namespace tactus

@@ -22,8 +22,8 @@ struct DepthLayout {
   /// an image smaller than 2x2 or larger than 16 megapixels; more than 32 cameras; a jump that is not
   /// positive.
   void add(const Camera& camera, const HullCamera& image, Vec3d origin_m, float voxel_size_m, float jump_m);
-  /// Copies an image into the staging memory; what is no distance becomes 0. Empty or null: no measurement.
-  /// Returns the number of measured pixels.
+  /// Copies an image into host memory that all devices copy from, buffer_pixels() zeros before; what is no
+  /// distance becomes 0. Empty or null: no measurement. Returns the number of measured pixels.
   std::int64_t stage(std::size_t camera, const DepthImage* image, float* staging) const;
 };
 
@@ -31,17 +31,28 @@ struct DepthLayout {
 struct DepthPart {
   Buffer<DepthCamera> cameras;
   Buffer<Vec3i> tiles;
-  HostBuffer<float> staging;
   Buffer<std::uint8_t> holes, tile_holes;
   Buffer<float> raw, usable, carving, low, high;
-  Buffer<std::uint32_t> brick_depth, sub_depth;
+  Buffer<std::uint32_t> block_depth, sub_depth;
 
-  void allocate(ExecContext& ctx, const DepthLayout& layout, std::int64_t bricks, Index active_bricks);
+  /// visit(buffer, its number of elements), for all that grow with images or surface.
+  template <class F>
+  void each_buffer(const DepthLayout& layout, std::int64_t blocks, Index slots, F&& visit) {
+    for (Buffer<float>* image : {&raw, &usable, &carving}) visit(*image, layout.buffer_pixels());
+    visit(holes, layout.buffer_pixels());
+    visit(tile_holes, layout.cells);
+    visit(low, layout.cells);
+    visit(high, layout.cells);
+    visit(block_depth, blocks);
+    visit(sub_depth, std::int64_t{slots} * 8);
+  }
+  /// After the buffers are there.
+  void set_up(ExecContext& ctx, const DepthLayout& layout);
   /// Usable pixels, pyramid, and the ramps at holes; `bits` are the prepared silhouettes.
   void prepare(ExecContext& ctx, View<const HullCamera> silhouettes, View<const std::uint32_t> bits);
   /// The vote on the bricks.
-  void vote(ExecContext& ctx, const HullGrid& grid, Vec3i blocks, View<Index> active, View<Index> slot);
-  void sign(ExecContext& ctx, Count active, const BrickTable& table, View<std::uint8_t> rows);
+  void vote(ExecContext& ctx, const HullGrid& grid, View<std::uint32_t> brick_tiles, View<Index> tile_active);
+  void sign(ExecContext& ctx, Count held, const BrickTable& table, View<std::uint8_t> rows);
   /// `emit` is the launch that made the vertices.
   void cut(ExecContext& ctx, Count own, const EmitVertices& emit);
 };

@@ -1,7 +1,7 @@
 #pragma once
 /// Which nodes of the grid lie inside every silhouette, found coarse to fine: blocks of 32^3 nodes, bricks of
-/// 8^3, sub-bricks of 4^3, nodes. Only bricks that may hold surface get memory. [P, "Visual hull
-/// computation"]
+/// 8^3, sub-bricks of 4^3, nodes. Only bricks that may hold surface get memory, a slot; of all others two
+/// bits are kept. [P, "Visual hull computation"]
 #include "tactus/base/bits.h"
 #include "tactus/reconstruct/silhouette_kernels.h"
 
@@ -10,24 +10,89 @@ namespace tactus {
 inline constexpr Index kBrick = 8;                    ///< nodes along the edge of a brick
 inline constexpr Index kBrickRows = kBrick * kBrick;  ///< rows (z, y) of 8 nodes along x
 inline constexpr Index kBlockBricks = 4;              ///< bricks along the edge of a block
+inline constexpr Index kTileBricks = kBlockBricks * kBlockBricks;
 inline constexpr Index kOutsideBrick = -1, kInsideBrick = -2;
 inline constexpr int kMaxCameras = 32;
 
-/// The padded grid, and which layers of bricks this part of it holds. Nodes carry padded indices 0 ..
-/// cells+2: real node i is padded node i+1, and the padding is outside by definition, so the surface closes
-/// at the box.
+/// The padded grid. Nodes carry padded indices 0 .. cells+2: real node i is padded node i+1, and the padding
+/// is outside by definition, so the surface closes at the box. A layer of a block is a *tile* of 4x4 bricks;
+/// bricks are numbered by layers, then tiles, then within the tile, so that any range of layers is a range of
+/// numbers.
 struct HullGrid {
-  Vec3i bricks;                  ///< of the whole grid
-  Vec3i last_node;               ///< padding beyond the real nodes starts here: cells + 2
-  Index layer_begin, layer_end;  ///< brick layers in memory (own and ghosts)
-  TACTUS_HD Index brick_count() const { return bricks.x * bricks.y * (layer_end - layer_begin); }
-  TACTUS_HD Index brick_index(Vec3i b) const {
-    return b.x + bricks.x * (b.y + bricks.y * (b.z - layer_begin));
+  Vec3i bricks;     ///< along each axis
+  Vec3i blocks;     ///< along each axis
+  Vec3i last_node;  ///< padding beyond the real nodes starts here: cells + 2
+  TACTUS_HD Index block_count() const { return blocks.x * blocks.y * blocks.z; }
+  TACTUS_HD Index layer_tiles() const { return blocks.x * blocks.y; }
+  TACTUS_HD Index tile_count() const { return layer_tiles() * bricks.z; }
+  TACTUS_HD Vec3i block_at(Index i) const {
+    return {i % blocks.x, i / blocks.x % blocks.y, i / (blocks.x * blocks.y)};
   }
-  TACTUS_HD Vec3i brick_at(Index i) const {
-    return {i % bricks.x, i / bricks.x % bricks.y, i / (bricks.x * bricks.y) + layer_begin};
+  TACTUS_HD Index block_of(Vec3i brick) const {
+    return (brick.x >> 2) + blocks.x * ((brick.y >> 2) + blocks.y * (brick.z >> 2));
   }
-  TACTUS_HD bool holds(Vec3i b) const { return b.x < bricks.x && b.y < bricks.y && b.z < layer_end; }
+  TACTUS_HD Index tile_of(Vec3i brick) const {
+    return (brick.x >> 2) + blocks.x * ((brick.y >> 2) + blocks.y * brick.z);
+  }
+  TACTUS_HD static int bit_in_tile(Vec3i brick) { return (brick.x & 3) | (brick.y & 3) << 2; }
+  /// `number` is tile * kTileBricks + bit_in_tile.
+  TACTUS_HD Vec3i brick_at(Index number) const {
+    const Index tile = number / kTileBricks;
+    return {tile % blocks.x * kBlockBricks + (number & 3),
+            tile / blocks.x % blocks.y * kBlockBricks + (number >> 2 & 3), tile / layer_tiles()};
+  }
+  TACTUS_HD bool holds(Vec3i b) const { return b.x < bricks.x && b.y < bricks.y && b.z < bricks.z; }
+};
+
+/// What a word of a tile holds for the brick with bit_in_tile 0: shifted for the others. Neither: outside.
+inline constexpr std::uint32_t kActiveBit = 1, kInsideBit = 1U << kTileBricks;
+TACTUS_HD inline Index active_in_tile(std::uint32_t word) { return popcount(word & (kInsideBit - 1)); }
+
+/// Which active bricks a part of a device set works on, of all in the order of their numbers: its own layers,
+/// and two ghost layers above. (Triangles use vertices of the first, whose numbering needs signs of the
+/// second.)
+struct PartRange {
+  Index first = 0;  ///< active bricks of the layers below
+  Index own = 0;    ///< active bricks of the own layers
+  Index held = 0;   ///< those and the ghosts: the slots in use, if there is room
+};
+
+/// Where bricks are.
+struct BrickMap {
+  HullGrid grid;
+  View<const std::uint32_t> tiles;  ///< a word per tile
+  View<const Index> tile_first;     ///< active bricks before each tile; all of them behind the last
+  View<const PartRange> range;      ///< one
+  Index capacity;                   ///< slots of this part
+  /// kOutsideBrick, kInsideBrick or the slot. What this part doesn't hold is outside.
+  TACTUS_HD Index slot_of(Vec3i brick) const {
+    if (!grid.holds(brick)) return kOutsideBrick;
+    const Index tile = grid.tile_of(brick);
+    const std::uint32_t word = tiles[tile];
+    const int bit = HullGrid::bit_in_tile(brick);
+    if ((word >> bit & kActiveBit) == 0)
+      return (word >> bit & kInsideBit) != 0 ? kInsideBrick : kOutsideBrick;
+    const Index slot = tile_first[tile] + popcount(word & ((1U << bit) - 1U)) - range[0].first;
+    return slot >= 0 && slot < min(range[0].held, capacity) ? slot : kOutsideBrick;
+  }
+};
+
+/// States of the bricks of a block, written as the words of its four tiles.
+struct BlockStates {
+  std::uint32_t state[kBlockBricks * kTileBricks];  ///< kActiveBit, kInsideBit or 0
+
+  template <class Block>
+  TACTUS_HD void write(const Block& b, const HullGrid& grid, Vec3i first_brick, View<std::uint32_t> tiles,
+                       View<Index> tile_active) const {
+    b.for_threads(kBlockBricks, [&](int z) {
+      if (first_brick.z + z >= grid.bricks.z) return;
+      std::uint32_t word = 0;
+      for (int i = 0; i < kTileBricks; ++i) word |= state[z * kTileBricks + i] << i;
+      const Index tile = grid.tile_of(first_brick + Vec3i{0, 0, z});
+      tiles[tile] = word;
+      tile_active[tile] = active_in_tile(word);
+    });
+  }
 };
 
 /// Sorts bricks into outside, inside and active. One block is 4^3 bricks. Outside is what more than
@@ -35,93 +100,133 @@ struct HullGrid {
 struct ClassifyBricks {
   HullGrid grid;
   Index tolerated;
-  Vec3i blocks;  ///< of this part
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells;
-  View<Index> active;                 ///< out: 1 for bricks that may hold surface
-  View<Index> slot;                   ///< out: kOutsideBrick or kInsideBrick; active ones get theirs later
-  View<std::uint32_t> brick_cameras;  ///< out: bit c set: camera c carves within the brick
+  View<std::uint32_t> tiles;          ///< out
+  View<Index> tile_active;            ///< out: active bricks per tile, and a 0 behind the last
+  View<std::uint32_t> block_cameras;  ///< out: bit c set: camera c carves within the block
 
   static constexpr int kThreads = 64;
   struct Shared {
-    std::uint32_t verdict[kMaxCameras];  ///< of the whole block: 0 mixed, 1 inside, 2 outside
+    std::uint32_t verdict[kMaxCameras];  ///< of each camera on the whole block
     std::uint32_t mixed;
     bool outside;
+    BlockStates states;
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Vec3i block{b.index() % blocks.x, b.index() / blocks.x % blocks.y,
-                      b.index() / (blocks.x * blocks.y)};
-    const Vec3i first{block.x * kBlockBricks, block.y * kBlockBricks,
-                      block.z * kBlockBricks + grid.layer_begin};
-    b.for_threads(cameras.size(), [&](int t) {
-      const Footprint f = look(cameras[t], first, kBrick * kBlockBricks);
-      s.verdict[t] = f.outside ? 2U : (f.inside ? 1U : 0U);
+    const Vec3i first = kBlockBricks * grid.block_at(b.index());
+    b.for_threads(cameras.size(), [&](int t) TACTUS_ALWAYS_INLINE {
+      s.verdict[t] = look(cameras[t], first, kBrick * kBlockBricks);
     });
     b.on_one_thread([&] {
-      s.mixed = 0;
-      Index outside = 0;
+      std::uint32_t mixed = 0;
+      Index against = 0;
       for (Index c = 0; c < cameras.size(); ++c) {
-        outside += s.verdict[c] == 2 ? 1 : 0;
-        s.mixed |= s.verdict[c] == 1 ? 0U : 1U << c;
+        against += (s.verdict[c] & kOutsideFootprint) != 0 ? 1 : 0;
+        mixed |= s.verdict[c] == kInsideFootprint ? 0U : 1U << c;
       }
-      s.outside = outside > tolerated;
+      const bool outside = against > tolerated;
+      s.outside = outside;
+      s.mixed = block_cameras[b.index()] = outside ? 0U : mixed;
+      if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
     });
     classify_bricks(b, s, first);
+    s.states.write(b, grid, first, tiles, tile_active);
   }
 
   /// Closed box of the nodes [8 brick, 8 brick + extent].
-  TACTUS_HD Footprint look(const HullCamera& camera, Vec3i brick, Index extent) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE std::uint32_t look(const HullCamera& camera, Vec3i brick,
+                                                    Index extent) const {
     const float half = 0.5F * static_cast<float>(extent);
     return classify_footprint(camera, cells.data(), vec_cast<float>(kBrick * brick) + Vec3f{half, half, half},
                               half);
   }
 
   template <class Block>
-  TACTUS_HD void classify_bricks(const Block& b, const Shared& s, Vec3i first) const {
+  TACTUS_HD void classify_bricks(const Block& b, Shared& s, Vec3i first) const {
     typename Block::template PerThread<std::uint32_t> mixed, outside;
     const auto brick_of = [first](int t) { return first + Vec3i{t & 3, t >> 2 & 3, t >> 4}; };
-    b.for_each_thread([&](int t) {
+    b.for_own(kThreads, [&](int t) {
       mixed[t] = 0;
-      outside[t] = s.outside ? ~0U : 0U;
+      outside[t] = 0;
     });
-    const auto most = static_cast<std::uint32_t>(tolerated);
-    for (Index c = 0; c < cameras.size() && !s.outside; ++c) {
-      if ((s.mixed >> c & 1U) == 0) continue;
+    // Where the block is outside, so are its bricks, and no camera is left to ask.
+    for (std::uint32_t left = s.mixed; left != 0; left &= left - 1) {
+      const int c = lowest_bit(left);
       const HullCamera camera = cameras[c];
-      b.for_each_thread([&](int t) {
-        const Footprint f = look(camera, brick_of(t), kBrick);
-        outside[t] += f.outside ? 1U : 0U;
-        mixed[t] |= f.inside ? 0U : 1U << c;
+      b.for_own(kThreads, [&](int t) TACTUS_ALWAYS_INLINE {
+        const std::uint32_t verdict = look(camera, brick_of(t), kBrick);
+        outside[t] += verdict / kOutsideFootprint;
+        mixed[t] |= ((verdict & kInsideFootprint) ^ kInsideFootprint) << c;
       });
     }
+    const auto most = static_cast<std::uint32_t>(tolerated);
     b.for_each_thread([&](int t) {
       const Vec3i brick = brick_of(t), node = kBrick * brick;
-      if (!grid.holds(brick)) return;
-      const bool at_padding = min(node.x, min(node.y, node.z)) == 0 || node.x + kBrick >= grid.last_node.x ||
-                              node.y + kBrick >= grid.last_node.y || node.z + kBrick >= grid.last_node.z;
-      const Index i = grid.brick_index(brick);
+      const bool at_padding = (min(node.x, min(node.y, node.z)) == 0) |
+                              (node.x + kBrick >= grid.last_node.x) | (node.y + kBrick >= grid.last_node.y) |
+                              (node.z + kBrick >= grid.last_node.z);
+      const bool real = (brick.x < grid.bricks.x) & (brick.y < grid.bricks.y) & (brick.z < grid.bricks.z);
       const bool is_mixed = most == 0 ? mixed[t] != 0 : popcount(mixed[t]) > tolerated;
-      active[i] = outside[t] <= most && (is_mixed || at_padding) ? 1 : 0;
-      slot[i] = outside[t] > most ? kOutsideBrick : kInsideBrick;
-      brick_cameras[i] = mixed[t];
+      const std::uint32_t kept = (is_mixed | at_padding) ? kActiveBit : kInsideBit;
+      s.states.state[t] = (real & !s.outside & (outside[t] <= most)) ? kept : 0U;
     });
   }
 };
 
-/// Gives every active brick its slot; counts those of the own layers.
-struct AssignSlots {
+/// Cuts the layers into parts of about as many active bricks each; layers are never split. One block.
+struct PartitionLayers {
   HullGrid grid;
-  Index own_layer_end;
-  Index capacity;  ///< of slots
-  View<const Index> active_bricks, active_count;
-  View<Index> slot;
-  View<Index> own_count;  ///< out: active bricks below own_layer_end (they come first)
-  TACTUS_HD void operator()(Index i) const {
-    slot[active_bricks[i]] = i;
-    const auto is_own = [&](Index k) { return grid.brick_at(active_bricks[k]).z < own_layer_end; };
-    if (is_own(i) && (i + 1 == min(active_count[0], capacity) || !is_own(i + 1))) own_count[0] = i + 1;
+  Index part, parts;
+  View<const Index> tile_first;
+  View<PartRange> range;  ///< out
+
+  static constexpr int kThreads = 128;
+  struct Shared {
+    Index begin, end;
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    b.on_one_thread([&] { s.begin = s.end = 0; });
+    b.for_range(grid.bricks.z + 1, [&](int layer) {
+      if (is_cut(layer, part)) s.begin = layer;
+      if (is_cut(layer, part + 1)) s.end = layer;
+    });
+    b.on_one_thread([&] {
+      const Index first = below(s.begin), own = below(s.end) - first;
+      range[0] = {first, own, own == 0 ? 0 : below(min(s.end + 2, grid.bricks.z)) - first};
+    });
+  }
+
+ private:
+  TACTUS_HD Index below(Index layer) const { return tile_first[layer * grid.layer_tiles()]; }
+  /// Whether the middle of the layer below lies below the p-th of the cuts that would be exact.
+  TACTUS_HD bool is_below(Index layer, Index p) const {
+    const std::int64_t all = tile_first[grid.tile_count()];
+    return layer == 0 || (std::int64_t{below(layer)} + below(layer - 1)) * parts <= 2 * all * p;
+  }
+  TACTUS_HD bool is_cut(Index layer, Index p) const {
+    return is_below(layer, p) && (layer == grid.bricks.z || !is_below(layer + 1, p));
+  }
+};
+
+/// Gives this part's active bricks their slots. One call per tile.
+struct AssignSlots {
+  View<const std::uint32_t> tiles;
+  View<const Index> tile_first;
+  View<const PartRange> range;
+  View<Index> bricks;  ///< out: the number of the brick in each slot
+  TACTUS_HD void operator()(Index tile) const {
+    const PartRange part = range[0];
+    Index slot = tile_first[tile] - part.first;
+    const Index end = min(part.held, bricks.size());
+    for (std::uint32_t left = tiles[tile] & (kInsideBit - 1); left != 0 && slot < end; left &= left - 1) {
+      if (slot >= 0) bricks[slot] = tile * kTileBricks + lowest_bit(left);
+      ++slot;
+    }
   }
 };
 
@@ -130,23 +235,25 @@ struct BrickSigns {
   HullGrid grid;
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells, bits;
-  View<const Index> active_bricks;
-  View<const std::uint32_t> brick_cameras;
+  View<const Index> bricks;  ///< of each slot
+  View<const std::uint32_t> block_cameras;
   View<std::uint8_t> rows;          ///< out: kBrickRows per slot
   View<std::uint32_t> sub_cameras;  ///< out: 8 per slot: cameras that carve within each 4^3 sub-brick
 
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
+    int camera[kMaxCameras];                ///< that carve in the block, ...
+    int camera_count;                       ///< ... so many
+    std::uint32_t verdict[kMaxCameras][8];  ///< of each of them on each sub-brick
     std::uint32_t sub_mixed[8], sub_outside[8];
     std::uint32_t inside[8][kSubNodes];  ///< per sub-brick and node: 0 or 1
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index brick = active_bricks[b.index()];
-    const Vec3i first = kBrick * grid.brick_at(brick);
-    find_sub_cameras(b, s, first, brick_cameras[brick]);
-    carve(b, s, first, brick_cameras[brick]);
+    const Vec3i brick = grid.brick_at(bricks[b.index()]), first = kBrick * brick;
+    find_sub_cameras(b, s, first, block_cameras[grid.block_of(brick)]);
+    carve(b, s, first);
     b.for_threads(kBrickRows, [&](int t) {
       const int y = t & 7, z = t >> 3, in_sub = (y & 3) * 4 + (z & 3) * 16;
       const std::uint32_t* low = s.inside[(y >> 2) * 2 + (z >> 2) * 4] + in_sub;
@@ -164,50 +271,59 @@ struct BrickSigns {
 
   template <class Block>
   TACTUS_HD void find_sub_cameras(const Block& b, Shared& s, Vec3i first, std::uint32_t candidates) const {
-    b.for_threads(8, [&](int t) { s.sub_mixed[t] = s.sub_outside[t] = 0; });
-    for (Index c = 0; c < cameras.size(); ++c) {
-      if ((candidates >> c & 1U) == 0) continue;
-      const HullCamera camera = cameras[c];
-      b.for_threads(8, [&](int t) {
-        const Footprint f = classify_footprint(
-            camera, cells.data(), vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
-        s.sub_mixed[t] |= f.inside ? 0U : 1U << c;
-        s.sub_outside[t] |= f.outside ? 1U : 0U;
-      });
-    }
-    // An outside sub-brick holds no crossing.
+    b.on_one_thread([&] {
+      int count = 0;
+      for (std::uint32_t left = candidates; left != 0; left &= left - 1) s.camera[count++] = lowest_bit(left);
+      s.camera_count = count;
+    });
+    b.template for_groups<8>(
+        s.camera_count, [](int) { return true; },
+        [&](int k, int t) TACTUS_ALWAYS_INLINE {
+          s.verdict[k][t] =
+              classify_footprint(cameras[s.camera[k]], cells.data(),
+                                 vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
+        });
     b.for_threads(8, [&](int t) {
-      s.sub_mixed[t] = s.sub_outside[t] != 0 ? 0U : s.sub_mixed[t];
-      sub_cameras[b.index() * 8 + t] = s.sub_mixed[t];
+      std::uint32_t mixed = 0, outside = 0;
+      for (int k = 0; k < s.camera_count; ++k) {
+        outside |= s.verdict[k][t] & kOutsideFootprint;
+        mixed |= s.verdict[k][t] == 0 ? 1U << s.camera[k] : 0U;
+      }
+      s.sub_outside[t] = outside;
+      // An outside sub-brick holds no crossing.
+      s.sub_mixed[t] = sub_cameras[b.index() * 8 + t] = outside != 0 ? 0U : mixed;
     });
   }
 
   template <class Block>
-  TACTUS_HD void carve(const Block& b, Shared& s, Vec3i first, std::uint32_t candidates) const {
+  TACTUS_HD void carve(const Block& b, Shared& s, Vec3i first) const {
     const Vec3i last = grid.last_node;
     const auto node_of = [first](int sub, int t) {
       return first + sub_brick_node(sub) + Vec3i{t & 3, t >> 2 & 3, t >> 4};
     };
-    b.template for_groups<kSubNodes>(
+    b.template for_own_groups<kSubNodes>(
         8, [](int) { return true; },
-        [&](int sub, int t) {
+        [&](int sub, int t) TACTUS_ALWAYS_INLINE {
           const Vec3i n = node_of(sub, t);
           const bool real =
               (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
           s.inside[sub][t] = (real & (s.sub_outside[sub] == 0)) ? 1U : 0U;
         });
-    for (Index c = 0; c < cameras.size(); ++c) {
-      if ((candidates >> c & 1U) == 0) continue;
+    std::uint32_t any = 0;
+    for (const std::uint32_t mixed : s.sub_mixed) any |= mixed;
+    for (; any != 0; any &= any - 1) {
+      const int c = lowest_bit(any);
       const HullCamera camera = cameras[c];
       const std::uint32_t* words = bits.data();
-      b.template for_groups<kSubNodes>(
+      b.template for_own_groups<kSubNodes>(
           8, [&](int sub) { return (s.sub_mixed[sub] >> c & 1U) != 0; },
-          [&](int sub, int t) {
+          [&](int sub, int t) TACTUS_ALWAYS_INLINE {
             const float value =
                 sample_silhouette(camera, words, project_node(camera, vec_cast<float>(node_of(sub, t))));
             s.inside[sub][t] &= value >= 0.F ? 1U : 0U;
           });
     }
+    b.barrier();
   }
 };
 

@@ -11,7 +11,9 @@
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
+TACTUS_CUDA_KERNEL(tactus::PrepareWindows);
 TACTUS_CUDA_KERNEL(tactus::ClassifyBricks);
+TACTUS_CUDA_KERNEL(tactus::PartitionLayers);
 TACTUS_CUDA_KERNEL(tactus::AssignSlots);
 TACTUS_CUDA_KERNEL(tactus::BrickSigns);
 TACTUS_CUDA_KERNEL(tactus::TolerantSigns);
@@ -20,9 +22,8 @@ TACTUS_CUDA_KERNEL(tactus::EmitVertices);
 TACTUS_CUDA_KERNEL(tactus::EmitTolerantVertices);
 TACTUS_CUDA_KERNEL(tactus::EmitTriangles);
 TACTUS_CUDA_KERNEL(tactus::CollectCounts);
-TACTUS_CUDA_KERNEL(tactus::GatherVertices);
-TACTUS_CUDA_KERNEL(tactus::GatherTriangles);
-TACTUS_CUDA_KERNEL(tactus::SumCounts);
+TACTUS_CUDA_KERNEL(tactus::PlacePart);
+TACTUS_CUDA_KERNEL(tactus::PushWords);
 TACTUS_CUDA_KERNEL(tactus::AddFaceNormals);
 TACTUS_CUDA_KERNEL(tactus::AddCornerNormals);
 TACTUS_CUDA_KERNEL(tactus::NormalizeSums);

@@ -10,14 +10,22 @@ namespace tactus {
 
 /// What the mesh passes read: signs and numbering of the active bricks.
 struct BrickTable {
-  HullGrid grid;
-  View<const Index> active_bricks, slot;
+  BrickMap map;
+  View<const Index> bricks;               ///< number of the brick in each slot
   View<const std::uint8_t> rows;          ///< kBrickRows per slot
   View<const std::uint32_t> sub_cameras;  ///< 8 per slot
 
-  TACTUS_HD Index slot_of(Vec3i brick) const {
-    return grid.holds(brick) ? slot[grid.brick_index(brick)] : kOutsideBrick;
+  TACTUS_HD Vec3i brick_at(Index slot) const { return map.grid.brick_at(bricks[slot]); }
+};
+
+/// Vertices and triangles of a brick, or of all bricks before it, in one word.
+struct MeshCount {
+  std::uint64_t packed;
+  TACTUS_HD static MeshCount of(Index vertices, Index triangles) {
+    return {static_cast<std::uint64_t>(triangles) << 32 | static_cast<std::uint32_t>(vertices)};
   }
+  TACTUS_HD Index vertices() const { return static_cast<Index>(packed & 0xFFFFFFFFU); }
+  TACTUS_HD Index triangles() const { return static_cast<Index>(packed >> 32); }
 };
 
 /// Signs of the 9^3 nodes that the cells of a brick touch: bit x of row z*9+y.
@@ -27,9 +35,9 @@ struct PaddedSigns {
 
   template <class Block>
   TACTUS_HD void load(const Block& b, const BrickTable& table) {
-    const Vec3i brick = table.grid.brick_at(table.active_bricks[b.index()]);
+    const Vec3i brick = table.brick_at(b.index());
     b.for_each_thread([&](int t) {
-      if (t < 8) neighbour[t] = table.slot_of(brick + Vec3i{t & 1, t >> 1 & 1, t >> 2});
+      if (t < 8) neighbour[t] = table.map.slot_of(brick + Vec3i{t & 1, t >> 1 & 1, t >> 2});
     });
     for (int first = 0; first < 81; first += 64) {
       b.for_each_thread([&](int t) {
@@ -70,7 +78,7 @@ struct CountBrickMesh {
   View<std::uint32_t> crossings;  ///< out: kBrickRows per slot
   View<std::uint32_t>
       row_start;  ///< out: kBrickRows per slot: first vertex | first triangle << 16, within the brick
-  View<Index> vertex_count, triangle_count;  ///< out, per slot
+  View<std::uint64_t> mesh_count;  ///< out, per slot: a MeshCount
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -99,8 +107,8 @@ struct CountBrickMesh {
         s.count[r] = sum;
         sum += count;
       }
-      vertex_count[b.index()] = static_cast<Index>(sum & 0xFFFFU);
-      triangle_count[b.index()] = static_cast<Index>(sum >> 16);
+      mesh_count[b.index()] =
+          MeshCount::of(static_cast<Index>(sum & 0xFFFFU), static_cast<Index>(sum >> 16)).packed;
     });
     b.for_each_thread([&](int t) { row_start[first + t] = s.count[t]; });
   }
@@ -113,8 +121,8 @@ struct EmitVertices {
   View<const HullCamera> cameras;
   View<const std::uint32_t> bits;
   View<const std::uint32_t> crossings, row_start;
-  View<const Index> vertex_start;  ///< scanned counts, per slot
-  Vec3f origin_m;                  ///< of padded node 0
+  View<const std::uint64_t> mesh_start;  ///< scanned MeshCounts, per slot
+  Vec3f origin_m;                        ///< of padded node 0
   float voxel_size_m;
   View<Vec3f> positions_m;  ///< out
 
@@ -147,8 +155,8 @@ struct EmitVertices {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index first_row = b.index() * kBrickRows, begin = vertex_start[b.index()];
-    const Index total = min(vertex_start[b.index() + 1], positions_m.size()) - begin;
+    const Index first_row = b.index() * kBrickRows, begin = MeshCount{mesh_start[b.index()]}.vertices();
+    const Index total = min(MeshCount{mesh_start[b.index() + 1]}.vertices(), positions_m.size()) - begin;
     b.for_threads(kBrickRows, [&](int t) {
       Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
       for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
@@ -156,7 +164,7 @@ struct EmitVertices {
         s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
       }
     });
-    const Vec3i brick = kBrick * table.grid.brick_at(table.active_bricks[b.index()]);
+    const Vec3i brick = kBrick * table.brick_at(b.index());
     std::uint32_t any_camera = 0;
     for (int sub = 0; sub < 8; ++sub) any_camera |= table.sub_cameras[b.index() * 8 + sub];
     for (Index first = 0; first < total; first += kThreads) {
@@ -192,7 +200,7 @@ struct EmitVertices {
   }
 
   TACTUS_HD bool is_padding(Vec3i node) const {
-    const Vec3i last = table.grid.last_node;
+    const Vec3i last = table.map.grid.last_node;
     return node.x <= 0 || node.y <= 0 || node.z <= 0 || node.x >= last.x || node.y >= last.y ||
            node.z >= last.z;
   }
@@ -277,19 +285,32 @@ struct EmitVertices {
   }
 };
 
+/// Number of vertices, triangles and active bricks of one part: what the others and the report need.
+struct PartCounts {
+  Index vertices = 0, triangles = 0;
+  Index active_bricks = 0;  ///< of the own layers
+  Index held_bricks = 0;    ///< with the ghosts: wanted slots
+};
+/// Where a part's mesh goes in the mesh of all parts.
+struct PartPlace {
+  Index vertices = 0, triangles = 0;           ///< of the parts before
+  Index vertex_words = 0, triangle_words = 0;  ///< of this part
+};
+
 /// After an overflow there are triangles whose vertices are not there: whoever reads vertices must not trip.
 TACTUS_HD inline Vec3i existing(Vec3i triangle, Index max_vertices) {
   return max(triangle.x, max(triangle.y, triangle.z)) < max_vertices ? triangle : Vec3i{0, 0, 0};
 }
 
-/// Triangles of a brick, as numbers of vertices in this part's own order.
+/// Triangles of a brick, as numbers of vertices in the order of all parts.
 struct EmitTriangles {
   BrickTable table;
   View<const CellCase> cases;
   View<const std::uint32_t> crossings, row_start;
-  View<const Index> vertex_start, triangle_start;  ///< scanned counts, per slot
-  Index max_vertices;                              ///< there is no vertex of this number or more
-  View<Vec3i> triangles;                           ///< out: three vertices, counter-clockwise from outside
+  View<const std::uint64_t> mesh_start;  ///< scanned MeshCounts, per slot
+  View<const PartPlace> place;           ///< of this part; empty when it is the only one
+  Index max_vertices;                    ///< there is no vertex of this number or more
+  View<Vec3i> triangles;                 ///< out: three vertices, counter-clockwise from outside
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -299,24 +320,26 @@ struct EmitTriangles {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     s.signs.load(b, table);
+    const Index first = place.empty() ? 0 : place[0].vertices;
     b.for_each_thread([&](int t) {
       const int y = t & 7, z = t >> 3;
-      Index at = triangle_start[b.index()] + static_cast<Index>(row_start[b.index() * kBrickRows + t] >> 16);
+      Index at = MeshCount{mesh_start[b.index()]}.triangles() +
+                 static_cast<Index>(row_start[b.index() * kBrickRows + t] >> 16);
       for (std::uint32_t cells = s.signs.surface_cells(y, z); cells != 0; cells &= cells - 1) {
         const int x = lowest_bit(cells);
         const CellCase& cell = cases[static_cast<Index>(s.signs.cell_signs(x, y, z))];
         for (int k = 0; k < cell.triangle_count; ++k, ++at) {
           if (at >= triangles.size()) return;
-          triangles[at] = existing(
-              {vertex(s.signs, x, y, z, cell.edge[3 * k]), vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
-               vertex(s.signs, x, y, z, cell.edge[3 * k + 2])},
-              max_vertices);
+          triangles[at] = existing({first + vertex(s.signs, x, y, z, cell.edge[3 * k]),
+                                    first + vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
+                                    first + vertex(s.signs, x, y, z, cell.edge[3 * k + 2])},
+                                   max_vertices);
         }
       }
     });
   }
 
-  /// Number of the vertex on edge `e` of the cell at (x, y, z) of the brick.
+  /// Number of the vertex on edge `e` of the cell at (x, y, z) of the brick, in this part's own order.
   TACTUS_HD Index vertex(const PaddedSigns& signs, int x, int y, int z, int e) const {
     const int corner = edge_corner(e), axis = e >> 2;
     x += corner & 1;
@@ -326,65 +349,53 @@ struct EmitTriangles {
     if (owner < 0) return 0;  // only after an overflow of slots, which the status reports
     const Index row = owner * kBrickRows + (z & 7) * kBrick + (y & 7);
     const std::uint32_t before = (1U << (8 * axis + (x & 7))) - 1U;
-    return vertex_start[owner] + static_cast<Index>(row_start[row] & 0xFFFFU) +
+    return MeshCount{mesh_start[owner]}.vertices() + static_cast<Index>(row_start[row] & 0xFFFFU) +
            popcount(crossings[row] & before);
   }
 };
 
-/// Number of vertices, triangles and active bricks of one part: what the others and the report need.
-struct PartCounts {
-  Index vertices = 0, triangles = 0, active_bricks = 0;
-};
 struct CollectCounts {
-  View<const Index> own_count, active_count, vertex_start, triangle_start;
+  View<const PartRange> range;
+  View<const std::uint64_t> mesh_start;
   View<PartCounts> out;
   TACTUS_HD void operator()(Index) const {
     // Beyond the capacity there are no counts to trust: the numbers of bricks tell the host what was missing.
-    const Index own = min(own_count[0], vertex_start.size() - 1);
-    out[0] = {vertex_start[own], triangle_start[own], active_count[0]};
+    const MeshCount own{mesh_start[min(range[0].own, mesh_start.size() - 1)]};
+    out[0] = {own.vertices(), own.triangles(), range[0].own, range[0].held};
   }
 };
 
-/// Brings a part's vertices and triangles behind those of the parts before it, into one mesh.
-struct GatherVertices {
-  View<const Vec3f> part;
-  View<const PartCounts> counts;  ///< of all parts, on the gathering device
-  Index part_index;
-  View<Vec3f> all;
-  TACTUS_HD void operator()(Index i) const {
-    Index base = 0;
-    for (Index p = 0; p < part_index; ++p) base += counts[p].vertices;
-    if (i < counts[part_index].vertices && base + i < all.size()) all[base + i] = part[i];
-  }
-};
-struct GatherTriangles {
-  View<const Vec3i> part;
-  View<const PartCounts> counts;
-  Index part_index;
-  Index max_vertices;  ///< of the whole mesh
-  View<Vec3i> all;
-  TACTUS_HD void operator()(Index i) const {
-    Index base = 0, vertex_base = 0;
-    for (Index p = 0; p < part_index; ++p) {
-      base += counts[p].triangles;
-      vertex_base += counts[p].vertices;
-    }
-    if (i >= counts[part_index].triangles || base + i >= all.size()) return;
-    const Vec3i t = part[i];
-    all[base + i] = existing(t + Vec3i{vertex_base, vertex_base, vertex_base}, max_vertices);
-  }
-};
-struct SumCounts {
-  View<const PartCounts> parts;
-  View<PartCounts> total;
+/// Finds a part's place, and how large all parts are together.
+struct PlacePart {
+  static constexpr int kMaxParts = 64;
+  View<const PartCounts> counts[kMaxParts];  ///< of each part, one; in its own memory or a copy
+  Index part, parts;
+  View<PartPlace> place;   ///< out
+  View<PartCounts> total;  ///< out
   TACTUS_HD void operator()(Index) const {
     PartCounts sum;
-    for (Index p = 0; p < parts.size(); ++p) {
-      sum.vertices += parts[p].vertices;
-      sum.triangles += parts[p].triangles;
-      sum.active_bricks += parts[p].active_bricks;
+    PartPlace at;
+    for (Index p = 0; p < parts; ++p) {
+      const PartCounts one = counts[p][0];
+      if (p == part) at = {sum.vertices, sum.triangles, 3 * one.vertices, 3 * one.triangles};
+      sum.vertices += one.vertices;
+      sum.triangles += one.triangles;
+      sum.active_bricks += one.active_bricks;
+      sum.held_bricks += one.held_bricks;
     }
+    place[0] = at;
     total[0] = sum;
+  }
+};
+
+/// Copies a part's vertices or triangles to their place, word by word: full lines cross the link.
+struct PushWords {
+  View<const std::uint32_t> from;
+  View<const Index> first;  ///< element of the place where they go; elements are three words
+  View<std::uint32_t> to;
+  TACTUS_HD void operator()(Index i) const {
+    const std::int64_t at = 3 * std::int64_t{first[0]} + i;
+    if (at < to.size()) to[static_cast<Index>(at)] = from[i];
   }
 };
 

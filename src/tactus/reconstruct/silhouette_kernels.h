@@ -1,7 +1,8 @@
 #pragma once
 /// Silhouettes on the device: words of overlapping patches of bits that answer a bilinear sample in one read,
-/// and a summed-area table of "any pixel set" / "any pixel clear" cells that answers "all set, all clear or
-/// mixed?" for any rectangle in four.
+/// and two ways to answer "all set, all clear or mixed?" for a rectangle in four: a summed-area table of "any
+/// pixel set" / "any pixel clear" cells for large ones; for small ones, to the pixel, what windows of 4x4 and
+/// of 8x8 pixels hold.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 
@@ -18,11 +19,18 @@ struct HullCamera {
   Vec3f row[3];
   float offset[3];
   Index width_px, height_px;
-  Index raw_begin, raw_row_words;    ///< the mask as it came: 32 pixels a word
+  Index raw_begin;                   ///< the mask as it came: 32 pixels a word
   Index bits_begin, bits_row_words;  ///< patches (kPatch...) of the padded mask; two rows of pixels a row
   Index cells_begin, cells_width, cells_height, cells_row,
       cell_shift;  ///< summed-area table; a cell is 2^shift pixels wide
+  /// Words of 16 windows in a row, "any set" in the low half, "any clear" in the high; a plane of 4x4
+  /// windows, one of 8x8. Window (x,y) reaches right and down from there.
+  Index windows_begin;  ///< negative: there are none
+  TACTUS_HD Index raw_row_words() const { return (width_px + 31) >> 5; }
+  TACTUS_HD Index windows_row() const { return 2 * raw_row_words(); }
 };
+/// Rectangles up to twice the largest window are answered to the pixel.
+inline constexpr Index kSmallWindow = 4, kLargestWindow = 8;
 
 /// Homogeneous image point of a padded node or of a point between nodes.
 TACTUS_HD inline Vec3f project_node(const HullCamera& c, Vec3f node) {
@@ -98,7 +106,7 @@ struct PrepareSilhouettes {
   TACTUS_HD void pad_rows(const Block& b, Shared& s, const HullCamera& c, Index padded) const {
     const Index last = (c.width_px - 1) >> 5;
     const auto image_row = [&](Index i) {
-      return raw.data() + c.raw_begin + clamp(padded + i - 1, 0, c.height_px - 1) * c.raw_row_words;
+      return raw.data() + c.raw_begin + clamp(padded + i - 1, 0, c.height_px - 1) * c.raw_row_words();
     };
     for (Index i = 0; i < 3; ++i) {
       const std::uint32_t* from = image_row(i);
@@ -221,16 +229,90 @@ struct SumCellColumns {
   }
 };
 
-/// What a silhouette says of a box of nodes; mixed when neither.
+/// Makes the windows: a block is one row of them.
+struct PrepareWindows {
+  View<const HullCamera> cameras;
+  View<const std::uint32_t> raw;
+  View<const Vec2i> rows;     ///< (camera, row), one per block
+  View<std::uint32_t> cells;  ///< the windows lie among them
+
+  static constexpr int kThreads = 64;
+  static constexpr int kGrain = 16;
+  struct Shared {
+    /// Of the rows of a window, for both sizes; one word more than there are: windows look ahead.
+    std::uint32_t any[2][PrepareSilhouettes::kMaxRawWords + 1], all[2][PrepareSilhouettes::kMaxRawWords + 1];
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Vec2i at = rows[b.index()];
+    const HullCamera c = cameras[at.x];
+    const Index words = c.raw_row_words(), last = words - 1;
+    const std::uint32_t beyond = (c.width_px & 31) == 0 ? 0U : ~0U << (c.width_px & 31);
+    b.for_range(words, [&](int j) {
+      std::uint32_t any = 0, all = ~0U;
+      for (Index i = 0; i < kLargestWindow; ++i) {
+        const std::uint32_t word = raw[c.raw_begin + min(at.y + i, c.height_px - 1) * words + j];
+        any |= word;
+        all &= word;
+        if (i == kSmallWindow - 1) {
+          s.any[0][j] = any;
+          s.all[0][j] = all;
+        }
+      }
+      s.any[1][j] = any;
+      s.all[1][j] = all;
+    });
+    // Beyond the image there is nothing that could speak against a window.
+    b.for_threads(2, [&](int size) {
+      s.any[size][last] &= ~beyond;
+      s.all[size][last] |= beyond;
+      s.any[size][words] = 0;
+      s.all[size][words] = ~0U;
+    });
+    write(b, s.any[0], s.all[0], c.windows_begin + at.y * c.windows_row(), kSmallWindow, words);
+    write(b, s.any[1], s.all[1], c.windows_begin + (c.height_px + at.y) * c.windows_row(), kLargestWindow,
+          words);
+  }
+
+ private:
+  template <class Block>
+  TACTUS_HD void write(const Block& b, const std::uint32_t* any, const std::uint32_t* all, Index begin,
+                       Index window, Index words) const {
+    const auto spread = [window](std::uint64_t pixels) {
+      for (Index reach = 1; reach < window; reach *= 2) pixels |= pixels >> reach;
+      return pixels;
+    };
+    b.for_range(words, [&](int j) {
+      const std::uint64_t set = spread(any[j] | std::uint64_t{any[j + 1]} << 32);
+      const std::uint64_t clear = spread(~(all[j] | std::uint64_t{all[j + 1]} << 32));
+      const auto low = static_cast<std::uint32_t>(set), high = static_cast<std::uint32_t>(clear);
+      cells[begin + 2 * j] = (low & 0xFFFFU) | high << 16;
+      cells[begin + 2 * j + 1] = low >> 16 | (high & 0xFFFF0000U);
+    });
+  }
+};
+
+/// What an image says of a box of nodes; mixed when neither.
 struct Footprint {
   bool outside, inside;
 };
+/// The same as bits. (A struct in a loop that does not vectorise it away costs the loop its vectors.)
+inline constexpr std::uint32_t kInsideFootprint = 1, kOutsideFootprint = 2;
+
+/// a where the mask has ones, b elsewhere. A choice with ?: becomes a branch when there are several, and then
+/// no loop vectorises.
+template <class T>
+TACTUS_HD constexpr T select_bits(T mask, T a, T b) {
+  return b ^ ((a ^ b) & mask);
+}
 
 /// Where the camera sees a box of nodes with this centre and these half extents (padded node units),
 /// conservatively. Seen in part: never outside; inside only when what is seen is all set (method: "Extended
 /// voxel visual hull"). Without branches, like the sample.
-TACTUS_HD inline Footprint classify_footprint(const HullCamera& c, const std::uint32_t* cells, Vec3f center,
-                                              float half) {
+TACTUS_HD TACTUS_ALWAYS_INLINE inline std::uint32_t classify_footprint(const HullCamera& c,
+                                                                       const std::uint32_t* cells,
+                                                                       Vec3f center, float half) {
   const auto reach = [half](Vec3f row) { return half * (abs(row.x) + abs(row.y) + abs(row.z)); };
   const Vec3f h = project_node(c, center);
   const float depth_reach = reach(c.row[2]), nearest = h.z - depth_reach;
@@ -245,16 +327,33 @@ TACTUS_HD inline Footprint classify_footprint(const HullCamera& c, const std::ui
   const float v0 = clamp(v - dv, -0.5F, v_end), v1 = clamp(v + dv, -0.5F, v_end);
   const bool unseen = (u + du < -0.5F) | (u - du > u_end) | (v + dv < -0.5F) | (v - dv > v_end);
   const bool whole = (u0 == u - du) & (u1 == u + du) & (v0 == v - dv) & (v1 == v + dv);
-  // Pixels that bilinear samples in the footprint read, as padded pixels, then cells.
-  const Index x0 = static_cast<Index>(u0 + 1.F) >> c.cell_shift,
-              x1 = ((static_cast<Index>(u1 + 1.F) + 1) >> c.cell_shift) + 1;
-  const Index y0 = static_cast<Index>(v0 + 1.F) >> c.cell_shift,
-              y1 = ((static_cast<Index>(v1 + 1.F) + 1) >> c.cell_shift) + 1;
-  const Index top = c.cells_begin + y0 * c.cells_row, bottom = c.cells_begin + y1 * c.cells_row;
-  const std::uint32_t sum = cells[bottom + x1] - cells[top + x1] - cells[bottom + x0] + cells[top + x0];
-  const bool outside = in_front & whole & ((sum & 0xFFFFU) == 0);
-  const bool inside = behind | (in_front & (unseen | (sum >> 16 == 0)));
-  return {outside, inside};
+  // Pixels that bilinear samples in the footprint read, as padded pixels: of cells, or of the image.
+  const Index px0 = static_cast<Index>(u0 + 1.F), px1 = static_cast<Index>(u1 + 1.F) + 1;
+  const Index py0 = static_cast<Index>(v0 + 1.F), py1 = static_cast<Index>(v1 + 1.F) + 1;
+  const Index x0 = max(px0 - 1, 0), x1 = min(px1 - 1, c.width_px - 1);
+  const Index y0 = max(py0 - 1, 0), y1 = min(py1 - 1, c.height_px - 1);
+  const Index span = max(x1 - x0, y1 - y0) + 1;
+  // All ones or zeros. Comparisons would become branches again.
+  const Index is_small = ~((2 * kLargestWindow - span) >> 31 | c.windows_begin >> 31);
+  const Index is_large = (2 * kSmallWindow - span) >> 31;
+  // Two windows along each axis cover the span: one begins where it begins, one ends where it ends.
+  const Index window = select_bits(is_large, kLargestWindow, kSmallWindow);
+  const Index right = max(x0, x1 - window + 1), lower = max(y0, y1 - window + 1);
+  const Index plane = c.windows_begin + (is_large & (c.height_px * c.windows_row()));
+  const Index top = select_bits(is_small, plane + y0 * c.windows_row(),
+                                c.cells_begin + (py0 >> c.cell_shift) * c.cells_row);
+  const Index bottom = select_bits(is_small, plane + lower * c.windows_row(),
+                                   c.cells_begin + ((py1 >> c.cell_shift) + 1) * c.cells_row);
+  const Index first = select_bits(is_small, x0 >> 4, px0 >> c.cell_shift);
+  const Index last = select_bits(is_small, right >> 4, (px1 >> c.cell_shift) + 1);
+  const std::uint32_t a = cells[top + first], b = cells[top + last], d = cells[bottom + first],
+                      e = cells[bottom + last];
+  const std::uint32_t held = ((a | d) >> (x0 & 15) | (b | e) >> (right & 15)) & 0x10001U;
+  const std::uint32_t counts = select_bits(static_cast<std::uint32_t>(is_small), held, e - b - d + a);
+  const bool outside = in_front & whole & ((counts & 0xFFFFU) == 0);
+  const bool inside = behind | (in_front & (unseen | (counts >> 16 == 0)));
+  return static_cast<std::uint32_t>(inside) * kInsideFootprint |
+         static_cast<std::uint32_t>(outside) * kOutsideFootprint;
 }
 
 }  // namespace tactus

@@ -18,19 +18,18 @@ struct TolerantSigns {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index brick = plain.active_bricks[b.index()];
-    const Vec3i first = kBrick * plain.grid.brick_at(brick);
-    const std::uint32_t candidates = plain.brick_cameras[brick];
+    const Vec3i brick = plain.grid.brick_at(plain.bricks[b.index()]), first = kBrick * brick;
+    const std::uint32_t candidates = plain.block_cameras[plain.grid.block_of(brick)];
     b.for_threads(8, [&](int sub) {
       const Vec3i at = first + Vec3i{(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4};
       std::uint32_t mixed = 0;
       Index outside = 0;
       for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
         const int c = lowest_bit(left);
-        const Footprint f = classify_footprint(plain.cameras[c], plain.cells.data(),
-                                               vec_cast<float>(at) + Vec3f{2, 2, 2}, 2.F);
-        outside += f.outside ? 1 : 0;
-        mixed |= f.inside ? 0U : 1U << c;
+        const std::uint32_t verdict = classify_footprint(plain.cameras[c], plain.cells.data(),
+                                                         vec_cast<float>(at) + Vec3f{2, 2, 2}, 2.F);
+        outside += (verdict & kOutsideFootprint) != 0 ? 1 : 0;
+        mixed |= (verdict & kInsideFootprint) != 0 ? 0U : 1U << c;
       }
       s.sub_outside[sub] = outside > tolerated ? 1U : 0U;
       s.sub_mixed[sub] = plain.sub_cameras[b.index() * 8 + sub] = outside > tolerated ? 0U : mixed;
@@ -72,8 +71,9 @@ struct EmitTolerantVertices {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const BrickTable& table = plain.table;
-    const Index first_row = b.index() * kBrickRows, begin = plain.vertex_start[b.index()];
-    const Index total = min(plain.vertex_start[b.index() + 1], plain.positions_m.size()) - begin;
+    const Index first_row = b.index() * kBrickRows, begin = MeshCount{plain.mesh_start[b.index()]}.vertices();
+    const Index total =
+        min(MeshCount{plain.mesh_start[b.index() + 1]}.vertices(), plain.positions_m.size()) - begin;
     b.for_threads(kBrickRows, [&](int t) {
       Index at = static_cast<Index>(plain.row_start[first_row + t] & 0xFFFFU);
       for (std::uint32_t left = plain.crossings[first_row + t]; left != 0; left &= left - 1) {
@@ -81,7 +81,7 @@ struct EmitTolerantVertices {
         s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
       }
     });
-    const Vec3i brick = kBrick * table.grid.brick_at(table.active_bricks[b.index()]);
+    const Vec3i brick = kBrick * table.brick_at(b.index());
     for (Index first = 0; first < total; first += kThreads) {
       const int count = min(total - first, Index{kThreads});
       b.for_threads(count, [&](int t) {

@@ -25,8 +25,11 @@ struct HullOptions {
   /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
   /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
   Index tolerated_views = 0;
-  Index max_active_bricks =
-      0;  ///< capacity of 8^3-voxel bricks that hold surface, per device; 0: from the resolution
+  /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report says
+  /// what to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices share the
+  /// work, those near a border count twice. 0: from the resolution, enough for several times the sides of the
+  /// workspace.
+  Index max_active_bricks = 0;
   Index max_vertices = 0;   ///< 0: from the resolution
   Index max_triangles = 0;  ///< 0: twice max_vertices
   float depth_jump_m =
@@ -81,6 +84,9 @@ class VisualHull {
 
   float voxel_size_m() const;
   Vec3i voxel_count() const;
+  /// Memory on all devices together, but for lists of a few kB. Grows with the area of the workspace's sides
+  /// in voxels, not with its volume: 8 bytes per 8192 voxels is all that the empty ones take.
+  std::int64_t memory_bytes() const;
 
  private:
   struct Impl;

@@ -12,19 +12,28 @@
 namespace tactus::cuda {
 
 std::size_t algorithm_scratch_bytes(int n) {
-  std::size_t scan = 0, select = 0, sort = 0;
+  std::size_t scan = 0, wide_scan = 0, select = 0, sort = 0;
   cub::DoubleBuffer<unsigned> keys;
   cub::DoubleBuffer<int> values;
   int* none = nullptr;
+  std::uint64_t* no_words = nullptr;
   TACTUS_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(nullptr, scan, none, none, n));
+  TACTUS_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(nullptr, wide_scan, no_words, no_words, n));
   TACTUS_CUDA_CHECK(
       cub::DeviceSelect::Flagged(nullptr, select, thrust::counting_iterator<int>(0), none, none, none, n));
   TACTUS_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(nullptr, sort, keys, values, n));
-  return std::max({scan, select, sort});
+  return std::max({scan, wide_scan, select, sort});
 }
 
 void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const int* in, int* out, int n,
                     void* stream) {
+  TACTUS_CUDA_CHECK(cudaSetDevice(ordinal));
+  TACTUS_CUDA_CHECK(
+      cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, in, out, n, static_cast<cudaStream_t>(stream)));
+}
+
+void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const std::uint64_t* in,
+                    std::uint64_t* out, int n, void* stream) {
   TACTUS_CUDA_CHECK(cudaSetDevice(ordinal));
   TACTUS_CUDA_CHECK(
       cub::DeviceScan::ExclusiveSum(scratch, scratch_bytes, in, out, n, static_cast<cudaStream_t>(stream)));

@@ -2,6 +2,7 @@
 /// The CUDA runtime behind plain functions, so that g++ builds without nvcc. Without CUDA: stubs that say
 /// why.
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,6 +37,8 @@ void destroy_graph(void* graph) noexcept;
 std::size_t algorithm_scratch_bytes(int n);
 void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const int* in, int* out, int n,
                     void* stream);
+void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const std::uint64_t* in,
+                    std::uint64_t* out, int n, void* stream);
 /// Ascending indices of the non-zero flags.
 void compact(int ordinal, void* scratch, std::size_t scratch_bytes, const int* flags, int* out,
              int* out_count, int n, void* stream);

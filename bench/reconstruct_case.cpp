@@ -1,0 +1,102 @@
+#include "reconstruct_case.h"
+
+#include "tactus/base/timing.h"
+
+namespace tactus::bench {
+namespace {
+
+SyntheticOptions source_options(const CaseOptions& options) {
+  SyntheticOptions source;
+  source.figure = options.figure + "-still";
+  source.depth = options.depth;
+  source.truth = false;
+  source.colors = options.texture_k.has_value();
+  source.rig = options.rig;
+  return source;
+}
+
+}  // namespace
+
+ReconstructCase::ReconstructCase(DeviceSet& devices, const CaseOptions& options)
+    : devices_(devices),
+      options_(options),
+      source_(source_options(options)),
+      hull_(
+          devices, source_.rig().cameras,
+          {.workspace_m = source_.rig().workspace_m, .resolution = options.resolution},
+          options.depth ? std::span<const Camera>(source_.rig().depth_cameras) : std::span<const Camera>()) {
+  source_.next(frame_);
+  if (!options.texture_k) return;
+  const Index room = hull_.mesh().positions_m.size();
+  normals_.emplace(devices.device(0), room);
+  texture_.emplace(devices.context(0), source_.rig().cameras,
+                   TextureOptions{.k = *options.texture_k,
+                                  .voxel_size_m = hull_.voxel_size_m(),
+                                  .center_m = {0, 0.5F, 0},
+                                  .max_vertices = room});
+}
+
+void ReconstructCase::upload() { hull_.upload(frame_.silhouettes, frame_.depths_m); }
+void ReconstructCase::reconstruct() {
+  hull_.carve();
+  hull_.extract();
+}
+void ReconstructCase::upload_photos() { texture_->upload(devices_.context(0), frame_.colors); }
+void ReconstructCase::shade() {
+  normals_->compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m());
+  texture_->shade(devices_.context(0), hull_.mesh(), normals_->view());
+}
+
+std::vector<double> ReconstructCase::timed_ms(const std::function<void()>& body, int least, double seconds) {
+  return time_ms(
+      [&] {
+        body();
+        devices_.synchronize();
+      },
+      least, seconds);
+}
+
+double ReconstructCase::batch_ms(const std::function<void()>& body) {
+  constexpr int kBatch = 20;
+  const auto batch = [&] {
+    for (int i = 0; i < kBatch; ++i) body();
+  };
+  return p(timed_ms(batch, 10, 1), 50) / kBatch;
+}
+
+nlohmann::json ReconstructCase::kernels_ms(const std::function<void()>& body, int device) {
+  Timings timings;
+  devices_.context(device).profile(&timings);
+  const double begin_s = now_s();
+  for (int i = 0; i < 3 || (i < 30 && now_s() - begin_s < 2); ++i) {
+    check_stop();
+    body();
+    devices_.synchronize();
+  }
+  devices_.context(device).profile(nullptr);
+  nlohmann::json kernels;
+  for (const std::string& name : timings.stages()) kernels[name] = timings.percentile_ms(name, 50);
+  return kernels;
+}
+
+nlohmann::json ReconstructCase::row(const std::string& name, const std::vector<double>& ms) {
+  const HullReport report = hull_.report();
+  nlohmann::json row{{"name", name},
+                     {"case", options_.figure},
+                     {"size", options_.resolution},
+                     {"devices", devices_.name()},
+                     {"ms_p50", p(ms, 50)},
+                     {"ms_p99", p(ms, 99)},
+                     {"ms_p10", p(ms, 10)},
+                     {"ms_min", p(ms, 0)},
+                     {"floor_ms", nullptr},
+                     {"reference", nlohmann::json::object()},
+                     {"vertices", report.vertices},
+                     {"triangles", report.triangles},
+                     {"active_bricks", report.active_bricks},
+                     {"memory_MB", static_cast<double>(hull_.memory_bytes()) * 1e-6}};
+  if (!report.overflow.empty()) row["overflow"] = report.overflow;
+  return row;
+}
+
+}  // namespace tactus::bench

@@ -1,0 +1,38 @@
+#pragma once
+/// What a VisualHull decides before it allocates: the grid, where all images lie, how much room there is for
+/// the surface. The same for all devices.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tactus/geom/camera.h"
+#include "tactus/reconstruct/depth_stage.h"
+#include "tactus/reconstruct/hull_kernels.h"
+#include "tactus/reconstruct/silhouette_stage.h"
+
+namespace tactus {
+
+struct HullOptions;
+
+struct HullCapacity {
+  Index bricks = 0;  ///< slots
+  Index vertices = 0, triangles = 0;
+};
+
+struct HullPlan {
+  HullGrid grid{};
+  std::int64_t blocks = 0, tiles = 0;  ///< as the grid says, also where that is too many to be indexed
+  Index tolerated = 0;                 ///< views
+  Vec3i voxels{};
+  float voxel_size_m = 0;
+  Vec3f origin_m;  ///< of padded node 0
+  SilhouetteLayout silhouettes;
+  DepthLayout depth;
+  HullCapacity capacity;
+};
+
+/// @throws Error as the constructor of VisualHull, but for memory.
+HullPlan plan_hull(std::span<const Camera> cameras, const HullOptions& options,
+                   std::span<const Camera> depth_cameras);
+
+}  // namespace tactus
