@@ -333,7 +333,8 @@ TEST_F(BadInput, Resolutions) {
         "reconstruct sphere --json " + path("out.json") + " --devices " + devices + " --resolution ";
     expect_refused(sphere + "0", 2, {"resolution 0: expected a positive number of voxels"});
     expect_refused(sphere + "-7", 2, {"resolution -7: expected a positive number of voxels"});
-    for (const char* large : {"100000", "2147483647"}) {
+    expect_refused(sphere + "2147483647", 2, {"resolution 2147483647: expected", "at most 1048576"});
+    for (const char* large : {"100000", "1048576"}) {
       const Outcome o = run_tactus(sphere + large);
       EXPECT_EQ(o.code, 1) << o.text;
       EXPECT_TRUE(std::regex_search(
