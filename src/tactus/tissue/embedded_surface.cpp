@@ -19,9 +19,7 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 class CubeFinder {
  public:
   explicit CubeFinder(const CubeLattice& lattice)
-      : lattice_(lattice),
-        dims_(lattice.node_dims - Vec3i{1, 1, 1}),
-        id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
+      : dims_(lattice.node_dims - Vec3i{1, 1, 1}), id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
     for (Index c = 0; c < lattice.cube_count(); ++c) id_[index(lattice.cubes[at(c)])] = c;
   }
   /// Cube and squared distance to it [spacings^2] of a point in lattice coordinates; cube -1: none within
@@ -51,7 +49,6 @@ class CubeFinder {
 
  private:
   std::size_t index(Vec3i p) const { return at((std::int64_t{p.z} * dims_.y + p.y) * dims_.x + p.x); }
-  const CubeLattice& lattice_;
   Vec3i dims_;
   std::vector<Index> id_;
 };
