@@ -39,7 +39,7 @@ std::vector<Vec3f> spin(const CubeLattice& lattice) {
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements, int half_width,
                 int substeps, int* slabs = nullptr, int matched_every = 1) {
   HybridSlabs body(devices, lattice, elements, {&kMaterial, 1}, {}, {},
-                   {.young_Pa = 30000, .half_width = half_width});
+                   {.young_Pa = 30000, .half_width = half_width}, 0);
   body.set_state(lattice.rest_positions_m(), spin(lattice));
   if (slabs != nullptr) *slabs = body.slab_count();
   // An odd number, twice: positions ahead begin in the same one of two buffers.
@@ -135,6 +135,20 @@ TEST(HybridSlabs, ThinBodiesAreOnFewerDevices) {
   EXPECT_EQ(slabs, 2);  // 5 layers of nodes, 2 at least
   on_slabs(devices, lattice, ElementMask(lattice.cubes.size(), 0), 1, 1, &slabs);
   EXPECT_EQ(slabs, 1);
+}
+
+TEST(HybridSlabs, SmallBodiesAreOnFewerDevices) {
+  DeviceSet devices("cpu:4");
+  const CubeLattice lattice = lattice_from_box({0, 0, 0}, {10, 10, 40}, {.spacing_m = 0.01F});
+  const auto slabs = [&](const ElementMask& elements, double least) {
+    return HybridSlabs(devices, lattice, elements, {&kMaterial, 1}, {}, {}, {}, least).slab_count();
+  };
+  const ElementMask none(lattice.cubes.size(), 0);
+  EXPECT_EQ(slabs({}, 1000), 4);  // of 4,000 elements
+  EXPECT_EQ(slabs({}, 1500), 2);
+  EXPECT_EQ(slabs({}, 5000), 1);
+  EXPECT_EQ(slabs(none, 9000), 1);
+  EXPECT_EQ(slabs(none, 8000), 2);  // they cost four times as much
 }
 
 TEST(SplitByCost, CutsWhereCostsAreEqual) {

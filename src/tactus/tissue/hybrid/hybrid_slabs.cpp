@@ -1,5 +1,8 @@
 #include "tactus/tissue/hybrid/hybrid_slabs.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "tactus/base/error.h"
 
 namespace tactus {
@@ -9,7 +12,7 @@ namespace {
 constexpr double kMatchedCost = 4;
 
 std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
-                               const ElementMask& elements, int half_width) {
+                               const ElementMask& elements, int half_width, double least_elements) {
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
   bool matches = false;
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
@@ -17,11 +20,16 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
     cost[static_cast<std::size_t>(lattice.cubes[c].z)] += element ? 1 : kMatchedCost;
     matches = matches || !element;
   }
-  if (!matches) return split_by_cost(cost, devices.count(), 1, 2);
+  const double all = std::accumulate(cost.begin(), cost.end(), 0.0);
+  const int count =
+      least_elements > 0
+          ? static_cast<int>(std::clamp(all / least_elements, 1.0, static_cast<double>(devices.count())))
+          : devices.count();
+  if (!matches) return split_by_cost(cost, count, 1, 2);
   // Wide enough that neighbours' nodes are the next slab's, at multiples of what sums slide along.
   const Index deepest = FlsmGrid::kChunk + max(2 * half_width, FlsmGrid::kChunk);
   const Index least = ceil_div(deepest, FlsmGrid::kChunk) * FlsmGrid::kChunk;
-  return split_by_cost(cost, devices.count(), FlsmGrid::kChunk, least);
+  return split_by_cost(cost, count, FlsmGrid::kChunk, least);
 }
 
 }  // namespace
@@ -38,9 +46,11 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
 HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
                          std::span<const ElasticMaterial> materials,
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
-                         const FlsmMaterial& flsm)
+                         const FlsmMaterial& flsm, std::optional<double> least_elements)
     : devices_(devices) {
-  const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width);
+  const std::vector<Slab> slabs =
+      choose_slabs(devices, lattice, elements, flsm.half_width,
+                   least_elements.value_or(devices.is_cuda() ? kLeastElements : 0));
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
     parts_.push_back(std::make_unique<Part>(
