@@ -12,6 +12,7 @@ TACTUS_CUDA_KERNEL(tactus::MergeSamples);
 TACTUS_CUDA_KERNEL(tactus::KeepPrevious);
 TACTUS_CUDA_KERNEL(tactus::CentroidParts);
 TACTUS_CUDA_KERNEL(tactus::GuessMotion);
+TACTUS_CUDA_KERNEL(tactus::FitPoints);
 TACTUS_CUDA_KERNEL(tactus::FitParts);
 TACTUS_CUDA_KERNEL(tactus::NoteStill);
 TACTUS_CUDA_KERNEL(tactus::NoteGuess);

@@ -111,19 +111,19 @@ struct GuessMotion {
   }
 };
 
-struct FitParts {
-  static constexpr int kGrain = 4;
+struct FitPoints {
+  static constexpr int kGrain = 32;
   View<const Vec3f> previous_m;
   SamplesView samples;
   float reach_m;  ///< partners are sought that far, <= the cells' edge
   float scale_m;  ///< distances above count less and less
   View<const FitState> state;
-  View<FitSums> parts;
-  TACTUS_HD void operator()(Index p) const {
+  View<FitSums> points;  ///< (kFitPoints)
+  TACTUS_HD void operator()(Index j) const {
     FitSums sums{};
     const FitState& s = state[0];
-    for (Index j = p; j < s.previous_points; j += kFitParts) add(sums, s.pose * previous_m[j], s.center_m);
-    parts[p] = sums;
+    if (j < s.previous_points) add(sums, s.pose * previous_m[j], s.center_m);
+    points[j] = sums;
   }
 
  private:
@@ -152,6 +152,20 @@ struct FitParts {
     sums.value[27] += e * e;
     sums.value[28] += 1.F;
     sums.value[29] += dot(arm, arm);
+  }
+};
+
+/// Point j goes to part j % kFitParts: the same sums on every device.
+struct FitParts {
+  static constexpr int kGrain = 16;
+  View<const FitSums> points;
+  View<FitSums> parts;
+  TACTUS_HD void operator()(Index p) const {
+    FitSums sums{};
+    for (Index j = p; j < kFitPoints; j += kFitParts) {
+      for (int k = 0; k < FitSums::kSize; ++k) sums.value[k] += points[j].value[k];
+    }
+    parts[p] = sums;
   }
 };
 

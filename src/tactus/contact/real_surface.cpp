@@ -50,6 +50,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
               8 * settings.sample_spacing_m, 2),
       previous_m_(device, kFitPoints),
       fit_(device, 1),
+      fit_points_(device, kFitPoints),
       fit_parts_(device, kFitParts),
       motion_(device, 1) {}
 
@@ -98,8 +99,9 @@ void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
   ctx.parallel_for("contact/guess", 1, GuessMotion{fit_parts_.const_view(), fit_.view()});
   const auto gather = [&](const SampleLevel& level, float reach_m) {
     ctx.parallel_for(
-        "contact/fit", kFitParts,
-        FitParts{previous_m_.const_view(), level.view(), reach_m, s, fit_.const_view(), fit_parts_.view()});
+        "contact/fit", kFitPoints,
+        FitPoints{previous_m_.const_view(), level.view(), reach_m, s, fit_.const_view(), fit_points_.view()});
+    ctx.parallel_for("contact/fit_parts", kFitParts, FitParts{fit_points_.const_view(), fit_parts_.view()});
   };
   gather(fine_, 2 * s);
   ctx.parallel_for("contact/fit_still", 1, NoteStill{fit_parts_.const_view(), fit_.view()});

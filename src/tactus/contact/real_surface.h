@@ -64,7 +64,7 @@ class RealSurface {
   SampleLevel fine_, coarse_;
   Buffer<Vec3f> previous_m_;
   Buffer<FitState> fit_;
-  Buffer<FitSums> fit_parts_;
+  Buffer<FitSums> fit_points_, fit_parts_;
   Buffer<SurfaceMotion> motion_;
 };
 
