@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
 #include "sphere_scene.h"
 #include "support/device_sets.h"
@@ -20,8 +21,9 @@ struct Result {
   HullReport report;
 };
 
-Result sphere_hull(const std::string& devices, Index resolution, Index depth_px = 0) {
-  DeviceSet set(devices, 5);
+Result sphere_hull(const std::string& devices, Index resolution, Index depth_px = 0, std::uint64_t order = 5,
+                   PeerAccess access = PeerAccess::automatic, Index tolerated = 0) {
+  DeviceSet set(devices, order, access);
   const std::vector<Camera> cameras = ring(6);
   std::vector<Camera> tof;
   std::vector<DepthImage> depths_m;
@@ -37,10 +39,15 @@ Result sphere_hull(const std::string& devices, Index resolution, Index depth_px 
       }
     }
   }
-  VisualHull hull(set, cameras, {kCube, resolution}, tof);
-  hull.upload(sphere_silhouettes(cameras, kCenter, kRadius_m), depths_m);
-  hull.carve();
-  hull.extract();
+  HullOptions options{kCube, resolution};
+  options.tolerated_views = tolerated;
+  VisualHull hull(set, cameras, options, tof);
+  // The last frame counts; the one before must neither change it nor be read too late.
+  for (const double radius_m : {2 * kRadius_m, kRadius_m}) {
+    hull.upload(sphere_silhouettes(cameras, kCenter, radius_m), depths_m);
+    hull.carve();
+    hull.extract();
+  }
   Result result{hull.download(), hull.report()};
   EXPECT_EQ(result.report.overflow, "");
   EXPECT_EQ(result.report.depth, "");
@@ -93,6 +100,26 @@ TEST_P(LargeHullOn, SameBitsAsOneCpu) {
   }
 }
 
+/// Virtual devices run their queues in an order that the seed chooses.
+TEST(LargeHull, SameBitsOnAnyNumberOfDevicesInAnyOrder) {
+  for (const Index depth_px : {0, 100}) {
+    for (const Index tolerated : {0, 1}) {
+      const Result expected = sphere_hull("cpu", 150, depth_px, 0, PeerAccess::automatic, tolerated);
+      ASSERT_GT(expected.mesh.triangles.size(), 4000U);
+      for (const char* devices : {"cpu:2", "cpu:4", "cpu:7"}) {
+        for (const PeerAccess access : {PeerAccess::direct, PeerAccess::staged}) {
+          for (const std::uint64_t order : {0U, 1U, 2U}) {
+            const Result got = sphere_hull(devices, 150, depth_px, order, access, tolerated);
+            EXPECT_TRUE(got.mesh.triangles == expected.mesh.triangles) << devices << ' ' << order;
+            EXPECT_TRUE(got.mesh.positions_m == expected.mesh.positions_m) << devices << ' ' << order;
+            EXPECT_EQ(got.report.active_bricks, expected.report.active_bricks) << devices;
+          }
+        }
+      }
+    }
+  }
+}
+
 /// 4 times as much from one resolution to the next is surface, 8 times would be volume.
 TEST(LargeHull, MemoryFollowsTheSurface) {
   DeviceSet set("cpu");
@@ -128,35 +155,137 @@ TEST(LargeHull, WhatDoesNotFitIsRefusedWithWhatItWouldNeed) {
   }
 }
 
-class Partition : public LargeHullOn {};
-TACTUS_INSTANTIATE_DEVICES(Partition);
+class Shares : public LargeHullOn {};
+TACTUS_INSTANTIATE_DEVICES(Shares);
 
-TEST_P(Partition, PartsOfLayersHaveAboutTheSameWork) {
+/// Blocks of 4^3 bricks, and some of them cut off by the grid.
+const HullGrid kGrid{{11, 9, 10}, {3, 3, 3}, {88, 72, 80}};
+
+TEST_P(Shares, AreEqualAndHoldTheNeighboursOfTheirBricks) {
   DeviceSet set(GetParam(), 3);
   ExecContext& ctx = set.context(0);
-  // Ten layers of two tiles: nothing below and above, most in the middle.
-  const std::vector<Index> per_tile{0, 0, 0, 0, 3, 9, 16, 16, 16, 0, 10, 6, 1, 2, 16, 16, 0, 0, 0, 0};
-  std::vector<Index> first{0};
-  for (const Index n : per_tile) first.push_back(first.back() + n);
-  const HullGrid grid{{8, 4, 10}, {2, 1, 3}, {64, 32, 80}};
-  const Index all = first.back(), largest_layer = 32;
-  const Buffer<Index> tile_first = to_device(ctx, first);
-  Buffer<PartRange> range(ctx.device(), 1);
-  for (Index parts = 1; parts <= 12; ++parts) {
+  std::mt19937 random(7);
+  std::vector<std::uint32_t> words(static_cast<std::size_t>(kGrid.tile_count()));
+  std::vector<Index> tile_first{0}, numbers;
+  for (Index tile = 0; tile < kGrid.tile_count(); ++tile) {
+    std::uint32_t& word = words[static_cast<std::size_t>(tile)];
+    for (int bit = 0; bit < kTileBricks; ++bit) {
+      const Index number = tile * kTileBricks + bit;
+      if (!kGrid.holds(kGrid.brick_at(number)) || random() % 5 != 0) continue;
+      word |= kActiveBit << bit;
+      numbers.push_back(number);
+    }
+    tile_first.push_back(static_cast<Index>(numbers.size()));
+  }
+  const auto all = static_cast<Index>(numbers.size());
+  ASSERT_GT(all, 100);
+  const Buffer<std::uint32_t> tiles = to_device(ctx, words);
+  const Buffer<Index> first_of_tile = to_device(ctx, tile_first);
+  const auto rank_of = [&](Vec3i brick) {
+    const Index number = kGrid.tile_of(brick) * kTileBricks + HullGrid::bit_in_tile(brick);
+    const auto at = std::lower_bound(numbers.begin(), numbers.end(), number);
+    return at != numbers.end() && *at == number ? static_cast<Index>(at - numbers.begin()) : -1;
+  };
+  for (const Index parts : {1, 2, 3, 7, 64, all + 3}) {
     Index next = 0;
     for (Index part = 0; part < parts; ++part) {
-      ctx.parallel_for("partition", 1, PartitionLayers{grid, part, parts, tile_first.view(), range.view()});
+      const Index room = part == 1 ? 10 : all;
+      Buffer<Index> bricks(ctx.device(), room);
+      Buffer<PartRange> range(ctx.device(), 1);
+      ctx.parallel_for(
+          "assign", kGrid.tile_count(),
+          AssignSlots{kGrid, part, parts, tiles.view(), first_of_tile.view(), bricks.view(), range.view()});
       const PartRange r = to_host(ctx, range.const_view())[0];
-      EXPECT_EQ(r.first, next) << part << " of " << parts;
-      // A cut is at most half a layer off the exact one.
-      EXPECT_LE(std::abs(r.first - all * part / parts), largest_layer / 2 + 1) << part << " of " << parts;
-      EXPECT_GE(r.held, r.own);
-      EXPECT_LE(r.first + r.held, all);
-      // Cuts fall between layers.
-      EXPECT_TRUE(std::any_of(first.begin(), first.end(), [&](Index f) { return f == r.first; }));
-      next = r.first + r.own;
+      ASSERT_EQ(r.first, next);
+      next += r.own;
+      EXPECT_LE(std::abs(r.own * parts - all), parts) << "a share is a brick off at most";
+      EXPECT_LE(r.own, r.counted);
+      EXPECT_LE(r.counted, r.held);
+      ASSERT_LE(r.first + r.held, all);
+      EXPECT_EQ(r.ghost_words, 16 * std::max(std::min(r.held, room) - r.own, 0));
+      const std::vector<Index> slots = to_host(ctx, bricks.const_view());
+      for (Index i = 0; i < std::min(r.held, room); ++i)
+        ASSERT_EQ(slots[static_cast<std::size_t>(i)], numbers[static_cast<std::size_t>(r.first + i)]);
+      for (Index i = r.first; i < r.first + r.own; ++i) {
+        const Vec3i brick = kGrid.brick_at(numbers[static_cast<std::size_t>(i)]);
+        for (const Vec3i step : {Vec3i{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}) {
+          EXPECT_LT(rank_of(brick + step), r.first + r.counted);
+          EXPECT_LT(rank_of(brick + 2 * step), r.first + r.held);
+        }
+      }
     }
     EXPECT_EQ(next, all) << parts;
+  }
+}
+
+TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
+  DeviceSet set(GetParam(), 4);
+  ExecContext& ctx = set.context(0);
+  constexpr Index kParts = 4, kAll = 10, kHeld = 8, kRoom = 7;
+  // Word w of brick i is 100 i + w; shares begin at 0, 2, 5, 7.
+  const std::vector<Index> tile_first{0, 4, kAll};
+  const Buffer<Index> first_of_tile = to_device(ctx, tile_first);
+  std::vector<Buffer<std::uint32_t>> rows;
+  for (Index part = 0; part < kParts; ++part) {
+    std::vector<std::uint32_t> words(kRoom * kSignWords, 7777);
+    const Index first = share_begin(kAll, part, kParts);
+    // Part 2 has room for one of its two.
+    for (Index i = first; i < share_begin(kAll, part + 1, kParts); ++i) {
+      for (Index w = 0; w < kSignWords; ++w)
+        words[static_cast<std::size_t>((i - first) * kSignWords + w)] =
+            static_cast<std::uint32_t>(100 * i + w);
+    }
+    if (part == 2) words.resize(kSignWords);
+    rows.push_back(to_device(ctx, words));
+  }
+  const PartRange of_first{0, 2, 4, kHeld, (kRoom - 2) * kSignWords};
+  const Buffer<PartRange> range = to_device(ctx, std::vector<PartRange>{of_first});
+  FetchGhosts kernel{{}, 0, kParts, first_of_tile.view(), range.view(), rows[0].view()};
+  for (std::size_t p = 0; p < kParts; ++p) kernel.rows[p] = rows[p].const_view();
+  ctx.parallel_for("fetch", of_first.ghost_words, kernel);
+  const std::vector<std::uint32_t> got = to_host(ctx, rows[0].const_view());
+  for (Index i = 0; i < kRoom; ++i) {
+    for (Index w = 0; w < kSignWords; ++w) {
+      const bool is_missing = i == 6;
+      EXPECT_EQ(got[static_cast<std::size_t>(i * kSignWords + w)],
+                is_missing ? 0U : static_cast<std::uint32_t>(100 * i + w))
+          << i;
+    }
+  }
+}
+
+class Numbering : public LargeHullOn {};
+TACTUS_INSTANTIATE_DEVICES(Numbering);
+
+TEST_P(Numbering, IsTheSumOfAllBefore) {
+  DeviceSet set(GetParam(), 5);
+  ExecContext& ctx = set.context(0);
+  std::mt19937 random(3);
+  // Nothing, one, a piece of the kernel, several and a rest; and more than there is room for.
+  for (const Index counted : {0, 1, 700, NumberBricks::kPiece, 3 * NumberBricks::kPiece + 77}) {
+    for (const Index missing : {0, 5}) {
+      const Index room = std::max(counted - missing, 1), own = counted / 2;
+      std::vector<std::uint64_t> counts(static_cast<std::size_t>(room + 1)), expected(counts.size());
+      for (std::uint64_t& count : counts)
+        count = MeshCount::of(static_cast<Index>(random() % 300), static_cast<Index>(random() % 600)).packed;
+      Buffer<std::uint64_t> mesh_start = to_device(ctx, counts);
+      const Buffer<PartRange> range =
+          to_device(ctx, std::vector<PartRange>{{3, own, counted, counted + 9, 0}});
+      Buffer<PartCounts> found(ctx.device(), 1);
+      ctx.parallel_for("number", 1, NumberBricks{range.view(), mesh_start.view(), found.view()});
+      const std::vector<std::uint64_t> starts = to_host(ctx, mesh_start.const_view());
+      std::uint64_t sum = 0;
+      for (Index i = 0; i <= std::min(counted, room); ++i) {
+        ASSERT_EQ(starts[static_cast<std::size_t>(i)], sum) << i << " of " << counted;
+        sum += counts[static_cast<std::size_t>(i)];
+      }
+      const PartCounts c = to_host(ctx, found.const_view())[0];
+      const MeshCount at_own{starts[static_cast<std::size_t>(std::min(own, room))]};
+      EXPECT_EQ(c.vertices, at_own.vertices());
+      EXPECT_EQ(c.triangles, at_own.triangles());
+      EXPECT_EQ(c.active_bricks, own);
+      EXPECT_EQ(c.held_bricks, counted + 9);
+    }
   }
 }
 

@@ -82,14 +82,17 @@ void DepthPart::set_up(ExecContext& ctx, const DepthLayout& layout) {
   ctx.fill_bytes(usable.view(), 0);  // padding stays so
 }
 
-void DepthPart::prepare(ExecContext& ctx, View<const HullCamera> silhouettes,
-                        View<const std::uint32_t> bits) {
+void DepthPart::prepare(ExecContext& ctx) {
   const DepthPart& in = *this;
+  ctx.fill_bytes(holes.view(), 0);
+  ctx.fill_bytes(tile_holes.view(), 0);
   ctx.parallel_for("depth/prepare", in.tiles.size(),
                    PrepareDepth{in.cameras.view(), in.raw.view(), in.tiles.view(), usable.view(), low.view(),
                                 high.view()});
-  ctx.fill_bytes(holes.view(), 0);
-  ctx.fill_bytes(tile_holes.view(), 0);
+}
+
+void DepthPart::fade(ExecContext& ctx, View<const HullCamera> silhouettes, View<const std::uint32_t> bits) {
+  const DepthPart& in = *this;
   ctx.parallel_for(
       "depth/holes", in.tiles.size(),
       FindHoles{in.cameras.view(), silhouettes, bits, in.raw.view(), in.usable.view(), in.low.view(),

@@ -48,8 +48,10 @@ struct DepthPart {
   }
   /// After the buffers are there.
   void set_up(ExecContext& ctx, const DepthLayout& layout);
-  /// Usable pixels, pyramid, and the ramps at holes; `bits` are the prepared silhouettes.
-  void prepare(ExecContext& ctx, View<const HullCamera> silhouettes, View<const std::uint32_t> bits);
+  /// Usable pixels and pyramid: what the vote needs.
+  void prepare(ExecContext& ctx);
+  /// The ramps at holes, which signs and cuts need; `bits` are the prepared silhouettes.
+  void fade(ExecContext& ctx, View<const HullCamera> silhouettes, View<const std::uint32_t> bits);
   /// The vote on the bricks.
   void vote(ExecContext& ctx, const HullGrid& grid, View<std::uint32_t> brick_tiles, View<Index> tile_active);
   void sign(ExecContext& ctx, Count held, const BrickTable& table, View<std::uint8_t> rows);

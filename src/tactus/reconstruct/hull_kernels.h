@@ -13,6 +13,7 @@ inline constexpr Index kBlockBricks = 4;              ///< bricks along the edge
 inline constexpr Index kTileBricks = kBlockBricks * kBlockBricks;
 inline constexpr Index kOutsideBrick = -1, kInsideBrick = -2;
 inline constexpr int kMaxCameras = 32;
+inline constexpr int kMaxHullParts = 64;  ///< devices that share a hull
 
 /// The padded grid. Nodes carry padded indices 0 .. cells+2: real node i is padded node i+1, and the padding
 /// is outside by definition, so the surface closes at the box. A layer of a block is a *tile* of 4x4 bricks;
@@ -48,14 +49,24 @@ struct HullGrid {
 inline constexpr std::uint32_t kActiveBit = 1, kInsideBit = 1U << kTileBricks;
 TACTUS_HD inline Index active_in_tile(std::uint32_t word) { return popcount(word & (kInsideBit - 1)); }
 
-/// Which active bricks a part of a device set works on, of all in the order of their numbers: its own layers,
-/// and two ghost layers above. (Triangles use vertices of the first, whose numbering needs signs of the
-/// second.)
+/// Which active bricks a part of a device set works on, of all in the order of their numbers: an equal share,
+/// and ghosts behind it. (Triangles use vertices of the neighbours above, whose numbering needs the signs of
+/// theirs.)
 struct PartRange {
-  Index first = 0;  ///< active bricks of the layers below
-  Index own = 0;    ///< active bricks of the own layers
-  Index held = 0;   ///< those and the ghosts: the slots in use, if there is room
+  Index first = 0;        ///< active bricks of the parts before
+  Index own = 0;          ///< this part's share
+  Index counted = 0;      ///< those and the neighbours above, whose vertices are numbered here, too
+  Index held = 0;         ///< those and their neighbours above: the slots in use, if there is room
+  Index ghost_words = 0;  ///< words that the signs of all but the own ones fill
 };
+
+/// Words that the signs of a brick fill.
+inline constexpr Index kSignWords = kBrickRows / 4;
+
+/// Active bricks of the parts before `part`.
+TACTUS_HD inline Index share_begin(Index all, Index part, Index parts) {
+  return static_cast<Index>(std::int64_t{all} * part / parts);
+}
 
 /// Where bricks are.
 struct BrickMap {
@@ -176,57 +187,59 @@ struct ClassifyBricks {
   }
 };
 
-/// Cuts the layers into parts of about as many active bricks each; layers are never split. One block.
-struct PartitionLayers {
+/// Gives the active bricks of this part and those behind them their slots, and finds the part's range. One
+/// call per tile.
+struct AssignSlots {
   HullGrid grid;
   Index part, parts;
-  View<const Index> tile_first;
-  View<PartRange> range;  ///< out
-
-  static constexpr int kThreads = 128;
-  struct Shared {
-    Index begin, end;
-  };
-
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    b.on_one_thread([&] { s.begin = s.end = 0; });
-    b.for_range(grid.bricks.z + 1, [&](int layer) {
-      if (is_cut(layer, part)) s.begin = layer;
-      if (is_cut(layer, part + 1)) s.end = layer;
-    });
-    b.on_one_thread([&] {
-      const Index first = below(s.begin), own = below(s.end) - first;
-      range[0] = {first, own, own == 0 ? 0 : below(min(s.end + 2, grid.bricks.z)) - first};
-    });
-  }
-
- private:
-  TACTUS_HD Index below(Index layer) const { return tile_first[layer * grid.layer_tiles()]; }
-  /// Whether the middle of the layer below lies below the p-th of the cuts that would be exact.
-  TACTUS_HD bool is_below(Index layer, Index p) const {
-    const std::int64_t all = tile_first[grid.tile_count()];
-    return layer == 0 || (std::int64_t{below(layer)} + below(layer - 1)) * parts <= 2 * all * p;
-  }
-  TACTUS_HD bool is_cut(Index layer, Index p) const {
-    return is_below(layer, p) && (layer == grid.bricks.z || !is_below(layer + 1, p));
-  }
-};
-
-/// Gives this part's active bricks their slots. One call per tile.
-struct AssignSlots {
   View<const std::uint32_t> tiles;
   View<const Index> tile_first;
-  View<const PartRange> range;
-  View<Index> bricks;  ///< out: the number of the brick in each slot
+  View<Index> bricks;     ///< out: the number of the brick in each slot
+  View<PartRange> range;  ///< out
+
   TACTUS_HD void operator()(Index tile) const {
-    const PartRange part = range[0];
-    Index slot = tile_first[tile] - part.first;
-    const Index end = min(part.held, bricks.size());
-    for (std::uint32_t left = tiles[tile] & (kInsideBit - 1); left != 0 && slot < end; left &= left - 1) {
+    const Index all = tile_first[grid.tile_count()];
+    const Index begin = share_begin(all, part, parts), end = share_begin(all, part + 1, parts);
+    const Index first = tile_first[tile];
+    Index slot = first - begin;
+    for (std::uint32_t left = tiles[tile] & (kInsideBit - 1); left != 0 && slot < bricks.size();
+         left &= left - 1) {
       if (slot >= 0) bricks[slot] = tile * kTileBricks + lowest_bit(left);
       ++slot;
     }
+    // The tile of the last own brick knows how far its neighbours reach.
+    const bool is_last = begin == end ? tile == 0 : first < end && end <= tile_first[tile + 1];
+    if (is_last) range[0] = make_range(tile, begin, end);
+  }
+
+ private:
+  TACTUS_HD PartRange make_range(Index last, Index begin, Index end) const {
+    if (begin == end) return {begin, 0, 0, 0, 0};
+    // Two bricks on along x or y lie in the next tile at most.
+    const Index behind = last + grid.blocks.x + 2;
+    const auto below = [&](Index tile) { return tile_first[min(tile, grid.tile_count())] - begin; };
+    const Index own = end - begin, held = below(behind + 2 * grid.layer_tiles());
+    return {begin, own, below(behind + grid.layer_tiles()), held,
+            kSignWords * max(min(held, bricks.size()) - own, 0)};
+  }
+};
+
+/// Copies the signs of the ghosts from the parts that own them. One call per word.
+struct FetchGhosts {
+  View<const std::uint32_t> rows[kMaxHullParts];  ///< of each part, in its own memory
+  Index part, parts;
+  View<const Index> tile_first;
+  View<const PartRange> range;
+  View<std::uint32_t> out;  ///< this part's
+
+  TACTUS_HD void operator()(Index i) const {
+    const Index all = tile_first[tile_first.size() - 1];
+    const Index number = range[0].first + range[0].own + i / kSignWords;
+    Index owner = part + 1;
+    while (share_begin(all, owner + 1, parts) <= number) ++owner;
+    const Index from = kSignWords * (number - share_begin(all, owner, parts)) + i % kSignWords;
+    // Where the owner has no room there are no signs; the report says so.
+    out[kSignWords * range[0].own + i] = from < rows[owner].size() ? rows[owner][from] : 0U;
   }
 };
 

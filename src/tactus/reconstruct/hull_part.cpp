@@ -10,12 +10,10 @@ constexpr std::size_t element_bytes(const Buffer<T>&) {
   return sizeof(T);
 }
 
-View<const Index> number(View<const PartRange> range, const Index PartRange::*which) {
-  return {&(range.data()->*which), 1};
-}
-
-View<const Index> number(View<const PartPlace> place, const Index PartPlace::*which) {
-  return {&(place.data()->*which), 1};
+/// One number of what a kernel found.
+template <class T>
+View<const Index> number(View<const T> found, const Index T::*which) {
+  return {&(found.data()->*which), 1};
 }
 
 template <class T>
@@ -29,10 +27,18 @@ View<std::uint32_t> words(View<T> elements) {
   return {reinterpret_cast<std::uint32_t*>(elements.data()), 3 * elements.size()};
 }
 
+View<std::uint32_t> sign_words(View<std::uint8_t> rows) {
+  return {reinterpret_cast<std::uint32_t*>(rows.data()), rows.size() / 4};
+}
+View<const std::uint32_t> sign_words(View<const std::uint8_t> rows) {
+  return {reinterpret_cast<const std::uint32_t*>(rows.data()), rows.size() / 4};
+}
+
 }  // namespace
 
-double HullPart::needed_bytes(const HullPlan& plan) {
+double HullPart::needed_bytes(const HullPlan& plan, HullRole role) {
   HullPart none;
+  none.role = role;
   double bytes = 0;
   none.each_buffer(plan, [&](const auto& buffer, std::int64_t count) {
     bytes += static_cast<double>(count) * static_cast<double>(element_bytes(buffer));
@@ -48,9 +54,11 @@ std::int64_t HullPart::bytes(const HullPlan& plan) {
   return bytes;
 }
 
-void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, Index part, Index part_count) {
-  number = part;
-  parts = part_count;
+/// Depth moves vertices after they are made, and that stays within a device.
+bool HullPart::keeps_vertices(const HullPlan& plan) const { return keeps_triangles() || !plan.depth.empty(); }
+
+void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, HullRole its_role) {
+  role = its_role;
   Device& device = ctx.device();
   each_buffer(plan,
               [&]<class T>(Buffer<T>& buffer, std::int64_t count) { buffer = Buffer<T>(device, count); });
@@ -58,62 +66,82 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, Index part, Inde
   cases = to_device(ctx, make_marching_cubes_table());
   range = Buffer<PartRange>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
+  branch = std::make_unique<HullBranch>(device);
   if (!plan.depth.empty()) depth.set_up(ctx, plan.depth);
-  if (parts == 1) return;
+  if (role.parts == 1) return;
   place = Buffer<PartPlace>(device, 1);
   total = Buffer<PartCounts>(device, 1);
-  others = Buffer<PartCounts>(device, parts);
+  others = Buffer<PartCounts>(device, role.parts);
 }
 
 BrickTable HullPart::table(const HullPlan& plan) const {
   const BrickMap map{plan.grid, tiles.view(), tile_first.view(), range.view(), plan.capacity.bricks};
   return {map, bricks.view(), rows.view(), sub_cameras.view()};
 }
-Count HullPart::held(const HullPlan& plan) const {
-  return {tactus::number(range.const_view(), &PartRange::held), plan.capacity.bricks};
+Count HullPart::bricks_of(const HullPlan& plan, const Index PartRange::*which) const {
+  return {tactus::number(range.const_view(), which), plan.capacity.bricks};
 }
-Count HullPart::own(const HullPlan& plan) const {
-  return {tactus::number(range.const_view(), &PartRange::own), plan.capacity.bricks};
+
+void HullPart::prepare(ExecContext& ctx, const HullPlan& plan) {
+  const bool has_depth = !plan.depth.empty();
+  ExecContext& beside = branch->follow(ctx);
+  masks.prepare_windows(beside);
+  if (has_depth) depth.prepare(beside);
+  masks.prepare(ctx);
+  branch->join(ctx);
+  if (has_depth) depth.fade(branch->follow(ctx), masks.cameras.const_view(), masks.bits.const_view());
+  masks.sum_cells(ctx);
 }
 
 void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
   const HullPart& in = *this;
-  masks.prepare(ctx);
-  if (!plan.depth.empty()) depth.prepare(ctx, in.masks.cameras.view(), in.masks.bits.view());
+  const bool has_depth = !plan.depth.empty();
+  prepare(ctx, plan);
   ctx.parallel_for("hull/classify", plan.grid.block_count(),
                    ClassifyBricks{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(),
                                   tiles.view(), tile_first.view(), block_cameras.view()});
-  if (!plan.depth.empty()) depth.vote(ctx, plan.grid, tiles.view(), tile_first.view());
+  if (has_depth) depth.vote(ctx, plan.grid, tiles.view(), tile_first.view());
   ctx.exclusive_scan("hull/scan_tiles", in.tile_first.view(), tile_first.view());
-  ctx.parallel_for("hull/partition", 1,
-                   PartitionLayers{plan.grid, number, parts, in.tile_first.view(), range.view()});
   ctx.parallel_for("hull/assign_slots", in.tiles.size(),
-                   AssignSlots{in.tiles.view(), in.tile_first.view(), in.range.view(), bricks.view()});
+                   AssignSlots{plan.grid, role.number, role.parts, in.tiles.view(), in.tile_first.view(),
+                               bricks.view(), range.view()});
+  const Count carved_bricks = bricks_of(plan, role.reaches_peers ? &PartRange::own : &PartRange::held);
   const BrickSigns signs{
       plan.grid,        in.masks.cameras.view(), in.masks.cells.view(), in.masks.bits.view(),
       in.bricks.view(), in.block_cameras.view(), rows.view(),           sub_cameras.view()};
   if (plan.tolerated == 0)
-    ctx.parallel_for("hull/signs", held(plan), signs);
+    ctx.parallel_for("hull/signs", carved_bricks, signs);
   else
-    ctx.parallel_for("hull/tolerant_signs", held(plan), TolerantSigns{signs, plan.tolerated});
-  if (!plan.depth.empty()) depth.sign(ctx, held(plan), table(plan), rows.view());
+    ctx.parallel_for("hull/tolerant_signs", carved_bricks, TolerantSigns{signs, plan.tolerated});
+  if (!has_depth) return;
+  branch->join(ctx);
+  depth.sign(ctx, carved_bricks, table(plan), rows.view());
 }
 
-void HullPart::count(ExecContext& ctx, const HullPlan& plan) {
+void HullPart::fetch_ghosts(ExecContext& ctx, const Parts<HullPart>& all) {
   const HullPart& in = *this;
-  ctx.parallel_for(
-      "mesh/count", held(plan),
-      CountBrickMesh{table(plan), in.cases.view(), crossings.view(), row_start.view(), mesh_start.view()});
-  // Behind the held bricks stand leftovers: they change no sum that is used.
-  ctx.exclusive_scan("mesh/scan", in.mesh_start.view(), mesh_start.view());
-  ctx.parallel_for("mesh/collect", 1, CollectCounts{in.range.view(), in.mesh_start.view(), counts.view()});
+  FetchGhosts kernel{
+      {}, role.number, role.parts, in.tile_first.view(), in.range.view(), sign_words(rows.view())};
+  for (std::size_t p = 0; p < all.size(); ++p) kernel.rows[p] = sign_words(all[p].rows.const_view());
+  ctx.parallel_for("hull/fetch_ghosts",
+                   Count(tactus::number(in.range.view(), &PartRange::ghost_words), kernel.out.size()),
+                   kernel);
 }
 
-void HullPart::find_place(ExecContext& ctx, const Parts<HullPart>& all, bool reads_peers) {
-  PlacePart kernel{{}, number, parts, place.view(), total.view()};
-  for (Index p = 0; p < parts; ++p) {
+void HullPart::count(ExecContext& ctx, const HullPlan& plan, const Parts<HullPart>& all) {
+  const HullPart& in = *this;
+  if (role.number + 1 < role.parts && role.reaches_peers) fetch_ghosts(ctx, all);
+  ctx.parallel_for(
+      "mesh/count", bricks_of(plan, &PartRange::counted),
+      CountBrickMesh{table(plan), in.cases.view(), crossings.view(), row_start.view(), mesh_start.view()});
+  ctx.parallel_for("mesh/scan", 1, NumberBricks{in.range.view(), mesh_start.view(), counts.view()});
+}
+
+void HullPart::find_place(ExecContext& ctx, const Parts<HullPart>& all) {
+  PlacePart kernel{{}, role.number, role.parts, place.view(), total.view()};
+  for (Index p = 0; p < role.parts; ++p) {
     kernel.counts[p] = all[static_cast<std::size_t>(p)].counts.view();
-    if (reads_peers) continue;
+    if (role.reaches_peers) continue;
     const View<PartCounts> copy = others.view().part(p, 1);
     ctx.copy(kernel.counts[p], copy);
     kernel.counts[p] = copy;
@@ -121,30 +149,57 @@ void HullPart::find_place(ExecContext& ctx, const Parts<HullPart>& all, bool rea
   ctx.parallel_for("mesh/place", 1, kernel);
 }
 
-void HullPart::emit(ExecContext& ctx, const HullPlan& plan) {
-  const HullPart& in = *this;
-  const EmitVertices vertices{table(plan),         in.masks.cameras.view(), in.masks.bits.view(),
-                              in.crossings.view(), in.row_start.view(),     in.mesh_start.view(),
-                              plan.origin_m,       plan.voxel_size_m,       positions_m.view()};
-  if (plan.tolerated == 0)
-    ctx.parallel_for("mesh/vertices", own(plan), vertices);
-  else
-    ctx.parallel_for("mesh/tolerant_vertices", own(plan), EmitTolerantVertices{vertices, plan.tolerated});
-  if (!plan.depth.empty()) depth.cut(ctx, own(plan), vertices);
-  ctx.parallel_for(
-      "mesh/triangles", own(plan),
-      EmitTriangles{table(plan), in.cases.view(), in.crossings.view(), in.row_start.view(),
-                    in.mesh_start.view(), in.place.view(), plan.capacity.vertices, triangles.view()});
+void HullPart::emit(ExecContext& ctx, const HullPlan& plan, HullPart& first) {
+  emit_triangles(branch->follow(ctx), plan, first);
+  emit_vertices(ctx, plan, first);
+  branch->join(ctx);
 }
 
-void push_mesh(ExecContext& ctx, View<const Vec3f> positions_m, View<const Vec3i> triangles,
-               View<const PartPlace> place, View<Vec3f> all_positions_m, View<Vec3i> all_triangles) {
-  const View<const std::uint32_t> vertex_words = words(positions_m), triangle_words = words(triangles);
-  ctx.parallel_for("mesh/push_vertices", Count(number(place, &PartPlace::vertex_words), vertex_words.size()),
-                   PushWords{vertex_words, number(place, &PartPlace::vertices), words(all_positions_m)});
-  ctx.parallel_for("mesh/push_triangles",
-                   Count(number(place, &PartPlace::triangle_words), triangle_words.size()),
-                   PushWords{triangle_words, number(place, &PartPlace::triangles), words(all_triangles)});
+void HullPart::emit_vertices(ExecContext& ctx, const HullPlan& plan, HullPart& first) {
+  const HullPart& in = *this;
+  const bool keeps = keeps_vertices(plan);
+  const Count own = bricks_of(plan, &PartRange::own);
+  const EmitVertices vertices{table(plan),
+                              in.masks.cameras.view(),
+                              in.masks.bits.view(),
+                              in.crossings.view(),
+                              in.row_start.view(),
+                              in.mesh_start.view(),
+                              plan.origin_m,
+                              plan.voxel_size_m,
+                              keeps ? View<const PartPlace>() : in.place.view(),
+                              keeps ? positions_m.view() : first.positions_m.view()};
+  if (plan.tolerated == 0)
+    ctx.parallel_for("mesh/vertices", own, vertices);
+  else
+    ctx.parallel_for("mesh/tolerant_vertices", own, EmitTolerantVertices{vertices, plan.tolerated});
+  if (plan.depth.empty()) return;
+  depth.cut(ctx, own, vertices);
+  if (role.number > 0 && role.reaches_peers)
+    push_vertices(ctx, in.positions_m.view(), in.place.view(), first.positions_m.view());
+}
+
+void HullPart::emit_triangles(ExecContext& ctx, const HullPlan& plan, HullPart& first) {
+  const HullPart& in = *this;
+  ctx.parallel_for("mesh/triangles", bricks_of(plan, &PartRange::own),
+                   EmitTriangles{table(plan), in.cases.view(), in.crossings.view(), in.row_start.view(),
+                                 in.mesh_start.view(), in.place.view(), plan.capacity.vertices,
+                                 keeps_triangles() ? View<const PartPlace>() : in.place.view(),
+                                 keeps_triangles() ? triangles.view() : first.triangles.view()});
+}
+
+void push_vertices(ExecContext& ctx, View<const Vec3f> positions_m, View<const PartPlace> place,
+                   View<Vec3f> all_positions_m) {
+  const View<const std::uint32_t> from = words(positions_m);
+  ctx.parallel_for("mesh/push_vertices", Count(number(place, &PartPlace::vertex_words), from.size()),
+                   PushWords{from, number(place, &PartPlace::vertices), words(all_positions_m)});
+}
+
+void push_triangles(ExecContext& ctx, View<const Vec3i> triangles, View<const PartPlace> place,
+                    View<Vec3i> all_triangles) {
+  const View<const std::uint32_t> from = words(triangles);
+  ctx.parallel_for("mesh/push_triangles", Count(number(place, &PartPlace::triangle_words), from.size()),
+                   PushWords{from, number(place, &PartPlace::triangles), words(all_triangles)});
 }
 
 }  // namespace tactus

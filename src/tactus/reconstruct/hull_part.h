@@ -1,16 +1,28 @@
 #pragma once
 /// The memory of one device of a VisualHull, and the launches on it: carve -> count -> emit. What a part
-/// needs of the others is where its mesh begins in that of all.
+/// needs of the others is the signs of bricks behind its own, and where its mesh begins in that of all.
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "tactus/multi_device/device_set.h"
+#include "tactus/reconstruct/hull_branch.h"
 #include "tactus/reconstruct/hull_plan.h"
 
 namespace tactus {
 
-struct HullPart {
+/// Which part of how many, and how they get at each other's memory.
+struct HullRole {
   Index number = 0, parts = 1;
+  /// Kernels read and write the other parts' memory: signs of ghosts are fetched, and what is emitted goes
+  /// right into the mesh of the first part. Otherwise every part carves its ghosts itself, and its mesh is
+  /// copied.
+  bool reaches_peers = true;
+  bool is_apart() const { return number > 0 && !reaches_peers; }
+};
+
+struct HullPart {
+  HullRole role;
   SilhouettePart masks;
   Buffer<CellCase> cases;
   Buffer<std::uint32_t> tiles, block_cameras;
@@ -26,35 +38,44 @@ struct HullPart {
   Buffer<PartCounts> total;
   Buffer<PartCounts> others;  ///< copies of all parts' counts, where kernels can't read them in place
   DepthPart depth;
-  Event counted, done;
+  std::unique_ptr<HullBranch> branch;
+  Event carved, counted, done;
   Replay carving, counting, emitting;
 
   /// visit(buffer, its number of elements), for all that grow with images, grid or surface.
   template <class F>
   void each_buffer(const HullPlan& plan, F&& visit);
   /// Bytes that `allocate` asks for.
-  static double needed_bytes(const HullPlan& plan);
+  static double needed_bytes(const HullPlan& plan, HullRole role);
   std::int64_t bytes(const HullPlan& plan);
-  void allocate(ExecContext& ctx, const HullPlan& plan, Index part, Index part_count);
+  void allocate(ExecContext& ctx, const HullPlan& plan, HullRole its_role);
 
-  /// Which nodes are inside, for all that this part holds.
+  /// Which nodes are inside: of its own bricks, and of ghosts that it can't fetch.
   void carve(ExecContext& ctx, const HullPlan& plan);
-  /// Numbers its vertices and triangles.
-  void count(ExecContext& ctx, const HullPlan& plan);
+  /// Numbers its vertices and triangles. All parts have carved.
+  void count(ExecContext& ctx, const HullPlan& plan, const Parts<HullPart>& all);
   /// Finds its place among all parts, from their counts: read where they are, or copied first.
-  void find_place(ExecContext& ctx, const Parts<HullPart>& all, bool reads_peers);
-  /// Makes its vertices and triangles.
-  void emit(ExecContext& ctx, const HullPlan& plan);
+  void find_place(ExecContext& ctx, const Parts<HullPart>& all);
+  /// Makes its vertices and triangles; `first` has the mesh of all.
+  void emit(ExecContext& ctx, const HullPlan& plan, HullPart& first);
 
  private:
   BrickTable table(const HullPlan& plan) const;
-  Count held(const HullPlan& plan) const;
-  Count own(const HullPlan& plan) const;
+  Count bricks_of(const HullPlan& plan, const Index PartRange::*which) const;
+  bool keeps_vertices(const HullPlan& plan) const;
+  bool keeps_triangles() const { return role.number == 0 || role.is_apart(); }
+  void prepare(ExecContext& ctx, const HullPlan& plan);
+  void fetch_ghosts(ExecContext& ctx, const Parts<HullPart>& all);
+  void emit_vertices(ExecContext& ctx, const HullPlan& plan, HullPart& first);
+  void emit_triangles(ExecContext& ctx, const HullPlan& plan, HullPart& first);
 };
 
-/// Copies the vertices and triangles of a part into the mesh of all; `place` is the part's own.
-void push_mesh(ExecContext& ctx, View<const Vec3f> positions_m, View<const Vec3i> triangles,
-               View<const PartPlace> place, View<Vec3f> all_positions_m, View<Vec3i> all_triangles);
+/// Copies vertices of a part into those of all; `place` is the part's own.
+void push_vertices(ExecContext& ctx, View<const Vec3f> positions_m, View<const PartPlace> place,
+                   View<Vec3f> all_positions_m);
+/// Likewise its triangles.
+void push_triangles(ExecContext& ctx, View<const Vec3i> triangles, View<const PartPlace> place,
+                    View<Vec3i> all_triangles);
 
 template <class F>
 void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
@@ -70,8 +91,8 @@ void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
   visit(crossings, slots * kBrickRows);
   visit(row_start, slots * kBrickRows);
   visit(mesh_start, slots + 1);
-  visit(positions_m, std::int64_t{room.vertices});
-  visit(triangles, std::int64_t{room.triangles});
+  visit(positions_m, std::int64_t{keeps_vertices(plan) ? room.vertices : 0});
+  visit(triangles, std::int64_t{keeps_triangles() ? room.triangles : 0});
   if (!plan.depth.empty()) depth.each_buffer(plan.depth, plan.blocks, room.bricks, visit);
 }
 

@@ -30,27 +30,24 @@ struct MeshCount {
 
 /// Signs of the 9^3 nodes that the cells of a brick touch: bit x of row z*9+y.
 struct PaddedSigns {
+  static constexpr int kRows = 81;
   Index neighbour[8];  ///< slots of the bricks at (dx,dy,dz), bit by bit; negative: uniform
-  std::uint32_t row[81];
+  std::uint32_t row[kRows];
 
   template <class Block>
   TACTUS_HD void load(const Block& b, const BrickTable& table) {
     const Vec3i brick = table.brick_at(b.index());
-    b.for_each_thread([&](int t) {
-      if (t < 8) neighbour[t] = table.map.slot_of(brick + Vec3i{t & 1, t >> 1 & 1, t >> 2});
+    b.for_threads(8, [&](int t) {
+      neighbour[t] = table.map.slot_of(brick + Vec3i{t & 1, t >> 1 & 1, t >> 2});
     });
-    for (int first = 0; first < 81; first += 64) {
-      b.for_each_thread([&](int t) {
-        const int r = first + t;
-        if (r >= 81) return;
-        const int y = r % 9, z = r / 9, side = (y >> 3) * 2 + (z >> 3) * 4;
-        const auto bits_of = [&](Index s) -> std::uint32_t {
-          return s >= 0 ? table.rows[s * kBrickRows + (z & 7) * kBrick + (y & 7)]
-                        : (s == kInsideBrick ? 0xFFU : 0U);
-        };
-        row[r] = bits_of(neighbour[side]) | (bits_of(neighbour[side + 1]) & 1U) << 8;
-      });
-    }
+    b.for_range(kRows, [&](int r) {
+      const int y = r % 9, z = r / 9, side = (y >> 3) * 2 + (z >> 3) * 4;
+      const auto bits_of = [&](Index s) -> std::uint32_t {
+        return s >= 0 ? table.rows[s * kBrickRows + (z & 7) * kBrick + (y & 7)]
+                      : (s == kInsideBrick ? 0xFFU : 0U);
+      };
+      row[r] = bits_of(neighbour[side]) | (bits_of(neighbour[side + 1]) & 1U) << 8;
+    });
   }
   TACTUS_HD std::uint32_t at(int y, int z) const { return row[z * 9 + y]; }
   /// Crossed edges owned by the nodes of a row: along x in byte 0, y in byte 1, z in byte 2.
@@ -69,6 +66,18 @@ struct PaddedSigns {
     return (at(y, z) >> x & 3U) | (at(y + 1, z) >> x & 3U) << 2 | (at(y, z + 1) >> x & 3U) << 4 |
            (at(y + 1, z + 1) >> x & 3U) << 6;
   }
+};
+
+/// Number of vertices, triangles and active bricks of one part: what the others and the report need.
+struct PartCounts {
+  Index vertices = 0, triangles = 0;
+  Index active_bricks = 0;  ///< of the own layers
+  Index held_bricks = 0;    ///< with the ghosts: wanted slots
+};
+/// Where a part's mesh goes in the mesh of all parts.
+struct PartPlace {
+  Index vertices = 0, triangles = 0;           ///< of the parts before
+  Index vertex_words = 0, triangle_words = 0;  ///< of this part
 };
 
 /// Counts vertices and triangles of each active brick, and numbers them within the brick, row by row.
@@ -124,7 +133,8 @@ struct EmitVertices {
   View<const std::uint64_t> mesh_start;  ///< scanned MeshCounts, per slot
   Vec3f origin_m;                        ///< of padded node 0
   float voxel_size_m;
-  View<Vec3f> positions_m;  ///< out
+  View<const PartPlace> place;  ///< of this part in `positions_m`; empty: at its beginning
+  View<Vec3f> positions_m;      ///< out, maybe in another device's memory
 
   static constexpr int kThreads = 256;
   static constexpr float kEdgeMargin =
@@ -140,6 +150,11 @@ struct EmitVertices {
     float end_value[kThreads];        ///< of one camera's silhouette at the outside node
     int carved[kThreads];             ///< edges whose outside node this camera carves
     int carved_count;
+    float out[3 * kThreads];  ///< positions as they lie in memory: whole lines are written
+  };
+  /// Where the vertices of a brick go, and how many of them have room.
+  struct Run {
+    Index begin, count;
   };
   /// Those edges in one image. Homogeneous image points are linear in the 3D parameter, so the perspective
   /// formula t = s z_i / (z_j (1-s) + s z_i) of the image parameter s is built in.
@@ -155,8 +170,8 @@ struct EmitVertices {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index first_row = b.index() * kBrickRows, begin = MeshCount{mesh_start[b.index()]}.vertices();
-    const Index total = min(MeshCount{mesh_start[b.index() + 1]}.vertices(), positions_m.size()) - begin;
+    const Index first_row = b.index() * kBrickRows;
+    const Run run = run_of(b.index());
     b.for_threads(kBrickRows, [&](int t) {
       Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
       for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
@@ -167,18 +182,36 @@ struct EmitVertices {
     const Vec3i brick = kBrick * table.brick_at(b.index());
     std::uint32_t any_camera = 0;
     for (int sub = 0; sub < 8; ++sub) any_camera |= table.sub_cameras[b.index() * 8 + sub];
-    for (Index first = 0; first < total; first += kThreads) {
-      const int count = min(total - first, Index{kThreads});
+    for (Index first = 0; first < run.count; first += kThreads) {
+      const int count = min(run.count - first, Index{kThreads});
       b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
       for (std::uint32_t left = any_camera; left != 0; left &= left - 1)
         carve_edges(b, s, count, brick, lowest_bit(left));
-      b.for_threads(count, [&](int t) {
-        const float leave = clamp(s.leave[t], kEdgeMargin, 1 - kEdgeMargin);
-        const Vec3f node{fma(leave, s.step_x[t], s.inner_x[t]), fma(leave, s.step_y[t], s.inner_y[t]),
-                         fma(leave, s.step_z[t], s.inner_z[t])};
-        positions_m[begin + first + t] = origin_m + voxel_size_m * node;
-      });
+      b.for_threads(count, [&](int t) { place_vertex(s, t, s.leave[t]); });
+      write(b, s, run.begin + first, count);
     }
+  }
+
+  TACTUS_HD Run run_of(Index slot) const {
+    const Index before = MeshCount{mesh_start[slot]}.vertices(),
+                behind = MeshCount{mesh_start[slot + 1]}.vertices();
+    const Index begin = (place.empty() ? 0 : place[0].vertices) + before;
+    return {begin, min(behind - before, positions_m.size() - begin)};
+  }
+  TACTUS_HD void place_vertex(Shared& s, int t, float leave) const {
+    leave = clamp(leave, kEdgeMargin, 1 - kEdgeMargin);
+    const Vec3f node{fma(leave, s.step_x[t], s.inner_x[t]), fma(leave, s.step_y[t], s.inner_y[t]),
+                     fma(leave, s.step_z[t], s.inner_z[t])};
+    const Vec3f p_m = origin_m + voxel_size_m * node;
+    s.out[3 * t] = p_m.x;
+    s.out[3 * t + 1] = p_m.y;
+    s.out[3 * t + 2] = p_m.z;
+  }
+  template <class Block>
+  TACTUS_HD void write(const Block& b, const Shared& s, Index begin, int count) const {
+    static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+    auto* to = reinterpret_cast<float*>(positions_m.data() + begin);
+    b.for_range(3 * count, [&](int i) { to[i] = s.out[i]; });
   }
 
   TACTUS_HD void load_edge(Shared& s, int t, Index slot, Vec3i brick, int code) const {
@@ -285,22 +318,46 @@ struct EmitVertices {
   }
 };
 
-/// Number of vertices, triangles and active bricks of one part: what the others and the report need.
-struct PartCounts {
-  Index vertices = 0, triangles = 0;
-  Index active_bricks = 0;  ///< of the own layers
-  Index held_bricks = 0;    ///< with the ghosts: wanted slots
-};
-/// Where a part's mesh goes in the mesh of all parts.
-struct PartPlace {
-  Index vertices = 0, triangles = 0;           ///< of the parts before
-  Index vertex_words = 0, triangle_words = 0;  ///< of this part
-};
-
 /// After an overflow there are triangles whose vertices are not there: whoever reads vertices must not trip.
 TACTUS_HD inline Vec3i existing(Vec3i triangle, Index max_vertices) {
   return max(triangle.x, max(triangle.y, triangle.z)) < max_vertices ? triangle : Vec3i{0, 0, 0};
 }
+
+/// Numbers of the vertices on the edges that a brick's cells touch.
+struct PaddedNumbers {
+  static constexpr int kRows = PaddedSigns::kRows;
+  // Of the rows of PaddedSigns; behind those of the eighth node are those of the ninth, which is another
+  // brick's first.
+  Index first[2 * kRows];
+  std::uint32_t crossed[2 * kRows];  ///< crossed edges, as PaddedSigns::crossings
+
+  /// `signs` are loaded; all vertices are `shift` on.
+  template <class Block>
+  TACTUS_HD void load(const Block& b, const PaddedSigns& signs, View<const std::uint32_t> crossings,
+                      View<const std::uint32_t> row_start, View<const std::uint64_t> mesh_start,
+                      Index shift) {
+    b.for_range(2 * kRows, [&](int i) {
+      const int ninth = i >= kRows ? 1 : 0, r = i - ninth * kRows, y = r % 9, z = r / 9;
+      const Index owner = signs.neighbour[ninth | (y >> 3) << 1 | (z >> 3) << 2];
+      // Of a uniform brick nobody asks, but after an overflow of slots, which the status reports.
+      const Index slot = max(owner, 0), row = slot * kBrickRows + (z & 7) * kBrick + (y & 7);
+      const Index number =
+          MeshCount{mesh_start[slot]}.vertices() + static_cast<Index>(row_start[row] & 0xFFFFU);
+      first[i] = shift + (owner < 0 ? 0 : number);
+      crossed[i] = owner < 0 ? 0U : crossings[row];
+    });
+  }
+  /// Of the vertex on edge `e` of the cell at (x, y, z) of the brick.
+  TACTUS_HD Index vertex(int x, int y, int z, int e) const {
+    const int corner = edge_corner(e), axis = e >> 2;
+    x += corner & 1;
+    y += corner >> 1 & 1;
+    z += corner >> 2;
+    const int i = (x >> 3) * kRows + z * 9 + y;
+    const std::uint32_t before = (1U << (8 * axis + (x & 7))) - 1U;
+    return first[i] + popcount(crossed[i] & before);
+  }
+};
 
 /// Triangles of a brick, as numbers of vertices in the order of all parts.
 struct EmitTriangles {
@@ -308,67 +365,123 @@ struct EmitTriangles {
   View<const CellCase> cases;
   View<const std::uint32_t> crossings, row_start;
   View<const std::uint64_t> mesh_start;  ///< scanned MeshCounts, per slot
-  View<const PartPlace> place;           ///< of this part; empty when it is the only one
+  View<const PartPlace> place;           ///< of this part's vertices; empty when it is the only one
   Index max_vertices;                    ///< there is no vertex of this number or more
-  View<Vec3i> triangles;                 ///< out: three vertices, counter-clockwise from outside
+  View<const PartPlace> out_place;       ///< of this part in `triangles`; empty: at its beginning
+  /// Out, maybe in another device's memory: three vertices, counter-clockwise from outside.
+  View<Vec3i> triangles;
 
-  static constexpr int kThreads = 64;
+  static constexpr int kThreads = 128;
   struct Shared {
     PaddedSigns signs;
+    PaddedNumbers numbers;
+    std::uint16_t
+        code[3 * kMaxCellTriangles * kBrickRows * kBrick];  ///< of corners: edge << 9 | row << 3 | x
+    Index vertex[3 * kThreads];
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     s.signs.load(b, table);
-    const Index first = place.empty() ? 0 : place[0].vertices;
-    b.for_each_thread([&](int t) {
+    s.numbers.load(b, s.signs, crossings, row_start, mesh_start, place.empty() ? 0 : place[0].vertices);
+    list_corners(b, s);
+    const Index before = MeshCount{mesh_start[b.index()]}.triangles(),
+                behind = MeshCount{mesh_start[b.index() + 1]}.triangles();
+    const Index begin = (out_place.empty() ? 0 : out_place[0].triangles) + before;
+    const Index total = min(behind - before, triangles.size() - begin);
+    for (Index first = 0; first < total; first += kThreads) {
+      const int corners = 3 * min(total - first, Index{kThreads});
+      b.for_range(corners, [&](int i) {
+        const int code = s.code[3 * first + i];
+        s.vertex[i] = s.numbers.vertex(code & 7, code >> 3 & 7, code >> 6 & 7, code >> 9);
+      });
+      // Word by word: whole lines are written, and may cross a link.
+      static_assert(sizeof(Vec3i) == 3 * sizeof(Index));
+      auto* to = reinterpret_cast<Index*>(triangles.data() + begin + first);
+      b.for_range(corners, [&](int i) {
+        const Index* t = s.vertex + i / 3 * 3;
+        const Vec3i there = existing({t[0], t[1], t[2]}, max_vertices);
+        to[i] = there[i % 3];
+      });
+    }
+  }
+
+ private:
+  template <class Block>
+  TACTUS_HD void list_corners(const Block& b, Shared& s) const {
+    b.for_threads(kBrickRows, [&](int t) {
       const int y = t & 7, z = t >> 3;
-      Index at = MeshCount{mesh_start[b.index()]}.triangles() +
-                 static_cast<Index>(row_start[b.index() * kBrickRows + t] >> 16);
+      Index at = 3 * static_cast<Index>(row_start[b.index() * kBrickRows + t] >> 16);
       for (std::uint32_t cells = s.signs.surface_cells(y, z); cells != 0; cells &= cells - 1) {
         const int x = lowest_bit(cells);
         const CellCase& cell = cases[static_cast<Index>(s.signs.cell_signs(x, y, z))];
-        for (int k = 0; k < cell.triangle_count; ++k, ++at) {
-          if (at >= triangles.size()) return;
-          triangles[at] = existing({first + vertex(s.signs, x, y, z, cell.edge[3 * k]),
-                                    first + vertex(s.signs, x, y, z, cell.edge[3 * k + 1]),
-                                    first + vertex(s.signs, x, y, z, cell.edge[3 * k + 2])},
-                                   max_vertices);
-        }
+        for (int k = 0; k < 3 * cell.triangle_count; ++k)
+          s.code[at++] = static_cast<std::uint16_t>(cell.edge[k] << 9 | t << 3 | x);
       }
     });
   }
-
-  /// Number of the vertex on edge `e` of the cell at (x, y, z) of the brick, in this part's own order.
-  TACTUS_HD Index vertex(const PaddedSigns& signs, int x, int y, int z, int e) const {
-    const int corner = edge_corner(e), axis = e >> 2;
-    x += corner & 1;
-    y += corner >> 1 & 1;
-    z += corner >> 2;
-    const Index owner = signs.neighbour[(x >> 3) | (y >> 3) << 1 | (z >> 3) << 2];
-    if (owner < 0) return 0;  // only after an overflow of slots, which the status reports
-    const Index row = owner * kBrickRows + (z & 7) * kBrick + (y & 7);
-    const std::uint32_t before = (1U << (8 * axis + (x & 7))) - 1U;
-    return MeshCount{mesh_start[owner]}.vertices() + static_cast<Index>(row_start[row] & 0xFFFFU) +
-           popcount(crossings[row] & before);
-  }
 };
 
-struct CollectCounts {
+/// Replaces the counts of the bricks by their sums over all bricks before, and collects the part's. One
+/// block: there are too few bricks to share.
+struct NumberBricks {
   View<const PartRange> range;
-  View<const std::uint64_t> mesh_start;
-  View<PartCounts> out;
-  TACTUS_HD void operator()(Index) const {
-    // Beyond the capacity there are no counts to trust: the numbers of bricks tell the host what was missing.
-    const MeshCount own{mesh_start[min(range[0].own, mesh_start.size() - 1)]};
-    out[0] = {own.vertices(), own.triangles(), range[0].own, range[0].held};
+  View<std::uint64_t> mesh_start;  ///< in: MeshCounts, per slot; out: scanned, with the sum of all behind
+  View<PartCounts> counts;         ///< out
+
+  static constexpr int kThreads = 512, kEach = 8, kPiece = kThreads * kEach;
+  struct Shared {
+    std::uint64_t value[kPiece], sum[2][kThreads];
+    std::uint64_t before;
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index n = min(range[0].counted, mesh_start.size() - 1);
+    b.on_one_thread([&] { s.before = 0; });
+    for (Index first = 0; first < n; first += kPiece) {
+      const int count = min(n - first, Index{kPiece});
+      b.for_range(kPiece, [&](int i) { s.value[i] = i < count ? mesh_start[first + i] : 0U; });
+      scan_piece(b, s);
+      b.for_range(count, [&](int i) { mesh_start[first + i] = s.value[i]; });
+    }
+    b.on_one_thread([&] {
+      mesh_start[n] = s.before;
+      // Beyond the capacity there are no counts to trust: the numbers of bricks tell the host what was
+      // missing.
+      const MeshCount own{mesh_start[min(range[0].own, mesh_start.size() - 1)]};
+      counts[0] = {own.vertices(), own.triangles(), range[0].own, range[0].held};
+    });
+  }
+
+ private:
+  template <class Block>
+  TACTUS_HD void scan_piece(const Block& b, Shared& s) const {
+    b.for_each_thread([&](int t) {
+      std::uint64_t sum = 0;
+      for (int i = 0; i < kEach; ++i) sum += s.value[t * kEach + i];
+      s.sum[0][t] = sum;
+    });
+    int from = 0;
+    for (int reach = 1; reach < kThreads; reach *= 2, from = 1 - from) {
+      b.for_each_thread(
+          [&](int t) { s.sum[1 - from][t] = s.sum[from][t] + (t >= reach ? s.sum[from][t - reach] : 0U); });
+    }
+    b.for_each_thread([&](int t) {
+      std::uint64_t running = s.before + (t > 0 ? s.sum[from][t - 1] : 0U);
+      for (int i = 0; i < kEach; ++i) {
+        const std::uint64_t value = s.value[t * kEach + i];
+        s.value[t * kEach + i] = running;
+        running += value;
+      }
+    });
+    b.on_one_thread([&] { s.before += s.sum[from][kThreads - 1]; });
   }
 };
 
 /// Finds a part's place, and how large all parts are together.
 struct PlacePart {
-  static constexpr int kMaxParts = 64;
-  View<const PartCounts> counts[kMaxParts];  ///< of each part, one; in its own memory or a copy
+  View<const PartCounts> counts[kMaxHullParts];  ///< of each part, one; in its own memory or a copy
   Index part, parts;
   View<PartPlace> place;   ///< out
   View<PartCounts> total;  ///< out

@@ -69,8 +69,16 @@ void SilhouettePart::prepare(ExecContext& ctx) {
   ctx.parallel_for(
       "hull/prepare_silhouettes", in.cell_rows.size(),
       PrepareSilhouettes{in.cameras.view(), in.raw.view(), in.cell_rows.view(), bits.view(), cells.view()});
+}
+
+void SilhouettePart::sum_cells(ExecContext& ctx) {
+  const SilhouettePart& in = *this;
   ctx.parallel_for("hull/sum_cell_columns", in.cell_columns.size(),
                    SumCellColumns{in.cameras.view(), in.cell_columns.view(), cells.view()});
+}
+
+void SilhouettePart::prepare_windows(ExecContext& ctx) {
+  const SilhouettePart& in = *this;
   ctx.parallel_for("hull/prepare_windows", in.window_rows.size(),
                    PrepareWindows{in.cameras.view(), in.raw.view(), in.window_rows.view(), cells.view()});
 }

@@ -36,8 +36,12 @@ struct SilhouettePart {
   }
   /// After the buffers are there.
   void set_up(ExecContext& ctx, const SilhouetteLayout& layout);
-  /// Patches, cells and windows of the raw masks.
+  /// From the raw masks: patches and rows of cells, ...
   void prepare(ExecContext& ctx);
+  /// ... their sums ...
+  void sum_cells(ExecContext& ctx);
+  /// ... and windows, which need neither.
+  void prepare_windows(ExecContext& ctx);
 };
 
 }  // namespace tactus

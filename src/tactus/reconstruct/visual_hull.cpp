@@ -39,6 +39,7 @@ struct VisualHull::Impl {
   void join_parts();
   void gather_staged();
   HullPart& part(int p) { return parts[static_cast<std::size_t>(p)]; }
+  HullRole role(int p) const { return {p, devices.count(), devices.reads_peers()}; }
 };
 
 VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
@@ -50,12 +51,12 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
       slack_px(options.slack_px),
       grown(rig.size()),
       plan(plan_hull(rig, options, depth_rig)) {
-  if (set.count() > PlacePart::kMaxParts)
+  if (set.count() > kMaxHullParts)
     throw usage_error("devices '" + set.name() + "': a hull is shared by at most " +
-                      std::to_string(PlacePart::kMaxParts));
+                      std::to_string(kMaxHullParts));
   check_memory(options);
   parts.resize(static_cast<std::size_t>(set.count()));
-  set.for_each_part([&](ExecContext& ctx, int p) { part(p).allocate(ctx, plan, p, set.count()); });
+  set.for_each_part([&](ExecContext& ctx, int p) { part(p).allocate(ctx, plan, role(p)); });
   Device& first = set.device(0);
   masks_staging = HostBuffer<std::uint32_t>(first, plan.silhouettes.raw_words + 1);
   if (!plan.depth.empty()) {
@@ -81,7 +82,7 @@ void VisualHull::Impl::check_memory(const HullOptions& options) const {
     for (int q = 0; q < devices.count(); ++q) {
       const Device& other = devices.device(q);
       const bool shares = !device.is_cuda() || other.ordinal() == device.ordinal();
-      if (shares) bytes += HullPart::needed_bytes(plan) + (q > 0 && p == 0 ? copy_bytes : 0);
+      if (shares) bytes += HullPart::needed_bytes(plan, role(q)) + (q > 0 && p == 0 ? copy_bytes : 0);
     }
     for (const DeviceInfo& info : list_devices()) {
       if (device.is_cuda() ? info.spec == DeviceSpec{DeviceKind::cuda, device.ordinal()}
@@ -185,6 +186,7 @@ void VisualHull::carve() {
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
     HullPart& part = m.part(p);
     part.carving.run(ctx, [&] { part.carve(ctx, m.plan); });
+    if (m.devices.count() > 1) ctx.record(part.carved);
   });
 }
 
@@ -194,29 +196,26 @@ void VisualHull::extract() {
   ExecContext& ctx = m.devices.context(0);
   HullPart& part = m.part(0);
   part.emitting.run(ctx, [&] {
-    part.count(ctx, m.plan);
-    part.emit(ctx, m.plan);
+    part.count(ctx, m.plan, m.parts);
+    part.emit(ctx, m.plan, part);
   });
 }
 
 void VisualHull::Impl::join_parts() {
   devices.for_each_part([&](ExecContext& ctx, int p) {
     HullPart& mine = part(p);
-    // The others may still read this part's counts and mesh of the last frame.
-    for (const HullPart& other : parts) ctx.wait(other.done);
-    mine.counting.run(ctx, [&] { mine.count(ctx, plan); });
+    // The others may still read this part's counts of the last frame; the first is done after all others.
+    ctx.wait(part(0).done);
+    for (const HullPart& other : parts) ctx.wait(other.carved);
+    mine.counting.run(ctx, [&] { mine.count(ctx, plan, parts); });
     ctx.record(mine.counted);
   });
   devices.for_each_part([&](ExecContext& ctx, int p) {
     HullPart& mine = part(p);
     for (const HullPart& other : parts) ctx.wait(other.counted);
     mine.emitting.run(ctx, [&] {
-      mine.find_place(ctx, parts, devices.reads_peers());
-      mine.emit(ctx, plan);
-      if (p > 0 && devices.reads_peers()) {
-        push_mesh(ctx, mine.positions_m.view(), mine.triangles.view(), mine.place.view(),
-                  part(0).positions_m.view(), part(0).triangles.view());
-      }
+      mine.find_place(ctx, parts);
+      mine.emit(ctx, plan, part(0));
     });
     if (p > 0) ctx.record(mine.done);
   });
@@ -233,8 +232,8 @@ void VisualHull::Impl::gather_staged() {
     ctx.copy(from.positions_m.const_view(), copy.positions_m.view());
     ctx.copy(from.triangles.const_view(), copy.triangles.view());
     ctx.copy(from.place.const_view(), copy.place.view());
-    push_mesh(ctx, copy.positions_m.view(), copy.triangles.view(), copy.place.view(),
-              part(0).positions_m.view(), part(0).triangles.view());
+    push_vertices(ctx, copy.positions_m.view(), copy.place.view(), part(0).positions_m.view());
+    push_triangles(ctx, copy.triangles.view(), copy.place.view(), part(0).triangles.view());
   }
 }
 
