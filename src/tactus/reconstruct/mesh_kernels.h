@@ -343,16 +343,24 @@ struct PaddedNumbers {
       const Index slot = max(owner, 0), row = slot * kBrickRows + (z & 7) * kBrick + (y & 7);
       const Index number =
           MeshCount{mesh_start[slot]}.vertices() + static_cast<Index>(row_start[row] & 0xFFFFU);
+      const std::uint32_t edges = crossings[row];
       first[i] = shift + (owner < 0 ? 0 : number);
-      crossed[i] = owner < 0 ? 0U : crossings[row];
+      crossed[i] = owner < 0 ? 0U : edges;
     });
   }
   /// Of the vertex on edge `e` of the cell at (x, y, z) of the brick.
   TACTUS_HD Index vertex(int x, int y, int z, int e) const {
-    const int corner = edge_corner(e), axis = e >> 2;
+    // Corners of all edges, three bits each: without a branch.
+    constexpr std::uint64_t kCorners = [] {
+      std::uint64_t corners = 0;
+      for (int edge = 0; edge < kCellEdges; ++edge)
+        corners |= static_cast<std::uint64_t>(edge_corner(edge)) << 3 * edge;
+      return corners;
+    }();
+    const int corner = static_cast<int>(kCorners >> 3 * e), axis = e >> 2;
     x += corner & 1;
     y += corner >> 1 & 1;
-    z += corner >> 2;
+    z += corner >> 2 & 1;
     const int i = (x >> 3) * kRows + z * 9 + y;
     const std::uint32_t before = (1U << (8 * axis + (x & 7))) - 1U;
     return first[i] + popcount(crossed[i] & before);
@@ -395,14 +403,14 @@ struct EmitTriangles {
         const int code = s.code[3 * first + i];
         s.vertex[i] = s.numbers.vertex(code & 7, code >> 3 & 7, code >> 6 & 7, code >> 9);
       });
+      b.for_threads(corners / 3, [&](int t) {
+        Index* v = s.vertex + 3 * t;
+        if (max(v[0], max(v[1], v[2])) >= max_vertices) v[0] = v[1] = v[2] = 0;
+      });
       // Word by word: whole lines are written, and may cross a link.
       static_assert(sizeof(Vec3i) == 3 * sizeof(Index));
       auto* to = reinterpret_cast<Index*>(triangles.data() + begin + first);
-      b.for_range(corners, [&](int i) {
-        const Index* t = s.vertex + i / 3 * 3;
-        const Vec3i there = existing({t[0], t[1], t[2]}, max_vertices);
-        to[i] = there[i % 3];
-      });
+      b.for_range(corners, [&](int i) { to[i] = s.vertex[i]; });
     }
   }
 
