@@ -22,6 +22,14 @@ TACTUS_HD inline void atomic_add(std::uint32_t& target, std::uint32_t value) {
   __atomic_fetch_add(&target, value, __ATOMIC_RELAXED);
 #endif
 }
+/// Returns what was there: a place in a list whose order nothing depends on.
+TACTUS_HD inline Index fetch_add(Index& target, Index value) {
+#if defined(__CUDA_ARCH__)
+  return atomicAdd(&target, value);
+#else
+  return __atomic_fetch_add(&target, value, __ATOMIC_RELAXED);
+#endif
+}
 /// Wraps around, so packed signed fields may be added, too.
 TACTUS_HD inline void atomic_add(std::uint64_t& target, std::uint64_t value) {
 #if defined(__CUDA_ARCH__)

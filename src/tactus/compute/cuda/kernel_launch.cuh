@@ -112,9 +112,9 @@ __global__ void __launch_bounds__(K::kThreads) block_kernel(const __grid_constan
 }
 
 /// Launches are sized for the capacity; where the count is only known on the device, a few blocks per
-/// multiprocessor stride over it.
-inline Index grid_size(Index work, bool on_device) {
-  return on_device ? std::min<Index>(work, 132 * 16) : work;
+/// multiprocessor stride over it: enough to fill it.
+inline Index grid_size(Index work, bool on_device, int threads) {
+  return on_device ? std::min<Index>(work, 132 * std::max(16, 2048 / threads)) : work;
 }
 
 template <class K, std::size_t kSize, std::size_t kAlign>
@@ -123,10 +123,12 @@ void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kern
   const auto stream = static_cast<cudaStream_t>(cuda_stream);
   if constexpr (requires { typename K::Shared; }) {
     block_kernel<K>
-        <<<grid_size(count.capacity, count.device_count != nullptr), K::kThreads, 0, stream>>>(kernel, count);
+        <<<grid_size(count.capacity, count.device_count != nullptr, K::kThreads), K::kThreads, 0, stream>>>(
+            kernel, count);
   } else {
-    for_kernel<K><<<grid_size((count.capacity + 255) / 256, count.device_count != nullptr), 256, 0, stream>>>(
-        kernel, count);
+    for_kernel<K>
+        <<<grid_size((count.capacity + 255) / 256, count.device_count != nullptr, 256), 256, 0, stream>>>(
+            kernel, count);
   }
   cuda::check(cudaGetLastError(), name, __FILE__, __LINE__);
 }
