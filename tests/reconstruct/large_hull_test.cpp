@@ -6,6 +6,7 @@
 #include "sphere_scene.h"
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/hull_part.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {
@@ -252,6 +253,50 @@ TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
           << i;
     }
   }
+}
+
+class Regions : public LargeHullOn {};
+TACTUS_INSTANTIATE_DEVICES(Regions);
+
+/// Which bricks are active and which inside, with regions sorted before blocks or without.
+std::vector<std::uint32_t> sorted_bricks(DeviceSet& set, HullPlan plan, bool with_regions,
+                                         std::span<const BitMask> masks) {
+  const Vec3i n = plan.grid.regions();
+  plan.regions = with_regions ? n.x * n.y * n.z : 0;
+  ExecContext& ctx = set.context(0);
+  HullPart part;
+  part.allocate(ctx, plan, {});
+  std::vector<std::uint32_t> raw(static_cast<std::size_t>(part.masks.raw.size()));
+  for (std::size_t c = 0; c < masks.size(); ++c)
+    std::copy(masks[c].words.begin(), masks[c].words.end(),
+              raw.begin() + plan.silhouettes.cameras[c].raw_begin);
+  ctx.upload(std::span<const std::uint32_t>(raw), part.masks.raw.view());
+  for (int frame = 0; frame < 2; ++frame) {
+    ctx.fill_bytes(part.tiles.view(), 0xAA);  // all words are written anew
+    part.carve(ctx, plan);
+  }
+  return to_host(ctx, part.tiles.const_view());
+}
+
+TEST_P(Regions, SortedBeforeTheirBlocksLeaveTheSameBricks) {
+  DeviceSet set(GetParam(), 6);
+  const std::vector<Camera> cameras = ring(6);
+  HullOptions options{kCube, 200};
+  for (const Index tolerated : {0, 2}) {
+    options.tolerated_views = tolerated;
+    const HullPlan plan = plan_hull(cameras, options, {});
+    EXPECT_EQ(plan.regions, 0) << "a small grid has none";
+    // A ball in one region, one across several, nothing, and all of the box.
+    for (const double radius_m : {0.03, 0.3, 0.0, 10.0}) {
+      const std::vector<BitMask> masks = sphere_silhouettes(cameras, kCenter, radius_m);
+      const std::vector<std::uint32_t> plain = sorted_bricks(set, plan, false, masks),
+                                       sorted = sorted_bricks(set, plan, true, masks);
+      EXPECT_TRUE(sorted == plain) << radius_m << ' ' << tolerated;
+      const bool any = std::any_of(plain.begin(), plain.end(), [](std::uint32_t word) { return word != 0; });
+      EXPECT_EQ(any, radius_m > 0);
+    }
+  }
+  EXPECT_GT(plan_hull(cameras, {kCube, 1024}, {}).regions, 0);
 }
 
 class Numbering : public LargeHullOn {};

@@ -3,6 +3,7 @@
 /// 8^3, sub-bricks of 4^3, nodes. Only bricks that may hold surface get memory, a slot; of all others two
 /// bits are kept. [P, "Visual hull computation"]
 #include "tactus/base/bits.h"
+#include "tactus/compute/atomic.h"
 #include "tactus/reconstruct/silhouette_kernels.h"
 
 namespace tactus {
@@ -11,6 +12,8 @@ inline constexpr Index kBrick = 8;                    ///< nodes along the edge 
 inline constexpr Index kBrickRows = kBrick * kBrick;  ///< rows (z, y) of 8 nodes along x
 inline constexpr Index kBlockBricks = 4;              ///< bricks along the edge of a block
 inline constexpr Index kTileBricks = kBlockBricks * kBlockBricks;
+inline constexpr Index kRegionBlocks = 4;  ///< blocks along the edge of a region
+inline constexpr Index kBlocksOfRegion = kRegionBlocks * kRegionBlocks * kRegionBlocks;
 inline constexpr Index kOutsideBrick = -1, kInsideBrick = -2;
 inline constexpr int kMaxCameras = 32;
 inline constexpr int kMaxHullParts = 64;  ///< devices that share a hull
@@ -28,6 +31,17 @@ struct HullGrid {
   TACTUS_HD Index tile_count() const { return layer_tiles() * bricks.z; }
   TACTUS_HD Vec3i block_at(Index i) const {
     return {i % blocks.x, i / blocks.x % blocks.y, i / (blocks.x * blocks.y)};
+  }
+  TACTUS_HD Vec3i regions() const {
+    return {ceil_div(blocks.x, kRegionBlocks), ceil_div(blocks.y, kRegionBlocks),
+            ceil_div(blocks.z, kRegionBlocks)};
+  }
+  TACTUS_HD bool holds_block(Vec3i b) const { return b.x < blocks.x && b.y < blocks.y && b.z < blocks.z; }
+  TACTUS_HD Index block_number(Vec3i b) const { return b.x + blocks.x * (b.y + blocks.y * b.z); }
+  /// Block `i` of a region.
+  TACTUS_HD Vec3i block_in_region(Index region, Index i) const {
+    const Vec3i n = regions(), at{region % n.x, region / n.x % n.y, region / (n.x * n.y)};
+    return kRegionBlocks * at + Vec3i{i & 3, i >> 2 & 3, i >> 4};
   }
   TACTUS_HD Index block_of(Vec3i brick) const {
     return (brick.x >> 2) + blocks.x * ((brick.y >> 2) + blocks.y * (brick.z >> 2));
@@ -106,6 +120,73 @@ struct BlockStates {
   }
 };
 
+/// Where cameras see a box of nodes, as many verdicts as cameras.
+struct BoxVotes {
+  std::uint32_t verdict[kMaxCameras];
+  std::uint32_t mixed;  ///< cameras that don't see it all inside
+  bool outside;         ///< more than `tolerated` cameras see it before background
+
+  /// Closed box of the nodes [8 brick, 8 brick + extent].
+  template <class Block>
+  TACTUS_HD void ask(const Block& b, View<const HullCamera> cameras, View<const std::uint32_t> cells,
+                     Vec3i brick, Index extent, Index tolerated) {
+    const float half = 0.5F * static_cast<float>(extent);
+    const Vec3f center = vec_cast<float>(kBrick * brick) + Vec3f{half, half, half};
+    b.for_threads(cameras.size(), [&](int t) TACTUS_ALWAYS_INLINE {
+      verdict[t] = classify_footprint(cameras[t], cells.data(), center, half);
+    });
+    b.on_one_thread([&] {
+      Index against = 0;
+      mixed = 0;
+      for (Index c = 0; c < cameras.size(); ++c) {
+        against += (verdict[c] & kOutsideFootprint) != 0 ? 1 : 0;
+        mixed |= verdict[c] == kInsideFootprint ? 0U : 1U << c;
+      }
+      outside = against > tolerated;
+    });
+  }
+};
+
+/// Sorts out the regions, 4^3 blocks, that are outside: most of a large grid, so that blocks elsewhere only
+/// need to be asked. One block is one region.
+struct SortRegions {
+  HullGrid grid;
+  Index tolerated;
+  View<const HullCamera> cameras;
+  View<const std::uint32_t> cells;
+  View<std::uint32_t> tiles, block_cameras;  ///< out, of what is outside: as ClassifyBricks
+  View<Index> tile_active;                   ///< likewise
+  View<Index> asked;                         ///< out: the other regions, in any order
+  View<Index> asked_blocks;                  ///< one; out: blocks of those, real or not; 0 before
+
+  static constexpr int kThreads = 64;
+  struct Shared {
+    BoxVotes votes;
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Vec3i first = kBlockBricks * grid.block_in_region(b.index(), 0);
+    s.votes.ask(b, cameras, cells, first, kBrick * kBlockBricks * kRegionBlocks, tolerated);
+    b.on_one_thread([&] {
+      if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
+      if (!s.votes.outside) asked[fetch_add(asked_blocks[0], kBlocksOfRegion) / kBlocksOfRegion] = b.index();
+    });
+    if (!s.votes.outside) return;
+    b.for_threads(kBlocksOfRegion, [&](int i) {
+      const Vec3i block = grid.block_in_region(b.index(), i);
+      if (!grid.holds_block(block)) return;
+      block_cameras[grid.block_number(block)] = 0;
+      for (Index z = 0; z < kBlockBricks; ++z) {
+        const Vec3i brick = kBlockBricks * block + Vec3i{0, 0, z};
+        if (brick.z >= grid.bricks.z) return;
+        tiles[grid.tile_of(brick)] = 0;
+        tile_active[grid.tile_of(brick)] = 0;
+      }
+    });
+  }
+};
+
 /// Sorts bricks into outside, inside and active. One block is 4^3 bricks. Outside is what more than
 /// `tolerated` cameras see before background.
 struct ClassifyBricks {
@@ -116,45 +197,31 @@ struct ClassifyBricks {
   View<std::uint32_t> tiles;          ///< out
   View<Index> tile_active;            ///< out: active bricks per tile, and a 0 behind the last
   View<std::uint32_t> block_cameras;  ///< out: bit c set: camera c carves within the block
+  View<const Index> asked;            ///< regions whose blocks these are, 64 each; empty: all blocks
 
   static constexpr int kThreads = 64;
   struct Shared {
-    std::uint32_t verdict[kMaxCameras];  ///< of each camera on the whole block
-    std::uint32_t mixed;
-    bool outside;
+    BoxVotes votes;
     BlockStates states;
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Vec3i first = kBlockBricks * grid.block_at(b.index());
-    b.for_threads(cameras.size(), [&](int t) TACTUS_ALWAYS_INLINE {
-      s.verdict[t] = look(cameras[t], first, kBrick * kBlockBricks);
-    });
+    const Vec3i block =
+        asked.empty() ? grid.block_at(b.index())
+                      : grid.block_in_region(asked[b.index() / kBlocksOfRegion], b.index() % kBlocksOfRegion);
+    if (!grid.holds_block(block)) return;
+    const Vec3i first = kBlockBricks * block;
+    s.votes.ask(b, cameras, cells, first, kBrick * kBlockBricks, tolerated);
     b.on_one_thread([&] {
-      std::uint32_t mixed = 0;
-      Index against = 0;
-      for (Index c = 0; c < cameras.size(); ++c) {
-        against += (s.verdict[c] & kOutsideFootprint) != 0 ? 1 : 0;
-        mixed |= s.verdict[c] == kInsideFootprint ? 0U : 1U << c;
-      }
-      const bool outside = against > tolerated;
-      s.outside = outside;
-      s.mixed = block_cameras[b.index()] = outside ? 0U : mixed;
+      block_cameras[grid.block_number(block)] = s.votes.outside ? 0U : s.votes.mixed;
       if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
     });
     classify_bricks(b, s, first);
     s.states.write(b, grid, first, tiles, tile_active);
   }
 
-  /// Closed box of the nodes [8 brick, 8 brick + extent].
-  TACTUS_HD TACTUS_ALWAYS_INLINE std::uint32_t look(const HullCamera& camera, Vec3i brick,
-                                                    Index extent) const {
-    const float half = 0.5F * static_cast<float>(extent);
-    return classify_footprint(camera, cells.data(), vec_cast<float>(kBrick * brick) + Vec3f{half, half, half},
-                              half);
-  }
-
+ private:
   template <class Block>
   TACTUS_HD void classify_bricks(const Block& b, Shared& s, Vec3i first) const {
     typename Block::template PerThread<std::uint32_t> mixed, outside;
@@ -164,11 +231,13 @@ struct ClassifyBricks {
       outside[t] = 0;
     });
     // Where the block is outside, so are its bricks, and no camera is left to ask.
-    for (std::uint32_t left = s.mixed; left != 0; left &= left - 1) {
+    for (std::uint32_t left = s.votes.outside ? 0U : s.votes.mixed; left != 0; left &= left - 1) {
       const int c = lowest_bit(left);
       const HullCamera camera = cameras[c];
       b.for_own(kThreads, [&](int t) TACTUS_ALWAYS_INLINE {
-        const std::uint32_t verdict = look(camera, brick_of(t), kBrick);
+        constexpr float kHalf = 0.5F * kBrick;
+        const std::uint32_t verdict = classify_footprint(
+            camera, cells.data(), vec_cast<float>(kBrick * brick_of(t)) + Vec3f{kHalf, kHalf, kHalf}, kHalf);
         outside[t] += verdict / kOutsideFootprint;
         mixed[t] |= ((verdict & kInsideFootprint) ^ kInsideFootprint) << c;
       });
@@ -182,7 +251,7 @@ struct ClassifyBricks {
       const bool real = (brick.x < grid.bricks.x) & (brick.y < grid.bricks.y) & (brick.z < grid.bricks.z);
       const bool is_mixed = most == 0 ? mixed[t] != 0 : popcount(mixed[t]) > tolerated;
       const std::uint32_t kept = (is_mixed | at_padding) ? kActiveBit : kInsideBit;
-      s.states.state[t] = (real & !s.outside & (outside[t] <= most)) ? kept : 0U;
+      s.states.state[t] = (real & !s.votes.outside & (outside[t] <= most)) ? kept : 0U;
     });
   }
 };

@@ -65,6 +65,7 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, HullRole its_rol
   masks.set_up(ctx, plan.silhouettes);
   cases = to_device(ctx, make_marching_cubes_table());
   range = Buffer<PartRange>(device, 1);
+  asked_blocks = Buffer<Index>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
   branch = std::make_unique<HullBranch>(device);
   if (!plan.depth.empty()) depth.set_up(ctx, plan.depth);
@@ -85,6 +86,7 @@ Count HullPart::bricks_of(const HullPlan& plan, const Index PartRange::*which) c
 void HullPart::prepare(ExecContext& ctx, const HullPlan& plan) {
   const bool has_depth = !plan.depth.empty();
   ExecContext& beside = branch->follow(ctx);
+  if (plan.regions > 0) beside.fill_bytes(asked_blocks.view(), 0);
   masks.prepare_windows(beside);
   if (has_depth) depth.prepare(beside);
   masks.prepare(ctx);
@@ -93,13 +95,26 @@ void HullPart::prepare(ExecContext& ctx, const HullPlan& plan) {
   masks.sum_cells(ctx);
 }
 
+void HullPart::classify(ExecContext& ctx, const HullPlan& plan) {
+  const HullPart& in = *this;
+  Count blocks = plan.grid.block_count();
+  if (plan.regions > 0) {
+    ctx.parallel_for(
+        "hull/sort_regions", plan.regions,
+        SortRegions{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(), tiles.view(),
+                    block_cameras.view(), tile_first.view(), asked.view(), asked_blocks.view()});
+    blocks = {in.asked_blocks.view(), kBlocksOfRegion * plan.regions};
+  }
+  ctx.parallel_for("hull/classify", blocks,
+                   ClassifyBricks{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(),
+                                  tiles.view(), tile_first.view(), block_cameras.view(), in.asked.view()});
+}
+
 void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
   const HullPart& in = *this;
   const bool has_depth = !plan.depth.empty();
   prepare(ctx, plan);
-  ctx.parallel_for("hull/classify", plan.grid.block_count(),
-                   ClassifyBricks{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(),
-                                  tiles.view(), tile_first.view(), block_cameras.view()});
+  classify(ctx, plan);
   if (has_depth) depth.vote(ctx, plan.grid, tiles.view(), tile_first.view());
   ctx.exclusive_scan("hull/scan_tiles", in.tile_first.view(), tile_first.view());
   ctx.parallel_for("hull/assign_slots", in.tiles.size(),

@@ -27,6 +27,7 @@ struct HullPart {
   Buffer<CellCase> cases;
   Buffer<std::uint32_t> tiles, block_cameras;
   Buffer<Index> tile_first, bricks;
+  Buffer<Index> asked, asked_blocks;  ///< regions that are not outside, and how many blocks they have
   Buffer<PartRange> range;
   Buffer<std::uint8_t> rows;
   Buffer<std::uint32_t> sub_cameras, crossings, row_start;
@@ -65,6 +66,7 @@ struct HullPart {
   bool keeps_vertices(const HullPlan& plan) const;
   bool keeps_triangles() const { return role.number == 0 || role.is_apart(); }
   void prepare(ExecContext& ctx, const HullPlan& plan);
+  void classify(ExecContext& ctx, const HullPlan& plan);
   void fetch_ghosts(ExecContext& ctx, const Parts<HullPart>& all);
   void emit_vertices(ExecContext& ctx, const HullPlan& plan, HullPart& first);
   void emit_triangles(ExecContext& ctx, const HullPlan& plan, HullPart& first);
@@ -85,6 +87,7 @@ void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
   visit(tiles, plan.tiles);
   visit(tile_first, plan.tiles + 1);
   visit(block_cameras, plan.blocks);
+  visit(asked, std::int64_t{plan.regions});
   visit(bricks, slots);
   visit(rows, slots * kBrickRows);
   visit(sub_cameras, slots * 8);

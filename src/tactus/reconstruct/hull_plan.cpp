@@ -11,6 +11,8 @@ namespace tactus {
 namespace {
 
 constexpr Index kMostVoxels = 1 << 20;  // along a side: numbers of tiles stay exact
+/// Blocks that a GPU asks side by side, twice: with fewer, a step more costs more than it saves.
+constexpr std::int64_t kManyBlocks = 8448;
 /// Vertices and triangles are copied as three words each, which must be indexable.
 constexpr Index kMostElements = ((std::int64_t{1} << 31) - 1) / 3;
 
@@ -104,6 +106,8 @@ HullPlan plan_hull(std::span<const Camera> cameras, const HullOptions& options,
   const std::int64_t layer = std::int64_t{plan.grid.blocks.x} * plan.grid.blocks.y;
   plan.blocks = layer * plan.grid.blocks.z;
   plan.tiles = layer * bricks.z;
+  const Vec3i regions = plan.grid.regions();
+  if (plan.blocks > kManyBlocks) plan.regions = regions.x * regions.y * regions.z;
   plan.capacity = plan_capacity(options, plan.voxels, plan.tiles * kTileBricks);
   return plan;
 }

@@ -22,6 +22,7 @@ struct HullCapacity {
 struct HullPlan {
   HullGrid grid{};
   std::int64_t blocks = 0, tiles = 0;  ///< as the grid says, also where that is too many to be indexed
+  Index regions = 0;                   ///< that are sorted before their blocks; 0: all blocks are asked
   Index tolerated = 0;                 ///< views
   Vec3i voxels{};
   float voxel_size_m = 0;

@@ -12,6 +12,7 @@
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);
 TACTUS_CUDA_KERNEL(tactus::PrepareWindows);
+TACTUS_CUDA_KERNEL(tactus::SortRegions);
 TACTUS_CUDA_KERNEL(tactus::ClassifyBricks);
 TACTUS_CUDA_KERNEL(tactus::AssignSlots);
 TACTUS_CUDA_KERNEL(tactus::FetchGhosts);

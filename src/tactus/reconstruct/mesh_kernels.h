@@ -439,8 +439,10 @@ struct NumberBricks {
 
   static constexpr int kThreads = 512, kEach = 8, kPiece = kThreads * kEach;
   struct Shared {
-    std::uint64_t value[kPiece], sum[2][kThreads];
+    std::uint64_t value[kPiece + kThreads];  ///< a gap behind each thread's: threads meet in no memory bank
+    std::uint64_t sum[2][kThreads];
     std::uint64_t before;
+    TACTUS_HD std::uint64_t& at(int i) { return value[i + i / kEach]; }
   };
 
   template <class Block>
@@ -449,9 +451,9 @@ struct NumberBricks {
     b.on_one_thread([&] { s.before = 0; });
     for (Index first = 0; first < n; first += kPiece) {
       const int count = min(n - first, Index{kPiece});
-      b.for_range(kPiece, [&](int i) { s.value[i] = i < count ? mesh_start[first + i] : 0U; });
+      b.for_range(kPiece, [&](int i) { s.at(i) = i < count ? mesh_start[first + i] : 0U; });
       scan_piece(b, s);
-      b.for_range(count, [&](int i) { mesh_start[first + i] = s.value[i]; });
+      b.for_range(count, [&](int i) { mesh_start[first + i] = s.at(i); });
     }
     b.on_one_thread([&] {
       mesh_start[n] = s.before;
@@ -467,7 +469,7 @@ struct NumberBricks {
   TACTUS_HD void scan_piece(const Block& b, Shared& s) const {
     b.for_each_thread([&](int t) {
       std::uint64_t sum = 0;
-      for (int i = 0; i < kEach; ++i) sum += s.value[t * kEach + i];
+      for (int i = 0; i < kEach; ++i) sum += s.at(t * kEach + i);
       s.sum[0][t] = sum;
     });
     int from = 0;
@@ -478,8 +480,8 @@ struct NumberBricks {
     b.for_each_thread([&](int t) {
       std::uint64_t running = s.before + (t > 0 ? s.sum[from][t - 1] : 0U);
       for (int i = 0; i < kEach; ++i) {
-        const std::uint64_t value = s.value[t * kEach + i];
-        s.value[t * kEach + i] = running;
+        const std::uint64_t value = s.at(t * kEach + i);
+        s.at(t * kEach + i) = running;
         running += value;
       }
     });
