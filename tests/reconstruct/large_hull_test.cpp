@@ -222,8 +222,8 @@ TEST_P(Shares, AreEqualAndHoldTheNeighboursOfTheirBricks) {
 TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
   DeviceSet set(GetParam(), 4);
   ExecContext& ctx = set.context(0);
-  constexpr Index kParts = 4, kAll = 10, kHeld = 8, kRoom = 7;
-  // Word w of brick i is 100 i + w; shares begin at 0, 2, 5, 7.
+  constexpr Index kParts = 4, kAll = 10, kHeld = 8, kRoom = 8;
+  // Word w of brick i is 100 i + w; shares begin at 0, 3, 6, 8.
   const std::vector<Index> tile_first{0, 4, kAll};
   const Buffer<Index> first_of_tile = to_device(ctx, tile_first);
   std::vector<Buffer<std::uint32_t>> rows;
@@ -239,7 +239,7 @@ TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
     if (part == 2) words.resize(kSignWords);
     rows.push_back(to_device(ctx, words));
   }
-  const PartRange of_first{0, 2, 4, kHeld, (kRoom - 2) * kSignWords};
+  const PartRange of_first{0, 3, 5, kHeld, (kRoom - 3) * kSignWords};
   const Buffer<PartRange> range = to_device(ctx, std::vector<PartRange>{of_first});
   FetchGhosts kernel{{}, 0, kParts, first_of_tile.view(), range.view(), rows[0].view()};
   for (std::size_t p = 0; p < kParts; ++p) kernel.rows[p] = rows[p].const_view();
@@ -247,7 +247,7 @@ TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
   const std::vector<std::uint32_t> got = to_host(ctx, rows[0].const_view());
   for (Index i = 0; i < kRoom; ++i) {
     for (Index w = 0; w < kSignWords; ++w) {
-      const bool is_missing = i == 6;
+      const bool is_missing = i == 7;
       EXPECT_EQ(got[static_cast<std::size_t>(i * kSignWords + w)],
                 is_missing ? 0U : static_cast<std::uint32_t>(100 * i + w))
           << i;

@@ -77,9 +77,9 @@ struct PartRange {
 /// Words that the signs of a brick fill.
 inline constexpr Index kSignWords = kBrickRows / 4;
 
-/// Active bricks of the parts before `part`.
+/// Active bricks of the parts before `part`. Shares differ by one at most.
 TACTUS_HD inline Index share_begin(Index all, Index part, Index parts) {
-  return static_cast<Index>(std::int64_t{all} * part / parts);
+  return all / parts * part + min(part, all % parts);
 }
 
 /// Where bricks are.

@@ -108,11 +108,13 @@ struct PrepareSilhouettes {
     const auto image_row = [&](Index i) {
       return raw.data() + c.raw_begin + clamp(padded + i - 1, 0, c.height_px - 1) * c.raw_row_words();
     };
-    for (Index i = 0; i < 3; ++i) {
-      const std::uint32_t* from = image_row(i);
-      // One word more than there are: patches look ahead.
-      b.for_range(last + 2, [&](int j) { s.row[i][j] = from[j] << 1 | from[j - 1] >> 31; });
-    }
+    const std::uint32_t *from0 = image_row(0), *from1 = image_row(1), *from2 = image_row(2);
+    // One word more than there are: patches look ahead. All three at once: a GPU waits for them once.
+    b.for_range(last + 2, [&](int j) {
+      s.row[0][j] = from0[j] << 1 | from0[j - 1] >> 31;
+      s.row[1][j] = from1[j] << 1 | from1[j - 1] >> 31;
+      s.row[2][j] = from2[j] << 1 | from2[j - 1] >> 31;
+    });
     b.for_threads(3, [&](int i) {
       const std::uint32_t* from = image_row(i);
       std::uint32_t* row = s.row[i];

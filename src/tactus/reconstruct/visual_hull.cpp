@@ -206,20 +206,22 @@ void VisualHull::Impl::join_parts() {
     HullPart& mine = part(p);
     // The others may still read this part's counts of the last frame; the first is done after all others.
     ctx.wait(part(0).done);
-    for (const HullPart& other : parts) ctx.wait(other.carved);
+    for (int ghosts = p + 1; ghosts < devices.count(); ++ghosts) ctx.wait(part(ghosts).carved);
     mine.counting.run(ctx, [&] { mine.count(ctx, plan, parts); });
     ctx.record(mine.counted);
   });
   devices.for_each_part([&](ExecContext& ctx, int p) {
     HullPart& mine = part(p);
-    for (const HullPart& other : parts) ctx.wait(other.counted);
+    for (int other = 0; other < devices.count(); ++other) {
+      if (other != p) ctx.wait(part(other).counted);
+    }
     mine.emitting.run(ctx, [&] {
       mine.find_place(ctx, parts);
       mine.emit(ctx, plan, part(0));
     });
     if (p > 0) ctx.record(mine.done);
   });
-  for (const HullPart& other : parts) devices.context(0).wait(other.done);
+  for (int p = 1; p < devices.count(); ++p) devices.context(0).wait(part(p).done);
   if (!devices.reads_peers()) gather_staged();
   devices.context(0).record(part(0).done);
 }
