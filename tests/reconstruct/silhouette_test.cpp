@@ -82,6 +82,8 @@ TEST_P(Footprints, AreWhatThePixelsSay) {
     std::copy(masks[c].words.begin(), masks[c].words.end(), raw.begin() + layout.cameras[c].raw_begin);
   ctx.upload(std::span<const std::uint32_t>(raw), part.raw.view());
   part.prepare(ctx);
+  part.sum_cells(ctx);
+  part.prepare_windows(ctx);
   const std::vector<std::uint32_t> cells = to_host(ctx, part.cells.const_view());
 
   std::uniform_real_distribution<float> at(-20, 120), half_of(0.1F, 12);
