@@ -102,8 +102,18 @@ __global__ void __launch_bounds__(256) for_kernel(const __grid_constant__ K kern
   for (Index i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x); i < n; i += stride) kernel(i);
 }
 
+/// Blocks of a kernel that a multiprocessor should hold at once, at the price of registers: what waits for
+/// memory more than it computes names kLeastBlocks.
 template <class K>
-__global__ void __launch_bounds__(K::kThreads) block_kernel(const __grid_constant__ K kernel, Count count) {
+constexpr int least_blocks() {
+  if constexpr (requires { K::kLeastBlocks; })
+    return K::kLeastBlocks;
+  else
+    return 0;  // as the compiler likes
+}
+
+template <class K>
+__global__ void __launch_bounds__(K::kThreads, least_blocks<K>()) block_kernel(const __grid_constant__ K kernel, Count count) {
   __shared__ typename K::Shared shared;
   const Index n = count.get();
   for (Index i = static_cast<Index>(blockIdx.x); i < n; i += static_cast<Index>(gridDim.x)) {
