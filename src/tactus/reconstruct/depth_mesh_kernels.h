@@ -19,7 +19,7 @@ struct CutAtDepth {
   float voxel_size_m;
   View<Vec3f> positions_m;  ///< in and out
 
-  static constexpr int kThreads = 256;
+  static constexpr int kThreads = EmitVertices::kThreads;
   static constexpr int kSteps = 8, kBisections = 8;
   struct Shared {
     std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices

@@ -322,7 +322,7 @@ struct BrickSigns {
   View<std::uint8_t> rows;          ///< out: kBrickRows per slot
   View<std::uint32_t> sub_cameras;  ///< out: 8 per slot: cameras that carve within each 4^3 sub-brick
 
-  static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
+  static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes, kLeastBlocks = 3;
   struct Shared {
     int camera[kMaxCameras];                ///< that carve in the block, ...
     int camera_count;                       ///< ... so many

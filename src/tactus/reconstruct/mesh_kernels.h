@@ -136,7 +136,7 @@ struct EmitVertices {
   View<const PartPlace> place;  ///< of this part in `positions_m`; empty: at its beginning
   View<Vec3f> positions_m;      ///< out, maybe in another device's memory
 
-  static constexpr int kThreads = 256;
+  static constexpr int kThreads = 128;  ///< most bricks have 50 to 100 vertices
   static constexpr float kEdgeMargin =
       1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
   static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
