@@ -36,7 +36,8 @@ class Tled {
   void compute_forces(ExecContext& ctx, const BodyState& state, float dt_s = 0);
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
-  /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous.
+  /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous. Between calls,
+  /// positions are rounded once more than between substeps.
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
   /// Substeps in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
