@@ -7,6 +7,7 @@
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/hull_part.h"
+#include "tactus/reconstruct/mesh_part_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {

@@ -1,5 +1,6 @@
 #include "tactus/reconstruct/hull_part.h"
 
+#include "tactus/reconstruct/mesh_part_kernels.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
 
 namespace tactus {

@@ -3,6 +3,7 @@
 #include "tactus/reconstruct/depth_mesh_kernels.h"
 #include "tactus/reconstruct/depth_seam_kernels.h"
 #include "tactus/reconstruct/mesh_kernels.h"
+#include "tactus/reconstruct/mesh_part_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 #include "tactus/reconstruct/smoothing_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
