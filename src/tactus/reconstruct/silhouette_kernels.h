@@ -196,7 +196,7 @@ struct SumCellColumns {
   View<const Vec2i> columns;  ///< (camera, first column)
   View<std::uint32_t> cells;
 
-  static constexpr int kColumns = 32, kStrips = 32, kThreads = kColumns * kStrips;
+  static constexpr int kColumns = 32, kStrips = 16, kThreads = kColumns * kStrips;
   struct Shared {
     std::uint32_t sum[kStrips][kColumns];
   };

@@ -113,7 +113,8 @@ constexpr int least_blocks() {
 }
 
 template <class K>
-__global__ void __launch_bounds__(K::kThreads, least_blocks<K>()) block_kernel(const __grid_constant__ K kernel, Count count) {
+__global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
+    block_kernel(const __grid_constant__ K kernel, Count count) {
   __shared__ typename K::Shared shared;
   const Index n = count.get();
   for (Index i = static_cast<Index>(blockIdx.x); i < n; i += static_cast<Index>(gridDim.x)) {
