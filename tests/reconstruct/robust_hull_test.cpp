@@ -5,6 +5,7 @@
 
 #include "support/data_folder.h"
 #include "support/device_sets.h"
+#include "support/masks.h"
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -30,23 +31,7 @@ View view_of(const std::string& figure) {
   return {source.rig(), frame.silhouettes};
 }
 
-/// Clears a disc of this diameter about the mask's middle, moved by (dx, dy) pixels.
-void punch(BitMask& mask, double diameter_px, double dx = 0, double dy = 0) {
-  double x_sum = 0, y_sum = 0, n = 0;
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (!mask(x, y)) continue;
-      x_sum += x;
-      y_sum += y;
-      ++n;
-    }
-  }
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (std::hypot(x - x_sum / n - dx, y - y_sum / n - dy) <= diameter_px / 2) mask.clear(x, y);
-    }
-  }
-}
+using test::punch;
 
 class Bench {
  public:

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 
+#include "support/data_folder.h"
 #include "support/device_sets.h"
+#include "support/masks.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/synthetic_source.h"
@@ -14,28 +14,7 @@
 namespace tactus {
 namespace {
 
-std::string data_folder() {
-  const char* set = std::getenv("TACTUS_DATA");
-  return set != nullptr ? set : "../shared/data";
-}
-
-/// Clears a disc of this diameter around the middle of the mask's pixels.
-void punch(BitMask& mask, double diameter_px) {
-  double x_sum = 0, y_sum = 0, n = 0;
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (!mask(x, y)) continue;
-      x_sum += x;
-      y_sum += y;
-      ++n;
-    }
-  }
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (std::hypot(x - x_sum / n, y - y_sum / n) <= diameter_px / 2) mask.clear(x, y);
-    }
-  }
-}
+using test::punch;
 
 class Scores : public ::testing::TestWithParam<std::string> {
  protected:
@@ -89,9 +68,8 @@ TEST(Scores, GoodMasksSuspectNobodyAndTunnelsAreMeasured) {
 }
 
 TEST(Scores, AHoleInOneMaskOfTheDinoIsNamed) {
-  const std::string folder = data_folder() + "/middlebury_dino";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not here (set TACTUS_DATA)";
-  const auto source = open_middlebury(folder);
+  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  const auto source = open_middlebury(data_folder() + "/middlebury_dino");
   FrameSet frame;
   source->next(frame);
   const Rig& rig = source->rig();
