@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
+#include "support/data_folder.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
@@ -14,12 +14,8 @@ namespace {
 
 /// The folder of the capture; empty without the data.
 std::string capture() {
-  const char* env = std::getenv("TACTUS_DATA");
-  const std::filesystem::path data =
-      env != nullptr ? std::filesystem::path(env)
-                     : std::filesystem::path(__FILE__).parent_path() / "../../../shared/data";
-  const std::filesystem::path folder = data / "azure_kinect_tof";
-  return std::filesystem::is_directory(folder) ? folder.string() : "";
+  const std::string folder = data_folder() + "/azure_kinect_tof";
+  return std::filesystem::is_directory(folder) ? folder : "";
 }
 
 #define SKIP_WITHOUT_CAPTURE() \

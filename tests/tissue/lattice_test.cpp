@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
 
+#include "support/data_folder.h"
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/cube_lattice.h"
@@ -300,11 +300,7 @@ TriangleMesh read_off(const std::filesystem::path& path) {
 }
 
 TEST(CubeLattice, ScannedHandFillsItsVolume) {
-  const char* set = std::getenv("TACTUS_DATA");
-  const std::filesystem::path file =
-      (set != nullptr ? std::filesystem::path(set)
-                      : std::filesystem::path(TACTUS_SOURCE_DIR) / "../shared/data") /
-      "meshes/hand.off";
+  const std::string file = data_folder() + "/meshes/hand.off";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set TACTUS_DATA";
   TriangleMesh mesh = read_off(file);
   const Box3f box = bounds(mesh);
