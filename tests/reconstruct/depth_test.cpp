@@ -7,12 +7,15 @@
 #include <random>
 
 #include "support/device_sets.h"
+#include "support/masks.h"
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 /// What all cameras see of one object.
 struct View {

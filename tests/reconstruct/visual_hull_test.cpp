@@ -10,10 +10,13 @@
 
 #include "sphere_scene.h"
 #include "support/device_sets.h"
+#include "support/masks.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 using test::kCube, test::ring, test::sphere_silhouette, test::sphere_silhouettes;
 

@@ -5,12 +5,15 @@
 #include <fstream>
 
 #include "support/data_folder.h"
+#include "support/masks.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/rig_file.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 std::string rig_path(const std::string& name) { return source_path("rigs/" + name); }
 

@@ -183,7 +183,7 @@ TEST(CubeLattice, FixedNodes) {
   EXPECT_EQ(lattice.node_count(), 60);
   EXPECT_EQ(lattice.rest_m(59), (Vec3f{3, 3.5F, 4}));
   EXPECT_EQ(lattice.fix_half_space({1.1F, 0, 0}, {1, 0, 0}), 12);
-  EXPECT_EQ(lattice.fix_box({{2.9F, 1.9F, 2.9F}, {3.1F, 2.1F, 3.1F}}), 13);
+  EXPECT_EQ(lattice.fix_where([](Vec3f p) { return p == Vec3f{3, 2, 3}; }), 13);
 }
 
 TEST(CubeLattice, BadInputIsExplained) {
