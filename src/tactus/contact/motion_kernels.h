@@ -112,6 +112,8 @@ struct GuessMotion {
   }
 };
 
+/// One registered point's share of the normal equations: its distance from the tangent plane of the nearest
+/// sample of this frame; all 0 where none is within reach.
 struct FitPoints {
   static constexpr int kGrain = 32;
   View<const Vec3f> previous_m;
@@ -156,7 +158,7 @@ struct FitPoints {
   }
 };
 
-/// Point j goes to part j % kFitParts: the same sums on every device.
+/// Sums the points of each part, in their order.
 struct FitParts {
   static constexpr int kGrain = 16;
   View<const FitSums> points;
