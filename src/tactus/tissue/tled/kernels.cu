@@ -33,6 +33,8 @@ struct KernelsOf {
   TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnCpu);  \
   TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnGpu);
 
+TACTUS_CUDA_KERNEL(tactus::tled::LoadPositions);
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);
+TACTUS_CUDA_KERNEL(tactus::tled::StoreNodes);
 TACTUS_MATERIAL_LAWS(TACTUS_ROW)
 TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);

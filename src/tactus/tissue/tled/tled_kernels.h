@@ -7,6 +7,7 @@
 /// other as lattice columns are walked upwards, so that nothing per element and corner is ever stored.
 #include "tactus/compute/kernel.h"
 #include "tactus/tissue/tled/material_laws.h"
+#include "tactus/tissue/vector_fields.h"
 
 namespace tactus::tled {
 
@@ -115,18 +116,43 @@ struct RelaxingCube {
 
 /// x + damping_time v into the cells. [ours] Forces of the positions a little ahead are viscous forces of the
 /// elements: they damp no rigid motion.
-struct LoadNodes {
+struct LoadPositions {
   View<const Vec3f> x_m, v_m_s;
   View<const Index> cell;
-  View<float> out_m;  ///< 3 fields
+  View<float> ahead_m;  ///< out, 3 fields
   Index cells;
   float damping_time_s;
   TACTUS_HD void operator()(Index i) const {
-    const Vec3f p = x_m[i] + damping_time_s * v_m_s[i];
-    const Index d = cell[i];
-    out_m[d] = p.x;
-    out_m[cells + d] = p.y;
-    out_m[2 * cells + d] = p.z;
+    store_vector(ahead_m, cells, cell[i], x_m[i] + damping_time_s * v_m_s[i]);
+  }
+};
+
+/// All that moves into the cells, where neighbours stand beside one another.
+struct LoadNodes {
+  LoadPositions positions;
+  View<const Vec3f> f_ext_N;
+  View<const float> inverse_mass_per_kg;      ///< over cells
+  View<float> ahead_too_m, v_m_s, push_m_s2;  ///< out, 3 fields each; nodes without elements stay in both
+  TACTUS_HD void operator()(Index i) const {
+    positions(i);
+    const Index d = positions.cell[i], cells = positions.cells;
+    store_vector(ahead_too_m, cells, d, vector_at(positions.ahead_m, cells, d));
+    store_vector(v_m_s, cells, d, positions.v_m_s[i]);
+    store_vector(push_m_s2, cells, d, inverse_mass_per_kg[d] * f_ext_N[i]);
+  }
+};
+
+/// And back. What is fixed has not moved.
+struct StoreNodes {
+  View<const float> ahead_m, v_m_s;  ///< 3 fields each
+  View<const Index> cell;
+  View<Vec3f> x_out_m, v_out_m_s;
+  Index cells;
+  float damping_time_s;
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3f v = vector_at(v_m_s, cells, cell[i]);
+    x_out_m[i] = vector_at(ahead_m, cells, cell[i]) - damping_time_s * v;
+    v_out_m_s[i] = v;
   }
 };
 
@@ -134,36 +160,26 @@ struct LoadNodes {
 struct StoreForces {
   View<float> f_N;  ///< 3 fields
   Index cells;
-  TACTUS_HD void operator()(Index cell, Vec3f f) const {
-    f_N[cell] = f.x;
-    f_N[cells + cell] = f.y;
-    f_N[2 * cells + cell] = f.z;
-  }
+  TACTUS_HD void operator()(Index cell, Vec3f f) const { store_vector(f_N, cells, cell, f); }
 };
 
 /// Or they move their nodes at once. [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x +
-/// dt v+ [ours: free flight drifts 1000 times less in float32 than with u+, u, u-]. Fixed nodes stay where
-/// they are.
+/// dt v+ [ours: free flight drifts 1000 times less in float32 than with u+, u, u-], which for p = x + b v is
+/// p+ = p + dt v+ + b (v+ - v). Fixed nodes stay where they are.
 struct MoveNodes {
-  View<Vec3f> x_m, v_m_s;
-  View<const Vec3f> f_ext_N;
-  View<const Index> node;                 ///< per cell; -1: none
-  View<const float> inverse_mass_per_kg;  ///< per node; 0: fixed
-  View<float> ahead_m;                    ///< out, as LoadNodes'
+  View<const float> ahead_m, push_m_s2, inverse_mass_per_kg;  ///< 3, 3, 1 fields; mass 0: fixed, or no node
+  View<float> v_m_s, next_ahead_m;                            ///< 3 fields each
   Index cells;
   Vec3f gravity_m_s2;
   float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
   TACTUS_HD void operator()(Index cell, Vec3f f) const {
-    const Index i = node[cell];
-    if (i < 0) return;
-    const Vec3f dv = dt_s * (gravity_m_s2 + inverse_mass_per_kg[i] * (f + f_ext_N[i]));
-    const Vec3f next = inverse_mass_per_kg[i] > 0 ? drag * (v_m_s[i] + dv) : Vec3f{};
-    const Vec3f x = x_m[i] + dt_s * next, p = x + damping_time_s * next;
-    v_m_s[i] = next;
-    x_m[i] = x;
-    ahead_m[cell] = p.x;
-    ahead_m[cells + cell] = p.y;
-    ahead_m[2 * cells + cell] = p.z;
+    const float w = inverse_mass_per_kg[cell];
+    const Vec3f v = vector_at(v_m_s, cells, cell);
+    const Vec3f dv = dt_s * (gravity_m_s2 + vector_at(push_m_s2, cells, cell) + w * f);
+    const Vec3f next = w > 0 ? drag * (v + dv) : Vec3f{};
+    store_vector(v_m_s, cells, cell, next);
+    store_vector(next_ahead_m, cells, cell,
+                 vector_at(ahead_m, cells, cell) + (dt_s * next + damping_time_s * (next - v)));
   }
 };
 
