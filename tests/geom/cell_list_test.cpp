@@ -8,10 +8,13 @@
 
 #include "geom/cell_list_test_kernels.h"
 #include "support/device_sets.h"
+#include "support/message_of.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 class CellListOn : public ::testing::TestWithParam<std::string> {
  protected:
@@ -102,12 +105,7 @@ TEST_P(CellListOn, CountOnDeviceAndBadPositions) {
 TEST(CellListErrors, NameTheValue) {
   DeviceSet cpu("cpu");
   const auto message = [&](Index n, float cell, int bits) -> std::string {
-    try {
-      CellList list(cpu.device(0), n, cell, bits);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { CellList list(cpu.device(0), n, cell, bits); });
   };
   EXPECT_NE(message(0, 1, 5).find("max_particles is 0"), std::string::npos);
   EXPECT_NE(message(1, -1, 5).find("cell_m is -1"), std::string::npos);

@@ -7,23 +7,20 @@
 #include <sstream>
 
 #include "support/data_folder.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
 
+using test::message_of;
+
 constexpr const char* kSource = "source: {kind: synthetic}\n";  // line 1 of most texts
 
 /// The message of the error that a scene causes; "" when it is fine.
 std::string error_of(const std::string& text) {
-  try {
-    parse_scene(text, "scenes/x.yaml");
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), ErrorKind::usage);
-    return e.what();
-  }
-  return "";
+  return message_of([&] { parse_scene(text, "scenes/x.yaml"); }, ErrorKind::usage);
 }
 
 TEST(SceneFile, DefaultsAreComplete) {

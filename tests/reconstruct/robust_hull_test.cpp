@@ -6,15 +6,18 @@
 #include "support/data_folder.h"
 #include "support/device_sets.h"
 #include "support/masks.h"
+#include "support/message_of.h"
+#include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 struct View {
   Rig rig;
@@ -22,13 +25,8 @@ struct View {
 };
 
 View view_of(const std::string& figure) {
-  SyntheticOptions options;
-  options.figure = figure;
-  options.depth = options.truth = false;
-  SyntheticSource source(options);
-  FrameSet frame;
-  source.next(frame);
-  return {source.rig(), frame.silhouettes};
+  const test::SyntheticFrame seen = test::silhouettes_of(figure);
+  return {seen.rig, seen.frame.silhouettes};
 }
 
 using test::punch;
@@ -291,14 +289,12 @@ TEST(TolerantHull, BadNumbersAreNamed) {
   const View view = view_of("sphere-still");
   DeviceSet set("cpu");
   const auto message = [&](Index tolerated, std::size_t cameras) -> std::string {
-    try {
-      VisualHull(set, std::span(view.rig.cameras).first(cameras),
-                 {.workspace_m = view.rig.workspace_m, .tolerated_views = tolerated});
-    } catch (const Error& e) {
-      EXPECT_EQ(e.kind(), ErrorKind::usage);
-      return e.what();
-    }
-    return "";
+    return message_of(
+        [&] {
+          VisualHull(set, std::span(view.rig.cameras).first(cameras),
+                     {.workspace_m = view.rig.workspace_m, .tolerated_views = tolerated});
+        },
+        ErrorKind::usage);
   };
   EXPECT_EQ(message(-1, 8), "tolerated views -1: expected 0 to 7 with 8 cameras");
   EXPECT_EQ(message(2, 2), "tolerated views 2: expected 0 to 1 with 2 cameras");

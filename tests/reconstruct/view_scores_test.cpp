@@ -7,14 +7,15 @@
 #include "support/data_folder.h"
 #include "support/device_sets.h"
 #include "support/masks.h"
+#include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
-#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
 
 using test::punch;
+using test::silhouettes_of;
 
 class Scores : public ::testing::TestWithParam<std::string> {
  protected:
@@ -22,20 +23,8 @@ class Scores : public ::testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(Scores);
 
-FrameSet frame_of(const std::string& figure, Rig& rig) {
-  SyntheticOptions options;
-  options.figure = figure;
-  options.depth = options.truth = false;
-  SyntheticSource source(options);
-  FrameSet frame;
-  source.next(frame);
-  rig = source.rig();
-  return frame;
-}
-
 TEST_P(Scores, AreTheSameOnEveryDevice) {
-  Rig rig;
-  FrameSet frame = frame_of("rabbit-still", rig);
+  auto [rig, frame] = silhouettes_of("rabbit-still");
   punch(frame.silhouettes[2], 60);
   const auto measure = [&](const std::string& devices) {
     DeviceSet set(devices, 3);
@@ -50,8 +39,7 @@ TEST_P(Scores, AreTheSameOnEveryDevice) {
 
 TEST(Scores, GoodMasksSuspectNobodyAndTunnelsAreMeasured) {
   DeviceSet set("cpu");
-  Rig rig;
-  FrameSet frame = frame_of("sphere-still", rig);
+  auto [rig, frame] = silhouettes_of("sphere-still");
   ViewScores scores(set.context(0), rig.cameras, {.workspace_m = rig.workspace_m, .samples = 96});
   for (const ViewScore& s : scores.measure(set.context(0), frame.silhouettes)) EXPECT_FALSE(s.is_suspect);
   punch(frame.silhouettes[5], 80);
@@ -89,8 +77,7 @@ TEST(Scores, AHoleInOneMaskOfTheDinoIsNamed) {
 
 TEST(Scores, AMissingViewCarvesNothingAndBadInputIsRefused) {
   DeviceSet set("cpu");
-  Rig rig;
-  FrameSet frame = frame_of("hand-still", rig);
+  auto [rig, frame] = silhouettes_of("hand-still");
   ViewScores scores(set.context(0), rig.cameras, {.workspace_m = rig.workspace_m});
   frame.silhouettes[1] = {};
   EXPECT_EQ(scores.measure(set.context(0), frame.silhouettes)[1].carved_alone, 0);

@@ -7,10 +7,13 @@
 #include <fstream>
 
 #include "support/data_folder.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 /// The folder of the capture; empty without the data.
 std::string capture() {
@@ -107,12 +110,7 @@ TEST(Kinect, BadFilesAreNamed) {
   const std::string path = ::testing::TempDir() + "calibration.json";
   const auto message = [&](const std::string& text, Index height_px = 720) -> std::string {
     std::ofstream(path) << text;
-    try {
-      read_kinect_calibration(path, 1280, height_px);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { read_kinect_calibration(path, 1280, height_px); });
   };
   EXPECT_EQ(message("{"), path + ": not JSON");
   EXPECT_EQ(message("{}"), path + ": no camera with the purpose CALIBRATION_CameraPurposeDepth");

@@ -7,7 +7,7 @@
 
 #include "support/data_folder.h"
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/geom/cube_lattice.h"
 #include "tactus/geom/mesh_defects.h"
 #include "tactus/geom/point_in_mesh.h"
@@ -17,6 +17,8 @@
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -31,17 +33,6 @@ TriangleMesh box_mesh(Vec3f a, Vec3f b) {
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
-}
-
-/// The message of the error that `body` throws.
-template <class F>
-std::string message_of(F&& body) {
-  try {
-    body();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(PointInMesh, RaysThroughVerticesAndEdgesDoNotLeak) {
