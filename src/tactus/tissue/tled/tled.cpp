@@ -56,12 +56,12 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
 /// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
 tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
                         const std::vector<std::uint8_t>& in_use, Slab own) {
-  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16, own);
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::TilesOnCpu::kGroups, 6, 16, own);
   constexpr std::size_t kEnoughTiles = 512;
-  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16, own);
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::TilesOnGpu::kGroups, 2, 16, own);
   for (const Index layers : {8, 4, 2, 1}) {
     if (plan.tiles.size() < kEnoughTiles)
-      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers, own);
+      plan = tled::plan_tiles(lattice, in_use, tled::TilesOnGpu::kGroups, 2, layers, own);
   }
   return plan;
 }
@@ -154,16 +154,16 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
   const Index begin = which == Tiles::interior ? edge_tiles_ : 0;
   const Index end = which == Tiles::edges ? edge_tiles_ : tiles_.size();
   const View<const tled::Tile> tiles = tiles_.const_view().part(begin, end - begin);
-  const auto launch = [&]<int kGroups>(std::integral_constant<int, kGroups>) {
-    using Kernel = tled::ElementForces<Cube, kGroups, Sink>;
+  const auto launch = [&]<class Shape>(Shape) {
+    using Kernel = tled::ElementForces<Cube, Shape, Sink>;
     ctx.parallel_for(
         "tled/element_forces", tiles.size(),
         Kernel{tiles, active_.const_view(), ahead_m(k), stiffness_.const_view(), grid_, cube, sink});
   };
   if (ctx.device().is_cuda())
-    launch(std::integral_constant<int, tled::kGroupsOnGpu>{});
+    launch(tled::TilesOnGpu{});
   else
-    launch(std::integral_constant<int, tled::kGroupsOnCpu>{});
+    launch(tled::TilesOnCpu{});
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, float dt_s) {
