@@ -24,7 +24,9 @@ class Scores : public ::testing::TestWithParam<std::string> {
 TACTUS_INSTANTIATE_DEVICES(Scores);
 
 TEST_P(Scores, AreTheSameOnEveryDevice) {
-  auto [rig, frame] = silhouettes_of("rabbit-still");
+  test::SyntheticFrame seen = silhouettes_of("rabbit-still");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   punch(frame.silhouettes[2], 60);
   const auto measure = [&](const std::string& devices) {
     DeviceSet set(devices, 3);
@@ -39,7 +41,9 @@ TEST_P(Scores, AreTheSameOnEveryDevice) {
 
 TEST(Scores, GoodMasksSuspectNobodyAndTunnelsAreMeasured) {
   DeviceSet set("cpu");
-  auto [rig, frame] = silhouettes_of("sphere-still");
+  test::SyntheticFrame seen = silhouettes_of("sphere-still");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   ViewScores scores(set.context(0), rig.cameras, {.workspace_m = rig.workspace_m, .samples = 96});
   for (const ViewScore& s : scores.measure(set.context(0), frame.silhouettes)) EXPECT_FALSE(s.is_suspect);
   punch(frame.silhouettes[5], 80);
@@ -77,7 +81,9 @@ TEST(Scores, AHoleInOneMaskOfTheDinoIsNamed) {
 
 TEST(Scores, AMissingViewCarvesNothingAndBadInputIsRefused) {
   DeviceSet set("cpu");
-  auto [rig, frame] = silhouettes_of("hand-still");
+  test::SyntheticFrame seen = silhouettes_of("hand-still");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   ViewScores scores(set.context(0), rig.cameras, {.workspace_m = rig.workspace_m});
   frame.silhouettes[1] = {};
   EXPECT_EQ(scores.measure(set.context(0), frame.silhouettes)[1].carved_alone, 0);

@@ -129,7 +129,9 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
 
 TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   DeviceSet devices("cpu");
-  auto [rig, frame] = test::silhouettes_of("rabbit");
+  test::SyntheticFrame seen = test::silhouettes_of("rabbit");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   Scene scene = slab_scene();
   scene.bodies.clear();
   scene.probes.clear();
