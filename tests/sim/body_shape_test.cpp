@@ -211,6 +211,19 @@ TEST(BodyShape, RegionsThatDoNothingAreRefused) {
             "it is hybrid, but every cube is an element");
 }
 
+/// A box has its own volume and mass, with edges that surface nets would round: exact where faces fall on
+/// those of cubes, to the rounding of positions of 0.2 m, 1e-8, over the smallest half edge.
+TEST(BodyShape, ABoxIsSharp) {
+  BodyDescription body = cube_body();
+  body.shape.kind = ShapeKind::box;
+  body.shape.size_m = {0.4, 0.1, 0.2};
+  body.spacing_m = 0.025;
+  const BodyShape shape = make_body_shape(body, {});
+  EXPECT_TRUE(shape.warnings.empty());
+  EXPECT_NEAR(volume_m3(shape.surface_m) / 0.008, 1, 1e-6);
+  EXPECT_NEAR(shape.lattice.mass_kg() / 8, 1, 1e-5);
+}
+
 /// 0.2 m of 40^3 voxels: label 1 with a core of label 7 in the corner where x, y, z < 0.1 m.
 BodyAssets labelled_cube() {
   LabelVolume volume{{}, {40, 40, 40}, {0.005F, 0.005F, 0.005F}, {}};

@@ -97,7 +97,10 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     last_time_s = frame.time_s;
     summary.add(report);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
-    if (!options.json_path.empty()) summary.monitors.push_back(simulation.monitors());
+    if (!options.json_path.empty()) {
+      summary.monitors.push_back(simulation.monitors());
+      summary.motion_forces_N.push_back(simulation.motion_forces_N());
+    }
     if (options.explain) explain(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
     const bool keep_meshes =

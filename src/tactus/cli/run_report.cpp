@@ -25,6 +25,21 @@ nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frame
   return json;
 }
 
+/// What whoever moves a body's regions exerts on it, over the frames.
+nlohmann::json motions_json(const std::vector<std::vector<std::vector<Vec3d>>>& frames, std::size_t body,
+                            const std::vector<MovedRegion>& moved) {
+  nlohmann::json json = nlohmann::json::array();
+  for (std::size_t m = 0; m < moved.size(); ++m) {
+    nlohmann::json forces = nlohmann::json::array();
+    for (const auto& frame : frames) {
+      const Vec3d f = frame[body][m];
+      forces.push_back({f.x, f.y, f.z});
+    }
+    json.push_back({{"name", moved[m].name}, {"force_N", forces}});
+  }
+  return json;
+}
+
 }  // namespace
 
 void RunSummary::add(const StepReport& report) {
@@ -62,7 +77,8 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["bodies"].push_back({{"name", body.name()},
                               {"nodes", body.node_count()},
                               {"contact_nodes", body.contact_node_count()},
-                              {"monitors", monitors_json(summary.monitors, b)}});
+                              {"monitors", monitors_json(summary.monitors, b)},
+                              {"moved", motions_json(summary.motion_forces_N, b, scene.bodies[b].moved)}});
   }
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;

@@ -88,7 +88,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
   for (const BodyDescription& body : scene.bodies) {
-    if (body.fixed.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+    if (body.fixed.empty() && body.moved.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   for (auto& body : bodies_) body->update_surface(devices.context(0));
@@ -100,6 +100,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   StepReport report;
   report.dt_s = scene_.frame.dt_s.value_or(dt_s);
   reconstruct(frame, report);
+  last_dt_s_ = report.dt_s;
   touch(report.dt_s, report);
   report.hull = hull_.report();
   if (report.status.empty())
@@ -214,6 +215,12 @@ FrameSnapshot Simulation::snapshot() {
 std::vector<BodyMonitors> Simulation::monitors() {
   std::vector<BodyMonitors> all;
   for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0)));
+  return all;
+}
+
+std::vector<std::vector<Vec3d>> Simulation::motion_forces_N() {
+  std::vector<std::vector<Vec3d>> all;
+  for (const auto& body : bodies_) all.push_back(body->motion_forces_N(devices_.context(0), last_dt_s_));
   return all;
 }
 

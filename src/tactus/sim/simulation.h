@@ -50,6 +50,9 @@ class Simulation {
   std::vector<Vec3f> probe_positions_m();
   /// Of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();
+  /// Per body and moved region: mean force of whoever moves it on the body over the last frame [N].
+  /// Synchronizes.
+  std::vector<std::vector<Vec3d>> motion_forces_N();
 
   const Timings& timings() const { return timings_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
@@ -89,6 +92,7 @@ class Simulation {
   KeyedReplay<float> surface_replay_;
   KeyedReplay<SubstepPlan> substep_replay_;
   std::vector<Probe> probes_;
+  double last_dt_s_ = 0;
   Timings timings_;
 };
 

@@ -37,8 +37,12 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   if (!m.deflection_test) return material;
   TledOptions at_once = element_options(m);
   at_once.relaxation = {};
-  material.stiffness_scale = match_deflection(ctx, shape.lattice, shape.elements, shape.materials,
-                                              shape.material_of_cube, at_once, material);
+  CubeLattice held = shape.lattice;
+  for (const NodeMotion& motion : shape.motions) {
+    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = 1;
+  }
+  material.stiffness_scale =
+      match_deflection(ctx, held, shape.elements, shape.materials, shape.material_of_cube, at_once, material);
   return material;
 }
 
@@ -71,10 +75,36 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
   rest_gap_m_ = to_device(ctx, gap_m);
   contact_nodes_ = to_device(ctx, near);
   memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
+  for (const NodeMotion& motion : shape_.motions) {
+    for (const Index node : motion.nodes) fixed[static_cast<std::size_t>(node)] = 1;
+    warn_of_fast_motion(motion);
+  }
   fixed_ = to_device(ctx, fixed);
+  try {
+    driven_ = DrivenNodes(ctx, shape_.lattice, shape_.motions);
+    loads_ = SurfaceLoads(ctx, shape_.lattice, shape_.surface_m, shape_.loads);
+  } catch (const Error& e) {
+    throw Error("body '" + name() + "': " + e.what(), e.kind());
+  }
 }
 
-void SoftBody::begin_frame(ExecContext& ctx) { ctx.copy(state_.x_m.const_view(), frame_begin_x_m_.view()); }
+/// What is torn faster than its waves can follow inverts its cubes.
+void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
+  const FastestMove fastest = fastest_move(shape_.lattice, motion);
+  const double wave_m_s = description_.spacing_m / static_cast<double>(tissue_.stable_step_s());
+  if (fastest.speed_m_s <= wave_m_s || motion.nodes.size() == shape_.lattice.nodes.size()) return;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                " moves at %.3g m/s on the way to keyframe %zu, faster than waves in the body (%.3g m/s): ",
+                fastest.speed_m_s, fastest.key, wave_m_s);
+  log_warning("body '" + name() + "': " + motion.name + text +
+              "cubes next to it will invert; give it more time, or the body a larger young_modulus_pa");
+}
+
+void SoftBody::begin_frame(ExecContext& ctx) {
+  ctx.copy(state_.x_m.const_view(), frame_begin_x_m_.view());
+  driven_.begin_frame(ctx);
+}
 
 std::string SoftBody::end_frame(ExecContext& ctx) {
   if (at_rest_) return "";
@@ -114,7 +144,9 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
 
 void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2) {
   if (at_rest_) return;
+  loads_.apply(ctx, state_, dt_s);
   tissue_.step(ctx, state_, {.dt_s = dt_s, .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_});
+  driven_.move(ctx, state_, fixed_.view(), dt_s);
 }
 
 ContactNodes SoftBody::contact_nodes() {

@@ -21,6 +21,11 @@ class SoftBody {
   const Hybrid& tissue() const { return tissue_; }
   /// Substeps for which the body is stable as strained as it was at the end of the last frame.
   int substeps_for(float dt_frame_s) const { return tissue_.substeps_for(dt_frame_s, strain_.speed_ratio); }
+  /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
+  /// Synchronizes.
+  std::vector<Vec3d> motion_forces_N(ExecContext& ctx, double dt_frame_s) const {
+    return driven_.mean_forces_N(ctx, dt_frame_s);
+  }
   /// Keeps the state to come back to, should this frame blow up. Asynchronous.
   void begin_frame(ExecContext& ctx);
   /// Reads how strained the elements are. A body whose positions are no longer numbers goes back to where it
@@ -34,7 +39,7 @@ class SoftBody {
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 
-  /// One substep without contact. Asynchronous.
+  /// One substep without contact: loads, the solver, and then the nodes that are moved. Asynchronous.
   void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2);
   /// The nodes as contact sees them.
   ContactNodes contact_nodes();
@@ -52,6 +57,8 @@ class SoftBody {
  private:
   SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
 
+  void warn_of_fast_motion(const NodeMotion& motion) const;
+
   BodyDescription description_;
   BodyShape shape_;
   TledOptions element_options_;
@@ -65,6 +72,8 @@ class SoftBody {
   Buffer<float> mass_kg_, rest_gap_m_;
   Buffer<Index> contact_nodes_, fixed_;
   Buffer<ContactMemory> memory_;
+  DrivenNodes driven_;
+  SurfaceLoads loads_;
 };
 
 }  // namespace tactus
