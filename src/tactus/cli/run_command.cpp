@@ -77,6 +77,18 @@ void write_meshes(const FrameSnapshot& snapshot, const Scene& scene, const std::
   }
 }
 
+/// A scene that wants photographs gets them, or is told at its first frame: clay would look like a mistake in
+/// the texture.
+void check_photographs(const RunOptions& options, const Scene& scene, const FrameSet& frame) {
+  if (scene.view.photographs == 0 || !frame.colors.empty()) return;
+  const bool masks = scene.source.kind == SourceKind::masks;
+  throw usage_error(
+      options.scene_path + ": 'view.photographs' is " + std::to_string(scene.view.photographs) +
+      ", but its source has no photographs" +
+      (masks ? " for every camera: '" + scene.source.path + "' needs a 'photo' beside each 'mask'" : "") +
+      "; expected 0 for a surface of clay");
+}
+
 /// The loop over frames.
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
                       Simulation& simulation, RunPictures* pictures, const std::string& stem) {
@@ -88,6 +100,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
     const NextFrame next = source.next(frame);
     if (next == NextFrame::no_more_data) break;
+    if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
     summary.note(source.status());
     if (next == NextFrame::bad_frame) {
       ++summary.bad_frames;
