@@ -10,6 +10,7 @@
 #include "tactus/base/log.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_pictures.h"
 #include "tactus/cli/run_report.h"
 #include "tactus/io/json_file.h"
@@ -93,6 +94,8 @@ void check_photographs(const RunOptions& options, const Scene& scene, const Fram
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
                       Simulation& simulation, RunPictures* pictures, const std::string& stem) {
   RunSummary summary;
+  std::optional<RunExplainer> explainer;
+  if (options.explain) explainer.emplace(scene);
   FrameSet frame;
   double last_time_s = 0;
   const std::optional<int> total =
@@ -114,7 +117,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
       summary.monitors.push_back(simulation.monitors());
       summary.motion_forces_N.push_back(simulation.motion_forces_N());
     }
-    if (options.explain) explain(report, simulation, frame.tick);
+    if (explainer) explainer->add(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
     const bool keep_meshes =
         scene.output.mesh_every > 0 && (summary.frames - 1) % scene.output.mesh_every == 0;
@@ -130,6 +133,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     show_progress(summary.frames, total, caption);
   }
   if (shows_progress()) std::fputc('\n', stderr);
+  if (explainer) explainer->finish();
   return summary;
 }
 
@@ -192,8 +196,9 @@ void add_run_command(CLI::App& app) {
   command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();
   command->add_option("--json", options->json_path, "stage times, counters, monitors and probes as JSON");
-  command->add_flag("--explain", options->explain,
-                    "say in which frames and where bodies are strained badly, and why");
+  command->add_flag(
+      "--explain", options->explain,
+      "say in which frames and where bodies are strained badly, what acts there, and what it costs");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();

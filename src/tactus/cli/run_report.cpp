@@ -1,7 +1,6 @@
 #include "tactus/cli/run_report.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "tactus/base/log.h"
 #include "tactus/cli/version.h"
@@ -89,29 +88,6 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["probes"][scene.probes[p].name] = track;
   }
   return json;
-}
-
-void explain(const StepReport& report, const Simulation& simulation, std::int64_t tick) {
-  for (const auto& body : simulation.bodies()) {
-    const tled::CubeExtremes& strain = body->strain();
-    const std::string head = "frame " + std::to_string(tick) + ": body '" + body->name() + "': ";
-    if (strain.inverted > 0 || strain.smallest_J < 0.3F) {
-      std::printf(
-          "%s%d cubes inverted, least volume %.3g of that at rest in %s; contact moved a node by up to %.4g "
-          "m\n",
-          head.c_str(), strain.inverted, static_cast<double>(strain.smallest_J),
-          body->cube_text(strain.smallest_cube).c_str(), static_cast<double>(report.contact.max_depth_m));
-    }
-    if (strain.speed_ratio > 1.5F) {
-      std::printf("%swaves are %.3g times as fast as at rest in %s: %d substeps next frame instead of %d\n",
-                  head.c_str(), static_cast<double>(strain.speed_ratio),
-                  body->cube_text(strain.fastest_cube).c_str(),
-                  body->substeps_for(static_cast<float>(report.dt_s)),
-                  body->tissue().substeps_for(static_cast<float>(report.dt_s)));
-    }
-  }
-  if (!report.status.empty())
-    std::printf("frame %lld: %s\n", static_cast<long long>(tick), report.status.c_str());
 }
 
 }  // namespace tactus

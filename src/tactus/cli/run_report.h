@@ -1,5 +1,5 @@
 #pragma once
-/// What `tactus run` says of a run: JSON for scripts, --explain for people.
+/// What `tactus run` says of a run: JSON for scripts.
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -25,8 +25,5 @@ struct RunSummary {
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
                        const std::string& devices);
-
-/// Prints what is badly strained after this frame, where, and what it costs; nothing when all is well.
-void explain(const StepReport& report, const Simulation& simulation, std::int64_t tick);
 
 }  // namespace tactus

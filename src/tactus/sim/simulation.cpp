@@ -43,11 +43,6 @@ RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
   return settings;
 }
 
-bool all_finite(const TriangleMesh& mesh) {
-  return std::all_of(mesh.positions_m.begin(), mesh.positions_m.end(),
-                     [](Vec3f p) { return std::isfinite(p.x + p.y + p.z); });
-}
-
 }  // namespace
 
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
@@ -157,9 +152,10 @@ void Simulation::touch(double dt_s, StepReport& report) {
   if (dt > 0) {
     const StageTimer timer(timings_, "bodies");
     const SubstepPlan plan = plan_substeps(dt);
+    for (auto& body : bodies_) body->check_substeps(dt, plan.count);
     substep_replay_.run(ctx, plan, [&] { run_substeps(ctx, plan); });
     for (auto& body : bodies_) {
-      const std::string trouble = body->end_frame(ctx);
+      const std::string trouble = body->end_frame(ctx, plan.count);
       if (!trouble.empty()) report.status = trouble;
     }
     report.substeps = plan.count;
@@ -191,6 +187,7 @@ void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
     for (auto& body : bodies_) {
       body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
       contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
+      body->watch(ctx, k, plan.count);
     }
   }
 }
@@ -204,10 +201,6 @@ FrameSnapshot Simulation::snapshot() {
       to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(devices_.context(0)));
-    if (!all_finite(snapshot.bodies.back())) {
-      throw Error("body '" + body->name() +
-                  "' blew up (a position is not finite): raise damping or lower young_modulus_pa");
-    }
   }
   return snapshot;
 }

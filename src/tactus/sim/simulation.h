@@ -57,6 +57,8 @@ class Simulation {
   const Timings& timings() const { return timings_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   const VisualHull& hull() const { return hull_; }
+  /// Where bodies live.
+  ExecContext& context() { return devices_.context(0); }
 
  private:
   struct Probe {

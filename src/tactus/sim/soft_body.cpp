@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
+#include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/tissue/hybrid/deflection_match.h"
 
@@ -62,7 +64,8 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
       frame_begin_x_m_(ctx.device(), state_.x_m.size()),
       surface_(ctx, shape_.lattice, shape_.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper),
-      mass_kg_(to_device(ctx, shape_.lattice.node_mass_kg)) {
+      mass_kg_(to_device(ctx, shape_.lattice.node_mass_kg)),
+      watch_(ctx, shape_.lattice.node_count()) {
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
   // what touches is what is seen (method, "Contact").
@@ -91,12 +94,11 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
 /// What is torn faster than its waves can follow inverts its cubes.
 void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
   const FastestMove fastest = fastest_move(shape_.lattice, motion);
-  const double wave_m_s = description_.spacing_m / static_cast<double>(tissue_.stable_step_s());
-  if (fastest.speed_m_s <= wave_m_s || motion.nodes.size() == shape_.lattice.nodes.size()) return;
+  if (fastest.speed_m_s <= wave_m_s() || motion.nodes.size() == shape_.lattice.nodes.size()) return;
   char text[160];
   std::snprintf(text, sizeof text,
                 " moves at %.3g m/s on the way to keyframe %zu, faster than waves in the body (%.3g m/s): ",
-                fastest.speed_m_s, fastest.key, wave_m_s);
+                fastest.speed_m_s, fastest.key, wave_m_s());
   log_warning("body '" + name() + "': " + motion.name + text +
               "cubes next to it will invert; give it more time, or the body a larger young_modulus_pa");
 }
@@ -104,34 +106,140 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
 void SoftBody::begin_frame(ExecContext& ctx) {
   ctx.copy(state_.x_m.const_view(), frame_begin_x_m_.view());
   driven_.begin_frame(ctx);
+  watch_.begin_frame(ctx);
 }
 
-std::string SoftBody::end_frame(ExecContext& ctx) {
+void SoftBody::watch(ExecContext& ctx, int k, int substeps) {
+  if ((k + 1) % watch_every() == 0 || k + 1 == substeps) watch_.look(ctx, state_, k);
+}
+
+std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
   if (at_rest_) return "";
-  const tled::CubeExtremes before = strain_;
+  const tled::CubeExtremes strain_before = strain_;
+  const WatchRecord before = watched_;
   strain_ = tissue_.extremes(ctx, state_);
-  if (std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J)) return "";
+  watched_ = watch_.report(ctx);
+  const bool fine = std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J);
+  if (fine && watched_.bad_substep < 0) return "";
+  const WatchRecord bad = watched_;
+  std::string text = "body '" + name() + "' blew up";
+  if (bad.bad_substep >= 0) {
+    const int last = bad.bad_substep + 1, first = (last - 1) / watch_every() * watch_every() + 1;
+    text += (first < last ? " in substeps " + std::to_string(first) + " to " : " in substep ") +
+            std::to_string(last) + " of " + std::to_string(substeps) + ", first seen at " +
+            node_text(bad.bad_node);
+    const std::string acting = acting_near(ctx, shape_.lattice.rest_m(bad.bad_node));
+    if (!acting.empty()) text += ": " + acting;
+  }
   ctx.copy(frame_begin_x_m_.const_view(), state_.x_m.view());
   ctx.fill_bytes(state_.v_m_s.view(), 0);
   ctx.synchronize();
-  strain_ = before;
+  strain_ = strain_before;
+  watched_ = before;
   at_rest_ = true;
-  char text[160];
-  std::snprintf(text, sizeof text, "J was down to %.3g there, waves up to %.3g times as fast as at rest",
-                static_cast<double>(before.smallest_J), static_cast<double>(before.speed_ratio));
-  return "body '" + name() + "' blew up, first seen in " + cube_text(before.smallest_cube) + " (" + text +
-         "); it rests from now on: press it less, use more substeps, more damping or a finer lattice";
+  char state[200];
+  std::snprintf(state, sizeof state,
+                "; in the frame before, its fastest node went at %.3g m/s, waves at %.3g m/s",
+                static_cast<double>(fastest_m_s()), wave_m_s() * static_cast<double>(strain_.speed_ratio));
+  text += state;
+  if (tissue_.has_elements()) {
+    std::snprintf(state, sizeof state, ", and least volume was %.3g of that at rest in ",
+                  static_cast<double>(strain_.smallest_J));
+    text += state + cube_text(strain_.smallest_cube);
+  }
+  return text +
+         "; it rests from now on: press or move it less, use more substeps, more damping or a finer lattice";
+}
+
+float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
+
+double SoftBody::wave_m_s() const {
+  const MaterialDescription& m = description_.material;
+  const double bar = std::sqrt(m.young_modulus_pa / m.density_kg_m3);
+  return tissue_.has_elements()
+             ? std::max(bar, description_.spacing_m / static_cast<double>(tissue_.stable_step_s()))
+             : bar;
+}
+
+std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
+  const CubeLattice& lattice = shape_.lattice;
+  float nearest_m = std::numeric_limits<float>::infinity();
+  std::string text;
+  // Of what is equally near, all.
+  const auto add = [&](const std::vector<Index>& nodes, const std::string& what) {
+    float least_m = std::numeric_limits<float>::infinity();
+    for (const Index node : nodes) least_m = std::min(least_m, length(lattice.rest_m(node) - p_m));
+    if (nodes.empty() || least_m > nearest_m) return;
+    text = (least_m < nearest_m || text.empty() ? "" : text + ", ") + what;
+    nearest_m = least_m;
+  };
+  for (const NodeMotion& motion : shape_.motions) {
+    char speed[48];
+    std::snprintf(speed, sizeof speed, " moves it, at up to %.3g m/s",
+                  fastest_move(lattice, motion).speed_m_s);
+    add(motion.nodes, motion.name + speed);
+  }
+  for (std::size_t k = 0; k < shape_.loads.size(); ++k)
+    add(loads_.nodes_of(k), shape_.loads[k].name + " acts on it");
+  std::vector<Index> fixed, touched;
+  for (Index i = 0; i < lattice.node_count(); ++i)
+    if (lattice.fixed[static_cast<std::size_t>(i)] != 0) fixed.push_back(i);
+  add(fixed, "'fixed' holds it");
+  const std::vector<Index> near = to_host(ctx, contact_nodes_.const_view());
+  const std::vector<ContactMemory> memory = to_host(ctx, memory_.const_view());
+  for (std::size_t c = 0; c < near.size(); ++c)
+    if (memory[c].touched != 0) touched.push_back(near[c]);
+  add(touched, "the real surface touches it");
+  if (text.empty() || nearest_m < 0.9F * lattice.spacing_m) return text;
+  char distance[48];
+  std::snprintf(distance, sizeof distance, ", %.3g m from there", static_cast<double>(nearest_m));
+  return text + distance;
+}
+
+Vec3f SoftBody::cube_center_m(Index cube) const {
+  const CubeLattice& lattice = shape_.lattice;
+  return lattice.origin_m +
+         lattice.spacing_m *
+             (vec_cast<float>(lattice.cubes[static_cast<std::size_t>(cube)]) + Vec3f{0.5F, 0.5F, 0.5F});
+}
+
+void SoftBody::check_substeps(float dt_frame_s, int substeps) {
+  const float dt_s = dt_frame_s / static_cast<float>(substeps);
+  char text[200];
+  if (tissue_.has_elements() && dt_s > 1.0001F * tissue_.tled().stable_step_s()) {
+    std::snprintf(
+        text, sizeof text,
+        "': 'frame.substeps' is %d, steps of %.3g s, but its elements are stable up to %.3g s; expected "
+        "at least %d, or auto",
+        substeps, static_cast<double>(dt_s), static_cast<double>(tissue_.tled().stable_step_s()),
+        tissue_.tled().substeps_for(dt_frame_s));
+    throw usage_error("body '" + name() + text);
+  }
+  if (!tissue_.flsm() || full_stiffness_ || warned_of_softness_) return;
+  const double young_Pa = static_cast<double>(tissue_.flsm()->effective_young_Pa(dt_s));
+  if (young_Pa > 0.99 * description_.material.young_modulus_pa) return;
+  std::snprintf(text, sizeof text,
+                "': 'frame.substeps' is %d, so its shape matching is as soft as a young_modulus_pa of %.3g; "
+                "expected at least %d, or auto",
+                substeps, young_Pa, tissue_.flsm()->substeps_for(dt_frame_s));
+  log_warning("body '" + name() + text);
+  warned_of_softness_ = true;
+}
+
+std::string SoftBody::node_text(Index node) const {
+  const Vec3f p = shape_.lattice.rest_m(node);
+  char text[96];
+  std::snprintf(text, sizeof text, "node %d, at rest at (%.3f, %.3f, %.3f) m", node, static_cast<double>(p.x),
+                static_cast<double>(p.y), static_cast<double>(p.z));
+  return text;
 }
 
 std::string SoftBody::cube_text(Index cube) const {
-  const CubeLattice& lattice = shape_.lattice;
-  const auto c = static_cast<std::size_t>(cube);
-  const Vec3f p =
-      lattice.origin_m + lattice.spacing_m * (vec_cast<float>(lattice.cubes[c]) + Vec3f{0.5F, 0.5F, 0.5F});
+  const Vec3f p = cube_center_m(cube);
   char text[96];
   std::snprintf(text, sizeof text, "cube %d, at rest round (%.3f, %.3f, %.3f) m", cube,
                 static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z));
-  const std::uint8_t material = shape_.material_of_cube[c];
+  const std::uint8_t material = shape_.material_of_cube[static_cast<std::size_t>(cube)];
   const std::string region = material == 0 ? "" : description_.regions[material - 1U].name;
   return text + (region.empty() ? "" : " in region '" + region + "'");
 }

@@ -5,6 +5,7 @@
 #include "tactus/contact/contact.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/tissue/body_monitors.h"
+#include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -28,12 +29,32 @@ class SoftBody {
   }
   /// Keeps the state to come back to, should this frame blow up. Asynchronous.
   void begin_frame(ExecContext& ctx);
-  /// Reads how strained the elements are. A body whose positions are no longer numbers goes back to where it
-  /// was at the beginning of the frame and rests there from then on. Synchronizes.
-  /// @returns "" or what happened, where and why.
-  std::string end_frame(ExecContext& ctx);
+  /// After substep k and its contact: notes which nodes are no longer where anything could be. Of elements
+  /// alone only every fourth time, as looking costs a twentieth of such a step. Asynchronous.
+  void watch(ExecContext& ctx, int k, int substeps);
+  /// Reads how strained the elements are and what was noted. A body that blew up goes back to where it was at
+  /// the beginning of the frame and rests there from then on. Synchronizes.
+  /// @param substeps of the frame
+  /// @returns "" or what happened: substep, node, and what acts there.
+  std::string end_frame(ExecContext& ctx, int substeps);
   const tled::CubeExtremes& strain() const { return strain_; }
   bool at_rest() const { return at_rest_; }
+  /// Fastest over the last frame [m/s]; node -1: nothing moved.
+  float fastest_m_s() const;
+  Index fastest_node() const { return watched_.fastest_node; }
+  /// How fast strain travels through what it is made of, at most [m/s].
+  double wave_m_s() const;
+  /// What acts on the body next to where it rests at p_m: "'moved[0]' (grip) moves it, at up to 0.3 m/s",
+  /// "'fixed' holds it, 0.02 m from there"; "" for nothing. Synchronizes.
+  std::string acting_near(ExecContext& ctx, Vec3f p_m) const;
+  /// Centre of a cube at rest [m].
+  Vec3f cube_center_m(Index cube) const;
+  /// @throws Error when the elements are not stable in so many substeps; warns, once, when so few make shape
+  /// matching softer than its material.
+  void check_substeps(float dt_frame_s, int substeps);
+  /// "node 17, at rest at (0.1, 0.2, 0.3) m".
+  std::string node_text(Index node) const;
+  Vec3f rest_m(Index node) const { return shape_.lattice.rest_m(node); }
   /// "cube 17, at rest round (0.1, 0.2, 0.3) m in region 'tumour'".
   std::string cube_text(Index cube) const;
   /// Energies, momentum, volume. Synchronizes.
@@ -57,14 +78,16 @@ class SoftBody {
  private:
   SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
 
+  int watch_every() const { return tissue_.flsm() ? 1 : 4; }
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
   BodyShape shape_;
   TledOptions element_options_;
   Hybrid tissue_;
-  bool at_rest_ = false;
+  bool at_rest_ = false, warned_of_softness_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
+  WatchRecord watched_;
   BodyState state_;
   Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
@@ -72,6 +95,7 @@ class SoftBody {
   Buffer<float> mass_kg_, rest_gap_m_;
   Buffer<Index> contact_nodes_, fixed_;
   Buffer<ContactMemory> memory_;
+  BodyWatch watch_;
   DrivenNodes driven_;
   SurfaceLoads loads_;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 
 #include "tactus/base/error.h"
 #include "tactus/tissue/embedded_surface.h"
@@ -112,10 +113,12 @@ SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const T
     const auto begin = static_cast<Index>(keys.size()), index = static_cast<Index>(curves.size());
     if (load.keys.empty()) keys.emplace_back();
     keys.insert(keys.end(), load.keys.begin(), load.keys.end());
+    std::set<Index> own;
     curves.push_back({begin, static_cast<Index>(keys.size())});
     for (const auto& [cube, part] : parts_of(load, lattice, surface)) {
       for (std::size_t q = 0; q < 8; ++q) {
         const Index node = lattice.cube_nodes[static_cast<std::size_t>(cube)][q];
+        own.insert(node);
         of_node[node].push_back(
             {static_cast<Index>(loaded.size()), static_cast<float>(part.weights[q] / part.area_m2)});
       }
@@ -123,6 +126,7 @@ SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const T
       std::copy_n(lattice.cube_nodes[static_cast<std::size_t>(cube)].begin(), 8, corners.node);
       loaded.push_back({corners, index, vec_cast<float>(part.force_N), vec_cast<float>(part.pressed_N)});
     }
+    nodes_of_.emplace_back(own.begin(), own.end());
   }
   std::vector<Index> nodes, begin{0};
   std::vector<boundary::GatherLoads::Share> shares;

@@ -29,10 +29,13 @@ class SurfaceLoads {
                std::span<const SurfaceLoad> loads);
 
   bool empty() const { return nodes_.empty(); }
+  /// Nodes that share the k-th load, ascending.
+  const std::vector<Index>& nodes_of(std::size_t load) const { return nodes_of_[load]; }
   /// External forces of the coming substep. Asynchronous.
   void apply(ExecContext& ctx, BodyState& state, float dt_s);
 
  private:
+  std::vector<std::vector<Index>> nodes_of_;
   float gradient_per_m_ = 0;
   Buffer<boundary::LoadCurve> curves_;
   Buffer<boundary::LoadKey> keys_;
