@@ -283,6 +283,15 @@ TEST(SceneFile, WrongTypesAndRanges) {
        "2: in 'bodies[0].fixed[0]': a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z"},
       {"bodies: [{name: a, shape: {kind: box}, fixed: [{kind: half_space, normal: [0,0,0]}]}]",
        "2: in 'bodies[0].fixed[0]': 'normal' is zero, expected a direction"},
+      {"bodies: [{name: a, shape: {kind: box}, matching_every: 2}]",
+       "2: 'matching_every' in 'bodies[0]' has no effect, it is for when 'material.model' is hybrid"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: hybrid, kappa: paper}, ratio: {tled: 1, "
+       "flsm: "
+       "1}, matching_every: 2}]",
+       "2: in 'bodies[0]': 'matching_every' is for when 'material.kappa' is material: as printed, stiffness "
+       "follows the step"},
+      {"bodies: [{name: a, shape: {kind: box}, matching_every: 0}]",
+       "2: 'bodies[0].matching_every' is '0', expected a whole number >= 1 and <= 64"},
       {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere}]}]",
        "2: 'bodies[0].moved[0]' lacks the required key 'path': where it goes: keyframes, linear in between; "
        "from rest at 0 s; the last one holds"},

@@ -305,6 +305,10 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             [&](FieldVisitor& in) { describe_material(in, b.material); });
   v.section({"ratio", "hybrid: how much of it is elements"},
             [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
+  v.integer({"matching_every",
+             "hybrid: so many substeps of the elements are one of shape matching, which costs most; refused "
+             "where that would make it softer"},
+            b.matching_every, {"", 1, 64});
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
          appender(b.regions, describe_painted));
   v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_region));
@@ -313,7 +317,10 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
   v.list({"loads", "regions of the surface that forces or pressures act on"},
          appender(b.loads, describe_load));
   const bool hybrid = b.material.model == TissueModel::hybrid;
-  v.only_when(hybrid, "ratio", "'material.model' is hybrid");
+  for (const char* key : {"ratio", "matching_every"}) v.only_when(hybrid, key, "'material.model' is hybrid");
+  v.check(
+      b.matching_every == 1 || b.material.kappa == Stiffness::material, "matching_every",
+      "'matching_every' is for when 'material.kappa' is material: as printed, stiffness follows the step");
   const bool painted = std::any_of(b.regions.begin(), b.regions.end(),
                                    [](const PaintedRegion& r) { return r.model != RegionModel::unchanged; });
   v.check(!hybrid || b.ratio || painted, "material",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "tactus/base/log.h"
 
@@ -168,10 +169,13 @@ void Simulation::touch(double dt_s, StepReport& report) {
 
 Simulation::SubstepPlan Simulation::plan_substeps(float dt_s) const {
   SubstepPlan plan{.dt_s = dt_s, .count = scene_.frame.substeps.value_or(1)};
+  int multiple = 1;
   for (const auto& body : bodies_) {
     if (!scene_.frame.substeps) plan.count = std::max(plan.count, body->substeps_for(dt_s));
     plan.resting_bodies += body->at_rest() ? 1 : 0;
+    multiple = std::lcm(multiple, body->matching_every());
   }
+  if (!scene_.frame.substeps) plan.count = ceil_div(plan.count, multiple) * multiple;
   return plan;
 }
 
@@ -182,11 +186,9 @@ void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
   for (auto& body : bodies_) body->begin_frame(ctx);
   for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
   for (int k = 0; k < plan.count; ++k) {
-    // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
-    const float time_s = dt_substep * static_cast<float>(k + 1) - plan.dt_s;
     for (auto& body : bodies_) {
-      body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
-      contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
+      body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2), k);
+      body->touch(ctx, contact_, surface_, dt_substep, plan.dt_s, k);
       body->watch(ctx, k, plan.count);
     }
   }

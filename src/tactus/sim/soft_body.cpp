@@ -76,6 +76,14 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
     if (gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
   }
   rest_gap_m_ = to_device(ctx, gap_m);
+  std::vector<std::uint8_t> in_element(gap_m.size());
+  for (std::size_t c = 0; c < shape_.lattice.cubes.size(); ++c) {
+    if (shape_.elements[c] == 0) continue;
+    for (const Index node : shape_.lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
+  }
+  const auto others = std::stable_partition(
+      near.begin(), near.end(), [&](Index node) { return in_element[static_cast<std::size_t>(node)] != 0; });
+  element_contact_nodes_ = static_cast<Index>(others - near.begin());
   contact_nodes_ = to_device(ctx, near);
   memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
   for (const NodeMotion& motion : shape_.motions) {
@@ -205,7 +213,7 @@ Vec3f SoftBody::cube_center_m(Index cube) const {
 
 void SoftBody::check_substeps(float dt_frame_s, int substeps) {
   const float dt_s = dt_frame_s / static_cast<float>(substeps);
-  char text[200];
+  char text[256];
   if (tissue_.has_elements() && dt_s > 1.0001F * tissue_.tled().stable_step_s()) {
     std::snprintf(
         text, sizeof text,
@@ -213,6 +221,20 @@ void SoftBody::check_substeps(float dt_frame_s, int substeps) {
         "at least %d, or auto",
         substeps, static_cast<double>(dt_s), static_cast<double>(tissue_.tled().stable_step_s()),
         tissue_.tled().substeps_for(dt_frame_s));
+    throw usage_error("body '" + name() + text);
+  }
+  if (matching_every() > 1 && substeps % matching_every() != 0) {
+    std::snprintf(text, sizeof text,
+                  "': 'frame.substeps' is %d, expected a multiple of its 'matching_every', %d", substeps,
+                  matching_every());
+    throw usage_error("body '" + name() + text);
+  }
+  if (const int most = tissue_.most_matched_every(dt_s); matching_every() > most) {
+    std::snprintf(
+        text, sizeof text,
+        "': 'matching_every' is %d, but after more than %d substeps of %.3g s at once its shape matching "
+        "would be softer than its material; expected at most %d",
+        matching_every(), most, static_cast<double>(dt_s), most);
     throw usage_error("body '" + name() + text);
   }
   if (!tissue_.flsm() || full_stiffness_ || warned_of_softness_) return;
@@ -250,11 +272,39 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
                       to_host(ctx, state_.v_m_s.const_view()));
 }
 
-void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2) {
+void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int k) {
   if (at_rest_) return;
   loads_.apply(ctx, state_, dt_s);
-  tissue_.step(ctx, state_, {.dt_s = dt_s, .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_});
+  const HybridStep step{.dt_s = dt_s,
+                        .gravity_m_s2 = gravity_m_s2,
+                        .full_stiffness = full_stiffness_,
+                        .matched_every = matching_every()};
+  if (step.matched_every == 1) {
+    tissue_.step(ctx, state_, step);
+  } else {
+    tissue_.sum_forces(ctx, state_, step, k);
+    tissue_.move(ctx, state_, step, k);
+  }
   driven_.move(ctx, state_, fixed_.view(), dt_s);
+}
+
+void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s,
+                     float dt_frame_s, int k) {
+  // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
+  const auto correct = [&](const ContactNodes& nodes, int steps) {
+    const float after_s = dt_s * static_cast<float>(k + steps) - dt_frame_s;
+    contact.correct(ctx, surface, nodes, after_s, dt_s * static_cast<float>(steps));
+  };
+  if (matching_every() == 1) return correct(contact_nodes(), 1);
+  const auto part = [&](Index begin, Index end) {
+    ContactNodes nodes = contact_nodes();
+    nodes.nodes = nodes.nodes.part(begin, end - begin);
+    nodes.memory = nodes.memory.part(begin, end - begin);
+    return nodes;
+  };
+  correct(part(0, element_contact_nodes_), 1);
+  if (k % matching_every() == 0)
+    correct(part(element_contact_nodes_, contact_nodes_.size()), matching_every());
 }
 
 ContactNodes SoftBody::contact_nodes() {

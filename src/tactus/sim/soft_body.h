@@ -49,8 +49,9 @@ class SoftBody {
   std::string acting_near(ExecContext& ctx, Vec3f p_m) const;
   /// Centre of a cube at rest [m].
   Vec3f cube_center_m(Index cube) const;
-  /// @throws Error when the elements are not stable in so many substeps; warns, once, when so few make shape
-  /// matching softer than its material.
+  /// @throws Error when the elements are not stable in so many substeps, or shape matching, at its rate,
+  /// would be softer than its material; warns, once, when so few make shape matching softer than its
+  /// material.
   void check_substeps(float dt_frame_s, int substeps);
   /// "node 17, at rest at (0.1, 0.2, 0.3) m".
   std::string node_text(Index node) const;
@@ -60,8 +61,15 @@ class SoftBody {
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 
-  /// One substep without contact: loads, the solver, and then the nodes that are moved. Asynchronous.
-  void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2);
+  /// Substep k of a frame without contact: loads, the solver, and then the nodes that are moved.
+  /// Asynchronous.
+  void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int k);
+  /// Contact at its end. Where shape matching goes several substeps at once, the nodes that it alone moves
+  /// touch the surface once for all of them, where it will be at their end. Asynchronous.
+  void touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s, float dt_frame_s,
+             int k);
+  /// Substeps of a frame are a multiple of this.
+  int matching_every() const { return tissue_.flsm() ? description_.matching_every : 1; }
   /// The nodes as contact sees them.
   ContactNodes contact_nodes();
   /// Brings the seen surface to where the nodes are. Asynchronous.
@@ -94,6 +102,7 @@ class SoftBody {
   bool full_stiffness_;
   Buffer<float> mass_kg_, rest_gap_m_;
   Buffer<Index> contact_nodes_, fixed_;
+  Index element_contact_nodes_ = 0;  ///< the first so many; the others only shape matching moves
   Buffer<ContactMemory> memory_;
   BodyWatch watch_;
   DrivenNodes driven_;
