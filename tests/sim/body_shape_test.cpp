@@ -324,7 +324,7 @@ TEST(SoftBody, ShapeMatchingThatBlowsUpIsNamedAndSurvived) {
   load.where = grip.where;
   load.pressure_pa = 1;
   description.loads.push_back(load);
-  SoftBody body(ctx, description, cube_asset(1, false), 0.05F);
+  SoftBody body(devices, description, cube_asset(1, false), 0.05F);
   body.begin_frame(ctx);
   for (int k = 0; k < 5; ++k) {
     body.step(ctx, 1e-3F, {}, k);
@@ -349,7 +349,7 @@ TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
   ExecContext& ctx = devices.context(0);
   BodyDescription description = cube_body();
   description.material.model = TissueModel::tled;
-  SoftBody body(ctx, description, cube_asset(1, false), 0.05F);
+  SoftBody body(devices, description, cube_asset(1, false), 0.05F);
   body.begin_frame(ctx);
   for (int k = 0; k < 3; ++k) {
     body.step(ctx, 1e-5F, {0, k == 1 ? NAN : 0, 0}, k);

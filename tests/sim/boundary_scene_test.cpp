@@ -143,6 +143,59 @@ TEST(BoundaryScene, ContactDoesNotMoveWhatIsDriven) {
   EXPECT_GT(length(played.probes[5][0] - played.probes[0][0]), 0.01F);  // out of the ball
 }
 
+/// A bar along z, long enough for three slabs, that nothing touches: the same bits however many step it.
+Scene free_scene(TissueModel model) {
+  Scene scene = bar_scene(model);
+  scene.gravity_m_s2 = {0, -9.81, 0};
+  BodyDescription& bar = scene.bodies[0];
+  bar.shape.size_m = {0.1, 0.1, 1.2};
+  bar.placement.position_m = {0, 0.5, 0};  // through the ball
+  bar.contact = false;
+  if (bar.ratio) bar.ratio->axis = Axis::z;
+  bar.fixed[0].point_m = {0, 0, -0.599};
+  bar.fixed[0].normal = {0, 0, 1};
+  scene.probes[0].position_m = {0, 0, 0.6};
+  return scene;
+}
+
+TEST_P(BoundaryScene, AFreeBodyIsOnAllDevices) {
+  for (const TissueModel model : {TissueModel::flsm, TissueModel::tled, TissueModel::hybrid}) {
+    const Scene scene = free_scene(model);
+    const Played got = play(scene, GetParam(), 6), on_cpu = play(scene, "cpu", 6);
+    EXPECT_EQ(got.surface, on_cpu.surface);
+    EXPECT_EQ(got.probes, on_cpu.probes);
+    EXPECT_LT(got.probes[6][0].y, 0.49F);      // it hangs on one end
+    EXPECT_NEAR(got.probes[6][0].x, 0, 1e-4);  // and the ball does nothing
+    DeviceSet devices(GetParam());
+    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    const SoftBody& bar = *simulation.bodies()[0];
+    EXPECT_EQ(bar.device_count(), devices.is_cuda() ? 1 : devices.count());
+    if (bar.device_count() > 1) {
+      EXPECT_EQ(bar.devices_text(), "stepped by " + std::to_string(devices.count()) + " of " +
+                                        std::to_string(devices.count()) + " devices");
+    }
+  }
+}
+
+TEST(BoundaryScene, WhyABodyIsOnOneDeviceIsSaid) {
+  DeviceSet devices("cpu:2");
+  const auto text = [&](const Scene& scene) {
+    return Simulation(devices, scene, make_synthetic_rig(), {}).bodies()[0]->devices_text();
+  };
+  Scene scene = free_scene(TissueModel::tled);
+  scene.bodies[0].contact = true;
+  EXPECT_EQ(text(scene), "on one device of 2, as the real surface may touch it ('contact')");
+  scene.bodies[0].contact = false;
+  scene.bodies[0].moved.push_back(pull());
+  scene.bodies[0].moved[0].where.point_m = {0, 0, 0.599};
+  scene.bodies[0].moved[0].where.normal = {0, 0, -1};
+  EXPECT_EQ(text(scene), "on one device of 2, as it is moved or loaded");
+  scene = free_scene(TissueModel::flsm);
+  scene.bodies[0].shape.size_m = {0.1, 0.1, 0.1};
+  scene.bodies[0].fixed.clear();
+  EXPECT_EQ(text(scene), "on one device of 2, as it is too small to be cut, or for more to pay");
+}
+
 std::string refusal(const Scene& scene) {
   DeviceSet devices("cpu");
   try {

@@ -76,6 +76,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["bodies"].push_back({{"name", body.name()},
                               {"nodes", body.node_count()},
                               {"contact_nodes", body.contact_node_count()},
+                              {"devices", body.device_count()},
                               {"monitors", monitors_json(summary.monitors, b)},
                               {"moved", motions_json(summary.motion_forces_N, b, scene.bodies[b].moved)}});
   }

@@ -305,6 +305,10 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             [&](FieldVisitor& in) { describe_material(in, b.material); });
   v.section({"ratio", "hybrid: how much of it is elements"},
             [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
+  v.boolean({"contact",
+             "whether the real surface pushes it; one that nothing pushes, moves or loads is stepped by as "
+             "many devices as pay"},
+            b.contact);
   v.integer({"matching_every",
              "hybrid: so many substeps of the elements are one of shape matching, which costs most; refused "
              "where that would make it softer"},

@@ -173,6 +173,7 @@ struct BodyDescription {
   double spacing_m = 0.02;  ///< edge of a lattice cube, in the world
   MaterialDescription material;
   std::optional<RatioDescription> ratio;  ///< hybrid
+  bool contact = true;                    ///< the real surface pushes it
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   std::vector<PaintedRegion> regions;
   std::vector<SpaceRegion> fixed;     ///< where lattice nodes don't move

@@ -57,7 +57,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
-          bodies.push_back(std::make_unique<SoftBody>(devices.context(0), body, assets, sample_spacing_m_));
+          bodies.push_back(std::make_unique<SoftBody>(devices, body, assets, sample_spacing_m_));
         }
         return bodies;
       }()),
@@ -155,6 +155,9 @@ void Simulation::touch(double dt_s, StepReport& report) {
     const SubstepPlan plan = plan_substeps(dt);
     for (auto& body : bodies_) body->check_substeps(dt, plan.count);
     substep_replay_.run(ctx, plan, [&] { run_substeps(ctx, plan); });
+    for (auto& body : bodies_)
+      body->step_frame_on_all(dt / static_cast<float>(plan.count), vec_cast<float>(scene_.gravity_m_s2),
+                              plan.count);
     for (auto& body : bodies_) {
       const std::string trouble = body->end_frame(ctx, plan.count);
       if (!trouble.empty()) report.status = trouble;
@@ -184,11 +187,17 @@ void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
   const float dt_substep = plan.dt_s / static_cast<float>(plan.count);
   contact_.begin_frame(ctx);
   for (auto& body : bodies_) body->begin_frame(ctx);
-  for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
+  const auto gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2);
+  for (auto& body : bodies_) {
+    if (body->contact_node_count() > 0)
+      contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
+    if (body->is_free()) body->step_frame(ctx, dt_substep, gravity_m_s2, plan.count);
+  }
   for (int k = 0; k < plan.count; ++k) {
     for (auto& body : bodies_) {
-      body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2), k);
-      body->touch(ctx, contact_, surface_, dt_substep, plan.dt_s, k);
+      if (body->is_free()) continue;
+      body->step(ctx, dt_substep, gravity_m_s2, k);
+      if (body->contact_node_count() > 0) body->touch(ctx, contact_, surface_, dt_substep, plan.dt_s, k);
       body->watch(ctx, k, plan.count);
     }
   }

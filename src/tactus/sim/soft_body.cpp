@@ -50,42 +50,29 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
 
 }  // namespace
 
-SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
                    float sample_spacing_m)
-    : SoftBody(ctx, body, make_body_shape(body, assets, memory_bytes(ctx.device())), sample_spacing_m) {}
+    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
+               sample_spacing_m) {}
 
-SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
     : description_(body),
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
-      tissue_(ctx, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-              element_options_, matched_material(ctx, body.material, shape_)),
-      state_(rest_state(ctx, shape_.lattice)),
-      frame_begin_x_m_(ctx.device(), state_.x_m.size()),
-      surface_(ctx, shape_.lattice, shape_.surface_m),
+      matched_material_(matched_material(devices.context(0), body.material, shape_)),
+      devices_(devices),
+      tissue_(devices.context(0), shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+              element_options_, matched_material_),
+      state_(rest_state(devices.context(0), shape_.lattice)),
+      frame_begin_x_m_(devices.device(0), state_.x_m.size()),
+      surface_(devices.context(0), shape_.lattice, shape_.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper),
-      mass_kg_(to_device(ctx, shape_.lattice.node_mass_kg)),
-      watch_(ctx, shape_.lattice.node_count()) {
+      mass_kg_(to_device(devices.context(0), shape_.lattice.node_mass_kg)),
+      watch_(devices.context(0), shape_.lattice.node_count()) {
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
-  // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
-  // what touches is what is seen (method, "Contact").
-  std::vector<float> gap_m = shape_.node_outside_m;
-  std::vector<Index> near, fixed(shape_.lattice.fixed.begin(), shape_.lattice.fixed.end());
-  for (std::size_t i = 0; i < gap_m.size(); ++i) {
-    gap_m[i] = -gap_m[i];
-    if (gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
-  }
-  rest_gap_m_ = to_device(ctx, gap_m);
-  std::vector<std::uint8_t> in_element(gap_m.size());
-  for (std::size_t c = 0; c < shape_.lattice.cubes.size(); ++c) {
-    if (shape_.elements[c] == 0) continue;
-    for (const Index node : shape_.lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
-  }
-  const auto others = std::stable_partition(
-      near.begin(), near.end(), [&](Index node) { return in_element[static_cast<std::size_t>(node)] != 0; });
-  element_contact_nodes_ = static_cast<Index>(others - near.begin());
-  contact_nodes_ = to_device(ctx, near);
-  memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
+  ExecContext& ctx = devices.context(0);
+  choose_contact_nodes(ctx, sample_spacing_m);
+  std::vector<Index> fixed(shape_.lattice.fixed.begin(), shape_.lattice.fixed.end());
   for (const NodeMotion& motion : shape_.motions) {
     for (const Index node : motion.nodes) fixed[static_cast<std::size_t>(node)] = 1;
     warn_of_fast_motion(motion);
@@ -97,6 +84,43 @@ SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shap
   } catch (const Error& e) {
     throw Error("body '" + name() + "': " + e.what(), e.kind());
   }
+  if (!is_free() || devices.count() == 1) return;
+  slabs_.emplace(devices, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+                 element_options_, matched_material_);
+  if (slabs_->slab_count() == 1) slabs_.reset();
+}
+
+void SoftBody::choose_contact_nodes(ExecContext& ctx, float sample_spacing_m) {
+  // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
+  // what touches is what is seen (method, "Contact").
+  std::vector<float> gap_m = shape_.node_outside_m;
+  std::vector<Index> near;
+  for (std::size_t i = 0; i < gap_m.size(); ++i) {
+    gap_m[i] = -gap_m[i];
+    if (description_.contact && gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
+  }
+  std::vector<std::uint8_t> in_element(gap_m.size());
+  for (std::size_t c = 0; c < shape_.lattice.cubes.size(); ++c) {
+    if (shape_.elements[c] == 0) continue;
+    for (const Index node : shape_.lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
+  }
+  const auto others = std::stable_partition(
+      near.begin(), near.end(), [&](Index node) { return in_element[static_cast<std::size_t>(node)] != 0; });
+  element_contact_nodes_ = static_cast<Index>(others - near.begin());
+  rest_gap_m_ = to_device(ctx, gap_m);
+  contact_nodes_ = to_device(ctx, near);
+  memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
+}
+
+std::string SoftBody::devices_text() const {
+  if (slabs_)
+    return "stepped by " + std::to_string(device_count()) + " of " + std::to_string(devices_.count()) +
+           " devices";
+  const std::string one = "on one device of " + std::to_string(devices_.count());
+  if (devices_.count() == 1) return one;
+  if (description_.contact) return one + ", as the real surface may touch it ('contact')";
+  if (!is_free()) return one + ", as it is moved or loaded";
+  return one + ", as it is too small to be cut, or for more to pay";
 }
 
 /// What is torn faster than its waves can follow inverts its cubes.
@@ -118,13 +142,14 @@ void SoftBody::begin_frame(ExecContext& ctx) {
 }
 
 void SoftBody::watch(ExecContext& ctx, int k, int substeps) {
-  if ((k + 1) % watch_every() == 0 || k + 1 == substeps) watch_.look(ctx, state_, k);
+  if ((k + 1) % watch_every(substeps) == 0 || k + 1 == substeps) watch_.look(ctx, state_, k);
 }
 
 std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
   if (at_rest_) return "";
   const tled::CubeExtremes strain_before = strain_;
   const WatchRecord before = watched_;
+  if (is_free()) watch_.look(ctx, state_, substeps - 1);
   strain_ = tissue_.extremes(ctx, state_);
   watched_ = watch_.report(ctx);
   const bool fine = std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J);
@@ -132,7 +157,8 @@ std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
   const WatchRecord bad = watched_;
   std::string text = "body '" + name() + "' blew up";
   if (bad.bad_substep >= 0) {
-    const int last = bad.bad_substep + 1, first = (last - 1) / watch_every() * watch_every() + 1;
+    const int last = bad.bad_substep + 1, every = watch_every(substeps),
+              first = (last - 1) / every * every + 1;
     text += (first < last ? " in substeps " + std::to_string(first) + " to " : " in substep ") +
             std::to_string(last) + " of " + std::to_string(substeps) + ", first seen at " +
             node_text(bad.bad_node);
@@ -272,13 +298,32 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
                       to_host(ctx, state_.v_m_s.const_view()));
 }
 
+HybridStep SoftBody::step_of(float dt_s, Vec3f gravity_m_s2) const {
+  return {.dt_s = dt_s,
+          .gravity_m_s2 = gravity_m_s2,
+          .full_stiffness = full_stiffness_,
+          .matched_every = matching_every()};
+}
+
+void SoftBody::step_frame(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int substeps) {
+  if (!at_rest_ && !slabs_) tissue_.step(ctx, state_, step_of(dt_s, gravity_m_s2), substeps);
+}
+
+void SoftBody::step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps) {
+  if (at_rest_ || !slabs_) return;
+  const std::pair plan{dt_s, substeps};
+  if (plan != slabs_plan_) slabs_replay_ = {};
+  slabs_plan_ = plan;
+  slabs_replay_.run(devices_, [&] {
+    slabs_->step(step_of(dt_s, gravity_m_s2), substeps);
+    slabs_->store(state_);
+  });
+}
+
 void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int k) {
   if (at_rest_) return;
   loads_.apply(ctx, state_, dt_s);
-  const HybridStep step{.dt_s = dt_s,
-                        .gravity_m_s2 = gravity_m_s2,
-                        .full_stiffness = full_stiffness_,
-                        .matched_every = matching_every()};
+  const HybridStep step = step_of(dt_s, gravity_m_s2);
   if (step.matched_every == 1) {
     tissue_.step(ctx, state_, step);
   } else {

@@ -3,18 +3,21 @@
 #include <string>
 
 #include "tactus/contact/contact.h"
+#include "tactus/multi_device/device_replay.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/embedded_surface.h"
+#include "tactus/tissue/hybrid/hybrid_slabs.h"
 
 namespace tactus {
 
 class SoftBody {
  public:
+  /// Lives on the first device; one that nothing touches, moves or loads is stepped by as many as pay.
   /// @param sample_spacing_m of the real surface: nodes within 1.5 of it below the surface take part in
   /// contact.
-  SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
+  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
 
   const std::string& name() const { return description_.name; }
   Index node_count() const { return tissue_.node_count(); }
@@ -61,6 +64,16 @@ class SoftBody {
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 
+  /// Whether nothing outside of the solver acts on it between substeps: it goes a frame at a time.
+  bool is_free() const { return !description_.contact && shape_.motions.empty() && shape_.loads.empty(); }
+  /// Devices that step it, and why no more of those there are.
+  int device_count() const { return slabs_ ? slabs_->slab_count() : 1; }
+  std::string devices_text() const;
+  /// All substeps of a frame of a body that is free and on one device. Asynchronous.
+  void step_frame(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int substeps);
+  /// The same on several devices; its nodes are then on the first, too. Asynchronous.
+  void step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps);
+
   /// Substep k of a frame without contact: loads, the solver, and then the nodes that are moved.
   /// Asynchronous.
   void step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int k);
@@ -84,14 +97,18 @@ class SoftBody {
   Index nearest_node(Vec3f rest_m) const;
 
  private:
-  SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
+  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
 
-  int watch_every() const { return tissue_.flsm() ? 1 : 4; }
+  HybridStep step_of(float dt_s, Vec3f gravity_m_s2) const;
+  int watch_every(int substeps) const { return is_free() ? substeps : (tissue_.flsm() ? 1 : 4); }
+  void choose_contact_nodes(ExecContext& ctx, float sample_spacing_m);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
   BodyShape shape_;
   TledOptions element_options_;
+  FlsmMaterial matched_material_;
+  DeviceSet& devices_;
   Hybrid tissue_;
   bool at_rest_ = false, warned_of_softness_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
@@ -107,6 +124,9 @@ class SoftBody {
   BodyWatch watch_;
   DrivenNodes driven_;
   SurfaceLoads loads_;
+  std::optional<HybridSlabs> slabs_;
+  DeviceReplay slabs_replay_;
+  std::pair<float, int> slabs_plan_{};  ///< of that recording: step, substeps
 };
 
 }  // namespace tactus
