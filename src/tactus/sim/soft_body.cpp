@@ -116,7 +116,7 @@ std::string SoftBody::devices_text() const {
   if (slabs_)
     return "stepped by " + std::to_string(device_count()) + " of " + std::to_string(devices_.count()) +
            " devices";
-  const std::string one = "on one device of " + std::to_string(devices_.count());
+  std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
   if (description_.contact) return one + ", as the real surface may touch it ('contact')";
   if (!is_free()) return one + ", as it is moved or loaded";
