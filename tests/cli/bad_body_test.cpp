@@ -106,6 +106,49 @@ TEST_F(BadBody, NumbersThatAreNone) {
                  {"s.yaml:5: 'probes[0].position_m' is '.nan'"});
 }
 
+/// One end is to go 0.6 m in 10 ms, four times as fast as waves, from frame 6 on.
+TEST_F(BadBody, WhatExplodesIsExplained) {
+  for (const std::string model : {"tled", "flsm"}) {
+    std::string command =
+        run("shape: {kind: box, size_m: [0.6, 0.12, 0.12]}, spacing_m: 0.02, material: {model: " + model +
+            ", young_modulus_pa: 20000}, fixed: [{kind: half_space, point_m: [-0.29, 0, 0], normal: [1, 0, "
+            "0]}], moved: [{name: grip, kind: half_space, point_m: [0.29, 0, 0], normal: [-1, 0, 0], path: "
+            "[{time_s: 0.2}, {time_s: 0.21, displacement_m: [-0.5, 0.3, 0]}]}]");
+    command.replace(command.find("--frames 2"), 10, "--frames 9 --explain");
+    const Outcome o = run_tactus(command);
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_TRUE(has(o.text,
+                    "warning: body 'b': 'moved[0]' (grip) moves at 58.3 m/s on the way to keyframe 1, "
+                    "faster than waves in the body ("))
+        << o.text;
+    if (model == "tled") {
+      EXPECT_TRUE(has(o.text, "warning: body 'b' blew up in substeps ")) << o.text;
+      EXPECT_TRUE(has(o.text, "frame 7: body 'b' blew up in substeps ")) << o.text;
+    } else {
+      EXPECT_TRUE(has(o.text,
+                      "frames 7 to 8, worst in 7: body 'b': node 30, at rest at (0.300, -0.060, -0.060) "
+                      "m went at 58.3 m/s, faster than waves, 4.47 m/s"))
+          << o.text;
+    }
+    EXPECT_TRUE(has(o.text, "'moved[0]' (grip) moves it, at up to 58.3 m/s")) << o.text;
+  }
+}
+
+TEST_F(BadBody, SubstepsThatAreTooFew) {
+  const std::string box = "shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.05, material: {model: ";
+  expect_refused(run(box + "tled, young_modulus_pa: 1e6}", "frame: {substeps: 2}\ngravity_m_s2: [0, 0, 0]\n"),
+                 2,
+                 {"body 'b': 'frame.substeps' is 2, steps of 0.0167 s, but its elements are stable up to ",
+                  "; expected at least ", ", or auto"});
+  const Outcome o = run_tactus(
+      run(box + "flsm, young_modulus_pa: 1e6}", "frame: {substeps: 2}\ngravity_m_s2: [0, 0, 0]\n"));
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_TRUE(has(o.text,
+                  "warning: body 'b': 'frame.substeps' is 2, so its shape matching is as soft as a "
+                  "young_modulus_pa of "))
+      << o.text;
+}
+
 /// The three parts of the volume are 3,160,496 + 314,086 + 17,704 voxels of 0.617188^2 x 1.33333 mm^3, twice
 /// as long: 0.01419 m^3. The smoothed surface rounds edges, and cubes know their fill to 4^3 samples: 2 %.
 TEST_F(BadBody, LiverOfACT) {

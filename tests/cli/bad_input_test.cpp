@@ -54,6 +54,19 @@ class BadInput : public ProgramTest {
   }
 };
 
+TEST_F(BadInput, PhotographsThatAreNotThere) {
+  write_picture(path("m.png"), 255);
+  rig({{.name = "left", .mask = "m.png"}});
+  write("s.yaml", "source: {kind: masks, path: rig.yaml}\nview: {photographs: 2}\n");
+  for (const std::string view : {"none", "file"})
+    expect_refused("run " + path("s.yaml") + " --devices cpu --out " + path(".") + " --view " + view, 2,
+                   {"s.yaml: 'view.photographs' is 2, but its source has no photographs for every camera: '",
+                    "rig.yaml' needs a 'photo' beside each 'mask'; expected 0 for a surface of clay"});
+  write("s.yaml", "source: {kind: masks, path: rig.yaml}\n");
+  const Outcome clay = run_tactus("run " + path("s.yaml") + " --devices cpu --view none");
+  EXPECT_EQ(clay.code, 0) << clay.text;
+}
+
 TEST_F(BadInput, MasksThatCantBeUsed) {
   expect_mask_refused({"rig.yaml: camera 'left': m.png: no such file"});
   write_picture(path("mm.png"), 255);

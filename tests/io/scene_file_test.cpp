@@ -6,24 +6,21 @@
 #include <filesystem>
 #include <sstream>
 
+#include "support/data_folder.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
 
-const std::string kRoot = TACTUS_SOURCE_DIR;
+using test::message_of;
+
 constexpr const char* kSource = "source: {kind: synthetic}\n";  // line 1 of most texts
 
 /// The message of the error that a scene causes; "" when it is fine.
 std::string error_of(const std::string& text) {
-  try {
-    parse_scene(text, "scenes/x.yaml");
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), ErrorKind::usage);
-    return e.what();
-  }
-  return "";
+  return message_of([&] { parse_scene(text, "scenes/x.yaml"); }, ErrorKind::usage);
 }
 
 TEST(SceneFile, DefaultsAreComplete) {
@@ -50,6 +47,17 @@ bodies:
     fixed:
       - {kind: box, min_m: [0, 0, 0], max_m: [1, 1, 1]}
       - {kind: half_space, frame: world, point_m: [0, 2, 0], normal: [0, 2, 0]}
+    moved:
+      - name: grip
+        kind: sphere
+        center_m: [1, 1, 1]
+        path: [{time_s: 0.5, displacement_m: [0, 0.1, 0]}, {time_s: 2, angle_deg: 720}]
+        axis: [1, 0, 0]
+        pivot_m: [0, 0, 1]
+        release_s: 3
+    loads:
+      - {name: hand, kind: sphere, force_n: [0, -1, 0], over_time: [{time_s: 0, factor: 0}, {time_s: 1, factor: 2}]}
+      - {kind: sphere, pressure_pa: 200}
     colour: [1, 0.5, 0]
 gravity_m_s2: [0, -1.62, 0]
 contact: {sample_spacing_m: auto, friction: 0.1, restitution: +0.2}
@@ -78,6 +86,18 @@ output: {video: false, contact_sheet: false, trace: true, mesh_every: 10}
   ASSERT_EQ(body.fixed.size(), 2U);
   EXPECT_EQ(body.fixed[1].kind, RegionKind::half_space);
   EXPECT_EQ(body.fixed[1].frame, CoordinateFrame::world);
+  ASSERT_EQ(body.moved.size(), 1U);
+  const MovedRegion& grip = body.moved[0];
+  EXPECT_EQ(grip.where.center_m, (Vec3d{1, 1, 1}));
+  EXPECT_EQ(grip.path.at(0).displacement_m, (Vec3d{0, 0.1, 0}));
+  EXPECT_EQ(grip.path.at(1).angle_deg, 720);
+  EXPECT_EQ(grip.axis, (Vec3d{1, 0, 0}));
+  EXPECT_EQ(grip.pivot_m, (Vec3d{0, 0, 1}));
+  EXPECT_EQ(grip.release_s, 3);
+  ASSERT_EQ(body.loads.size(), 2U);
+  EXPECT_EQ(body.loads[0].force_n, (Vec3d{0, -1, 0}));
+  EXPECT_EQ(body.loads[0].over_time.at(1).factor, 2);
+  EXPECT_EQ(body.loads[1].pressure_pa, 200);
   EXPECT_EQ(body.colour, (Vec3d{1, 0.5, 0}));
   EXPECT_FALSE(scene.contact.sample_spacing_m.has_value());
   EXPECT_EQ(scene.contact.restitution, 0.2);
@@ -107,12 +127,11 @@ TEST(SceneFile, PlacementAndFixedRegions) {
   low.point_m = {0, 2, 0};
   SpaceRegion box;
   box.box = {{-1, -1, -1}, {0, 5, 1}};
-  body.fixed = {low};
-  EXPECT_TRUE(body.holds({9, 1.9, 9}));
-  EXPECT_FALSE(body.holds({9, 2.1, 9}));
-  body.fixed = {box};  // body coordinates: x < 0 of the body is z > 3 of the world
-  EXPECT_TRUE(body.holds({1, 2, 3.5}));
-  EXPECT_FALSE(body.holds({1, 2, 2.5}));
+  EXPECT_TRUE(body.in(low, {9, 1.9, 9}));
+  EXPECT_FALSE(body.in(low, {9, 2.1, 9}));
+  // body coordinates: x < 0 of the body is z > 3 of the world
+  EXPECT_TRUE(body.in(box, {1, 2, 3.5}));
+  EXPECT_FALSE(body.in(box, {1, 2, 2.5}));
 }
 
 TEST(SceneFile, FrameRanges) {
@@ -261,6 +280,48 @@ TEST(SceneFile, WrongTypesAndRanges) {
        "2: in 'bodies[0].fixed[0]': a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z"},
       {"bodies: [{name: a, shape: {kind: box}, fixed: [{kind: half_space, normal: [0,0,0]}]}]",
        "2: in 'bodies[0].fixed[0]': 'normal' is zero, expected a direction"},
+      {"bodies: [{name: a, shape: {kind: box}, matching_every: 2}]",
+       "2: 'matching_every' in 'bodies[0]' has no effect, it is for when 'material.model' is hybrid"},
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: hybrid, kappa: paper}, ratio: {tled: 1, "
+       "flsm: "
+       "1}, matching_every: 2}]",
+       "2: in 'bodies[0]': 'matching_every' is for when 'material.kappa' is material: as printed, stiffness "
+       "follows the step"},
+      {"bodies: [{name: a, shape: {kind: box}, matching_every: 0}]",
+       "2: 'bodies[0].matching_every' is '0', expected a whole number >= 1 and <= 64"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere}]}]",
+       "2: 'bodies[0].moved[0]' lacks the required key 'path': where it goes: keyframes, linear in between; "
+       "from rest at 0 s; the last one holds"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, path: []}]}]",
+       "2: in 'bodies[0].moved[0]': 'path' has no keyframe, expected at least one"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, path: [{time_s: 1}, {time_s: 0.5}]}]}]",
+       "2: in 'bodies[0].moved[0]': 'path[1].time_s' is 0.5, expected more than the 1 before it"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, path: [{time_s: -1}]}]}]",
+       "2: 'bodies[0].moved[0].path[0].time_s' is '-1', expected a number >= 0 and <= 1e+06 s"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, path: [{time_s: .nan}]}]}]",
+       "2: 'bodies[0].moved[0].path[0].time_s' is '.nan', expected a number >= 0 and <= 1e+06 s"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, path: [{time_s: 0, angle_deg: 5}]}]}]",
+       "2: in 'bodies[0].moved[0]': 'path[0]' moves its nodes at 0 s, all at once; expected a later "
+       "'time_s', "
+       "or no displacement"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, axis: [0,0,0], path: [{time_s: 1}]}]}]",
+       "2: in 'bodies[0].moved[0]': 'axis' is zero, expected a direction"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: sphere, release_s: 0, path: [{time_s: 1}]}]}]",
+       "2: 'bodies[0].moved[0].release_s' is '0', expected a number > 0 and <= 1e+06 s or auto"},
+      {"bodies: [{name: a, shape: {kind: box}, moved: [{kind: label, labels: [1], path: [{time_s: 1}]}]}]",
+       "2: in 'bodies[0]': a region is of kind label, which is for when 'shape.kind' is labels"},
+      {"bodies: [{name: a, shape: {kind: box}, loads: [{kind: sphere}]}]",
+       "2: in 'bodies[0].loads[0]': a load has 0 of the keys 'force_n', 'traction_pa' and 'pressure_pa', "
+       "expected one of them"},
+      {"bodies: [{name: a, shape: {kind: box}, loads: [{kind: sphere, pressure_pa: .nan}]}]",
+       "2: 'bodies[0].loads[0].pressure_pa' is '.nan', expected a number >= -1e+09 and <= 1e+09 Pa or auto"},
+      {"bodies: [{name: a, shape: {kind: box}, loads: [{kind: label, labels: [1], pressure_pa: 3}]}]",
+       "2: in 'bodies[0].loads[0]': 'kind' is label, but loads lie on the surface; expected box, sphere or "
+       "half_space"},
+      {"bodies: [{name: a, shape: {kind: box}, loads: [{kind: sphere, pressure_pa: 3, over_time: [{time_s: "
+       "1, "
+       "factor: 1}, {time_s: 1, factor: 2}]}]}]",
+       "2: in 'bodies[0].loads[0]': 'over_time[1].time_s' is 1, expected more than the 1 before it"},
       {"bodies: [{name: a, shape: {kind: box}}, {name: a, shape: {kind: box}}]",
        "2: two of the 'bodies' have the name 'a', names must differ"},
       {"bodies: [{name: cushion, shape: {kind: box}}]\nprobes: [{name: p, body: cusion, position_m: "
@@ -301,7 +362,7 @@ TEST(SceneFile, SecondDocumentIsRefused) {
 }
 
 TEST(SceneFile, DamagedTextNeverEscapesAsAnotherException) {
-  const std::string whole = read_text_file(kRoot + "/scenes/demo.yaml");
+  const std::string whole = read_text_file(source_path("scenes/demo.yaml"));
   std::uint32_t state = 1;
   const auto random = [&](std::size_t below) {
     return ((state = state * 1664525U + 1013904223U) >> 8) % below;
@@ -327,7 +388,7 @@ TEST(SceneFile, UnreadableFileIsNamed) {
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(), "can't read 'no/such/scene.yaml': No such file or directory");
   }
-  EXPECT_THROW(read_scene(kRoot + "/scenes"), Error);
+  EXPECT_THROW(read_scene(source_path("scenes")), Error);
 }
 
 TEST(SceneFile, DataFolderComesFromTheEnvironment) {
@@ -346,7 +407,7 @@ TEST(SceneFile, DataFolderComesFromTheEnvironment) {
 TEST(SceneFile, ReferenceIsUpToDate) {
   std::ostringstream reference;
   write_scene_reference(reference);
-  const std::string path = kRoot + "/docs/scene.md";
+  const std::string path = source_path("docs/scene.md");
   if (const char* update = std::getenv("TACTUS_UPDATE_DOCS"); update != nullptr) {
     SafeFile file(path);
     file.write(reference.str());
@@ -358,7 +419,7 @@ TEST(SceneFile, ReferenceIsUpToDate) {
 TEST(SceneFile, EveryShippedSceneIsValid) {
   setenv("TACTUS_DATA", "/somewhere", 0);  // scenes may name recordings; they are not opened here
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(kRoot + "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(source_path("scenes"))) {
     if (entry.path().extension() != ".yaml") continue;
     EXPECT_NO_THROW(read_scene(entry.path().string())) << entry.path();
     ++count;

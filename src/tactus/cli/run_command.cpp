@@ -10,6 +10,7 @@
 #include "tactus/base/log.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_pictures.h"
 #include "tactus/cli/run_report.h"
 #include "tactus/io/json_file.h"
@@ -77,10 +78,24 @@ void write_meshes(const FrameSnapshot& snapshot, const Scene& scene, const std::
   }
 }
 
+/// A scene that wants photographs gets them, or is told at its first frame: clay would look like a mistake in
+/// the texture.
+void check_photographs(const RunOptions& options, const Scene& scene, const FrameSet& frame) {
+  if (scene.view.photographs == 0 || !frame.colors.empty()) return;
+  const bool masks = scene.source.kind == SourceKind::masks;
+  throw usage_error(
+      options.scene_path + ": 'view.photographs' is " + std::to_string(scene.view.photographs) +
+      ", but its source has no photographs" +
+      (masks ? " for every camera: '" + scene.source.path + "' needs a 'photo' beside each 'mask'" : "") +
+      "; expected 0 for a surface of clay");
+}
+
 /// The loop over frames.
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
                       Simulation& simulation, RunPictures* pictures, const std::string& stem) {
   RunSummary summary;
+  std::optional<RunExplainer> explainer;
+  if (options.explain) explainer.emplace(scene);
   FrameSet frame;
   double last_time_s = 0;
   const std::optional<int> total =
@@ -88,6 +103,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
     const NextFrame next = source.next(frame);
     if (next == NextFrame::no_more_data) break;
+    if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
     summary.note(source.status());
     if (next == NextFrame::bad_frame) {
       ++summary.bad_frames;
@@ -97,8 +113,11 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     last_time_s = frame.time_s;
     summary.add(report);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
-    if (!options.json_path.empty()) summary.monitors.push_back(simulation.monitors());
-    if (options.explain) explain(report, simulation, frame.tick);
+    if (!options.json_path.empty()) {
+      summary.monitors.push_back(simulation.monitors());
+      summary.motion_forces_N.push_back(simulation.motion_forces_N());
+    }
+    if (explainer) explainer->add(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
     const bool keep_meshes =
         scene.output.mesh_every > 0 && (summary.frames - 1) % scene.output.mesh_every == 0;
@@ -114,6 +133,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     show_progress(summary.frames, total, caption);
   }
   if (shows_progress()) std::fputc('\n', stderr);
+  if (explainer) explainer->finish();
   return summary;
 }
 
@@ -131,7 +151,9 @@ void run(const RunOptions& options) {
   Simulation simulation(devices, scene, source->rig(), load_assets(scene));
   for (const auto& body : simulation.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
-              std::to_string(body->contact_node_count()) + " of them for contact");
+              std::to_string(body->contact_node_count()) + " of them for contact, " + body->devices_text());
+    if (options.explain && devices.count() > 1)
+      std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());
   }
 
   const std::string stem =
@@ -176,8 +198,9 @@ void add_run_command(CLI::App& app) {
   command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();
   command->add_option("--json", options->json_path, "stage times, counters, monitors and probes as JSON");
-  command->add_flag("--explain", options->explain,
-                    "say in which frames and where bodies are strained badly, and why");
+  command->add_flag(
+      "--explain", options->explain,
+      "say in which frames and where bodies are strained badly, what acts there, and what it costs");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();

@@ -1,7 +1,6 @@
 #include "tactus/cli/run_report.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "tactus/base/log.h"
 #include "tactus/cli/version.h"
@@ -21,6 +20,21 @@ nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frame
     json["volume_m3"].push_back(m.volume_m3);
     json["min_J"].push_back(m.min_J);
     json["inverted_cubes"].push_back(m.inverted_cubes);
+  }
+  return json;
+}
+
+/// What whoever moves a body's regions exerts on it, over the frames.
+nlohmann::json motions_json(const std::vector<std::vector<std::vector<Vec3d>>>& frames, std::size_t body,
+                            const std::vector<MovedRegion>& moved) {
+  nlohmann::json json = nlohmann::json::array();
+  for (std::size_t m = 0; m < moved.size(); ++m) {
+    nlohmann::json forces = nlohmann::json::array();
+    for (const auto& frame : frames) {
+      const Vec3d f = frame[body][m];
+      forces.push_back({f.x, f.y, f.z});
+    }
+    json.push_back({{"name", moved[m].name}, {"force_N", forces}});
   }
   return json;
 }
@@ -62,7 +76,9 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["bodies"].push_back({{"name", body.name()},
                               {"nodes", body.node_count()},
                               {"contact_nodes", body.contact_node_count()},
-                              {"monitors", monitors_json(summary.monitors, b)}});
+                              {"devices", body.device_count()},
+                              {"monitors", monitors_json(summary.monitors, b)},
+                              {"moved", motions_json(summary.motion_forces_N, b, scene.bodies[b].moved)}});
   }
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
@@ -73,29 +89,6 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["probes"][scene.probes[p].name] = track;
   }
   return json;
-}
-
-void explain(const StepReport& report, const Simulation& simulation, std::int64_t tick) {
-  for (const auto& body : simulation.bodies()) {
-    const tled::CubeExtremes& strain = body->strain();
-    const std::string head = "frame " + std::to_string(tick) + ": body '" + body->name() + "': ";
-    if (strain.inverted > 0 || strain.smallest_J < 0.3F) {
-      std::printf(
-          "%s%d cubes inverted, least volume %.3g of that at rest in %s; contact moved a node by up to %.4g "
-          "m\n",
-          head.c_str(), strain.inverted, static_cast<double>(strain.smallest_J),
-          body->cube_text(strain.smallest_cube).c_str(), static_cast<double>(report.contact.max_depth_m));
-    }
-    if (strain.speed_ratio > 1.5F) {
-      std::printf("%swaves are %.3g times as fast as at rest in %s: %d substeps next frame instead of %d\n",
-                  head.c_str(), static_cast<double>(strain.speed_ratio),
-                  body->cube_text(strain.fastest_cube).c_str(),
-                  body->substeps_for(static_cast<float>(report.dt_s)),
-                  body->tissue().substeps_for(static_cast<float>(report.dt_s)));
-    }
-  }
-  if (!report.status.empty())
-    std::printf("frame %lld: %s\n", static_cast<long long>(tick), report.status.c_str());
 }
 
 }  // namespace tactus

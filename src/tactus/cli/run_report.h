@@ -1,5 +1,5 @@
 #pragma once
-/// What `tactus run` says of a run: JSON for scripts, --explain for people.
+/// What `tactus run` says of a run: JSON for scripts.
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -14,8 +14,9 @@ struct RunSummary {
   Index max_vertices = 0, max_triangles = 0, rescued = 0;
   double max_force_N = 0, max_correction_m = 0;
   std::vector<std::string> statuses;
-  std::vector<std::vector<Vec3f>> probes;           ///< per frame, in the scene's order
-  std::vector<std::vector<BodyMonitors>> monitors;  ///< per frame and body
+  std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
+  std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body
+  std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;  ///< per frame, body and moved region
 
   void add(const StepReport& report);
   /// Keeps a status once.
@@ -24,8 +25,5 @@ struct RunSummary {
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
                        const std::string& devices);
-
-/// Prints what is badly strained after this frame, where, and what it costs; nothing when all is well.
-void explain(const StepReport& report, const Simulation& simulation, std::int64_t tick);
 
 }  // namespace tactus

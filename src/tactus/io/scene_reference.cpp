@@ -6,13 +6,14 @@
 #include "tactus/io/scene_file.h"
 
 namespace tactus {
-namespace {
 
 std::string number_text(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", x);
   return text;
 }
+
+namespace {
 
 std::string vector_text(Vec3d v) {
   return "[" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + "]";

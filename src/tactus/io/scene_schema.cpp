@@ -224,6 +224,67 @@ void describe_painted(FieldVisitor& v, PaintedRegion& r) {
                  "the body's");
 }
 
+/// Times must increase: which keyframe of a list doesn't.
+template <class Key>
+void check_times(FieldVisitor& v, const char* key, const std::vector<Key>& keys) {
+  for (std::size_t k = 1; k < keys.size(); ++k)
+    v.check(keys[k].time_s > keys[k - 1].time_s, key,
+            "'" + std::string(key) + "[" + std::to_string(k) + "].time_s' is " + number_text(keys[k].time_s) +
+                ", expected more than the " + number_text(keys[k - 1].time_s) + " before it");
+}
+
+void describe_motion_key(FieldVisitor& v, MotionKeyDescription& k) {
+  v.real({"time_s", "since the first frame", kRequired}, k.time_s, {"s", 0, 1e6});
+  v.vector({"displacement_m", "from rest, world axes"}, k.displacement_m, kPosition);
+  v.real({"angle_deg", "from rest, about `axis` through `pivot_m`; more than a turn is fine"}, k.angle_deg,
+         {"deg", -360000, 360000});
+}
+
+void describe_moved(FieldVisitor& v, MovedRegion& m) {
+  v.text({"name", "for messages and results"}, m.name);
+  describe_region(v, m.where);
+  v.list({"path", "where it goes: keyframes, linear in between; from rest at 0 s; the last one holds",
+          kRequired},
+         appender(m.path, describe_motion_key));
+  v.vector({"axis", "of the angles, world axes"}, m.axis, {"", -1000, 1000});
+  v.vector_or_auto({"pivot_m", "a point on that axis, in `frame`"}, m.pivot_m, kPosition,
+                   "the middle of the nodes");
+  v.real_or_auto({"release_s", "its nodes are free from then on"}, m.release_s, positive("s", 1e6), "never");
+  v.check(!m.path.empty(), "path", "'path' has no keyframe, expected at least one");
+  check_times(v, "path", m.path);
+  const bool at_once = !m.path.empty() && m.path.front().time_s == 0 &&
+                       (length(m.path.front().displacement_m) > 0 || m.path.front().angle_deg != 0);
+  v.check(!at_once, "path",
+          "'path[0]' moves its nodes at 0 s, all at once; expected a later 'time_s', or no displacement");
+  v.check(length(m.axis) > 0, "axis", "'axis' is zero, expected a direction");
+}
+
+void describe_load_key(FieldVisitor& v, LoadKeyDescription& k) {
+  v.real({"time_s", "since the first frame", kRequired}, k.time_s, {"s", 0, 1e6});
+  v.real({"factor", "times the load", kRequired}, k.factor, {"", -1e6, 1e6});
+}
+
+void describe_load(FieldVisitor& v, LoadedRegion& l) {
+  constexpr Range kForce{"N", -1e9, 1e9}, kStress{"Pa", -1e9, 1e9};
+  v.text({"name", "for messages"}, l.name);
+  describe_region(v, l.where);
+  v.vector_or_auto({"force_n", "in all, shared by area; its direction stays"}, l.force_n, kForce, "none");
+  v.vector_or_auto({"traction_pa", "force per area at rest; its direction stays"}, l.traction_pa, kStress,
+                   "none");
+  v.real_or_auto({"pressure_pa", "into the body, wherever its surface faces; negative pulls"}, l.pressure_pa,
+                 kStress, "none");
+  v.list(
+      {"over_time", "keyframes of a factor, linear in between, the first and last hold (default: always 1)"},
+      appender(l.over_time, describe_load_key));
+  const int given = (l.force_n ? 1 : 0) + (l.traction_pa ? 1 : 0) + (l.pressure_pa ? 1 : 0);
+  v.check(given == 1, "kind",
+          "a load has " + std::to_string(given) +
+              " of the keys 'force_n', 'traction_pa' and 'pressure_pa', expected one of them");
+  v.check(l.where.kind != RegionKind::label, "kind",
+          "'kind' is label, but loads lie on the surface; expected box, sphere or half_space");
+  check_times(v, "over_time", l.over_time);
+}
+
 void describe_ratio(FieldVisitor& v, RatioDescription& r) {
   v.real({"tled", "share of nodes that are elements', at the low end of the axis", kRequired}, r.tled,
          {"", 0, 1000});
@@ -244,11 +305,26 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             [&](FieldVisitor& in) { describe_material(in, b.material); });
   v.section({"ratio", "hybrid: how much of it is elements"},
             [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
+  v.boolean({"contact",
+             "whether the real surface pushes it; one that nothing pushes, moves or loads is stepped by as "
+             "many devices as pay"},
+            b.contact);
+  v.integer({"matching_every",
+             "hybrid: so many substeps of the elements are one of shape matching, which costs most; refused "
+             "where that would make it softer"},
+            b.matching_every, {"", 1, 64});
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
          appender(b.regions, describe_painted));
   v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_region));
+  v.list({"moved", "regions whose lattice nodes follow a given motion; contact doesn't move them"},
+         appender(b.moved, describe_moved));
+  v.list({"loads", "regions of the surface that forces or pressures act on"},
+         appender(b.loads, describe_load));
   const bool hybrid = b.material.model == TissueModel::hybrid;
-  v.only_when(hybrid, "ratio", "'material.model' is hybrid");
+  for (const char* key : {"ratio", "matching_every"}) v.only_when(hybrid, key, "'material.model' is hybrid");
+  v.check(
+      b.matching_every == 1 || b.material.kappa == Stiffness::material, "matching_every",
+      "'matching_every' is for when 'material.kappa' is material: as printed, stiffness follows the step");
   const bool painted = std::any_of(b.regions.begin(), b.regions.end(),
                                    [](const PaintedRegion& r) { return r.model != RegionModel::unchanged; });
   v.check(!hybrid || b.ratio || painted, "material",
@@ -256,9 +332,11 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
   v.check(hybrid || !painted, "regions",
           "a region has a 'model', which is for when 'material.model' is hybrid");
   const auto labelled = [](const SpaceRegion& r) { return r.kind == RegionKind::label; };
-  const bool by_label = std::any_of(b.fixed.begin(), b.fixed.end(), labelled) ||
-                        std::any_of(b.regions.begin(), b.regions.end(),
-                                    [&](const PaintedRegion& r) { return labelled(r.where); });
+  const bool by_label =
+      std::any_of(b.fixed.begin(), b.fixed.end(), labelled) ||
+      std::any_of(b.moved.begin(), b.moved.end(), [&](const MovedRegion& r) { return labelled(r.where); }) ||
+      std::any_of(b.regions.begin(), b.regions.end(),
+                  [&](const PaintedRegion& r) { return labelled(r.where); });
   v.check(!by_label || b.shape.kind == ShapeKind::labels, "regions",
           "a region is of kind label, which is for when 'shape.kind' is labels");
   v.vector({"colour", "red, green, blue (sRGB)"}, b.colour, {"", 0, 1});

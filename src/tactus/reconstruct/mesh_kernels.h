@@ -123,6 +123,55 @@ struct CountBrickMesh {
   }
 };
 
+/// Crossed edges of one brick: all listed in the order of their vertices, and up to kMost of them as ways
+/// from the inside to the outside node.
+struct BrickEdges {
+  static constexpr int kMost = 128;             ///< most bricks have 50 to 100
+  std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x
+  float inner_x[kMost], inner_y[kMost], inner_z[kMost], step_x[kMost], step_y[kMost],
+      step_z[kMost];  ///< in padded node units
+
+  TACTUS_HD Vec3f at(int t, float parameter) const {
+    return {fma(parameter, step_x[t], inner_x[t]), fma(parameter, step_y[t], inner_y[t]),
+            fma(parameter, step_z[t], inner_z[t])};
+  }
+  /// Fills `code`. Both views: kBrickRows per slot.
+  template <class Block>
+  TACTUS_HD void list(const Block& b, View<const std::uint32_t> crossings,
+                      View<const std::uint32_t> row_start) {
+    const Index first_row = b.index() * kBrickRows;
+    b.for_threads(kBrickRows, [&](int t) {
+      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
+      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
+        const int bit = lowest_bit(left);
+        code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
+      }
+    });
+  }
+  struct Place {
+    int sub;       ///< sub-brick of the edge's lower node
+    bool padding;  ///< the outside node is the box's own boundary: the surface closes just off the last node
+  };
+  /// Edge number `which` of the list becomes way t; `brick`: the slot's first node.
+  TACTUS_HD Place load(int t, Index which, const BrickTable& table, Index slot, Vec3i brick) {
+    const int edge = code[which], axis = edge >> 9, row = edge >> 3 & 63, x = edge & 7, y = row & 7,
+              z = row >> 3;
+    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
+    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
+    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
+    const Vec3i last = table.map.grid.last_node;
+    inner_x[t] = static_cast<float>(inner.x);
+    inner_y[t] = static_cast<float>(inner.y);
+    inner_z[t] = static_cast<float>(inner.z);
+    step_x[t] = static_cast<float>(outer.x - inner.x);
+    step_y[t] = static_cast<float>(outer.y - inner.y);
+    step_z[t] = static_cast<float>(outer.z - inner.z);
+    return {(x >> 2) + (y >> 2) * 2 + (z >> 2) * 4, outer.x <= 0 || outer.y <= 0 || outer.z <= 0 ||
+                                                        outer.x >= last.x || outer.y >= last.y ||
+                                                        outer.z >= last.z};
+  }
+};
+
 /// Positions of a brick's vertices: where the edge leaves the first silhouette (method: smallest t over the
 /// cameras).
 struct EmitVertices {
@@ -136,15 +185,11 @@ struct EmitVertices {
   View<const PartPlace> place;  ///< of this part in `positions_m`; empty: at its beginning
   View<Vec3f> positions_m;      ///< out, maybe in another device's memory
 
-  static constexpr int kThreads = 128;  ///< most bricks have 50 to 100 vertices
+  static constexpr int kThreads = BrickEdges::kMost;
   static constexpr float kEdgeMargin =
       1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
   static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
-  struct Shared {
-    std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
-    // The ways from the inside to the outside nodes of up to kThreads edges, in padded node units.
-    float inner_x[kThreads], inner_y[kThreads], inner_z[kThreads], step_x[kThreads], step_y[kThreads],
-        step_z[kThreads];
+  struct Shared : BrickEdges {
     std::uint32_t cameras[kThreads];  ///< that carve near the edge
     float leave[kThreads];            ///< smallest parameter at which a silhouette is left so far
     float end_value[kThreads];        ///< of one camera's silhouette at the outside node
@@ -170,21 +215,14 @@ struct EmitVertices {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index first_row = b.index() * kBrickRows;
     const Run run = run_of(b.index());
-    b.for_threads(kBrickRows, [&](int t) {
-      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
-      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
-        const int bit = lowest_bit(left);
-        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
-      }
-    });
+    s.list(b, crossings, row_start);
     const Vec3i brick = kBrick * table.brick_at(b.index());
     std::uint32_t any_camera = 0;
     for (int sub = 0; sub < 8; ++sub) any_camera |= table.sub_cameras[b.index() * 8 + sub];
     for (Index first = 0; first < run.count; first += kThreads) {
       const int count = min(run.count - first, Index{kThreads});
-      b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
+      b.for_threads(count, [&](int t) { load_edge(s, t, first + t, b.index(), brick); });
       for (std::uint32_t left = any_camera; left != 0; left &= left - 1)
         carve_edges(b, s, count, brick, lowest_bit(left));
       b.for_threads(count, [&](int t) { place_vertex(s, t, s.leave[t]); });
@@ -200,9 +238,7 @@ struct EmitVertices {
   }
   TACTUS_HD void place_vertex(Shared& s, int t, float leave) const {
     leave = clamp(leave, kEdgeMargin, 1 - kEdgeMargin);
-    const Vec3f node{fma(leave, s.step_x[t], s.inner_x[t]), fma(leave, s.step_y[t], s.inner_y[t]),
-                     fma(leave, s.step_z[t], s.inner_z[t])};
-    const Vec3f p_m = origin_m + voxel_size_m * node;
+    const Vec3f p_m = origin_m + voxel_size_m * s.at(t, leave);
     s.out[3 * t] = p_m.x;
     s.out[3 * t + 1] = p_m.y;
     s.out[3 * t + 2] = p_m.z;
@@ -214,28 +250,11 @@ struct EmitVertices {
     b.for_range(3 * count, [&](int i) { to[i] = s.out[i]; });
   }
 
-  TACTUS_HD void load_edge(Shared& s, int t, Index slot, Vec3i brick, int code) const {
-    const int axis = code >> 9, row = code >> 3 & 63, x = code & 7, y = row & 7, z = row >> 3;
-    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
-    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
-    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
-    const bool padding =
-        is_padding(outer);  // the box's own boundary: the surface closes just off the last node
-    const std::uint32_t near = table.sub_cameras[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
-    s.inner_x[t] = static_cast<float>(inner.x);
-    s.inner_y[t] = static_cast<float>(inner.y);
-    s.inner_z[t] = static_cast<float>(inner.z);
-    s.step_x[t] = static_cast<float>(outer.x - inner.x);
-    s.step_y[t] = static_cast<float>(outer.y - inner.y);
-    s.step_z[t] = static_cast<float>(outer.z - inner.z);
-    s.cameras[t] = padding ? 0U : near;
-    s.leave[t] = padding ? 0.F : 1.F;
-  }
-
-  TACTUS_HD bool is_padding(Vec3i node) const {
-    const Vec3i last = table.map.grid.last_node;
-    return node.x <= 0 || node.y <= 0 || node.z <= 0 || node.x >= last.x || node.y >= last.y ||
-           node.z >= last.z;
+  TACTUS_HD void load_edge(Shared& s, int t, Index which, Index slot, Vec3i brick) const {
+    const BrickEdges::Place at = s.load(t, which, table, slot, brick);
+    const std::uint32_t near = table.sub_cameras[slot * 8 + at.sub];
+    s.cameras[t] = at.padding ? 0U : near;
+    s.leave[t] = at.padding ? 0.F : 1.F;
   }
 
   /// Pixels that an edge of this brick may cross in the camera's image: as many samples find the first

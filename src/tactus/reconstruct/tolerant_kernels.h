@@ -70,21 +70,13 @@ struct EmitTolerantVertices {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const BrickTable& table = plain.table;
-    const Index first_row = b.index() * kBrickRows;
     const EmitVertices::Run run = plain.run_of(b.index());
-    b.for_threads(kBrickRows, [&](int t) {
-      Index at = static_cast<Index>(plain.row_start[first_row + t] & 0xFFFFU);
-      for (std::uint32_t left = plain.crossings[first_row + t]; left != 0; left &= left - 1) {
-        const int bit = lowest_bit(left);
-        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
-      }
-    });
-    const Vec3i brick = kBrick * table.brick_at(b.index());
+    s.list(b, plain.crossings, plain.row_start);
+    const Vec3i brick = kBrick * plain.table.brick_at(b.index());
     for (Index first = 0; first < run.count; first += kThreads) {
       const int count = min(run.count - first, Index{kThreads});
       b.for_threads(count, [&](int t) {
-        plain.load_edge(s, t, b.index(), brick, s.code[first + t]);
+        plain.load_edge(s, t, first + t, b.index(), brick);
         const Vec3f inner{s.inner_x[t], s.inner_y[t], s.inner_z[t]},
             step{s.step_x[t], s.step_y[t], s.step_z[t]};
         plain.place_vertex(s, t, min(s.leave[t], leave_silhouettes(s.cameras[t], inner, step, brick)));

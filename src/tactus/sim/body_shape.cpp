@@ -1,14 +1,17 @@
 #include "tactus/sim/body_shape.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <set>
 
 #include "tactus/base/error.h"
 #include "tactus/geom/figures.h"
 #include "tactus/geom/mesh_defects.h"
+#include "tactus/sim/body_regions.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/surface_nets.h"
 
@@ -20,29 +23,54 @@ struct Solid {
   Box3f box_m;
 };
 
-float box_distance_m(Vec3f p, Vec3f half) {
-  const Vec3f q{std::abs(p.x) - half.x, std::abs(p.y) - half.y, std::abs(p.z) - half.z};
-  return length(max(q, Vec3f{})) + std::min(std::max({q.x, q.y, q.z}), 0.F);
+/// A box with sharp edges, in triangles with legs of `fineness_m` or less: surface nets would round its edges
+/// and take some of its mass.
+TriangleMesh box_surface(Vec3f half_m, float fineness_m) {
+  const Vec3f extent = 2.F * half_m;
+  const auto pieces = [&](float length_m) {
+    return std::max(1, static_cast<Index>(std::ceil(length_m / fineness_m - 1e-3F)));
+  };
+  const Vec3i n{pieces(extent.x), pieces(extent.y), pieces(extent.z)};
+  TriangleMesh mesh;
+  std::map<std::array<Index, 3>, Index> ids;  // corners and edges belong to several faces
+  const auto vertex = [&](Vec3i p) {
+    const auto [place, is_new] = ids.try_emplace({p.x, p.y, p.z}, static_cast<Index>(ids.size()));
+    const auto at = [](Index i, Index count, float half) {
+      return half * static_cast<float>(2 * i - count) / static_cast<float>(count);
+    };
+    if (is_new)
+      mesh.positions_m.push_back({at(p.x, n.x, half_m.x), at(p.y, n.y, half_m.y), at(p.z, n.z, half_m.z)});
+    return place->second;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    for (const Index side : {0, n[axis]}) {
+      for (Index j = 0; j < n[v]; ++j) {
+        for (Index i = 0; i < n[u]; ++i) {
+          const auto corner = [&](Index a, Index b) {
+            Vec3i p{};
+            p[axis] = side, p[u] = i + a, p[v] = j + b;
+            return vertex(p);
+          };
+          const Index a = corner(0, 0), c = corner(1, 1);
+          const Index b = side > 0 ? corner(1, 0) : corner(0, 1), d = side > 0 ? corner(0, 1) : corner(1, 0);
+          mesh.triangles.push_back({a, b, c});
+          mesh.triangles.push_back({a, c, d});
+        }
+      }
+    }
+  }
+  return mesh;
 }
 
-/// Box, sphere and figure as signed distances.
+/// Sphere and figure as signed distances.
 Solid make_solid(const ShapeDescription& shape) {
-  if (shape.kind == ShapeKind::box) {
-    const Vec3f half = vec_cast<float>(0.5 * shape.size_m);
-    return {[half](Vec3f p) { return box_distance_m(p, half); }, {-half, half}};
-  }
   if (shape.kind == ShapeKind::sphere) {
     const auto r = static_cast<float>(shape.radius_m);
     return {[r](Vec3f p) { return length(p) - r; }, {{-r, -r, -r}, {r, r, r}}};
   }
   const auto figure = std::make_shared<FigureShape>(make_figure(shape.figure).at(0));
   return {[figure](Vec3f p) { return figure->distance_m(p); }, figure->bounds_m()};
-}
-
-std::string label_list(const std::set<std::uint8_t>& labels) {
-  std::string text;
-  for (const std::uint8_t label : labels) text += (text.empty() ? "" : ", ") + std::to_string(label);
-  return text;
 }
 
 /// The labels that are the body. @throws Error for labels that the volume doesn't have.
@@ -106,6 +134,11 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
     check_size({n.x * v.x, n.y * v.y, n.z * v.z});
     return surface_of_labels(volume, solid_labels(shape, volume), fineness);
   }
+  if (shape.kind == ShapeKind::box) {
+    const Vec3f half = vec_cast<float>(0.5 * shape.size_m);
+    check_size(2.F * half);
+    return box_surface(half, fineness);
+  }
   const Solid solid = make_solid(shape);
   check_size(solid.box_m.extent());
   const Vec3f margin{2 * fineness, 2 * fineness, 2 * fineness};
@@ -141,40 +174,6 @@ void check_surface(const ShapeDescription& description, BodyShape& shape) {
                            " pairs of triangles cross, the first at " + where +
                            " m; inside is where the winding number is not 0");
 }
-
-/// Which cubes belong to regions of the scene.
-class RegionFinder {
- public:
-  RegionFinder(const BodyDescription& body, const BodyAssets& assets, const CubeLattice& lattice)
-      : body_(body), lattice_(lattice) {
-    const auto by_label = [](const SpaceRegion& r) { return r.kind == RegionKind::label; };
-    const bool wanted = std::any_of(body.fixed.begin(), body.fixed.end(), by_label) ||
-                        std::any_of(body.regions.begin(), body.regions.end(),
-                                    [&](const PaintedRegion& r) { return by_label(r.where); });
-    if (!wanted) return;
-    const LabelVolume& volume = assets.labels.at(body.name);
-    labels_ = labels_of_cubes(lattice, volume, solid_labels(body.shape, volume),
-                              [&](Vec3d p) { return body.placement.to_body(p); });
-  }
-
-  bool holds_cube(const SpaceRegion& region, std::size_t c) const {
-    if (region.kind == RegionKind::label)
-      return std::find(region.labels.begin(), region.labels.end(), labels_[c]) != region.labels.end();
-    const Vec3f center =
-        lattice_.origin_m + lattice_.spacing_m * (vec_cast<float>(lattice_.cubes[c]) + Vec3f{.5F, .5F, .5F});
-    return body_.in(region, vec_cast<double>(center));
-  }
-  /// "" or the labels that there are, for messages.
-  std::string hint(const SpaceRegion& region) const {
-    if (region.kind != RegionKind::label) return "";
-    return "; they have label " + label_list({labels_.begin(), labels_.end()});
-  }
-
- private:
-  const BodyDescription& body_;
-  const CubeLattice& lattice_;
-  std::vector<std::uint8_t> labels_;  ///< per cube; empty where no region asks for it
-};
 
 ElasticMaterial painted_material(const PaintedRegion& region, ElasticMaterial material) {
   if (region.young_modulus_pa) material.young_Pa = static_cast<float>(*region.young_modulus_pa);
@@ -229,21 +228,6 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
                                            : "it is hybrid, but every cube is an element");
 }
 
-void fix(const BodyDescription& body, const RegionFinder& finder, BodyShape& shape) {
-  CubeLattice& lattice = shape.lattice;
-  Index fixed = lattice.fix_where([&](Vec3f p) { return body.holds(vec_cast<double>(p)); });
-  for (const SpaceRegion& region : body.fixed) {
-    if (region.kind != RegionKind::label) continue;
-    for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
-      if (!finder.holds_cube(region, c)) continue;
-      for (const Index node : lattice.cube_nodes[c]) lattice.fixed[static_cast<std::size_t>(node)] = 1;
-      ++fixed;
-    }
-  }
-  if (!body.fixed.empty() && fixed == 0)
-    shape.warnings.push_back("its 'fixed' regions hold no node: it is free");
-}
-
 }  // namespace
 
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes) {
@@ -269,9 +253,12 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
     shape.node_outside_m = node_outside_m(shape.lattice, shape.surface_m, options.fill);
     shape.lattice.fill_by_distance(shape.node_outside_m);
-    const RegionFinder finder(body, assets, shape.lattice);
+    const RegionFinder finder(body, assets, shape.lattice,
+                              [&](const LabelVolume& volume) { return solid_labels(body.shape, volume); });
     paint(body, finder, shape);
-    fix(body, finder, shape);
+    fix_nodes(body, finder, shape);
+    move_nodes(body, finder, shape);
+    load_surface(body, shape);
     return shape;
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what() + (odd.empty() ? "" : "; " + odd), e.kind());

@@ -6,6 +6,8 @@
 
 #include "tactus/geom/label_volume.h"
 #include "tactus/sim/scene.h"
+#include "tactus/tissue/boundary/driven_nodes.h"
+#include "tactus/tissue/boundary/surface_loads.h"
 #include "tactus/tissue/hybrid/hybrid.h"
 
 namespace tactus {
@@ -24,6 +26,8 @@ struct BodyShape {
   ElementMask elements;
   std::vector<ElasticMaterial> materials;
   std::vector<std::uint8_t> material_of_cube;
+  std::vector<NodeMotion> motions;
+  std::vector<SurfaceLoad> loads;
   std::vector<std::string> warnings;  ///< what is odd about it and probably not meant
 };
 /// @param memory_bytes what the device has: spacings whose fields would not fit are refused

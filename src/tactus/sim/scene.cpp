@@ -1,6 +1,5 @@
 #include "tactus/sim/scene.h"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -59,11 +58,6 @@ bool SpaceRegion::contains(Vec3d p_m) const {
 
 bool BodyDescription::in(const SpaceRegion& region, Vec3d p_world_m) const {
   return region.contains(region.frame == CoordinateFrame::world ? p_world_m : placement.to_body(p_world_m));
-}
-
-bool BodyDescription::holds(Vec3d p_world_m) const {
-  return std::any_of(fixed.begin(), fixed.end(),
-                     [&](const SpaceRegion& region) { return in(region, p_world_m); });
 }
 
 Vec3d ViewCameraDescription::eye() const {

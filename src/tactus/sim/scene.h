@@ -136,6 +136,36 @@ struct PaintedRegion {
   std::optional<double> young_modulus_pa, poisson_ratio, density_kg_m3;  ///< none: the body's
 };
 
+struct MotionKeyDescription {
+  double time_s = 0;
+  Vec3d displacement_m;  ///< from rest, world
+  double angle_deg = 0;  ///< from rest
+};
+
+/// Nodes that follow a given motion, linear between keyframes.
+struct MovedRegion {
+  std::string name;
+  SpaceRegion where;
+  std::vector<MotionKeyDescription> path;
+  Vec3d axis = {0, 1, 0};           ///< of the angles, world
+  std::optional<Vec3d> pivot_m;     ///< on the axis, in the region's frame; none: the middle of the nodes
+  std::optional<double> release_s;  ///< the nodes are free from then on; none: never
+};
+
+struct LoadKeyDescription {
+  double time_s = 0, factor = 1;
+};
+
+/// What lies on a part of the body's surface: one of the three.
+struct LoadedRegion {
+  std::string name;
+  SpaceRegion where;
+  std::optional<Vec3d> force_n;               ///< in all
+  std::optional<Vec3d> traction_pa;           ///< per area at rest
+  std::optional<double> pressure_pa;          ///< into the body
+  std::vector<LoadKeyDescription> over_time;  ///< empty: all of it, always
+};
+
 struct BodyDescription {
   std::string name;
   ShapeDescription shape;
@@ -143,14 +173,16 @@ struct BodyDescription {
   double spacing_m = 0.02;  ///< edge of a lattice cube, in the world
   MaterialDescription material;
   std::optional<RatioDescription> ratio;  ///< hybrid
+  bool contact = true;                    ///< the real surface pushes it
+  int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   std::vector<PaintedRegion> regions;
   std::vector<SpaceRegion> fixed;     ///< where lattice nodes don't move
+  std::vector<MovedRegion> moved;     ///< where they follow a given motion
+  std::vector<LoadedRegion> loads;    ///< on the surface
   Vec3d colour = {0.84, 0.42, 0.36};  ///< sRGB, 0..1
 
   /// Whether a point at rest at `p_world_m` is in a region.
   bool in(const SpaceRegion& region, Vec3d p_world_m) const;
-  /// Whether a node at rest at `p_world_m` is held by one of the fixed regions.
-  bool holds(Vec3d p_world_m) const;
 };
 
 struct ContactDescription {

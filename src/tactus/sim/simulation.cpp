@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "tactus/base/log.h"
 
@@ -43,11 +44,6 @@ RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
   return settings;
 }
 
-bool all_finite(const TriangleMesh& mesh) {
-  return std::all_of(mesh.positions_m.begin(), mesh.positions_m.end(),
-                     [](Vec3f p) { return std::isfinite(p.x + p.y + p.z); });
-}
-
 }  // namespace
 
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
@@ -61,7 +57,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
-          bodies.push_back(std::make_unique<SoftBody>(devices.context(0), body, assets, sample_spacing_m_));
+          bodies.push_back(std::make_unique<SoftBody>(devices, body, assets, sample_spacing_m_));
         }
         return bodies;
       }()),
@@ -88,7 +84,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
   for (const BodyDescription& body : scene.bodies) {
-    if (body.fixed.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+    if (body.fixed.empty() && body.moved.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   for (auto& body : bodies_) body->update_surface(devices.context(0));
@@ -100,6 +96,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   StepReport report;
   report.dt_s = scene_.frame.dt_s.value_or(dt_s);
   reconstruct(frame, report);
+  last_dt_s_ = report.dt_s;
   touch(report.dt_s, report);
   report.hull = hull_.report();
   if (report.status.empty())
@@ -156,9 +153,13 @@ void Simulation::touch(double dt_s, StepReport& report) {
   if (dt > 0) {
     const StageTimer timer(timings_, "bodies");
     const SubstepPlan plan = plan_substeps(dt);
+    for (auto& body : bodies_) body->check_substeps(dt, plan.count);
     substep_replay_.run(ctx, plan, [&] { run_substeps(ctx, plan); });
+    for (auto& body : bodies_)
+      body->step_frame_on_all(dt / static_cast<float>(plan.count), vec_cast<float>(scene_.gravity_m_s2),
+                              plan.count);
     for (auto& body : bodies_) {
-      const std::string trouble = body->end_frame(ctx);
+      const std::string trouble = body->end_frame(ctx, plan.count);
       if (!trouble.empty()) report.status = trouble;
     }
     report.substeps = plan.count;
@@ -171,10 +172,13 @@ void Simulation::touch(double dt_s, StepReport& report) {
 
 Simulation::SubstepPlan Simulation::plan_substeps(float dt_s) const {
   SubstepPlan plan{.dt_s = dt_s, .count = scene_.frame.substeps.value_or(1)};
+  int multiple = 1;
   for (const auto& body : bodies_) {
     if (!scene_.frame.substeps) plan.count = std::max(plan.count, body->substeps_for(dt_s));
     plan.resting_bodies += body->at_rest() ? 1 : 0;
+    multiple = std::lcm(multiple, body->matching_every());
   }
+  if (!scene_.frame.substeps) plan.count = ceil_div(plan.count, multiple) * multiple;
   return plan;
 }
 
@@ -183,13 +187,18 @@ void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
   const float dt_substep = plan.dt_s / static_cast<float>(plan.count);
   contact_.begin_frame(ctx);
   for (auto& body : bodies_) body->begin_frame(ctx);
-  for (auto& body : bodies_) contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
+  const auto gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2);
+  for (auto& body : bodies_) {
+    if (body->contact_node_count() > 0)
+      contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
+    if (body->is_free()) body->step_frame(ctx, dt_substep, gravity_m_s2, plan.count);
+  }
   for (int k = 0; k < plan.count; ++k) {
-    // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
-    const float time_s = dt_substep * static_cast<float>(k + 1) - plan.dt_s;
     for (auto& body : bodies_) {
-      body->step(ctx, dt_substep, vec_cast<float>(scene_.gravity_m_s2));
-      contact_.correct(ctx, surface_, body->contact_nodes(), time_s, dt_substep);
+      if (body->is_free()) continue;
+      body->step(ctx, dt_substep, gravity_m_s2, k);
+      if (body->contact_node_count() > 0) body->touch(ctx, contact_, surface_, dt_substep, plan.dt_s, k);
+      body->watch(ctx, k, plan.count);
     }
   }
 }
@@ -203,10 +212,6 @@ FrameSnapshot Simulation::snapshot() {
       to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(devices_.context(0)));
-    if (!all_finite(snapshot.bodies.back())) {
-      throw Error("body '" + body->name() +
-                  "' blew up (a position is not finite): raise damping or lower young_modulus_pa");
-    }
   }
   return snapshot;
 }
@@ -214,6 +219,12 @@ FrameSnapshot Simulation::snapshot() {
 std::vector<BodyMonitors> Simulation::monitors() {
   std::vector<BodyMonitors> all;
   for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0)));
+  return all;
+}
+
+std::vector<std::vector<Vec3d>> Simulation::motion_forces_N() {
+  std::vector<std::vector<Vec3d>> all;
+  for (const auto& body : bodies_) all.push_back(body->motion_forces_N(devices_.context(0), last_dt_s_));
   return all;
 }
 

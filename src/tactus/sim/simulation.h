@@ -36,7 +36,8 @@ struct FrameSnapshot {
 ///   surface    samples and velocity of the real mesh   reads real mesh writes samples
 ///   bodies     substeps of forces, integration and contact             writes nodes
 ///   embed      seen surfaces follow the nodes          reads nodes     writes surfaces
-/// Reconstruction is spread over all devices; bodies live on the first.
+/// Reconstruction is spread over all devices; bodies live on the first, and those that nothing outside of
+/// their solver acts on are stepped by as many as pay (HybridSlabs), with the same bits.
 class Simulation {
  public:
   /// @throws Error naming what is wrong with rig, body or material.
@@ -50,10 +51,15 @@ class Simulation {
   std::vector<Vec3f> probe_positions_m();
   /// Of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();
+  /// Per body and moved region: mean force of whoever moves it on the body over the last frame [N].
+  /// Synchronizes.
+  std::vector<std::vector<Vec3d>> motion_forces_N();
 
   const Timings& timings() const { return timings_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   const VisualHull& hull() const { return hull_; }
+  /// Where bodies live.
+  ExecContext& context() { return devices_.context(0); }
 
  private:
   struct Probe {
@@ -89,6 +95,7 @@ class Simulation {
   KeyedReplay<float> surface_replay_;
   KeyedReplay<SubstepPlan> substep_replay_;
   std::vector<Probe> probes_;
+  double last_dt_s_ = 0;
   Timings timings_;
 };
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
+#include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/tissue/hybrid/deflection_match.h"
 
@@ -37,71 +39,255 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   if (!m.deflection_test) return material;
   TledOptions at_once = element_options(m);
   at_once.relaxation = {};
-  material.stiffness_scale = match_deflection(ctx, shape.lattice, shape.elements, shape.materials,
-                                              shape.material_of_cube, at_once, material);
+  CubeLattice held = shape.lattice;
+  for (const NodeMotion& motion : shape.motions) {
+    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = 1;
+  }
+  material.stiffness_scale =
+      match_deflection(ctx, held, shape.elements, shape.materials, shape.material_of_cube, at_once, material);
   return material;
 }
 
 }  // namespace
 
-SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, const BodyAssets& assets,
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
                    float sample_spacing_m)
-    : SoftBody(ctx, body, make_body_shape(body, assets, memory_bytes(ctx.device())), sample_spacing_m) {}
+    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
+               sample_spacing_m) {}
 
-SoftBody::SoftBody(ExecContext& ctx, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
     : description_(body),
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
-      tissue_(ctx, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-              element_options_, matched_material(ctx, body.material, shape_)),
-      state_(rest_state(ctx, shape_.lattice)),
-      frame_begin_x_m_(ctx.device(), state_.x_m.size()),
-      surface_(ctx, shape_.lattice, shape_.surface_m),
+      matched_material_(matched_material(devices.context(0), body.material, shape_)),
+      devices_(devices),
+      tissue_(devices.context(0), shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+              element_options_, matched_material_),
+      state_(rest_state(devices.context(0), shape_.lattice)),
+      frame_begin_x_m_(devices.device(0), state_.x_m.size()),
+      surface_(devices.context(0), shape_.lattice, shape_.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper),
-      mass_kg_(to_device(ctx, shape_.lattice.node_mass_kg)) {
+      mass_kg_(to_device(devices.context(0), shape_.lattice.node_mass_kg)),
+      watch_(devices.context(0), shape_.lattice.node_count()) {
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
+  ExecContext& ctx = devices.context(0);
+  choose_contact_nodes(ctx, sample_spacing_m);
+  std::vector<Index> fixed(shape_.lattice.fixed.begin(), shape_.lattice.fixed.end());
+  for (const NodeMotion& motion : shape_.motions) {
+    for (const Index node : motion.nodes) fixed[static_cast<std::size_t>(node)] = 1;
+    warn_of_fast_motion(motion);
+  }
+  fixed_ = to_device(ctx, fixed);
+  try {
+    driven_ = DrivenNodes(ctx, shape_.lattice, shape_.motions);
+    loads_ = SurfaceLoads(ctx, shape_.lattice, shape_.surface_m, shape_.loads);
+  } catch (const Error& e) {
+    throw Error("body '" + name() + "': " + e.what(), e.kind());
+  }
+  if (!is_free() || devices.count() == 1) return;
+  slabs_.emplace(devices, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+                 element_options_, matched_material_);
+  if (slabs_->slab_count() == 1) slabs_.reset();
+}
+
+void SoftBody::choose_contact_nodes(ExecContext& ctx, float sample_spacing_m) {
   // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
   // what touches is what is seen (method, "Contact").
   std::vector<float> gap_m = shape_.node_outside_m;
-  std::vector<Index> near, fixed(shape_.lattice.fixed.begin(), shape_.lattice.fixed.end());
+  std::vector<Index> near;
   for (std::size_t i = 0; i < gap_m.size(); ++i) {
     gap_m[i] = -gap_m[i];
-    if (gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
+    if (description_.contact && gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
   }
+  std::vector<std::uint8_t> in_element(gap_m.size());
+  for (std::size_t c = 0; c < shape_.lattice.cubes.size(); ++c) {
+    if (shape_.elements[c] == 0) continue;
+    for (const Index node : shape_.lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
+  }
+  const auto others = std::stable_partition(
+      near.begin(), near.end(), [&](Index node) { return in_element[static_cast<std::size_t>(node)] != 0; });
+  element_contact_nodes_ = static_cast<Index>(others - near.begin());
   rest_gap_m_ = to_device(ctx, gap_m);
   contact_nodes_ = to_device(ctx, near);
   memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
-  fixed_ = to_device(ctx, fixed);
 }
 
-void SoftBody::begin_frame(ExecContext& ctx) { ctx.copy(state_.x_m.const_view(), frame_begin_x_m_.view()); }
+std::string SoftBody::devices_text() const {
+  if (slabs_)
+    return "stepped by " + std::to_string(device_count()) + " of " + std::to_string(devices_.count()) +
+           " devices";
+  std::string one = "on one device of " + std::to_string(devices_.count());
+  if (devices_.count() == 1) return one;
+  if (description_.contact) return one + ", as the real surface may touch it ('contact')";
+  if (!is_free()) return one + ", as it is moved or loaded";
+  return one + ", as it is too small to be cut, or for more to pay";
+}
 
-std::string SoftBody::end_frame(ExecContext& ctx) {
+/// What is torn faster than its waves can follow inverts its cubes.
+void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
+  const FastestMove fastest = fastest_move(shape_.lattice, motion);
+  if (fastest.speed_m_s <= wave_m_s() || motion.nodes.size() == shape_.lattice.nodes.size()) return;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                " moves at %.3g m/s on the way to keyframe %zu, faster than waves in the body (%.3g m/s): ",
+                fastest.speed_m_s, fastest.key, wave_m_s());
+  log_warning("body '" + name() + "': " + motion.name + text +
+              "cubes next to it will invert; give it more time, or the body a larger young_modulus_pa");
+}
+
+void SoftBody::begin_frame(ExecContext& ctx) {
+  ctx.copy(state_.x_m.const_view(), frame_begin_x_m_.view());
+  driven_.begin_frame(ctx);
+  watch_.begin_frame(ctx);
+}
+
+void SoftBody::watch(ExecContext& ctx, int k, int substeps) {
+  if ((k + 1) % watch_every(substeps) == 0 || k + 1 == substeps) watch_.look(ctx, state_, k);
+}
+
+std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
   if (at_rest_) return "";
-  const tled::CubeExtremes before = strain_;
+  const tled::CubeExtremes strain_before = strain_;
+  const WatchRecord before = watched_;
+  if (is_free()) watch_.look(ctx, state_, substeps - 1);
   strain_ = tissue_.extremes(ctx, state_);
-  if (std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J)) return "";
+  watched_ = watch_.report(ctx);
+  const bool fine = std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J);
+  if (fine && watched_.bad_substep < 0) return "";
+  const WatchRecord bad = watched_;
+  std::string text = "body '" + name() + "' blew up";
+  if (bad.bad_substep >= 0) {
+    const int last = bad.bad_substep + 1, every = watch_every(substeps),
+              first = (last - 1) / every * every + 1;
+    text += (first < last ? " in substeps " + std::to_string(first) + " to " : " in substep ") +
+            std::to_string(last) + " of " + std::to_string(substeps) + ", first seen at " +
+            node_text(bad.bad_node);
+    const std::string acting = acting_near(ctx, shape_.lattice.rest_m(bad.bad_node));
+    if (!acting.empty()) text += ": " + acting;
+  }
   ctx.copy(frame_begin_x_m_.const_view(), state_.x_m.view());
   ctx.fill_bytes(state_.v_m_s.view(), 0);
   ctx.synchronize();
-  strain_ = before;
+  strain_ = strain_before;
+  watched_ = before;
   at_rest_ = true;
-  char text[160];
-  std::snprintf(text, sizeof text, "J was down to %.3g there, waves up to %.3g times as fast as at rest",
-                static_cast<double>(before.smallest_J), static_cast<double>(before.speed_ratio));
-  return "body '" + name() + "' blew up, first seen in " + cube_text(before.smallest_cube) + " (" + text +
-         "); it rests from now on: press it less, use more substeps, more damping or a finer lattice";
+  char state[200];
+  std::snprintf(state, sizeof state,
+                "; in the frame before, its fastest node went at %.3g m/s, waves at %.3g m/s",
+                static_cast<double>(fastest_m_s()), wave_m_s() * static_cast<double>(strain_.speed_ratio));
+  text += state;
+  if (tissue_.has_elements()) {
+    std::snprintf(state, sizeof state, ", and least volume was %.3g of that at rest in ",
+                  static_cast<double>(strain_.smallest_J));
+    text += state + cube_text(strain_.smallest_cube);
+  }
+  return text +
+         "; it rests from now on: press or move it less, use more substeps, more damping or a finer lattice";
+}
+
+float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
+
+double SoftBody::wave_m_s() const {
+  const MaterialDescription& m = description_.material;
+  const double bar = std::sqrt(m.young_modulus_pa / m.density_kg_m3);
+  return tissue_.has_elements()
+             ? std::max(bar, description_.spacing_m / static_cast<double>(tissue_.stable_step_s()))
+             : bar;
+}
+
+std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
+  const CubeLattice& lattice = shape_.lattice;
+  float nearest_m = std::numeric_limits<float>::infinity();
+  std::string text;
+  // Of what is equally near, all.
+  const auto add = [&](const std::vector<Index>& nodes, const std::string& what) {
+    float least_m = std::numeric_limits<float>::infinity();
+    for (const Index node : nodes) least_m = std::min(least_m, length(lattice.rest_m(node) - p_m));
+    if (nodes.empty() || least_m > nearest_m) return;
+    text = (least_m < nearest_m || text.empty() ? "" : text + ", ") + what;
+    nearest_m = least_m;
+  };
+  for (const NodeMotion& motion : shape_.motions) {
+    char speed[48];
+    std::snprintf(speed, sizeof speed, " moves it, at up to %.3g m/s",
+                  fastest_move(lattice, motion).speed_m_s);
+    add(motion.nodes, motion.name + speed);
+  }
+  for (std::size_t k = 0; k < shape_.loads.size(); ++k)
+    add(loads_.nodes_of(k), shape_.loads[k].name + " acts on it");
+  std::vector<Index> fixed, touched;
+  for (Index i = 0; i < lattice.node_count(); ++i)
+    if (lattice.fixed[static_cast<std::size_t>(i)] != 0) fixed.push_back(i);
+  add(fixed, "'fixed' holds it");
+  const std::vector<Index> near = to_host(ctx, contact_nodes_.const_view());
+  const std::vector<ContactMemory> memory = to_host(ctx, memory_.const_view());
+  for (std::size_t c = 0; c < near.size(); ++c)
+    if (memory[c].touched != 0) touched.push_back(near[c]);
+  add(touched, "the real surface touches it");
+  if (text.empty() || nearest_m < 0.9F * lattice.spacing_m) return text;
+  char distance[48];
+  std::snprintf(distance, sizeof distance, ", %.3g m from there", static_cast<double>(nearest_m));
+  return text + distance;
+}
+
+Vec3f SoftBody::cube_center_m(Index cube) const {
+  const CubeLattice& lattice = shape_.lattice;
+  return lattice.origin_m +
+         lattice.spacing_m *
+             (vec_cast<float>(lattice.cubes[static_cast<std::size_t>(cube)]) + Vec3f{0.5F, 0.5F, 0.5F});
+}
+
+void SoftBody::check_substeps(float dt_frame_s, int substeps) {
+  const float dt_s = dt_frame_s / static_cast<float>(substeps);
+  char text[256];
+  if (tissue_.has_elements() && dt_s > 1.0001F * tissue_.tled().stable_step_s()) {
+    std::snprintf(
+        text, sizeof text,
+        "': 'frame.substeps' is %d, steps of %.3g s, but its elements are stable up to %.3g s; expected "
+        "at least %d, or auto",
+        substeps, static_cast<double>(dt_s), static_cast<double>(tissue_.tled().stable_step_s()),
+        tissue_.tled().substeps_for(dt_frame_s));
+    throw usage_error("body '" + name() + text);
+  }
+  if (matching_every() > 1 && substeps % matching_every() != 0) {
+    std::snprintf(text, sizeof text,
+                  "': 'frame.substeps' is %d, expected a multiple of its 'matching_every', %d", substeps,
+                  matching_every());
+    throw usage_error("body '" + name() + text);
+  }
+  if (const int most = tissue_.most_matched_every(dt_s); matching_every() > most) {
+    std::snprintf(
+        text, sizeof text,
+        "': 'matching_every' is %d, but after more than %d substeps of %.3g s at once its shape matching "
+        "would be softer than its material; expected at most %d",
+        matching_every(), most, static_cast<double>(dt_s), most);
+    throw usage_error("body '" + name() + text);
+  }
+  if (!tissue_.flsm() || full_stiffness_ || warned_of_softness_) return;
+  const double young_Pa = static_cast<double>(tissue_.flsm()->effective_young_Pa(dt_s));
+  if (young_Pa > 0.99 * description_.material.young_modulus_pa) return;
+  std::snprintf(text, sizeof text,
+                "': 'frame.substeps' is %d, so its shape matching is as soft as a young_modulus_pa of %.3g; "
+                "expected at least %d, or auto",
+                substeps, young_Pa, tissue_.flsm()->substeps_for(dt_frame_s));
+  log_warning("body '" + name() + text);
+  warned_of_softness_ = true;
+}
+
+std::string SoftBody::node_text(Index node) const {
+  const Vec3f p = shape_.lattice.rest_m(node);
+  char text[96];
+  std::snprintf(text, sizeof text, "node %d, at rest at (%.3f, %.3f, %.3f) m", node, static_cast<double>(p.x),
+                static_cast<double>(p.y), static_cast<double>(p.z));
+  return text;
 }
 
 std::string SoftBody::cube_text(Index cube) const {
-  const CubeLattice& lattice = shape_.lattice;
-  const auto c = static_cast<std::size_t>(cube);
-  const Vec3f p =
-      lattice.origin_m + lattice.spacing_m * (vec_cast<float>(lattice.cubes[c]) + Vec3f{0.5F, 0.5F, 0.5F});
+  const Vec3f p = cube_center_m(cube);
   char text[96];
   std::snprintf(text, sizeof text, "cube %d, at rest round (%.3f, %.3f, %.3f) m", cube,
                 static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z));
-  const std::uint8_t material = shape_.material_of_cube[c];
+  const std::uint8_t material = shape_.material_of_cube[static_cast<std::size_t>(cube)];
   const std::string region = material == 0 ? "" : description_.regions[material - 1U].name;
   return text + (region.empty() ? "" : " in region '" + region + "'");
 }
@@ -112,9 +298,58 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
                       to_host(ctx, state_.v_m_s.const_view()));
 }
 
-void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2) {
+HybridStep SoftBody::step_of(float dt_s, Vec3f gravity_m_s2) const {
+  return {.dt_s = dt_s,
+          .gravity_m_s2 = gravity_m_s2,
+          .full_stiffness = full_stiffness_,
+          .matched_every = matching_every()};
+}
+
+void SoftBody::step_frame(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int substeps) {
+  if (!at_rest_ && !slabs_) tissue_.step(ctx, state_, step_of(dt_s, gravity_m_s2), substeps);
+}
+
+void SoftBody::step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps) {
+  if (at_rest_ || !slabs_) return;
+  const std::pair plan{dt_s, substeps};
+  if (plan != slabs_plan_) slabs_replay_ = {};
+  slabs_plan_ = plan;
+  slabs_replay_.run(devices_, [&] {
+    slabs_->step(step_of(dt_s, gravity_m_s2), substeps);
+    slabs_->store(state_);
+  });
+}
+
+void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int k) {
   if (at_rest_) return;
-  tissue_.step(ctx, state_, {.dt_s = dt_s, .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_});
+  loads_.apply(ctx, state_, dt_s);
+  const HybridStep step = step_of(dt_s, gravity_m_s2);
+  if (step.matched_every == 1) {
+    tissue_.step(ctx, state_, step);
+  } else {
+    tissue_.sum_forces(ctx, state_, step, k);
+    tissue_.move(ctx, state_, step, k);
+  }
+  driven_.move(ctx, state_, fixed_.view(), dt_s);
+}
+
+void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s,
+                     float dt_frame_s, int k) {
+  // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
+  const auto correct = [&](const ContactNodes& nodes, int steps) {
+    const float after_s = dt_s * static_cast<float>(k + steps) - dt_frame_s;
+    contact.correct(ctx, surface, nodes, after_s, dt_s * static_cast<float>(steps));
+  };
+  if (matching_every() == 1) return correct(contact_nodes(), 1);
+  const auto part = [&](Index begin, Index end) {
+    ContactNodes nodes = contact_nodes();
+    nodes.nodes = nodes.nodes.part(begin, end - begin);
+    nodes.memory = nodes.memory.part(begin, end - begin);
+    return nodes;
+  };
+  correct(part(0, element_contact_nodes_), 1);
+  if (k % matching_every() == 0)
+    correct(part(element_contact_nodes_, contact_nodes_.size()), matching_every());
 }
 
 ContactNodes SoftBody::contact_nodes() {

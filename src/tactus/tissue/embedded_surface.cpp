@@ -53,12 +53,14 @@ class CubeFinder {
   std::vector<Index> id_;
 };
 
-std::vector<embed::Anchor> make_anchors(const CubeLattice& lattice, const TriangleMesh& mesh,
-                                        float max_outside) {
+}  // namespace
+
+std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
+                                         float max_outside) {
   const CubeFinder finder(lattice);
-  std::vector<embed::Anchor> anchors(mesh.positions_m.size());
+  std::vector<embed::Anchor> anchors(points_m.size());
   for (std::size_t v = 0; v < anchors.size(); ++v) {
-    const Vec3f p = mesh.positions_m[v];
+    const Vec3f p = points_m[v];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
       throw Error("surface vertex " + std::to_string(v) + " is not finite");
     const Vec3d q = (vec_cast<double>(p) - vec_cast<double>(lattice.origin_m)) / double{lattice.spacing_m};
@@ -72,6 +74,8 @@ std::vector<embed::Anchor> make_anchors(const CubeLattice& lattice, const Triang
   }
   return anchors;
 }
+
+namespace {
 
 std::vector<Index> flat_triangles(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw Error("surface has no triangles");
@@ -103,7 +107,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   std::vector<embed::CubeNodes> cubes(lattice.cubes.size());
   for (std::size_t c = 0; c < cubes.size(); ++c)
     std::copy(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end(), cubes[c].node);
-  anchors_ = to_device(ctx, make_anchors(lattice, mesh, max_outside));
+  anchors_ = to_device(ctx, anchor_points(lattice, mesh.positions_m, max_outside));
   cubes_ = to_device(ctx, cubes);
   triangles_ = to_device(ctx, flat);
   incident_begin_ = to_device(ctx, begin);

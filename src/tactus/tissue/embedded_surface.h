@@ -6,6 +6,11 @@
 
 namespace tactus {
 
+/// Where points of a body at rest sit: in a cube, or near one.
+/// @throws Error for one that is further than max_outside spacings from all cubes.
+std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
+                                         float max_outside);
+
 class EmbeddedSurface {
  public:
   /// Vertices outside every cube go to the nearest one (linearly continued).

@@ -207,6 +207,24 @@ void HybridSlabs::step_both(const HybridStep& step, int count) {
   }
 }
 
+void HybridSlabs::store(BodyState& body) {
+  ExecContext& first = devices_.context(0);
+  for (auto& part : parts_) {
+    part->ctx.record(part->moved);
+    first.wait(part->moved);
+    const Slab own = part->tissue.own_nodes();
+    const Index begin = part->tissue.window().begin + own.begin;
+    const auto copy = [&](const Buffer<Vec3f>& from, Buffer<Vec3f>& to) {
+      first.copy(from.const_view().part(own.begin, own.count()), to.view().part(begin, own.count()));
+    };
+    copy(part->state.x_m, body.x_m);
+    copy(part->state.v_m_s, body.v_m_s);
+  }
+  // What comes next must not overwrite what is still being copied.
+  first.record(stored_);
+  for (auto& part : parts_) part->ctx.wait(stored_);
+}
+
 void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
   for (auto& part : parts_) {
     const Slab window = part->tissue.window();

@@ -32,6 +32,8 @@ class HybridSlabs {
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
+  /// Of all nodes of the body, to the first device, in its order of work. Asynchronous, as step.
+  void store(BodyState& body);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
@@ -66,6 +68,7 @@ class HybridSlabs {
 
   DeviceSet& devices_;
   std::vector<std::unique_ptr<Part>> parts_;
+  Event stored_;
 };
 
 }  // namespace tactus

@@ -3,7 +3,8 @@
 ///
 /// Eight values at the corners of a cube are eight sums with signs (Walsh-Hadamard modes): a constant, three
 /// gradients, and four hourglass modes, orthogonal because all cubes are cubes. Forces come back the same
-/// way.
+/// way. Every `force` is always inlined: a loop over lanes with a call in it doesn't vectorise, and g++ calls
+/// what is large or used by several kernels.
 #include <compare>
 
 #include "tactus/compute/view.h"
@@ -30,7 +31,8 @@ struct OnePointCube {
   Law law;
   float gradient_per_m;  ///< 1 / (4 h)
   float area_m2;         ///< h^2 / 4
-  TACTUS_HD CubeModes force(const CubeModes& u, const Stiffness& of, Index /*cell*/) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of,
+                                                 Index /*cell*/) const {
     const float s = gradient_per_m;
     const GradientColumns P = law.stress({s * u.x, s * u.y, s * u.z}, of.mu_Pa, of.lambda_Pa);
     const float k = -0.125F * of.hourglass_N_m, a = -area_m2;
@@ -43,7 +45,8 @@ template <class Law>
 struct EightPointCube {
   Law law;
   float gradient_per_m, area_m2;
-  TACTUS_HD CubeModes force(const CubeModes& u, const Stiffness& of, Index /*cell*/) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of,
+                                                 Index /*cell*/) const {
     CubeModes f{};
     const float g = 0.577350269F, w = -0.125F * area_m2, s = gradient_per_m;
     for (int i = 0; i < 8; ++i) {
@@ -77,7 +80,7 @@ struct RelaxingCube {
   Index cells;
   float share[kTerms], fade[kTerms];
 
-  TACTUS_HD CubeModes force(const CubeModes& u, const Stiffness& of, Index cell) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of, Index cell) const {
     CubeModes f = elastic.force(u, of, cell);
     const float s = elastic.gradient_per_m, a = elastic.area_m2;
     const GradientColumns F{s * u.x, s * u.y, s * u.z}, P = elastic.law.stress(F, of.mu_Pa, 0.F),

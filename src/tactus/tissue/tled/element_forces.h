@@ -117,7 +117,7 @@ struct ElementForces {
       const std::uint32_t mask = active[tile.active + z];
       b.template for_own_groups<kLanes>(
           groups, [mask](int g) { return (mask >> g & 1U) != 0; },
-          [&](int g, int t) {
+          [&](int g, int t) TACTUS_ALWAYS_INLINE {
             cross_cube(column, column_cell(s, g, t) + z * grid.stride_z, g * kLanes + t);
           });
       b.template for_own_groups<kLanes>(
@@ -131,6 +131,7 @@ struct ElementForces {
   }
 
  private:
+  // What lanes do is always inlined: see cube_forces.h.
   TACTUS_HD Index column_cell(const Shared& s, int g, int t) const {
     return s.cell[g] + t - (Tiles::kSegments && t == 0 ? s.starts_row[g] : 0);
   }
@@ -167,7 +168,7 @@ struct ElementForces {
   }
 
   template <class C>
-  TACTUS_HD void cross_cube(C& column, Index cell, int i) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE void cross_cube(C& column, Index cell, int i) const {
     const Stiffness k = stiffness_of(column, cell, i);
     float above[4][3];
     load_layer(cell + grid.stride_z, above);

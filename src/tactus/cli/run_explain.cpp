@@ -1,0 +1,102 @@
+#include "tactus/cli/run_explain.h"
+
+#include <cstdio>
+
+namespace tactus {
+namespace {
+
+/// Less than this of its volume at rest, and waves so much faster than at rest, are bad strain.
+constexpr double kBadVolume = 0.3, kBadSpeed = 1.5;
+
+template <class... Values>
+std::string printed(const char* format, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+std::string in_parentheses(const std::string& text) { return text.empty() ? "" : " (" + text + ")"; }
+
+}  // namespace
+
+template <class Text>
+void RunExplainer::note(const std::string& key, std::int64_t tick, double badness, Text&& text) {
+  const auto [place, is_new] = open_.try_emplace(key);
+  Stretch& stretch = place->second;
+  if (is_new) stretch.first = tick;
+  stretch.last = tick;
+  if (!is_new && badness <= stretch.worst) return;
+  stretch.worst = badness;
+  stretch.worst_tick = tick;
+  stretch.text = text();
+}
+
+void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecContext& ctx, std::int64_t tick) {
+  const std::string head = "body '" + body.name() + "': ";
+  const auto where = [&](Index cube) {
+    return body.cube_text(cube) + in_parentheses(body.acting_near(ctx, body.cube_center_m(cube)));
+  };
+  const auto depth_m = static_cast<double>(report.contact.max_depth_m);
+  const std::string pressed = depth_m > 0 ? printed("; contact moved a node by up to %.4g m", depth_m) : "";
+  const BodyMonitors monitors = body.monitors(ctx);
+  if (monitors.inverted_cubes > 0 || monitors.min_J < kBadVolume) {
+    note(head + "volume", tick, 1 - monitors.min_J, [&] {
+      return head +
+             printed("%d cubes inverted, least volume %.3g of that at rest in ", monitors.inverted_cubes,
+                     monitors.min_J) +
+             where(monitors.min_J_cube) + pressed;
+    });
+  }
+  const auto ratio = static_cast<double>(body.strain().speed_ratio);
+  if (ratio > kBadSpeed) {
+    note(head + "waves", tick, ratio, [&] {
+      const auto dt = static_cast<float>(report.dt_s);
+      const std::string cost =
+          substeps_are_given_
+              ? printed(": it asks for %d substeps, 'frame.substeps' is %d", body.substeps_for(dt),
+                        report.substeps)
+              : printed(": %d substeps instead of %d", body.substeps_for(dt), body.tissue().substeps_for(dt));
+      return head + printed("waves are %.3g times as fast as at rest in ", ratio) +
+             where(body.strain().fastest_cube) + cost;
+    });
+  }
+  const auto fastest = static_cast<double>(body.fastest_m_s());
+  if (fastest > body.wave_m_s()) {
+    note(head + "nodes", tick, fastest, [&] {
+      const Index node = body.fastest_node();
+      return head + body.node_text(node) +
+             printed(" went at %.3g m/s, faster than waves, %.3g m/s", fastest, body.wave_m_s()) +
+             in_parentheses(body.acting_near(ctx, body.rest_m(node)));
+    });
+  }
+}
+
+void RunExplainer::add(const StepReport& report, Simulation& simulation, std::int64_t tick) {
+  for (const auto& body : simulation.bodies()) {
+    if (!body->at_rest()) note_body(report, *body, simulation.context(), tick);
+  }
+  if (!report.status.empty()) note(report.status, tick, 0, [&] { return report.status; });
+  for (auto it = open_.begin(); it != open_.end();) {
+    if (it->second.last == tick) {
+      ++it;
+      continue;
+    }
+    print(it->second);
+    it = open_.erase(it);
+  }
+}
+
+void RunExplainer::finish() {
+  for (const auto& [key, stretch] : open_) print(stretch);
+  open_.clear();
+}
+
+void RunExplainer::print(const Stretch& s) {
+  const auto number = [](std::int64_t tick) { return std::to_string(tick); };
+  std::string when = "frame " + number(s.first);
+  if (s.last > s.first) when = "frames " + number(s.first) + " to " + number(s.last);
+  if (s.last > s.first && s.worst > 0) when += ", worst in " + number(s.worst_tick);
+  std::printf("%s: %s\n", when.c_str(), s.text.c_str());
+}
+
+}  // namespace tactus

@@ -1,0 +1,138 @@
+#include "tactus/tissue/boundary/driven_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", x);
+  return text;
+}
+
+[[noreturn]] void refuse(const NodeMotion& motion, const std::string& what) {
+  throw usage_error(motion.name + ": " + what);
+}
+
+void check_keys(const NodeMotion& motion) {
+  if (motion.keys.empty()) refuse(motion, "it has no keyframe, expected at least one");
+  if (motion.nodes.empty()) refuse(motion, "it moves no node: its region holds none");
+  if (!(dot(motion.axis, motion.axis) > 0)) refuse(motion, "its axis is zero, expected a direction");
+  double last_s = -1;
+  for (std::size_t k = 0; k < motion.keys.size(); ++k) {
+    const boundary::MotionKey& key = motion.keys[k];
+    const std::string head = "keyframe " + std::to_string(k) + " ";
+    if (!std::isfinite(key.time_s + length(key.displacement_m) + key.angle_rad))
+      refuse(motion, head + "holds a value that is not a number");
+    if (key.time_s < 0) refuse(motion, head + "is at " + number(key.time_s) + " s, expected 0 or more");
+    if (key.time_s <= last_s)
+      refuse(motion, head + "is at " + number(key.time_s) + " s, expected later than the one before, at " +
+                         number(last_s) + " s");
+    last_s = key.time_s;
+  }
+  const boundary::MotionKey& first = motion.keys.front();
+  if (first.time_s == 0 && (length(first.displacement_m) > 0 || first.angle_rad != 0))
+    refuse(motion,
+           "keyframe 0 moves its nodes at 0 s, all at once; expected a later time, or no displacement");
+  if (std::isnan(motion.release_s) || motion.release_s <= 0)
+    refuse(motion, "it is released at " + number(motion.release_s) + " s, expected a time after 0");
+}
+
+/// Keyframes that begin at rest.
+std::vector<boundary::MotionKey> whole_keys(const NodeMotion& motion) {
+  std::vector<boundary::MotionKey> keys = motion.keys;
+  if (keys.front().time_s > 0) keys.insert(keys.begin(), boundary::MotionKey{});
+  return keys;
+}
+
+}  // namespace
+
+DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions)
+    : motion_count_(static_cast<Index>(motions.size())) {
+  if (motions.empty()) return;
+  std::vector<Index> owner(lattice.nodes.size(), -1), nodes;
+  std::vector<boundary::Motion> all;
+  std::vector<boundary::MotionKey> keys;
+  std::vector<Vec3f> rest;
+  std::vector<float> mass;
+  for (const NodeMotion& motion : motions) {
+    check_keys(motion);
+    const std::vector<boundary::MotionKey> own = whole_keys(motion);
+    const auto begin = static_cast<Index>(keys.size());
+    keys.insert(keys.end(), own.begin(), own.end());
+    all.push_back({begin, static_cast<Index>(keys.size()), vec_cast<float>(normalized(motion.axis)),
+                   vec_cast<float>(motion.pivot_m), motion.release_s});
+    for (const Index node : motion.nodes) {
+      const auto i = static_cast<std::size_t>(node);
+      if (lattice.fixed[i] != 0)
+        refuse(motion,
+               "node " + std::to_string(node) + " of its region is also 'fixed'; expected one of both");
+      if (owner[i] >= 0)
+        refuse(motion, "node " + std::to_string(node) + " of its region is also in " +
+                           motions[static_cast<std::size_t>(owner[i])].name + "; expected regions apart");
+      owner[i] = static_cast<Index>(all.size()) - 1;
+      nodes.push_back(node);
+      motion_of_node_.push_back(owner[i]);
+      rest.push_back(lattice.rest_m(node));
+      mass.push_back(lattice.node_mass_kg[i]);
+    }
+  }
+  motions_ = to_device(ctx, all);
+  keys_ = to_device(ctx, keys);
+  steps_ = to_device(ctx, std::vector<boundary::MotionStep>(all.size()));
+  clock_s_ = to_device(ctx, std::vector<double>{0});
+  nodes_ = to_device(ctx, nodes);
+  motion_ = to_device(ctx, motion_of_node_);
+  rest_m_ = to_device(ctx, rest);
+  mass_kg_ = to_device(ctx, mass);
+  impulse_N_s_ = to_device(ctx, std::vector<Vec3f>(nodes.size()));
+}
+
+void DrivenNodes::begin_frame(ExecContext& ctx) {
+  if (!empty()) ctx.fill_bytes(impulse_N_s_.view(), 0);
+}
+
+void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, float dt_s) {
+  if (empty()) return;
+  ctx.parallel_for("driven/step", 1,
+                   boundary::StepMotions{motions_.const_view(), keys_.const_view(), clock_s_.view(),
+                                         steps_.view(), static_cast<double>(dt_s)});
+  ctx.parallel_for("driven/move", nodes_.size(),
+                   boundary::MoveDriven{nodes_.const_view(), motion_.const_view(), rest_m_.const_view(),
+                                        mass_kg_.const_view(), motions_.const_view(), steps_.const_view(),
+                                        state.x_m.view(), state.v_m_s.view(), held, impulse_N_s_.view()});
+}
+
+std::vector<Vec3d> DrivenNodes::mean_forces_N(ExecContext& ctx, double dt_frame_s) const {
+  std::vector<Vec3d> forces(static_cast<std::size_t>(motion_count_));
+  if (empty() || !(dt_frame_s > 0)) return forces;
+  const std::vector<Vec3f> impulses = to_host(ctx, impulse_N_s_.const_view());
+  for (std::size_t j = 0; j < impulses.size(); ++j)
+    forces[static_cast<std::size_t>(motion_of_node_[j])] += (1 / dt_frame_s) * vec_cast<double>(impulses[j]);
+  return forces;
+}
+
+FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion) {
+  const Vec3d axis = normalized(motion.axis);
+  double arm_m = 0;
+  for (const Index node : motion.nodes)
+    arm_m = std::max(arm_m, length(cross(axis, vec_cast<double>(lattice.rest_m(node)) - motion.pivot_m)));
+  FastestMove fastest;
+  boundary::MotionKey before;
+  for (std::size_t k = 0; k < motion.keys.size(); ++k) {
+    const boundary::MotionKey& key = motion.keys[k];
+    const double moved_m = length(key.displacement_m - before.displacement_m) +
+                           arm_m * std::abs(key.angle_rad - before.angle_rad);
+    if (key.time_s > before.time_s && moved_m > fastest.speed_m_s * (key.time_s - before.time_s))
+      fastest = {moved_m / (key.time_s - before.time_s), k};
+    before = key;
+  }
+  return fastest;
+}
+
+}  // namespace tactus

@@ -1,0 +1,62 @@
+#pragma once
+/// Prescribed nodes: boundary conditions of displacement over time.
+#include <limits>
+#include <string>
+
+#include "tactus/tissue/body_state.h"
+#include "tactus/tissue/boundary/motion_kernels.h"
+
+namespace tactus {
+
+/// What some nodes of a body follow from rest on, linear between keyframes; the last one holds.
+struct NodeMotion {
+  std::string name;                       ///< for messages
+  std::vector<boundary::MotionKey> keys;  ///< times >= 0, increasing; before the first, from rest at 0
+  Vec3d axis{0, 1, 0};                    ///< of the angles, world, any length > 0
+  Vec3d pivot_m;                          ///< stays on the axis, world
+  double release_s = std::numeric_limits<double>::infinity();  ///< nodes are free from then on
+  std::vector<Index> nodes;
+};
+
+/// Moves nodes of one body, whatever its solver, on the device and without the host. After each substep:
+///
+///   tissue.step(ctx, state, ..);            // as if they were free
+///   driven.move(ctx, state, held, dt_s);
+///
+/// Elements and regions see position and velocity of these nodes in the next substep, so what they do to the
+/// body (viscous forces included) is what a free node in that motion would.
+class DrivenNodes {
+ public:
+  DrivenNodes() = default;
+  /// @throws Error naming motion and key for keyframes out of order, a jump at 0 s, numbers that aren't, a
+  /// node that two motions claim or that is fixed.
+  DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions);
+
+  bool empty() const { return nodes_.empty(); }
+  /// Forces count from here. Asynchronous.
+  void begin_frame(ExecContext& ctx);
+  /// The end of a substep. @param held per node of the body: 1 as long as it is driven. Asynchronous.
+  void move(ExecContext& ctx, BodyState& state, View<Index> held, float dt_s);
+  /// On the body from each motion, mean since begin_frame [N]: reaction, weight and inertia. Synchronizes.
+  std::vector<Vec3d> mean_forces_N(ExecContext& ctx, double dt_frame_s) const;
+
+ private:
+  std::vector<Index> motion_of_node_;
+  Index motion_count_ = 0;
+  Buffer<boundary::Motion> motions_;
+  Buffer<boundary::MotionKey> keys_;
+  Buffer<boundary::MotionStep> steps_;
+  Buffer<double> clock_s_;
+  Buffer<Index> nodes_, motion_;
+  Buffer<Vec3f> rest_m_, impulse_N_s_;
+  Buffer<float> mass_kg_;
+};
+
+/// Fastest node of a motion [m/s], and the keyframe (from 0) at whose end it is that fast.
+struct FastestMove {
+  double speed_m_s = 0;
+  std::size_t key = 0;
+};
+FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion);
+
+}  // namespace tactus

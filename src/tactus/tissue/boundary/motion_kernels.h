@@ -1,0 +1,93 @@
+#pragma once
+/// Nodes that follow a given motion: p(t) = pivot + R(axis, angle(t)) (rest - pivot) + displacement(t).
+#include "tactus/tissue/boundary/time_curve.h"
+
+namespace tactus::boundary {
+
+struct MotionKey {
+  double time_s = 0;
+  Vec3d displacement_m;
+  double angle_rad = 0;
+};
+
+/// Of one set of nodes.
+struct Motion {
+  Index begin = 0, end = 0;  ///< its keyframes
+  Vec3f axis{0, 1, 0};       ///< unit, world
+  Vec3f pivot_m;             ///< world
+  double release_s = 0;      ///< free from then on
+};
+
+/// A motion over one substep.
+struct MotionStep {
+  Vec3f shift_m;       ///< at the end
+  Mat3f turn;          ///< at the end
+  Vec3f velocity_m_s;  ///< mean, of the pivot
+  Vec3f spin_rad_s;    ///< so that spin x (half_turn arm) is the mean velocity that turning gives
+  Mat3f half_turn;     ///< in the middle
+  Index released = 0;
+};
+
+/// All motions, and time goes on: one thread.
+struct StepMotions {
+  View<const Motion> motions;
+  View<const MotionKey> keys;
+  View<double> clock_s;
+  View<MotionStep> steps;
+  double dt_s;
+
+  TACTUS_HD MotionKey at(const Motion& m, double time_s) const {
+    const CurvePlace p = place_on_curve(keys, m.begin, m.end, time_s);
+    const MotionKey &a = keys[p.before], &b = keys[p.after];
+    return {time_s, a.displacement_m + p.share * (b.displacement_m - a.displacement_m),
+            a.angle_rad + p.share * (b.angle_rad - a.angle_rad)};
+  }
+  /// Whole turns are taken off in double: in float many of them would blur the angle.
+  TACTUS_HD static Mat3f turned(Vec3f axis, double angle_rad) {
+    constexpr double kTurn = 6.283185307179586;
+    const double turns = static_cast<double>(floor_to_int(static_cast<float>(angle_rad / kTurn)));
+    return rotation_matrix(axis_angle(axis, static_cast<float>(angle_rad - kTurn * turns)));
+  }
+  TACTUS_HD void operator()(Index) const {
+    const double begin_s = clock_s[0], end_s = begin_s + dt_s;
+    for (Index i = 0; i < motions.size(); ++i) {
+      const Motion& m = motions[i];
+      const MotionKey from = at(m, begin_s), to = at(m, end_s);
+      const double angle = to.angle_rad - from.angle_rad;
+      const float half = sin_cos(static_cast<float>(0.5 * angle)).sin;
+      steps[i] = {.shift_m = vec_cast<float>(to.displacement_m),
+                  .turn = turned(m.axis, to.angle_rad),
+                  .velocity_m_s = vec_cast<float>((1 / dt_s) * (to.displacement_m - from.displacement_m)),
+                  .spin_rad_s = (2.F * half / static_cast<float>(dt_s)) * m.axis,
+                  .half_turn = turned(m.axis, from.angle_rad + 0.5 * angle),
+                  .released = begin_s + 0.5 * dt_s >= m.release_s ? 1 : 0};
+    }
+    clock_s[0] = end_s;
+  }
+};
+
+/// What the solver made of a node is replaced by what its motion wants; the difference is what whoever moves
+/// it has to give. x+ = x + dt v+ holds for it as for all others.
+struct MoveDriven {
+  View<const Index> node, motion;  ///< per driven node
+  View<const Vec3f> rest_m;
+  View<const float> mass_kg;
+  View<const Motion> motions;
+  View<const MotionStep> steps;
+  View<Vec3f> x_m, v_m_s;   ///< per node of the body
+  View<Index> held;         ///< the same: 1 while it is driven
+  View<Vec3f> impulse_N_s;  ///< on the body, summed
+  TACTUS_HD void operator()(Index j) const {
+    const Index i = node[j];
+    const MotionStep& step = steps[motion[j]];
+    held[i] = 1 - step.released;
+    if (step.released != 0) return;
+    const Vec3f arm = rest_m[j] - motions[motion[j]].pivot_m;
+    const Vec3f v = step.velocity_m_s + cross(step.spin_rad_s, step.half_turn * arm);
+    impulse_N_s[j] += mass_kg[j] * (v - v_m_s[i]);
+    x_m[i] = rest_m[j] + (step.shift_m + (step.turn * arm - arm));
+    v_m_s[i] = v;
+  }
+};
+
+}  // namespace tactus::boundary

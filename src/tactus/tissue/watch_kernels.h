@@ -1,0 +1,73 @@
+#pragma once
+/// Which nodes of a body are no longer where anything could be.
+#include "tactus/base/vec.h"
+#include "tactus/compute/kernel.h"
+
+namespace tactus {
+
+/// Of 256 nodes, since the frame began.
+struct WatchRecord {
+  Index bad_substep = -1;  ///< the first after which a node was bad; -1: none
+  Index bad_node = -1;     ///< the lowest of those
+  float fastest2_m2_s2 = 0;
+  Index fastest_node = -1;
+};
+
+/// A node is bad whose position or speed is not a number or beyond kMost. One block is 256 nodes.
+struct WatchNodes {
+  static constexpr int kThreads = 256, kStrip = 16, kStrips = kThreads / kStrip;
+  static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
+  View<const Vec3f> x_m, v_m_s;
+  View<WatchRecord> records;
+  Index substep;
+  struct Shared {
+    float speed2[kThreads];  ///< of bad nodes larger than any other
+    WatchRecord of_strip[kStrips];
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    constexpr float kLimit = kMost * kMost, kBad = 4.F * kLimit;
+    const Index first = b.index() * kThreads;
+    const int count = min(Index{kThreads}, x_m.size() - first);
+    b.for_threads(count, [&](int t) {
+      const Vec3f x = x_m[first + t], v = v_m_s[first + t];
+      const float speed2 = dot(v, v);
+      s.speed2[t] = speed2 < kLimit && dot(x, x) < kLimit ? speed2 : kBad;
+    });
+    b.for_threads(ceil_div(count, kStrip), [&](int strip) {
+      WatchRecord found{};
+      const int begin = strip * kStrip, end = min(begin + kStrip, count);
+      for (int t = begin; t < end; ++t) {
+        if (s.speed2[t] == kBad && found.bad_node < 0) found.bad_node = first + t;
+        if (!(s.speed2[t] > found.fastest2_m2_s2) || s.speed2[t] == kBad) continue;
+        found.fastest2_m2_s2 = s.speed2[t];
+        found.fastest_node = first + t;
+      }
+      s.of_strip[strip] = found;
+    });
+    b.on_one_thread([&] {
+      WatchRecord all = records[b.index()];
+      for (int strip = 0; strip < ceil_div(count, kStrip); ++strip) {
+        const WatchRecord& found = s.of_strip[strip];
+        if (found.bad_node >= 0 && all.bad_substep < 0) {
+          all.bad_substep = substep;
+          all.bad_node = found.bad_node;
+        }
+        if (found.fastest2_m2_s2 > all.fastest2_m2_s2) {
+          all.fastest2_m2_s2 = found.fastest2_m2_s2;
+          all.fastest_node = found.fastest_node;
+        }
+      }
+      records[b.index()] = all;
+    });
+  }
+};
+
+/// A frame begins.
+struct ClearRecords {
+  View<WatchRecord> records;
+  TACTUS_HD void operator()(Index i) const { records[i] = {}; }
+};
+
+}  // namespace tactus
