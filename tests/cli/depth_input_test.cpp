@@ -92,6 +92,10 @@ TEST_F(DepthInput, WrongUnitsAreNamedByTheMasks) {
       "the depth of camera 'tof' looks like z (distance along the optical axis) given as radial distance");
   change_rig("distance: radial", "distance: z");
   EXPECT_EQ(frame()["status"], "");
+  synth("hand");
+  change_rig("distance: radial", "distance: z");
+  expect_unused(
+      "the depth of camera 'tof' looks like radial distance given as z (distance along the optical axis)");
 }
 
 TEST_F(DepthInput, NoValidPixel) {
