@@ -2,6 +2,7 @@
 /// Where finite elements and shape matching meet: nodes that both move.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
+#include "tactus/tissue/vector_fields.h"
 
 namespace tactus::hybrid {
 
@@ -24,22 +25,28 @@ struct PullNodes {
   Neighbour below, above;
   View<Vec3f> x_m, v_m_s;
   Index first_above;
-  // for the elements: positions ahead, as tled::LoadNodes leaves them
-  View<const Index> cell;
-  View<float> ahead_m;
-  Index cells;
-  float damping_time_s;
   TACTUS_HD void operator()(Index i) const {
     const Index lower = below.x_m.size(), node = i < lower ? i : first_above + (i - lower);
-    const Vec3f x = i < lower ? below.x_m[i] : above.x_m[i - lower];
-    const Vec3f v = i < lower ? below.v_m_s[i] : above.v_m_s[i - lower];
-    const Vec3f p = x + damping_time_s * v;
-    const Index d = cell[node];
-    x_m[node] = x;
-    v_m_s[node] = v;
-    ahead_m[d] = p.x;
-    ahead_m[cells + d] = p.y;
-    ahead_m[2 * cells + d] = p.z;
+    x_m[node] = i < lower ? below.x_m[i] : above.x_m[i - lower];
+    v_m_s[node] = i < lower ? below.v_m_s[i] : above.v_m_s[i - lower];
+  }
+};
+
+/// The same for bodies of elements alone, which read no more of them than positions ahead (tled::LoadNodes).
+struct PullPositions {
+  struct Neighbour {
+    View<const float> ahead_m;          ///< 3 fields
+    Index cells;                        ///< from one field to the next
+    View<const Index> from_cell, cell;  ///< of the pulled nodes: there, here
+  };
+  Neighbour below, above;
+  View<float> ahead_m;  ///< 3 fields
+  Index cells;
+  TACTUS_HD void operator()(Index i) const {
+    const Index lower = below.cell.size();
+    const Neighbour& from = i < lower ? below : above;
+    const Index n = i < lower ? i : i - lower;
+    store_vector(ahead_m, cells, from.cell[n], vector_at(from.ahead_m, from.cells, from.from_cell[n]));
   }
 };
 

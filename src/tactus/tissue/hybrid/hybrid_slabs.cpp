@@ -11,6 +11,8 @@ namespace {
 /// What a shape-matched node costs over an element, about, on either kind of device.
 constexpr double kMatchedCost = 4;
 
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
 std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
                                const ElementMask& elements, int half_width, double least_elements) {
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
@@ -56,6 +58,13 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
     parts_.push_back(std::make_unique<Part>(
         ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p]), lattice));
   }
+  if (parts_.front()->tissue.flsm()) return;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    const Slab window = part.tissue.window(), own = part.tissue.own_nodes();
+    if (p > 0) part.ghosts[0] = find_ghosts(p, p - 1, {window.begin, window.begin + own.begin});
+    if (p + 1 < parts_.size()) part.ghosts[1] = find_ghosts(p, p + 1, {window.begin + own.end, window.end});
+  }
 }
 
 template <class F>
@@ -72,35 +81,71 @@ hybrid::PullNodes::Neighbour HybridSlabs::nodes_of(std::size_t neighbour, Slab n
           part.state.v_m_s.const_view().part(first, nodes.count())};
 }
 
-void HybridSlabs::pull(std::size_t index, int k) {
+void HybridSlabs::pull(std::size_t index) {
   Part& part = *parts_[index];
   const Slab window = part.tissue.window(), own = part.tissue.own_nodes();
   hybrid::PullNodes kernel{.below = {},
                            .above = {},
                            .x_m = part.state.x_m.view(),
                            .v_m_s = part.state.v_m_s.view(),
-                           .first_above = own.end,
-                           .cell = part.tissue.tled().cell(),
-                           .ahead_m = part.tissue.tled().ahead_m(k),
-                           .cells = part.tissue.tled().cells(),
-                           .damping_time_s = part.tissue.tled().damping_time_s()};
+                           .first_above = own.end};
   if (index > 0) kernel.below = nodes_of(index - 1, {window.begin, window.begin + own.begin});
   if (index + 1 < parts_.size()) kernel.above = nodes_of(index + 1, {window.begin + own.end, window.end});
-  if (!devices_.reads_peers()) {
-    // Copied first, and then read from where they have to be.
-    const auto copy = [&](hybrid::PullNodes::Neighbour& from, Index to) {
-      const Index count = from.x_m.size();
-      if (count == 0) return;
-      const View<Vec3f> x = part.state.x_m.view().part(to, count);
-      const View<Vec3f> v = part.state.v_m_s.view().part(to, count);
-      part.ctx.copy(from.x_m, x);
-      part.ctx.copy(from.v_m_s, v);
-      from = {x, v};
-    };
+  const auto copy = [&](const hybrid::PullNodes::Neighbour& from, Index to) {
+    const Index count = from.x_m.size();
+    if (count == 0) return;
+    part.ctx.copy(from.x_m, part.state.x_m.view().part(to, count));
+    part.ctx.copy(from.v_m_s, part.state.v_m_s.view().part(to, count));
+  };
+  if (devices_.reads_peers()) {
+    part.ctx.parallel_for("hybrid/pull", kernel.below.x_m.size() + kernel.above.x_m.size(), kernel);
+  } else {
     copy(kernel.below, 0);
     copy(kernel.above, own.end);
   }
-  part.ctx.parallel_for("hybrid/pull", kernel.below.x_m.size() + kernel.above.x_m.size(), kernel);
+}
+
+/// @param nodes of the body
+HybridSlabs::Ghosts HybridSlabs::find_ghosts(std::size_t index, std::size_t neighbour, Slab nodes) {
+  Part& part = *parts_[index];
+  Part& other = *parts_[neighbour];
+  std::vector<Index> there = to_host(
+      other.ctx, other.tissue.tled().cell().part(nodes.begin - other.tissue.window().begin, nodes.count()));
+  const auto [least, most] = std::minmax_element(there.begin(), there.end());
+  Ghosts ghosts{
+      .of = neighbour,
+      .first_cell = *least,
+      .from_cell = {},
+      .cell = part.tissue.tled().cell().part(nodes.begin - part.tissue.window().begin, nodes.count()),
+      .copy_m = {}};
+  if (!devices_.reads_peers()) ghosts.copy_m = Buffer<float>(part.ctx.device(), 3 * (*most + 1 - *least));
+  for (Index& cell : there) cell -= ghosts.first_cell;
+  ghosts.from_cell = to_device(part.ctx, there);
+  return ghosts;
+}
+
+void HybridSlabs::pull_positions(std::size_t index, int k) {
+  Part& part = *parts_[index];
+  Tled& tled = part.tissue.tled();
+  hybrid::PullPositions kernel{.below = {}, .above = {}, .ahead_m = tled.ahead_m(k), .cells = tled.cells()};
+  hybrid::PullPositions::Neighbour* to[] = {&kernel.below, &kernel.above};
+  for (int side = 0; side < 2; ++side) {
+    Ghosts& ghosts = part.ghosts[at(side)];
+    if (ghosts.cell.empty()) continue;
+    Tled& other = parts_[ghosts.of]->tissue.tled();
+    const View<const float> there = other.ahead_m(k);
+    View<const float> from = there.part(ghosts.first_cell, there.size() - ghosts.first_cell);
+    Index cells = other.cells();
+    if (!ghosts.copy_m.empty()) {
+      const Index count = ghosts.copy_m.size() / 3;
+      for (Index a = 0; a < 3; ++a)
+        part.ctx.copy(from.part(a * cells, count), ghosts.copy_m.view().part(a * count, count));
+      from = ghosts.copy_m.const_view();
+      cells = count;
+    }
+    *to[side] = {from, cells, ghosts.from_cell.const_view(), ghosts.cell};
+  }
+  part.ctx.parallel_for("hybrid/pull_positions", kernel.below.cell.size() + kernel.above.cell.size(), kernel);
 }
 
 void HybridSlabs::step(const HybridStep& step, int count) {
@@ -124,7 +169,7 @@ void HybridSlabs::step_elements(const HybridStep& step, int count) {
   for (int k = 0; k < count; ++k) {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
-      pull(p, k);
+      pull_positions(p, k);
       parts_[p]->ctx.record(parts_[p]->pulled);
     }
     for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -133,15 +178,15 @@ void HybridSlabs::step_elements(const HybridStep& step, int count) {
       part.beside.wait(part.moved);
       part.ctx.wait(part.interior_moved);
       for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
-      part.tissue.tled().move(part.ctx, part.state, tled, k, Tled::Tiles::edges);
+      part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::edges);
       part.ctx.record(part.moved);
-      part.tissue.tled().move(part.beside, part.state, tled, k, Tled::Tiles::interior);
+      part.tissue.tled().move(part.beside, tled, k, Tled::Tiles::interior);
       part.beside.record(part.interior_moved);
     }
   }
   for (auto& part : parts_) {
     part->ctx.wait(part->interior_moved);
-    part->tissue.tled().keep_history(part->ctx, count);
+    part->tissue.tled().store(part->ctx, part->state, count);
   }
 }
 
@@ -149,7 +194,7 @@ void HybridSlabs::step_both(const HybridStep& step, int count) {
   for (int k = 0; k < count; ++k) {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
-      pull(p, 0);
+      pull(p);
       parts_[p]->ctx.record(parts_[p]->pulled);
     }
     for (std::size_t p = 0; p < parts_.size(); ++p) {

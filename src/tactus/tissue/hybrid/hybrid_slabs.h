@@ -1,5 +1,6 @@
 #pragma once
 /// One body on many devices.
+#include <array>
 #include <memory>
 
 #include "tactus/tissue/hybrid/hybrid.h"
@@ -36,17 +37,28 @@ class HybridSlabs {
   std::vector<Vec3f> velocities_m_s();
 
  private:
+  /// Nodes of a neighbour beside a body's own, where its elements find them.
+  struct Ghosts {
+    std::size_t of = 0;       ///< which part
+    Index first_cell = 0;     ///< there
+    Buffer<Index> from_cell;  ///< per node: there, counted from the first
+    View<const Index> cell;   ///< here
+    Buffer<float> copy_m;     ///< 3 fields of the cells there, where kernels can't read them
+  };
   struct Part {
     Part(ExecContext& ctx, Hybrid tissue, const CubeLattice& lattice);
     ExecContext& ctx;
     ExecContext beside;  ///< for the interior
     Hybrid tissue;
-    BodyState state;  ///< of the window
+    BodyState state;               ///< of the window
+    std::array<Ghosts, 2> ghosts;  ///< below and above; none without nodes
     Event pulled, moved, interior_moved;
   };
   template <class F>
   void for_neighbours(std::size_t part, F&& body);
-  void pull(std::size_t part, int k);
+  Ghosts find_ghosts(std::size_t part, std::size_t neighbour, Slab nodes);
+  void pull(std::size_t part);
+  void pull_positions(std::size_t part, int k);
   hybrid::PullNodes::Neighbour nodes_of(std::size_t neighbour, Slab nodes) const;
   void step_elements(const HybridStep& step, int count);
   void step_both(const HybridStep& step, int count);

@@ -3,4 +3,5 @@
 
 TACTUS_CUDA_KERNEL(tactus::hybrid::GatherNodes);
 TACTUS_CUDA_KERNEL(tactus::hybrid::PullNodes);
+TACTUS_CUDA_KERNEL(tactus::hybrid::PullPositions);
 TACTUS_CUDA_KERNEL(tactus::hybrid::Integrate);

@@ -4,18 +4,18 @@
 namespace tactus::tled {
 template <class Law>
 struct KernelsOf {
-  using StoreOnCpu = ElementForces<OnePointCube<Law>, kGroupsOnCpu, StoreForces>;
-  using StoreOnGpu = ElementForces<OnePointCube<Law>, kGroupsOnGpu, StoreForces>;
-  using MoveOnCpu = ElementForces<OnePointCube<Law>, kGroupsOnCpu, MoveNodes>;
-  using MoveOnGpu = ElementForces<OnePointCube<Law>, kGroupsOnGpu, MoveNodes>;
-  using StoreFullOnCpu = ElementForces<EightPointCube<Law>, kGroupsOnCpu, StoreForces>;
-  using StoreFullOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu, StoreForces>;
-  using MoveFullOnCpu = ElementForces<EightPointCube<Law>, kGroupsOnCpu, MoveNodes>;
-  using MoveFullOnGpu = ElementForces<EightPointCube<Law>, kGroupsOnGpu, MoveNodes>;
-  using StoreRelaxingOnCpu = ElementForces<RelaxingCube<Law>, kGroupsOnCpu, StoreForces>;
-  using StoreRelaxingOnGpu = ElementForces<RelaxingCube<Law>, kGroupsOnGpu, StoreForces>;
-  using MoveRelaxingOnCpu = ElementForces<RelaxingCube<Law>, kGroupsOnCpu, MoveNodes>;
-  using MoveRelaxingOnGpu = ElementForces<RelaxingCube<Law>, kGroupsOnGpu, MoveNodes>;
+  using StoreOnCpu = ElementForces<OnePointCube<Law>, TilesOnCpu, StoreForces>;
+  using StoreOnGpu = ElementForces<OnePointCube<Law>, TilesOnGpu, StoreForces>;
+  using MoveOnCpu = ElementForces<OnePointCube<Law>, TilesOnCpu, MoveNodes>;
+  using MoveOnGpu = ElementForces<OnePointCube<Law>, TilesOnGpu, MoveNodes>;
+  using StoreFullOnCpu = ElementForces<EightPointCube<Law>, TilesOnCpu, StoreForces>;
+  using StoreFullOnGpu = ElementForces<EightPointCube<Law>, TilesOnGpu, StoreForces>;
+  using MoveFullOnCpu = ElementForces<EightPointCube<Law>, TilesOnCpu, MoveNodes>;
+  using MoveFullOnGpu = ElementForces<EightPointCube<Law>, TilesOnGpu, MoveNodes>;
+  using StoreRelaxingOnCpu = ElementForces<RelaxingCube<Law>, TilesOnCpu, StoreForces>;
+  using StoreRelaxingOnGpu = ElementForces<RelaxingCube<Law>, TilesOnGpu, StoreForces>;
+  using MoveRelaxingOnCpu = ElementForces<RelaxingCube<Law>, TilesOnCpu, MoveNodes>;
+  using MoveRelaxingOnGpu = ElementForces<RelaxingCube<Law>, TilesOnGpu, MoveNodes>;
 };
 }  // namespace tactus::tled
 
@@ -33,6 +33,8 @@ struct KernelsOf {
   TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnCpu);  \
   TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnGpu);
 
+TACTUS_CUDA_KERNEL(tactus::tled::LoadPositions);
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);
+TACTUS_CUDA_KERNEL(tactus::tled::StoreNodes);
 TACTUS_MATERIAL_LAWS(TACTUS_ROW)
 TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);

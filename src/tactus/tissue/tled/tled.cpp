@@ -56,12 +56,12 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
 /// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
 tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
                         const std::vector<std::uint8_t>& in_use, Slab own) {
-  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::kGroupsOnCpu, 6, 16, own);
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::TilesOnCpu::kGroups, 6, 16, own);
   constexpr std::size_t kEnoughTiles = 512;
-  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, 16, own);
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::TilesOnGpu::kGroups, 2, 16, own);
   for (const Index layers : {8, 4, 2, 1}) {
     if (plan.tiles.size() < kEnoughTiles)
-      plan = tled::plan_tiles(lattice, in_use, tled::kGroupsOnGpu, 2, layers, own);
+      plan = tled::plan_tiles(lattice, in_use, tled::TilesOnGpu::kGroups, 2, layers, own);
   }
   return plan;
 }
@@ -121,7 +121,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
         lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + added)));
   }
   damping_time_s_ = options.damping_ratio * undamped_step_s;
-  guaranteed_step_s_ = stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
+  stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
   const tled::TilePlan plan =
       plan_for(ctx.device(), lattice, in_use, own.value_or(Slab{0, lattice.node_dims.z}));
@@ -133,22 +133,20 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   cube_cell_ = to_device(ctx, plan.cube_cell);
   extremes_ =
       Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(cube_cell_.size(), tled::FindExtremes::kThreads));
-  std::vector<float> inverse_mass(lattice.node_mass_kg.size());
-  std::vector<Index> node(static_cast<std::size_t>(grid_.cells), -1);
-  for (std::size_t i = 0; i < inverse_mass.size(); ++i) {
-    inverse_mass[i] = lattice.fixed[i] != 0 ? 0 : 1 / lattice.node_mass_kg[i];
-    node[static_cast<std::size_t>(plan.node_cell[i])] = static_cast<Index>(i);
+  std::vector<float> inverse_mass(static_cast<std::size_t>(grid_.cells));
+  for (std::size_t i = 0; i < plan.node_cell.size(); ++i) {
+    if (lattice.fixed[i] == 0)
+      inverse_mass[static_cast<std::size_t>(plan.node_cell[i])] = 1 / lattice.node_mass_kg[i];
   }
   inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
-  node_ = to_device(ctx, node);
   stiffness_ = to_device(ctx, stiffness_fields(lattice, plan, materials, material, options.faded_share()));
   const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
-  for (Buffer<float>& ahead : ahead_m_) ahead = to_device(ctx, zero);
+  for (Buffer<float>* fields : {&ahead_m_[0], &ahead_m_[1], &v_m_s_, &push_m_s2_, &f_N_})
+    *fields = to_device(ctx, zero);
   for (Buffer<float>& history : history_Pa_) {
     if (relaxes())
       history = to_device(ctx, std::vector<float>(tled::RelaxingCube<NeoHookean>::kFields * zero.size() / 3));
   }
-  f_N_ = to_device(ctx, zero);
 }
 
 template <class Cube, class Sink>
@@ -156,28 +154,34 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
   const Index begin = which == Tiles::interior ? edge_tiles_ : 0;
   const Index end = which == Tiles::edges ? edge_tiles_ : tiles_.size();
   const View<const tled::Tile> tiles = tiles_.const_view().part(begin, end - begin);
-  const auto launch = [&]<int kGroups>(std::integral_constant<int, kGroups>) {
-    using Kernel = tled::ElementForces<Cube, kGroups, Sink>;
+  const auto launch = [&]<class Shape>(Shape) {
+    using Kernel = tled::ElementForces<Cube, Shape, Sink>;
     ctx.parallel_for(
         "tled/element_forces", tiles.size(),
         Kernel{tiles, active_.const_view(), ahead_m(k), stiffness_.const_view(), grid_, cube, sink});
   };
   if (ctx.device().is_cuda())
-    launch(std::integral_constant<int, tled::kGroupsOnGpu>{});
+    launch(tled::TilesOnGpu{});
   else
-    launch(std::integral_constant<int, tled::kGroupsOnCpu>{});
+    launch(tled::TilesOnCpu{});
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, float dt_s) {
-  load(ctx, state);
+  ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
   sum_forces(ctx, Tiles::all, 0, dt_s, tled::StoreForces{f_N_.view(), grid_.cells});
   if (dt_s > 0) keep_history(ctx, 1);
 }
 
+tled::LoadPositions Tled::load_positions(const BodyState& state) {
+  return {state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(), ahead_m(0), grid_.cells,
+          damping_time_s_};
+}
+
 void Tled::load(ExecContext& ctx, const BodyState& state) {
-  ctx.parallel_for("tled/load", node_count(),
-                   tled::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(),
-                                   ahead_m_[0].view(), grid_.cells, damping_time_s_});
+  ctx.parallel_for(
+      "tled/load", node_count(),
+      tled::LoadNodes{load_positions(state), state.f_ext_N.const_view(), inverse_mass_per_kg_.const_view(),
+                      ahead_m(1), v_m_s_.view(), push_m_s2_.view()});
 }
 
 template <class Sink>
@@ -221,20 +225,33 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
   load(ctx, state);
-  for (int k = 0; k < count; ++k) move(ctx, state, step, k, Tiles::all);
+  for (int k = 0; k < count; ++k) move(ctx, step, k, Tiles::all);
+  store(ctx, state, count);
+}
+
+void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
+  sum_forces(ctx, which, k, step.dt_s,
+             tled::MoveNodes{.ahead_m = ahead_m(k),
+                             .push_m_s2 = push_m_s2_.const_view(),
+                             .inverse_mass_per_kg = inverse_mass_per_kg_.const_view(),
+                             .v_m_s = v_m_s_.view(),
+                             .next_ahead_m = ahead_m(k + 1),
+                             .cells = grid_.cells,
+                             .gravity_m_s2 = step.gravity_m_s2,
+                             .dt_s = step.dt_s,
+                             .drag = 1 / (1 + step.dt_s * step.drag_per_s),
+                             .damping_time_s = damping_time_s_});
+}
+
+void Tled::store(ExecContext& ctx, BodyState& state, int count) {
+  ctx.parallel_for("tled/store", node_count(),
+                   tled::StoreNodes{ahead_m(count), v_m_s_.const_view(), cell_.const_view(), state.x_m.view(),
+                                    state.v_m_s.view(), grid_.cells, damping_time_s_});
   keep_history(ctx, count);
 }
 
-void Tled::move(ExecContext& ctx, BodyState& state, const TledStep& step, int k, Tiles which) {
-  sum_forces(
-      ctx, which, k, step.dt_s,
-      tled::MoveNodes{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(), node_.const_view(),
-                      inverse_mass_per_kg_.const_view(), ahead_m(k + 1), grid_.cells, step.gravity_m_s2,
-                      step.dt_s, 1 / (1 + step.dt_s * step.drag_per_s), damping_time_s_});
-}
-
 tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
-  load(ctx, state);
+  ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
   ctx.parallel_for(
       "tled/extremes", extremes_.size(),
       tled::FindExtremes{cube_cell_.const_view(), ahead_m_[0].const_view(), stiffness_.const_view(),

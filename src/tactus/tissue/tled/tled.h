@@ -36,28 +36,27 @@ class Tled {
   void compute_forces(ExecContext& ctx, const BodyState& state, float dt_s = 0);
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
-  /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous.
+  /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous. Between calls,
+  /// positions are rounded once more than between substeps.
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
-  /// A substep in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
+  /// Substeps in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
   /// move the edges and the interior, in any order or at once, each node's neighbours having been moved by
-  /// k - 1.
+  /// k - 1; store after `count` moves. Between, nodes are in cells only.
   enum class Tiles : std::uint8_t {
     all,
     edges,     ///< own nodes that other devices read
     interior,  ///< those that depend on no other device's
   };
   void load(ExecContext& ctx, const BodyState& state);
-  void move(ExecContext& ctx, BodyState& state, const TledStep& step, int k, Tiles which);
-  /// After `count` moves of all tiles: what the last one left of the history is where the first looks for it.
-  void keep_history(ExecContext& ctx, int count);
+  void move(ExecContext& ctx, const TledStep& step, int k, Tiles which);
+  void store(ExecContext& ctx, BodyState& state, int count);
   /// Where move(k) finds positions ahead [m]: three fields over cells.
   View<float> ahead_m(int k) { return ahead_m_[static_cast<std::size_t>(k % 2)].view(); }
 
-  /// No smaller lattice of these materials and no deformation up to the monitor's margin has a smaller
-  /// critical step: min h sqrt(rho / (3 lambda + 2 mu)), less what damping costs.
-  float guaranteed_step_s() const { return guaranteed_step_s_; }
-  /// The step that step() accepts: guaranteed, until measure_stable_step.
+  /// The step that step() accepts. Until measure_stable_step it is guaranteed: no smaller lattice of these
+  /// materials and no deformation up to the monitor's margin has a smaller critical step than min h sqrt(rho
+  /// / (3 lambda + 2 mu)), less what damping costs.
   float stable_step_s() const { return stable_step_s_; }
   /// 0.95 of 2/omega_max of this body at rest, by power iteration; becomes stable_step_s(). Not for bodies
   /// that will be cut. Synchronizes.
@@ -83,17 +82,20 @@ class Tled {
   void sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink);
   template <class Cube, class Sink>
   void launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube, const Sink& sink);
+  tled::LoadPositions load_positions(const BodyState& state);
+  /// What the last of `count` moves left of the history is where the first looks for it.
+  void keep_history(ExecContext& ctx, int count);
   bool relaxes() const { return options_.faded_share() > 0; }
 
   TledOptions options_;
-  float spacing_m_, guaranteed_step_s_ = 0, stable_step_s_ = 0, damping_time_s_ = 0;
+  float spacing_m_, stable_step_s_ = 0, damping_time_s_ = 0;
   tled::Grid grid_;
   Index edge_tiles_ = 0;  ///< of tiles_, the first so many
   Buffer<tled::Tile> tiles_;
   Buffer<std::uint32_t> active_;
-  Buffer<Index> cell_, node_, cube_cell_;
+  Buffer<Index> cell_, cube_cell_;
   Buffer<tled::CubeExtremes> extremes_;
-  Buffer<float> inverse_mass_per_kg_, stiffness_, f_N_;
+  Buffer<float> inverse_mass_per_kg_, stiffness_, f_N_, v_m_s_, push_m_s2_;  ///< over cells
   std::array<Buffer<float>, 2> ahead_m_;  ///< a step reads one and writes the other
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
