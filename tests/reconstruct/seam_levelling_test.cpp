@@ -102,7 +102,7 @@ TEST(SeamLevelling, VerticesWithoutAPhotoFollow) {
   const ColorImage atlas = t.atlas;
   level_seams(t);
   const double left = linear_at(t, 0, 10.5, 41) / 0.24;  // the gain
-  EXPECT_NEAR(left * left, 0.5, 0.05);  // stripes: bright and dark are not seen equally often
+  EXPECT_NEAR(left * left, 0.5, 0.05);                 // stripes: bright and dark are not seen equally often
   const std::size_t middle = 3 * t.colors.size() / 4;  // as far from the seam
   EXPECT_NEAR(to_linear(t.colors[middle].g) / 0.1, 1 / left, 0.03);
   EXPECT_EQ(t.atlas(kHalfPx + 40, 40), atlas(kHalfPx + 40, 40));

@@ -1,5 +1,6 @@
 #pragma once
 /// Which vertices of a mesh hang together, found by all threads at once.
+#include "tactus/base/math.h"
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/view.h"
 
