@@ -57,6 +57,21 @@ std::vector<double> time_ms(const std::function<void()>& body, int least, double
   return ms;
 }
 
+nlohmann::json kernels_ms(ExecContext& ctx, const std::function<void()>& run) {
+  Timings timings;
+  ctx.profile(&timings);
+  try {
+    run();
+  } catch (...) {
+    ctx.profile(nullptr);
+    throw;
+  }
+  ctx.profile(nullptr);
+  nlohmann::json kernels;
+  for (const std::string& name : timings.stages()) kernels[name] = timings.percentile_ms(name, 50);
+  return kernels;
+}
+
 double p(const std::vector<double>& ms, double percent) { return percentile(ms, percent); }
 
 }  // namespace tactus::bench

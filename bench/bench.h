@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tactus/compute/exec_context.h"
+
 namespace tactus::bench {
 
 /// Rows of one benchmark, each an object with name, case, size, devices, ms_p50, ms_p99, floor_ms, reference.
@@ -41,6 +43,9 @@ Rows collect(const std::function<void(Rows&)>& measure);
 /// Milliseconds of `body` (which must wait for what it starts): at least `least` repetitions, then until
 /// `seconds` are over. @throws Stopped between repetitions.
 std::vector<double> time_ms(const std::function<void()>& body, int least = 30, double seconds = 2);
+/// Median milliseconds of every kernel that `run` launches there, run one by one: where time goes. On GPUs
+/// each has the wait for it on top.
+nlohmann::json kernels_ms(ExecContext& ctx, const std::function<void()>& run);
 /// p-th percentile of milliseconds.
 double p(const std::vector<double>& ms, double percent);
 

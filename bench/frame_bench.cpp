@@ -5,21 +5,6 @@
 #include "tactus/sim/simulation.h"
 
 namespace tactus::bench {
-namespace {
-
-/// Of one call of each kernel, waited for one after the other, in a few frames like this.
-nlohmann::json kernels_ms(DeviceSet& devices, Simulation& simulation, const FrameSet& frame) {
-  Timings kernels(false);
-  devices.context(0).profile(&kernels);
-  for (int k = 0; k < 5; ++k) simulation.step(frame, 1.0 / 30);
-  devices.context(0).profile(nullptr);
-  nlohmann::json ms;
-  for (const std::string& kernel : kernels.stages()) ms[kernel] = kernels.percentile_ms(kernel, 50);
-  return ms;
-}
-
-}  // namespace
-
 /// scenes/demo.yaml (below the working directory), all frames of its four seconds.
 Rows run_frame(const std::string& device_text) {
   const Scene scene = read_scene("scenes/demo.yaml");
@@ -47,7 +32,9 @@ Rows run_frame(const std::string& device_text) {
                      {"ms_p99", t.percentile_ms("frame", 99)},
                      {"floor_ms", nullptr}};
   for (const std::string& stage : t.stages()) row["stages_ms_p50"][stage] = t.percentile_ms(stage, 50);
-  row["kernels_ms_p50"] = kernels_ms(devices, simulation, frame);
+  row["kernels_ms_p50"] = kernels_ms(devices.context(0), [&] {
+    for (int k = 0; k < 5; ++k) simulation.step(frame, 1.0 / 30);  // a few frames like the last
+  });
   return {row};
 }
 

@@ -65,18 +65,14 @@ double ReconstructCase::batch_ms(const std::function<void()>& body) {
 }
 
 nlohmann::json ReconstructCase::kernels_ms(const std::function<void()>& body, int device) {
-  Timings timings;
-  devices_.context(device).profile(&timings);
-  const double begin_s = now_s();
-  for (int i = 0; i < 3 || (i < 30 && now_s() - begin_s < 2); ++i) {
-    check_stop();
-    body();
-    devices_.synchronize();
-  }
-  devices_.context(device).profile(nullptr);
-  nlohmann::json kernels;
-  for (const std::string& name : timings.stages()) kernels[name] = timings.percentile_ms(name, 50);
-  return kernels;
+  return bench::kernels_ms(devices_.context(device), [&] {
+    const double begin_s = now_s();
+    for (int i = 0; i < 3 || (i < 30 && now_s() - begin_s < 2); ++i) {
+      check_stop();
+      body();
+      devices_.synchronize();
+    }
+  });
 }
 
 nlohmann::json ReconstructCase::row(const std::string& name, const std::vector<double>& ms) {

@@ -41,8 +41,7 @@ class ReconstructCase {
   /// Milliseconds per run of `body` when several are in flight: the devices' own time, without the wait for
   /// each.
   double batch_ms(const std::function<void()>& body);
-  /// Median milliseconds of every kernel of `body` on one device, run one by one: where time goes. On GPUs
-  /// each has the wait for it on top.
+  /// Of `body` on one device, several times.
   nlohmann::json kernels_ms(const std::function<void()>& body, int device = 0);
   /// name, case, size, devices, the percentiles of `ms`, and how large mesh and memory are.
   nlohmann::json row(const std::string& name, const std::vector<double>& ms);

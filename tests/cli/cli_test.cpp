@@ -1,55 +1,17 @@
 // Runs the built program as a script would: exit codes, messages, JSON.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <csignal>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
+#include "cli/program.h"
+
+namespace tactus::test {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code;
-  std::string text;  ///< standard output and error
-};
-
-/// The program built beside this test, or the one in a bundle.
-std::string program() { return fs::exists(TACTUS_PROGRAM) ? TACTUS_PROGRAM : "bin/tactus"; }
-
-Outcome run(const std::string& arguments) {
-  FILE* pipe = popen((program() + " " + arguments + " 2>&1").c_str(), "r");
-  std::string text;
-  char buffer[4096];
-  while (const std::size_t n = fread(buffer, 1, sizeof buffer, pipe)) text.append(buffer, n);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
-}
-
-class Cli : public ::testing::Test {
+class Cli : public ProgramTest {
  protected:
-  void SetUp() override {
-    if (!fs::exists(program())) GTEST_SKIP() << "the program is not here: " << program();
-    folder_ = fs::temp_directory_path() / ("tactus_cli_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  nlohmann::json read(const std::string& name) const {
-    return nlohmann::json::parse(std::ifstream(path(name)));
-  }
-  std::string write_scene(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name)) << text;
-    return path(name);
-  }
-
   /// A rig of cameras at (0, 0, -4 m) that look along +z at a 1 m cube, each with a mask of one grey.
   std::string write_mask_rig(const std::vector<int>& greys) const {
     std::ofstream(path("camera.yaml"))
@@ -68,7 +30,7 @@ class Cli : public ::testing::Test {
           << std::string(64 * 64, static_cast<char>(greys[i]));
       rig += "  - {name: " + name + ", calibration: camera.yaml, mask: " + name + ".pgm}\n";
     }
-    return write_scene("rig.yaml", rig);
+    return write("rig.yaml", rig);
   }
 
  private:
@@ -76,19 +38,18 @@ class Cli : public ::testing::Test {
     return name + ": !!opencv-matrix\n  rows: " + std::to_string(rows) +
            "\n  cols: " + std::to_string(columns) + "\n  dt: d\n  data: [" + data + "]\n";
   }
-  fs::path folder_;
 };
 
 TEST_F(Cli, HelpAndVersion) {
-  const Outcome help = run("--help");
+  const Outcome help = run_tactus("--help");
   EXPECT_EQ(help.code, 0);
   for (const char* verb : {"run", "reconstruct", "bench", "info", "Examples:"})
     EXPECT_NE(help.text.find(verb), std::string::npos);
-  const Outcome version = run("--version");
+  const Outcome version = run_tactus("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.text.rfind("tactus 0.", 0), 0U) << version.text;
   for (const char* verb : {"run", "reconstruct", "synth", "bench", "paper", "info"}) {
-    const Outcome verb_help = run(std::string(verb) + " --help");
+    const Outcome verb_help = run_tactus(std::string(verb) + " --help");
     EXPECT_EQ(verb_help.code, 0);
     EXPECT_NE(verb_help.text.find("Example"), std::string::npos) << verb;
   }
@@ -124,12 +85,12 @@ TEST_F(Cli, WrongUseIsNamed) {
       {"bench hul", 2, "did you mean 'hull'?"},
   };
   for (const Wrong& w : wrongs) {
-    const Outcome o = run(w.arguments);
+    const Outcome o = run_tactus(w.arguments);
     EXPECT_EQ(o.code, w.code) << w.arguments << "\n" << o.text;
     EXPECT_NE(o.text.find(w.message), std::string::npos) << w.arguments << "\n" << o.text;
   }
   for (const char* flag : {"--json ", "--mesh "}) {
-    const Outcome o = run(std::string("reconstruct sphere --devices cpu ") + flag + deep);
+    const Outcome o = run_tactus(std::string("reconstruct sphere --devices cpu ") + flag + deep);
     EXPECT_EQ(o.code, 1) << o.text;
     EXPECT_NE(o.text.find("no/such/folder"), std::string::npos) << o.text;
   }
@@ -137,7 +98,7 @@ TEST_F(Cli, WrongUseIsNamed) {
 
 TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
   const Outcome o =
-      run("reconstruct sphere --devices cpu --mesh " + path("s.stp") + " --json " + path("s.json"));
+      run_tactus("reconstruct sphere --devices cpu --mesh " + path("s.stp") + " --json " + path("s.json"));
   EXPECT_EQ(o.code, 2) << o.text;
   EXPECT_NE(o.text.find("ends in .ply, .obj, .glb or .gltf"), std::string::npos) << o.text;
   EXPECT_FALSE(fs::exists(path("s.json")));
@@ -146,10 +107,10 @@ TEST_F(Cli, MeshOfAnUnknownKindIsRefusedBeforeTheWork) {
 TEST_F(Cli, DepthIsUsedUnlessToldOtherwise) {
   const auto frame_of = [&](const std::string& more) {
     const Outcome o =
-        run("reconstruct bowl --devices cpu --resolution 48 --json " + path("b.json") + " " + more);
+        run_tactus("reconstruct bowl --devices cpu --resolution 48 --json " + path("b.json") + " " + more);
     EXPECT_EQ(o.code, 0) << o.text;
-    EXPECT_EQ(read("b.json")["depth"], more.empty());
-    return read("b.json")["frames"].at(0);
+    EXPECT_EQ(read_json("b.json")["depth"], more.empty());
+    return read_json("b.json")["frames"].at(0);
   };
   const nlohmann::json deep = frame_of(""), plain = frame_of("--no-depth");
   EXPECT_GT(plain["volume_m3"], 1.2 * deep["volume_m3"].get<double>());
@@ -161,8 +122,8 @@ TEST_F(Cli, DepthIsUsedUnlessToldOtherwise) {
 
 TEST_F(Cli, FramesThatAStillPictureDoesNotHaveAreRefused) {
   const std::string rig = write_mask_rig({255, 255});
-  const Outcome o =
-      run("reconstruct --source masks " + rig + " --frames 5-9 --devices cpu --json " + path("n.json"));
+  const Outcome o = run_tactus("reconstruct --source masks " + rig + " --frames 5-9 --devices cpu --json " +
+                               path("n.json"));
   EXPECT_EQ(o.code, 2) << o.text;
   EXPECT_NE(o.text.find("holds one frame"), std::string::npos) << o.text;
   EXPECT_FALSE(fs::exists(path("n.json")));
@@ -171,11 +132,11 @@ TEST_F(Cli, FramesThatAStillPictureDoesNotHaveAreRefused) {
 TEST_F(Cli, BlackMasksGiveNothingAndWhiteOnesTheBoxWithAStatus) {
   const auto frame_of = [&](std::vector<int> grey, const std::string& status) {
     const Outcome o =
-        run("reconstruct --source masks " + write_mask_rig(grey) + " --resolution 16 --devices cpu --mesh " +
-            path("m.ply") + " --json " + path("m.json"));
+        run_tactus("reconstruct --source masks " + write_mask_rig(grey) +
+                   " --resolution 16 --devices cpu --mesh " + path("m.ply") + " --json " + path("m.json"));
     EXPECT_EQ(o.code, 0) << o.text;
     EXPECT_NE(o.text.find(status), std::string::npos) << o.text;
-    nlohmann::json frame = read("m.json")["frames"].at(0);
+    nlohmann::json frame = read_json("m.json")["frames"].at(0);
     EXPECT_NE(frame["status"].get<std::string>().find(status), std::string::npos) << frame;
     return frame;
   };
@@ -192,17 +153,17 @@ TEST_F(Cli, BlackMasksGiveNothingAndWhiteOnesTheBoxWithAStatus) {
 }
 
 TEST_F(Cli, CudaOnAMachineWithoutAGpuIsRefused) {
-  if (run("info").text.find("cuda:0") != std::string::npos) GTEST_SKIP() << "there is a GPU here";
-  const Outcome o = run("reconstruct sphere --devices cuda:0");
+  if (run_tactus("info").text.find("cuda:0") != std::string::npos) GTEST_SKIP() << "there is a GPU here";
+  const Outcome o = run_tactus("reconstruct sphere --devices cuda:0");
   EXPECT_EQ(o.code, 2);
   EXPECT_NE(o.text.find("here are: cpu"), std::string::npos) << o.text;
 }
 
 TEST_F(Cli, ReconstructsASphereAndMeasuresIt) {
-  const Outcome o = run("reconstruct --source synthetic sphere --resolution 64 --devices cpu --json " +
-                        path("s.json") + " --mesh " + path("s.ply"));
+  const Outcome o = run_tactus("reconstruct --source synthetic sphere --resolution 64 --devices cpu --json " +
+                               path("s.json") + " --mesh " + path("s.ply"));
   ASSERT_EQ(o.code, 0) << o.text;
-  const nlohmann::json json = read("s.json");
+  const nlohmann::json json = read_json("s.json");
   EXPECT_EQ(json["devices"], "cpu");
   ASSERT_EQ(json["frames"].size(), 1U);
   const nlohmann::json& f = json["frames"][0];
@@ -218,16 +179,17 @@ TEST_F(Cli, ReconstructsASphereAndMeasuresIt) {
 }
 
 TEST_F(Cli, ReconstructWritesTexturedGltf) {
-  ASSERT_EQ(run("synth hand --out " + path("data") + " --cameras 6").code, 0);
+  ASSERT_EQ(run_tactus("synth hand --out " + path("data") + " --cameras 6").code, 0);
   const std::string base =
       "reconstruct --source masks " + path("data/rig.yaml") + " --resolution 64 --devices cpu ";
-  const Outcome plain = run(base + "--json " + path("plain.json"));
+  const Outcome plain = run_tactus(base + "--json " + path("plain.json"));
   const Outcome o =
-      run(base + "--smooth 2 --texture 2 --mesh " + path("t.glb") + " --json " + path("t.json"));
+      run_tactus(base + "--smooth 2 --texture 2 --mesh " + path("t.glb") + " --json " + path("t.json"));
   ASSERT_EQ(plain.code, 0) << plain.text;
   ASSERT_EQ(o.code, 0) << o.text;
   // The same surface to the smoothing's 1e-4 of its volume; it comes back from the file as it was.
-  const nlohmann::json before = read("plain.json")["frames"][0], after = read("t.json")["frames"][0];
+  const nlohmann::json before = read_json("plain.json")["frames"][0],
+                       after = read_json("t.json")["frames"][0];
   const double volume = before["volume_m3"].get<double>();
   EXPECT_NEAR(after["volume_m3"].get<double>(), volume, 1e-4 * volume);
   EXPECT_EQ(after["triangles"], before["triangles"]);
@@ -243,21 +205,21 @@ TEST_F(Cli, ReconstructWritesTexturedGltf) {
             3 * after["triangles"].get<std::int64_t>());
   EXPECT_TRUE(primitive["attributes"].contains("TEXCOORD_0"));
   EXPECT_EQ(gltf["images"][0]["mimeType"], "image/png");
-  const Outcome again = run("synth " + path("t.glb") + " --out " + path("again"));
+  const Outcome again = run_tactus("synth " + path("t.glb") + " --out " + path("again"));
   EXPECT_EQ(again.code, 0) << again.text;
 }
 
 TEST_F(Cli, SynthWritesWhatReconstructReads) {
   const Outcome made =
-      run("synth rabbit --moving --frames 3 --fps 10 --out " + path("data") + " --cameras 6");
+      run_tactus("synth rabbit --moving --frames 3 --fps 10 --out " + path("data") + " --cameras 6");
   ASSERT_EQ(made.code, 0) << made.text;
-  const nlohmann::json truth = nlohmann::json::parse(std::ifstream(path("data/truth/truth.json")));
+  const nlohmann::json truth = read_json("data/truth/truth.json");
   ASSERT_EQ(truth["frames"].size(), 3U);
-  const Outcome o = run("reconstruct --source masks " + path("data/rig.yaml") +
-                        " --frames 0- --resolution 64 --devices cpu --texture 2 --mesh " + path("t.ply") +
-                        " --json " + path("t.json"));
+  const Outcome o = run_tactus("reconstruct --source masks " + path("data/rig.yaml") +
+                               " --frames 0- --resolution 64 --devices cpu --texture 2 --mesh " +
+                               path("t.ply") + " --json " + path("t.json"));
   ASSERT_EQ(o.code, 0) << o.text;
-  const nlohmann::json frames = read("t.json")["frames"];
+  const nlohmann::json frames = read_json("t.json")["frames"];
   ASSERT_EQ(frames.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     // The hull of 6 cones around a rounded body: at least the body, at most a fifth more.
@@ -278,22 +240,22 @@ TEST_F(Cli, SynthWritesWhatReconstructReads) {
   EXPECT_NE(header.find("property uchar red"), std::string::npos);
   EXPECT_NE(header.find("property float nx"), std::string::npos);
 
-  const Outcome again = run("synth rabbit --out " + path("data"));
+  const Outcome again = run_tactus("synth rabbit --out " + path("data"));
   EXPECT_EQ(again.code, 2);
   EXPECT_NE(again.text.find("not an empty folder"), std::string::npos) << again.text;
 }
 
 TEST_F(Cli, SynthOfAMeshWithNoiseIsMeasurablyWorse) {
   // The truth of one data set is the mesh that the next is made of.
-  ASSERT_EQ(run("synth hand --no-colors --out " + path("hand")).code, 0);
+  ASSERT_EQ(run_tactus("synth hand --no-colors --out " + path("hand")).code, 0);
   const auto worst_iou = [&](const std::string& name, const std::string& noise) {
-    const Outcome made = run("synth " + path("hand/truth/surface_0000.ply") + " --no-colors --turns 1 " +
-                             noise + " --out " + path(name));
+    const Outcome made = run_tactus("synth " + path("hand/truth/surface_0000.ply") +
+                                    " --no-colors --turns 1 " + noise + " --out " + path(name));
     EXPECT_EQ(made.code, 0) << made.text;
-    const Outcome o = run("reconstruct --source masks " + path(name + "/rig.yaml") +
-                          " --resolution 100 --devices cpu --json " + path("n.json"));
+    const Outcome o = run_tactus("reconstruct --source masks " + path(name + "/rig.yaml") +
+                                 " --resolution 100 --devices cpu --json " + path("n.json"));
     EXPECT_EQ(o.code, 0) << o.text;
-    return read("n.json")["frames"][0]["iou_min"].get<double>();
+    return read_json("n.json")["frames"][0]["iou_min"].get<double>();
   };
   const double exact = worst_iou("exact", "");
   EXPECT_GT(exact, 0.96);
@@ -311,21 +273,21 @@ TEST_F(Cli, TextureNeedsPhotosAndEnoughCameras) {
       {"synth hand --out nowhere --frames 0", 2, "--frames 0"},
   };
   for (const Wrong& w : wrongs) {
-    const Outcome o = run(w.arguments);
+    const Outcome o = run_tactus(w.arguments);
     EXPECT_EQ(o.code, w.code) << w.arguments << "\n" << o.text;
     EXPECT_NE(o.text.find(w.message), std::string::npos) << w.arguments << "\n" << o.text;
   }
   const Outcome o =
-      run("reconstruct --source masks " + write_mask_rig({0, 0}) + " --devices cpu --texture 1");
+      run_tactus("reconstruct --source masks " + write_mask_rig({0, 0}) + " --devices cpu --texture 1");
   EXPECT_EQ(o.code, 1);
   EXPECT_NE(o.text.find("no photos"), std::string::npos) << o.text;
 }
 
 TEST_F(Cli, MovingFiguresHaveAMeasuredVelocity) {
-  const Outcome o =
-      run("reconstruct rabbit --moving --frames 0-6 --resolution 64 --devices cpu --json " + path("v.json"));
+  const Outcome o = run_tactus(
+      "reconstruct rabbit --moving --frames 0-6 --resolution 64 --devices cpu --json " + path("v.json"));
   ASSERT_EQ(o.code, 0) << o.text;
-  const nlohmann::json frames = read("v.json")["frames"];
+  const nlohmann::json frames = read_json("v.json")["frames"];
   EXPECT_FALSE(frames[0].contains("velocity_rms"));
   // The rabbit swings by 0.8 rad in 4 s: up to 1.3 rad/s, some 2.4 degrees a frame; registration should leave
   // a quarter of the speed at most at this low speed (1 mm of 8 a frame).
@@ -334,15 +296,15 @@ TEST_F(Cli, MovingFiguresHaveAMeasuredVelocity) {
 
 TEST_F(Cli, RunsAScene) {
   const std::string scene =
-      write_scene("tiny.yaml",
-                  "source: {kind: synthetic, figure: hand, scale: 0.8, moving: true}\n"
-                  "reconstruction: {resolution: 32}\n"
-                  "bodies:\n  - {name: block, shape: {kind: box, size_m: [0.3, 0.2, 0.3]}, spacing_m: 0.05}\n"
-                  "probes: [{name: top, body: block, position_m: [0, 0.1, 0]}]\n");
-  const Outcome o = run("run " + scene + " --devices cpu --frames 4 --view none --out " + path("out") +
-                        " --json " + path("r.json"));
+      write("tiny.yaml",
+            "source: {kind: synthetic, figure: hand, scale: 0.8, moving: true}\n"
+            "reconstruction: {resolution: 32}\n"
+            "bodies:\n  - {name: block, shape: {kind: box, size_m: [0.3, 0.2, 0.3]}, spacing_m: 0.05}\n"
+            "probes: [{name: top, body: block, position_m: [0, 0.1, 0]}]\n");
+  const Outcome o = run_tactus("run " + scene + " --devices cpu --frames 4 --view none --out " + path("out") +
+                               " --json " + path("r.json"));
   ASSERT_EQ(o.code, 0) << o.text;
-  const nlohmann::json json = read("r.json");
+  const nlohmann::json json = read_json("r.json");
   EXPECT_EQ(json["frames"], 4);
   EXPECT_EQ(json["probes"]["top"].size(), 4U);
   EXPECT_LT(json["probes"]["top"][3][1].get<double>(),
@@ -354,20 +316,20 @@ TEST_F(Cli, RunsAScene) {
 TEST_F(Cli, QuietAndVerboseChangeWhatIsToldNotTheResult) {
   const std::string masks =
       "reconstruct --source masks " + write_mask_rig({0, 0}) + " --resolution 16 --devices cpu";
-  EXPECT_NE(run(masks).text.find("warning: camera 'a'"), std::string::npos);
-  const Outcome quiet = run(masks + " --quiet");
+  EXPECT_NE(run_tactus(masks).text.find("warning: camera 'a'"), std::string::npos);
+  const Outcome quiet = run_tactus(masks + " --quiet");
   EXPECT_EQ(quiet.code, 0) << quiet.text;
   EXPECT_EQ(quiet.text.find("warning"), std::string::npos) << quiet.text;
   EXPECT_NE(quiet.text.find("triangles"), std::string::npos) << quiet.text;
-  EXPECT_EQ(run(masks + " --quiet --verbose").code, 2);
+  EXPECT_EQ(run_tactus(masks + " --quiet --verbose").code, 2);
 
-  const std::string scene = write_scene(
-      "one.yaml",
-      "source: {kind: synthetic, figure: sphere}\nreconstruction: {resolution: 16}\n"
-      "bodies:\n  - {name: block, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.1}\n");
+  const std::string scene =
+      write("one.yaml",
+            "source: {kind: synthetic, figure: sphere}\nreconstruction: {resolution: 16}\n"
+            "bodies:\n  - {name: block, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.1}\n");
   const std::string once = "run " + scene + " --devices cpu --frames 1 --view none --out " + path("out");
-  EXPECT_EQ(run(once).text.find("frame 0 "), std::string::npos);
-  const Outcome loud = run(once + " --verbose");
+  EXPECT_EQ(run_tactus(once).text.find("frame 0 "), std::string::npos);
+  const Outcome loud = run_tactus(once + " --verbose");
   EXPECT_EQ(loud.code, 0) << loud.text;
   EXPECT_NE(loud.text.find("frame 0 "), std::string::npos) << loud.text;
   EXPECT_NE(loud.text.find("body 'block': "), std::string::npos) << loud.text;
@@ -375,30 +337,20 @@ TEST_F(Cli, QuietAndVerboseChangeWhatIsToldNotTheResult) {
 
 TEST_F(Cli, ScenesWithMistakesAreRefusedWithTheLine) {
   const std::string scene =
-      write_scene("bad.yaml", "source: {kind: synthetic, figure: hand}\nreconstruction:\n  resoluton: 64\n");
-  const Outcome o = run("run " + scene + " --devices cpu --view none");
+      write("bad.yaml", "source: {kind: synthetic, figure: hand}\nreconstruction:\n  resoluton: 64\n");
+  const Outcome o = run_tactus("run " + scene + " --devices cpu --view none");
   EXPECT_EQ(o.code, 2);
   EXPECT_NE(o.text.find("bad.yaml:3"), std::string::npos) << o.text;
   EXPECT_NE(o.text.find("did you mean 'resolution'?"), std::string::npos) << o.text;
 }
 
 TEST_F(Cli, InterruptedRunsLeaveWholeFiles) {
-  const std::string json_path = path("i.json");
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    std::freopen("/dev/null", "w", stdout);
-    execl(program().c_str(), "tactus", "reconstruct", "--source", "synthetic", "hand", "--moving", "--frames",
-          "0-", "--devices", "cpu", "--json", json_path.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  sleep(2);
-  kill(child, SIGINT);
-  int status = 0;
-  waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_GE(read("i.json")["frames"].size(), 1U);
+  const Outcome o = run_and_signal({"reconstruct", "--source", "synthetic", "hand", "--moving", "--frames",
+                                    "0-", "--devices", "cpu", "--resolution", "32", "--json", path("i.json")},
+                                   "\n     1 ", SIGINT);
+  EXPECT_EQ(o.code, 130) << o.text;
+  EXPECT_GE(read_json("i.json")["frames"].size(), 2U);  // the row of frame 1 was printed
 }
 
 }  // namespace
+}  // namespace tactus::test

@@ -8,11 +8,13 @@
 
 #include "geom/cell_list_test_kernels.h"
 #include "support/device_sets.h"
-#include "tactus/geom/rigid_fit.h"
+#include "support/message_of.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 class CellListOn : public ::testing::TestWithParam<std::string> {
  protected:
@@ -103,46 +105,11 @@ TEST_P(CellListOn, CountOnDeviceAndBadPositions) {
 TEST(CellListErrors, NameTheValue) {
   DeviceSet cpu("cpu");
   const auto message = [&](Index n, float cell, int bits) -> std::string {
-    try {
-      CellList list(cpu.device(0), n, cell, bits);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { CellList list(cpu.device(0), n, cell, bits); });
   };
   EXPECT_NE(message(0, 1, 5).find("max_particles is 0"), std::string::npos);
   EXPECT_NE(message(1, -1, 5).find("cell_m is -1"), std::string::npos);
   EXPECT_NE(message(1, 1, 9).find("bits_per_axis is 9"), std::string::npos);
-}
-
-TEST(RigidFit, RecoversAKnownMotion) {
-  const Rigidd truth{mat_cast<double>(rotation_matrix(axis_angle(normalized(Vec3f{1, -2, 0.5F}), 2.4F))),
-                     {0.3, -1, 4}};
-  std::mt19937 random(12);
-  std::uniform_real_distribution<double> u(-0.2, 0.2);
-  std::vector<Vec3d> a(40), b(40);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    a[i] = {u(random), u(random), u(random)};
-    b[i] = truth * a[i];
-  }
-  const RigidFit fit = fit_rigid(a, b);
-  // The rotation was made in float32: orthogonal to 2e-7, so lengths of 0.35 m differ by at most 7e-8.
-  EXPECT_LT(fit.rms_m, 1e-7);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) EXPECT_NEAR(fit.T_b_a.R(i, j), truth.R(i, j), 1e-6);
-    EXPECT_NEAR(fit.T_b_a.t[i], truth.t[i], 1e-6);
-  }
-  // A flat, noisy set still gives a rotation (determinant +1), and the noise as the residual.
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    a[i].z = 0;
-    b[i] = truth * a[i] + Vec3d{1e-3 * u(random), 0, 0};
-  }
-  const RigidFit flat = fit_rigid(a, b);
-  EXPECT_NEAR(determinant(flat.T_b_a.R), 1, 1e-12);
-  EXPECT_GT(flat.rms_m, 0);
-  EXPECT_LT(flat.rms_m, 2e-4);  // noise is at most 2e-4 a point; a best fit leaves no more
-  EXPECT_THROW(fit_rigid(a, std::span(b).first(3)), Error);
-  EXPECT_THROW(fit_rigid({}, {}), Error);
 }
 
 }  // namespace

@@ -13,7 +13,8 @@ struct CollectNear {
   TACTUS_HD void operator()(Index i) const {
     Index n = 0;
     const Vec3f p = points[i];
-    cells.for_each_near(p, [&](Index j) {
+    cells.ranges.for_each_slot(p, [&](Index slot) {
+      const Index j = cells.order[slot];
       const Vec3f d = particles[j] - p;
       if (dot(d, d) <= radius * radius && n < room) found[i * room + n++] = j;
     });

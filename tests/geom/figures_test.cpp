@@ -4,10 +4,13 @@
 
 #include <random>
 
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 class EveryFigure : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(, EveryFigure, testing::ValuesIn(figure_names().begin(), figure_names().end()),
@@ -236,13 +239,7 @@ TEST(Figures, HandPressesDownToTheNamedHeight) {
 
 TEST(Figures, RefuseBadRequests) {
   const auto message = [](const std::string& name, const FigureOptions& options) -> std::string {
-    try {
-      make_figure(name, options);
-    } catch (const Error& e) {
-      EXPECT_EQ(e.kind(), ErrorKind::usage);
-      return e.what();
-    }
-    return "";
+    return message_of([&] { make_figure(name, options); }, ErrorKind::usage);
   };
   EXPECT_EQ(message("rabit", {}), "unknown figure 'rabit'; did you mean 'rabbit'?");
   EXPECT_NE(message("teapot", {}).find("known: hand, rabbit"), std::string::npos);

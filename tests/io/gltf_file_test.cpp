@@ -6,11 +6,13 @@
 #include <cstring>
 
 #include "io/io_test_files.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/io/mesh_file.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 // 2 x 2: red, green / blue, white.
 constexpr std::uint8_t kPng[] = {0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49,
@@ -107,12 +109,7 @@ TEST(GltfFile, RefusesWhatDoesNotFit) {
   const TempFolder folder;
   const std::string path = folder.path + "/c.glb";
   const auto message = [&](const TexturedMesh& t, std::span<const std::uint8_t> png) -> std::string {
-    try {
-      write_gltf(path, t, png);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { write_gltf(path, t, png); });
   };
   TexturedMesh t = textured_triangles();
   EXPECT_NE(message(t, {}).find("an atlas of 0 bytes"), std::string::npos);

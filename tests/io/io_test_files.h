@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+
+#include "support/data_folder.h"
 
 namespace tactus {
 
@@ -31,13 +32,6 @@ struct TempFolder {
   }
   std::string path;
 };
-
-/// Folder of the third-party test data, "" when there is none.
-inline std::string data_folder() {
-  if (const char* folder = std::getenv("TACTUS_DATA"); folder != nullptr && *folder != '\0') return folder;
-  const std::string beside = TACTUS_SOURCE_DIR "/../shared/data";
-  return std::filesystem::is_directory(beside) ? beside : "";
-}
 
 }  // namespace tactus
 

@@ -12,12 +12,14 @@
 #include <sstream>
 
 #include "io/io_test_files.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
 namespace fs = std::filesystem;
+using test::message_of;
 
 /// A tetrahedron with numbers that have no short decimal form.
 TriangleMesh tetrahedron() {
@@ -33,12 +35,7 @@ bool same_bits(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
 }
 
 std::string read_error(const std::string& path) {
-  try {
-    read_mesh(path);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return message_of([&] { read_mesh(path); });
 }
 
 /// The error of a file with this content; FILE stands for its path.
@@ -325,12 +322,7 @@ TEST(MeshFile, PathErrors) {
   EXPECT_EQ(read_error("a.fbx"),
             "can't read 'a.fbx': unknown extension '.fbx', expected .ply, .obj, .stl, .off, .gltf or .glb");
   const auto write_error = [](const std::string& path) -> std::string {
-    try {
-      write_mesh(path, tetrahedron());
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { write_mesh(path, tetrahedron()); });
   };
   EXPECT_EQ(write_error("a.stl"),
             "can't write 'a.stl': unknown extension '.stl', expected .ply, .obj, .glb or .gltf");

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/io_test_files.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/label_file.h"
 #include "tactus/io/safe_file.h"
@@ -16,16 +16,7 @@
 namespace tactus {
 namespace {
 namespace fs = std::filesystem;
-
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
+using test::message_of;
 
 std::string inr_header(std::string fields) {
   fields = "#INRIMAGE-4#{\n" + fields;
@@ -58,7 +49,7 @@ TEST(LabelFile, ReadsPlainAndCompressed) {
 
 std::string label_error(const std::string& name, const std::string& bytes) {
   const TempFolder folder;
-  std::string message = error_of([&] { read_label_volume(folder.write(name, bytes)); });
+  std::string message = message_of([&] { read_label_volume(folder.write(name, bytes)); });
   if (message.starts_with(folder.path)) message.replace(0, folder.path.size() + 1 + name.size(), "FILE");
   return message;
 }
@@ -69,9 +60,9 @@ std::string with(const std::string& from, const std::string& to) {
 }
 
 TEST(LabelFile, Errors) {
-  EXPECT_EQ(error_of([] { read_label_volume("none.inr.gz"); }),
+  EXPECT_EQ(message_of([] { read_label_volume("none.inr.gz"); }),
             "can't read 'none.inr.gz': No such file or directory");
-  EXPECT_EQ(error_of([] { read_label_volume("."); }), "can't read '.': Is a directory");
+  EXPECT_EQ(message_of([] { read_label_volume("."); }), "can't read '.': Is a directory");
   EXPECT_EQ(label_error("a.inr", "P5 2 2"),
             "FILE: not an INRIMAGE-4 volume, expected '#INRIMAGE-4#{' at its start");
   EXPECT_EQ(label_error("a.inr", std::string("#INRIMAGE-4#{") + std::string(300, '\n')),
@@ -137,13 +128,13 @@ TEST(SafeFile, UncommittedLeavesTheOldFileAlone) {
 TEST(SafeFile, ErrorsNamePathAndReason) {
   const TempFolder folder;
   const std::string file = folder.write("a.txt", "");
-  EXPECT_EQ(error_of([&] { write_json_file(folder.path, {}); }),
+  EXPECT_EQ(message_of([&] { write_json_file(folder.path, {}); }),
             "can't write '" + folder.path + "': Is a directory");
-  EXPECT_EQ(error_of([&] { write_json_file(file + "/b.json", {}); }),
+  EXPECT_EQ(message_of([&] { write_json_file(file + "/b.json", {}); }),
             "can't write '" + file + "/b.json': Not a directory");
-  EXPECT_EQ(error_of([&] { output_is_writable(folder.path + "/none/b.json"); }),
+  EXPECT_EQ(message_of([&] { output_is_writable(folder.path + "/none/b.json"); }),
             "can't write '" + folder.path + "/none/b.json': No such file or directory");
-  EXPECT_EQ(error_of([&] { output_is_writable(folder.path + "/b.json"); }), "");
+  EXPECT_EQ(message_of([&] { output_is_writable(folder.path + "/b.json"); }), "");
   EXPECT_FALSE(fs::exists(folder.path + "/b.json"));
   EXPECT_FALSE(fs::exists(folder.path + "/b.json.part"));
 }
@@ -153,7 +144,7 @@ TEST(SafeFile, FullDiskIsReported) {
   const TempFolder folder;
   const std::string path = folder.path + "/a";
   fs::create_symlink("/dev/full", path + ".part");  // what is written beside the target meets a full disk
-  EXPECT_EQ(error_of([&] {
+  EXPECT_EQ(message_of([&] {
               SafeFile file(path);
               file.write("x");
               file.commit();

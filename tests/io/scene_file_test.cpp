@@ -6,24 +6,21 @@
 #include <filesystem>
 #include <sstream>
 
+#include "support/data_folder.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
 
-const std::string kRoot = TACTUS_SOURCE_DIR;
+using test::message_of;
+
 constexpr const char* kSource = "source: {kind: synthetic}\n";  // line 1 of most texts
 
 /// The message of the error that a scene causes; "" when it is fine.
 std::string error_of(const std::string& text) {
-  try {
-    parse_scene(text, "scenes/x.yaml");
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), ErrorKind::usage);
-    return e.what();
-  }
-  return "";
+  return message_of([&] { parse_scene(text, "scenes/x.yaml"); }, ErrorKind::usage);
 }
 
 TEST(SceneFile, DefaultsAreComplete) {
@@ -301,7 +298,7 @@ TEST(SceneFile, SecondDocumentIsRefused) {
 }
 
 TEST(SceneFile, DamagedTextNeverEscapesAsAnotherException) {
-  const std::string whole = read_text_file(kRoot + "/scenes/demo.yaml");
+  const std::string whole = read_text_file(source_path("scenes/demo.yaml"));
   std::uint32_t state = 1;
   const auto random = [&](std::size_t below) {
     return ((state = state * 1664525U + 1013904223U) >> 8) % below;
@@ -327,7 +324,7 @@ TEST(SceneFile, UnreadableFileIsNamed) {
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(), "can't read 'no/such/scene.yaml': No such file or directory");
   }
-  EXPECT_THROW(read_scene(kRoot + "/scenes"), Error);
+  EXPECT_THROW(read_scene(source_path("scenes")), Error);
 }
 
 TEST(SceneFile, DataFolderComesFromTheEnvironment) {
@@ -346,7 +343,7 @@ TEST(SceneFile, DataFolderComesFromTheEnvironment) {
 TEST(SceneFile, ReferenceIsUpToDate) {
   std::ostringstream reference;
   write_scene_reference(reference);
-  const std::string path = kRoot + "/docs/scene.md";
+  const std::string path = source_path("docs/scene.md");
   if (const char* update = std::getenv("TACTUS_UPDATE_DOCS"); update != nullptr) {
     SafeFile file(path);
     file.write(reference.str());
@@ -358,7 +355,7 @@ TEST(SceneFile, ReferenceIsUpToDate) {
 TEST(SceneFile, EveryShippedSceneIsValid) {
   setenv("TACTUS_DATA", "/somewhere", 0);  // scenes may name recordings; they are not opened here
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(kRoot + "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(source_path("scenes"))) {
     if (entry.path().extension() != ".yaml") continue;
     EXPECT_NO_THROW(read_scene(entry.path().string())) << entry.path();
     ++count;

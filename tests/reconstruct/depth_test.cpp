@@ -7,12 +7,16 @@
 #include <random>
 
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/masks.h"
+#include "support/message_of.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
+using test::message_of;
 
 /// What all cameras see of one object.
 struct View {
@@ -405,27 +409,19 @@ TEST(Depth, WrongUnitsAreReportedAndNotUsed) {
 TEST(Depth, BadInputIsNamed) {
   const View view = sphere_view();
   DeviceSet set("cpu");
-  const auto message = [&](auto&& body) -> std::string {
-    try {
-      body();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  };
   VisualHull hull(set, view.cameras, {view.workspace_m, 32}, view.depth_cameras);
-  EXPECT_EQ(message([&] { hull.upload(view.masks, std::vector<DepthImage>{DepthImage(100, 200)}); }),
+  EXPECT_EQ(message_of([&] { hull.upload(view.masks, std::vector<DepthImage>{DepthImage(100, 200)}); }),
             "camera 'tof': the depth image has 100x200 pixels, its calibration says 200x200");
-  EXPECT_EQ(message([&] { hull.upload(view.masks, std::vector<DepthImage>(2)); }),
+  EXPECT_EQ(message_of([&] { hull.upload(view.masks, std::vector<DepthImage>(2)); }),
             "2 depth images for 1 depth cameras");
   HullOptions options{view.workspace_m, 32};
   options.depth_jump_m = 0;
   EXPECT_NE(
-      message([&] { VisualHull(set, view.cameras, options, view.depth_cameras); }).find("depth_jump_m 0"),
+      message_of([&] { VisualHull(set, view.cameras, options, view.depth_cameras); }).find("depth_jump_m 0"),
       std::string::npos);
   std::vector<Camera> thin = view.depth_cameras;
   thin[0].width_px = 1;
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of([&] {
               VisualHull(set, view.cameras, {view.workspace_m, 32}, thin);
             }).find("depth camera 'tof': an image of 1x200"),
             std::string::npos);

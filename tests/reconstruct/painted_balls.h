@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "support/masks.h"
 #include "tactus/geom/camera.h"
-#include "tactus/geom/image.h"
 
 namespace tactus::test {
 

@@ -5,15 +5,19 @@
 
 #include "support/data_folder.h"
 #include "support/device_sets.h"
+#include "support/masks.h"
+#include "support/message_of.h"
+#include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 struct View {
   Rig rig;
@@ -21,32 +25,11 @@ struct View {
 };
 
 View view_of(const std::string& figure) {
-  SyntheticOptions options;
-  options.figure = figure;
-  options.depth = options.truth = false;
-  SyntheticSource source(options);
-  FrameSet frame;
-  source.next(frame);
-  return {source.rig(), frame.silhouettes};
+  const test::SyntheticFrame seen = test::silhouettes_of(figure);
+  return {seen.rig, seen.frame.silhouettes};
 }
 
-/// Clears a disc of this diameter about the mask's middle, moved by (dx, dy) pixels.
-void punch(BitMask& mask, double diameter_px, double dx = 0, double dy = 0) {
-  double x_sum = 0, y_sum = 0, n = 0;
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (!mask(x, y)) continue;
-      x_sum += x;
-      y_sum += y;
-      ++n;
-    }
-  }
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (std::hypot(x - x_sum / n - dx, y - y_sum / n - dy) <= diameter_px / 2) mask.clear(x, y);
-    }
-  }
-}
+using test::punch;
 
 class Bench {
  public:
@@ -306,14 +289,12 @@ TEST(TolerantHull, BadNumbersAreNamed) {
   const View view = view_of("sphere-still");
   DeviceSet set("cpu");
   const auto message = [&](Index tolerated, std::size_t cameras) -> std::string {
-    try {
-      VisualHull(set, std::span(view.rig.cameras).first(cameras),
-                 {.workspace_m = view.rig.workspace_m, .tolerated_views = tolerated});
-    } catch (const Error& e) {
-      EXPECT_EQ(e.kind(), ErrorKind::usage);
-      return e.what();
-    }
-    return "";
+    return message_of(
+        [&] {
+          VisualHull(set, std::span(view.rig.cameras).first(cameras),
+                     {.workspace_m = view.rig.workspace_m, .tolerated_views = tolerated});
+        },
+        ErrorKind::usage);
   };
   EXPECT_EQ(message(-1, 8), "tolerated views -1: expected 0 to 7 with 8 cameras");
   EXPECT_EQ(message(2, 2), "tolerated views 2: expected 0 to 1 with 2 cameras");

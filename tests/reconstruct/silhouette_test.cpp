@@ -5,12 +5,15 @@
 #include <random>
 
 #include "support/device_sets.h"
+#include "support/masks.h"
 #include "tactus/geom/image.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/silhouette_stage.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 /// A node (x, y, z) is seen at pixel (x, y).
 HullCamera flat_camera(Index width_px, Index height_px) {

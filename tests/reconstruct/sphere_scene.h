@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "support/masks.h"
 #include "tactus/geom/camera.h"
-#include "tactus/geom/image.h"
 
 namespace tactus::test {
 

@@ -7,12 +7,13 @@
 
 #include "reconstruct/painted_balls.h"
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/reconstruct/photo_atlas.h"
 
 namespace tactus {
 namespace {
 
+using test::message_of;
 using test::Stage;
 
 constexpr Box3f kCube{{-0.5F, 0, -0.5F}, {0.5F, 1, 0.5F}};
@@ -244,16 +245,8 @@ TEST(Texture, RefusesWhatItCannotUse) {
   const Stage& stage = one_ball();
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
-  const auto message = [](auto&& body) -> std::string {
-    try {
-      body();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
-  };
   for (const Index k : {0, 13}) {
-    EXPECT_NE(message([&] {
+    EXPECT_NE(message_of([&] {
                 SurfaceTexture(ctx, stage.cameras, {.k = k, .voxel_size_m = 0.01F});
               }).find("expected 1 to 12"),
               std::string::npos);
@@ -261,10 +254,11 @@ TEST(Texture, RefusesWhatItCannotUse) {
   SurfaceTexture paint(ctx, stage.cameras, {.k = 2, .voxel_size_m = 0.01F, .max_vertices = 10});
   std::vector<ColorImage> photos = stage.photos();
   photos[4] = ColorImage(64, 48);
-  EXPECT_NE(message([&] { paint.upload(ctx, photos); }).find("'cam4': the photo has 64x48"),
+  EXPECT_NE(message_of([&] { paint.upload(ctx, photos); }).find("'cam4': the photo has 64x48"),
             std::string::npos);
   photos.pop_back();
-  EXPECT_NE(message([&] { paint.upload(ctx, photos); }).find("11 photos for 12 cameras"), std::string::npos);
+  EXPECT_NE(message_of([&] { paint.upload(ctx, photos); }).find("11 photos for 12 cameras"),
+            std::string::npos);
 }
 
 TEST(Texture, ACameraWithoutAPhotoGivesNoColour) {

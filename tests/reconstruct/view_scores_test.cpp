@@ -3,39 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 
+#include "support/data_folder.h"
 #include "support/device_sets.h"
+#include "support/masks.h"
+#include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
-#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
 
-std::string data_folder() {
-  const char* set = std::getenv("TACTUS_DATA");
-  return set != nullptr ? set : "../shared/data";
-}
-
-/// Clears a disc of this diameter around the middle of the mask's pixels.
-void punch(BitMask& mask, double diameter_px) {
-  double x_sum = 0, y_sum = 0, n = 0;
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (!mask(x, y)) continue;
-      x_sum += x;
-      y_sum += y;
-      ++n;
-    }
-  }
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (std::hypot(x - x_sum / n, y - y_sum / n) <= diameter_px / 2) mask.clear(x, y);
-    }
-  }
-}
+using test::punch;
+using test::silhouettes_of;
 
 class Scores : public ::testing::TestWithParam<std::string> {
  protected:
@@ -43,20 +23,10 @@ class Scores : public ::testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(Scores);
 
-FrameSet frame_of(const std::string& figure, Rig& rig) {
-  SyntheticOptions options;
-  options.figure = figure;
-  options.depth = options.truth = false;
-  SyntheticSource source(options);
-  FrameSet frame;
-  source.next(frame);
-  rig = source.rig();
-  return frame;
-}
-
 TEST_P(Scores, AreTheSameOnEveryDevice) {
-  Rig rig;
-  FrameSet frame = frame_of("rabbit-still", rig);
+  test::SyntheticFrame seen = silhouettes_of("rabbit-still");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   punch(frame.silhouettes[2], 60);
   const auto measure = [&](const std::string& devices) {
     DeviceSet set(devices, 3);
@@ -71,8 +41,9 @@ TEST_P(Scores, AreTheSameOnEveryDevice) {
 
 TEST(Scores, GoodMasksSuspectNobodyAndTunnelsAreMeasured) {
   DeviceSet set("cpu");
-  Rig rig;
-  FrameSet frame = frame_of("sphere-still", rig);
+  test::SyntheticFrame seen = silhouettes_of("sphere-still");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   ViewScores scores(set.context(0), rig.cameras, {.workspace_m = rig.workspace_m, .samples = 96});
   for (const ViewScore& s : scores.measure(set.context(0), frame.silhouettes)) EXPECT_FALSE(s.is_suspect);
   punch(frame.silhouettes[5], 80);
@@ -89,9 +60,8 @@ TEST(Scores, GoodMasksSuspectNobodyAndTunnelsAreMeasured) {
 }
 
 TEST(Scores, AHoleInOneMaskOfTheDinoIsNamed) {
-  const std::string folder = data_folder() + "/middlebury_dino";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not here (set TACTUS_DATA)";
-  const auto source = open_middlebury(folder);
+  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  const auto source = open_middlebury(data_folder() + "/middlebury_dino");
   FrameSet frame;
   source->next(frame);
   const Rig& rig = source->rig();
@@ -111,8 +81,9 @@ TEST(Scores, AHoleInOneMaskOfTheDinoIsNamed) {
 
 TEST(Scores, AMissingViewCarvesNothingAndBadInputIsRefused) {
   DeviceSet set("cpu");
-  Rig rig;
-  FrameSet frame = frame_of("hand-still", rig);
+  test::SyntheticFrame seen = silhouettes_of("hand-still");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   ViewScores scores(set.context(0), rig.cameras, {.workspace_m = rig.workspace_m});
   frame.silhouettes[1] = {};
   EXPECT_EQ(scores.measure(set.context(0), frame.silhouettes)[1].carved_alone, 0);

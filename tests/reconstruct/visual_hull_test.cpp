@@ -10,10 +10,14 @@
 
 #include "sphere_scene.h"
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/masks.h"
+#include "support/message_of.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
+using test::message_of;
 
 using test::kCube, test::ring, test::sphere_silhouette, test::sphere_silhouettes;
 
@@ -255,41 +259,39 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
 TEST(Hull, BadInputIsNamed) {
   DeviceSet set("cpu");
   const std::vector<Camera> cameras = ring(2);
-  const auto message = [&](auto&& body) -> std::string {
-    try {
-      body();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  };
-  EXPECT_NE(message([&] { VisualHull(set, {}, {kCube, 64}); }).find("no cameras"), std::string::npos);
-  EXPECT_NE(message([&] { VisualHull(set, cameras, {kCube, 0}); }).find("resolution 0"), std::string::npos);
-  EXPECT_NE(message([&] { VisualHull(set, cameras, {kCube, -4}); }).find("resolution -4"), std::string::npos);
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of([&] { VisualHull(set, {}, {kCube, 64}); }).find("no cameras"), std::string::npos);
+  EXPECT_NE(message_of([&] {
+              VisualHull(set, cameras, {kCube, 0});
+            }).find("resolution 0"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] {
+              VisualHull(set, cameras, {kCube, -4});
+            }).find("resolution -4"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] {
               VisualHull(set, cameras, {kCube, 100'000});
             }).find("would need"),
             std::string::npos);
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of([&] {
               VisualHull(set, cameras, {kCube, 2'000'000});
             }).find("at most 1048576"),
             std::string::npos);
   HullOptions room{kCube, 64};
   room.max_vertices = -1;
-  EXPECT_NE(message([&] { VisualHull(set, cameras, room); }).find("max_vertices -1: expected 0 (from"),
+  EXPECT_NE(message_of([&] { VisualHull(set, cameras, room); }).find("max_vertices -1: expected 0 (from"),
             std::string::npos);
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of([&] {
               VisualHull(set, cameras, {{}, 64});
             }).find("workspace is empty"),
             std::string::npos);
   std::vector<Camera> bad = cameras;
   bad[1].fx_px = std::nan("");
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of([&] {
               VisualHull(set, bad, {kCube, 64});
             }).find("camera 'cam1': focal length"),
             std::string::npos);
   VisualHull hull(set, cameras, {kCube, 32});
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of([&] {
               hull.upload(std::vector<BitMask>{BitMask(320, 240), BitMask(100, 100)});
             }).find("camera 'cam1': the silhouette has 100x100"),
             std::string::npos);

@@ -5,12 +5,17 @@
 #include <fstream>
 
 #include "support/data_folder.h"
+#include "support/masks.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/rig_file.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
+using test::message_of;
 
 std::string rig_path(const std::string& name) { return source_path("rigs/" + name); }
 
@@ -26,15 +31,10 @@ double iou(const BitMask& a, const BitMask& b) {
   return static_cast<double>(both) / static_cast<double>(any);
 }
 
-std::string message_of(const std::string& yaml) {
+std::string rig_error(const std::string& yaml) {
   const std::string path = ::testing::TempDir() + "rig.yaml";
   std::ofstream(path) << yaml;
-  try {
-    read_rig_file(path);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return message_of([&] { read_rig_file(path); });
 }
 
 TEST(DataSources, VideoSilhouettesBeatAMixtureModel) {
@@ -67,16 +67,16 @@ TEST(DataSources, MiddleburyDeliversTheGoodImages) {
 }
 
 TEST(RigFile, NamesLineAndNearestKey) {
-  EXPECT_NE(message_of("unit_m: 1\nimage_size_xp: [4, 4]\n")
+  EXPECT_NE(rig_error("unit_m: 1\nimage_size_xp: [4, 4]\n")
                 .find("rig.yaml:2: unknown key 'image_size_xp'; did you mean "
                       "'image_size_px'?"),
             std::string::npos);
-  EXPECT_NE(message_of("unit_m: 1\nunit_m: 2\n").find("rig.yaml:2: key 'unit_m' stands here a second"),
+  EXPECT_NE(rig_error("unit_m: 1\nunit_m: 2\n").find("rig.yaml:2: key 'unit_m' stands here a second"),
             std::string::npos);
 }
 
 TEST(RigFile, RefusesNoCameras) {
-  EXPECT_NE(message_of("image_size_px: [4, 4]\nworkspace_m: {min: [0, 0, 0], max: [1, 1, 1]}\ncameras: []\n")
+  EXPECT_NE(rig_error("image_size_px: [4, 4]\nworkspace_m: {min: [0, 0, 0], max: [1, 1, 1]}\ncameras: []\n")
                 .find("no camera"),
             std::string::npos);
 }
@@ -87,12 +87,7 @@ TEST(Calibration, NamesFileAndNode) {
     std::ofstream(path)
         << "%YAML:1.0\n---\nCameraMatrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [" + K +
                "]\n";
-    try {
-      read_calibration(path, {}, 1, 4, 4);
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return message_of([&] { read_calibration(path, {}, 1, 4, 4); });
   };
   EXPECT_NE(
       message(".Nan, 0., 2., 0., 1., 2., 0., 0., 1.").find("'CameraMatrix' holds a value that is not finite"),

@@ -3,23 +3,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
+#include "support/data_folder.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
 
+using test::message_of;
+
 /// The folder of the capture; empty without the data.
 std::string capture() {
-  const char* env = std::getenv("TACTUS_DATA");
-  const std::filesystem::path data =
-      env != nullptr ? std::filesystem::path(env)
-                     : std::filesystem::path(__FILE__).parent_path() / "../../../shared/data";
-  const std::filesystem::path folder = data / "azure_kinect_tof";
-  return std::filesystem::is_directory(folder) ? folder.string() : "";
+  const std::string folder = data_folder() + "/azure_kinect_tof";
+  return std::filesystem::is_directory(folder) ? folder : "";
 }
 
 #define SKIP_WITHOUT_CAPTURE() \
@@ -111,12 +110,7 @@ TEST(Kinect, BadFilesAreNamed) {
   const std::string path = ::testing::TempDir() + "calibration.json";
   const auto message = [&](const std::string& text, Index height_px = 720) -> std::string {
     std::ofstream(path) << text;
-    try {
-      read_kinect_calibration(path, 1280, height_px);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { read_kinect_calibration(path, 1280, height_px); });
   };
   EXPECT_EQ(message("{"), path + ": not JSON");
   EXPECT_EQ(message("{}"), path + ": no camera with the purpose CALIBRATION_CameraPurposeDepth");

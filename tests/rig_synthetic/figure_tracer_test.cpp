@@ -4,10 +4,13 @@
 
 #include <cmath>
 
+#include "support/masks.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 BitMask traced_mask(const FigureTracer& tracer, const FigureShape& shape, const Camera& camera) {
   BitMask mask(camera.width_px, camera.height_px);

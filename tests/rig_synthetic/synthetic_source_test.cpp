@@ -4,10 +4,13 @@
 
 #include <cmath>
 
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 TEST(SyntheticRig, EveryCameraSeesTheMiddleAndMostOfTheCube) {
   const Rig rig = make_synthetic_rig();
@@ -149,13 +152,7 @@ TEST(SyntheticSource, RefusesBadOptions) {
   const auto message = [](const auto& change) -> std::string {
     SyntheticOptions options;
     change(options);
-    try {
-      SyntheticSource source(options);
-    } catch (const Error& e) {
-      EXPECT_EQ(e.kind(), ErrorKind::usage);
-      return e.what();
-    }
-    return "";
+    return message_of([&] { SyntheticSource source(options); }, ErrorKind::usage);
   };
   EXPECT_EQ(message([](auto& o) { o.figure = "hnad"; }), "unknown figure 'hnad'; did you mean 'hand'?");
   EXPECT_NE(message([](auto& o) { o.fps = 0; }).find("fps is 0"), std::string::npos);

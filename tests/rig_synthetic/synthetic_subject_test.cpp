@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "support/masks.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/figures.h"
 #include "tactus/geom/mask_metrics.h"
@@ -15,6 +16,8 @@
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 TEST(Polygonize, ABallIsClosedAndHasItsVolume) {
   const float radius = 0.25F;

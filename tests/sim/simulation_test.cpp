@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -128,12 +129,9 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
 
 TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   DeviceSet devices("cpu");
-  SyntheticOptions options;
-  options.figure = "rabbit";
-  options.truth = options.depth = false;
-  SyntheticSource source(options);
-  FrameSet frame;
-  ASSERT_EQ(source.next(frame), NextFrame::success);
+  test::SyntheticFrame seen = test::silhouettes_of("rabbit");
+  const Rig& rig = seen.rig;
+  FrameSet& frame = seen.frame;
   Scene scene = slab_scene();
   scene.bodies.clear();
   scene.probes.clear();
@@ -141,7 +139,7 @@ TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   const auto volume = [&](bool repair, int tolerated) {
     scene.reconstruction.repair_masks = repair;
     scene.reconstruction.tolerated_views = tolerated;
-    Simulation simulation(devices, scene, source.rig(), {});
+    Simulation simulation(devices, scene, rig, {});
     status = simulation.step(frame, 0).status;
     return volume_m3(simulation.snapshot().real);
   };

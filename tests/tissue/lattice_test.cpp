@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
 
+#include "support/data_folder.h"
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/geom/cube_lattice.h"
 #include "tactus/geom/mesh_defects.h"
 #include "tactus/geom/point_in_mesh.h"
@@ -17,6 +17,8 @@
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -31,17 +33,6 @@ TriangleMesh box_mesh(Vec3f a, Vec3f b) {
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
-}
-
-/// The message of the error that `body` throws.
-template <class F>
-std::string message_of(F&& body) {
-  try {
-    body();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(PointInMesh, RaysThroughVerticesAndEdgesDoNotLeak) {
@@ -183,7 +174,7 @@ TEST(CubeLattice, FixedNodes) {
   EXPECT_EQ(lattice.node_count(), 60);
   EXPECT_EQ(lattice.rest_m(59), (Vec3f{3, 3.5F, 4}));
   EXPECT_EQ(lattice.fix_half_space({1.1F, 0, 0}, {1, 0, 0}), 12);
-  EXPECT_EQ(lattice.fix_box({{2.9F, 1.9F, 2.9F}, {3.1F, 2.1F, 3.1F}}), 13);
+  EXPECT_EQ(lattice.fix_where([](Vec3f p) { return p == Vec3f{3, 2, 3}; }), 13);
 }
 
 TEST(CubeLattice, BadInputIsExplained) {
@@ -300,11 +291,7 @@ TriangleMesh read_off(const std::filesystem::path& path) {
 }
 
 TEST(CubeLattice, ScannedHandFillsItsVolume) {
-  const char* set = std::getenv("TACTUS_DATA");
-  const std::filesystem::path file =
-      (set != nullptr ? std::filesystem::path(set)
-                      : std::filesystem::path(TACTUS_SOURCE_DIR) / "../shared/data") /
-      "meshes/hand.off";
+  const std::string file = data_folder() + "/meshes/hand.off";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set TACTUS_DATA";
   TriangleMesh mesh = read_off(file);
   const Box3f box = bounds(mesh);

@@ -2,13 +2,15 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/tissue/hybrid/hybrid_slabs.h"
 #include "tactus/tissue/tled/material_laws.h"
 #include "tissue/tled_bodies.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 const TledOptions kRelaxing{.damping_ratio = 0, .relaxation = {{{0.4F, 0.05F}, {0.2F, 0.5F}}}};
 
@@ -152,12 +154,7 @@ TEST(Relaxation, BadTermsAreNamed) {
   const CubeLattice lattice = box({2, 2, 2});
   const ElasticMaterial m{};
   const auto message = [&](const TledOptions& options) {
-    try {
-      Tled(ctx, lattice, {&m, 1}, {}, options);
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
+    return message_of([&] { Tled(ctx, lattice, {&m, 1}, {}, options); });
   };
   EXPECT_EQ(message({.relaxation = {{{0.6F, 1}, {0.5F, 1}}}}),
             "sum of relaxation shares is 1.1, expected less than 1");

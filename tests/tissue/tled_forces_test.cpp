@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/tissue/tled/material_laws.h"
 #include "tissue/tled_bodies.h"
 
 namespace tactus {
 namespace {
+
+using test::message_of;
 
 /// By the book and in double: B matrices at the integration points, S by inverses, hourglass vectors made
 /// orthogonal to linear fields [P 3-6; Joldes et al. 2008].
@@ -239,12 +242,7 @@ TEST(Tled, BadParametersAreNamed) {
   ExecContext& ctx = set.context(0);
   const CubeLattice lattice = box({2, 2, 2});
   const auto message = [&](const ElasticMaterial& m, const TledOptions& options = {}) {
-    try {
-      Tled(ctx, lattice, {&m, 1}, {}, options);
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
+    return message_of([&] { Tled(ctx, lattice, {&m, 1}, {}, options); });
   };
   EXPECT_EQ(message({.poisson = 0.5F}), "Poisson's ratio is 0.5, expected more than -1 and less than 0.5");
   EXPECT_EQ(message({.young_Pa = -3}), "Young's modulus [Pa] is -3, expected a positive number");

@@ -6,7 +6,7 @@
 
 #include "reconstruct/painted_balls.h"
 #include "support/device_sets.h"
-#include "tactus/base/error.h"
+#include "support/message_of.h"
 #include "tactus/geom/photo_choice.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/view/renderer.h"
@@ -15,6 +15,7 @@
 namespace tactus {
 namespace {
 
+using test::message_of;
 using test::Stage;
 
 constexpr Index kSide = 400;
@@ -308,12 +309,7 @@ TEST_F(PhotoSurface, RefusesWhatItCannotDraw) {
     const auto photos = photos_of(stage, 2, stage.photos());
     ViewScene scene = scene_of(stage, photos);
     spoil(*photos, scene.meshes.front());
-    try {
-      static_cast<void>(renderer.render(scene, viewer(0)));
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return message_of([&] { static_cast<void>(renderer.render(scene, viewer(0))); });
   };
   EXPECT_NE(message([](ViewPhotos& p, ViewMesh&) { p.k = 13; }).find("k is 13, expected 1 to 12"),
             std::string::npos);

@@ -5,12 +5,15 @@
 #include <limits>
 #include <random>
 
+#include "support/masks.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/mask_metrics.h"
 #include "view/meshes.h"
 
 namespace tactus {
 namespace {
+
+using test::make_mask;
 
 /// Pixels that are not set between the first and the last set pixel of their row.
 std::int64_t holes_px(const BitMask& mask) {

@@ -110,13 +110,6 @@ class CpuBlock {
   }
   /// All threads have come here before any goes on.
   void barrier() const {}
-  /// Starts to copy a number into shared memory, for when it will be needed; for memory that is far. After
-  /// await_fetches all but the latest so many batches that this thread ended are there, after a barrier those
-  /// of all threads.
-  void fetch(float& to, const float& from) const { to = from; }
-  void end_fetches() const {}
-  template <int kLatest>
-  void await_fetches() const {}
   template <class F>
   void on_one_thread(F&& f) const {
     f();

@@ -3,6 +3,7 @@
 /// Medioni 1992) of the last frame's samples on this frame's, damped so that directions the shape says
 /// nothing about keep the first guess, the difference of the centres of gravity [P 19].
 #include "tactus/contact/piece_kernels.h"
+#include "tactus/geom/cholesky.h"
 
 namespace tactus {
 
@@ -159,6 +160,8 @@ struct StartFit {
   }
 };
 
+/// One registered point's share of the normal equations: its distance from the tangent plane of the nearest
+/// sample of this frame; all 0 where none is within reach.
 struct FitPoints {
   static constexpr int kGrain = 32;
   View<const Vec3f> previous_m;
@@ -291,7 +294,7 @@ struct FitStep {
     const float move = kDamping * (a[3][3] + a[4][4] + a[5][5]);
     const float turn = move * total.value[29] / matched;
     for (int i = 0; i < 6; ++i) a[i][i] += i < 3 ? turn : move;
-    solve(a, x);
+    solve_cholesky(a, x);  // positive definite through its damping
     const Vec3f w = {x[0], x[1], x[2]};
     const float angle = length(w);
     if (!(angle < 1.F)) return;
@@ -301,27 +304,6 @@ struct FitStep {
     const Vec3f new_center = s.center_m + step * (moved_center - s.center_m) + Vec3f{x[3], x[4], x[5]};
     s.pose.R = rotation_matrix(s.rotation);
     s.pose.t = new_center - s.pose.R * s.previous_center_m;
-  }
-
- private:
-  /// Cholesky; a is positive definite through its damping.
-  TACTUS_HD static void solve(float (&a)[6][6], float (&x)[6]) {
-    for (int j = 0; j < 6; ++j) {
-      for (int k = 0; k < j; ++k) a[j][j] -= a[j][k] * a[j][k];
-      a[j][j] = tactus::sqrt(max(a[j][j], 1e-30F));
-      for (int i = j + 1; i < 6; ++i) {
-        for (int k = 0; k < j; ++k) a[i][j] -= a[i][k] * a[j][k];
-        a[i][j] /= a[j][j];
-      }
-    }
-    for (int i = 0; i < 6; ++i) {
-      for (int k = 0; k < i; ++k) x[i] -= a[i][k] * x[k];
-      x[i] /= a[i][i];
-    }
-    for (int i = 5; i >= 0; --i) {
-      for (int k = i + 1; k < 6; ++k) x[i] -= a[k][i] * x[k];
-      x[i] /= a[i][i];
-    }
   }
 };
 

@@ -10,16 +10,12 @@
 
 namespace tactus {
 
-/// What kernels read: `for_each_near(p, f)` calls f(particle) for every particle in the 27 cells around p
-/// (a superset of those within cell_m; the caller tests distances), in an order that is the same on every
+/// What kernels read: `ranges.for_each_slot(p, f)` visits the slots of every particle in the 27 cells around
+/// p (a superset of those within cell_m; the caller tests distances), in an order that is the same on every
 /// device: cells by z, y, x, particles of one cell by number.
 struct CellListView {
   CellRanges ranges;
   View<const Index> order;  ///< slot -> particle
-  template <class F>
-  TACTUS_HD void for_each_near(Vec3f p_m, F&& f) const {
-    ranges.for_each_slot(p_m, [&](Index slot) { f(order[slot]); });
-  }
 };
 
 class CellList {

@@ -271,13 +271,6 @@ Index CubeLattice::fix_where(const std::function<bool(Vec3f)>& predicate) {
   return count;
 }
 
-Index CubeLattice::fix_box(const Box3f& box_m) {
-  return fix_where([&](Vec3f p) {
-    return p.x >= box_m.min.x && p.y >= box_m.min.y && p.z >= box_m.min.z && p.x <= box_m.max.x &&
-           p.y <= box_m.max.y && p.z <= box_m.max.z;
-  });
-}
-
 Index CubeLattice::fix_half_space(Vec3f point_m, Vec3f normal) {
   return fix_where([&](Vec3f p) { return dot(normal, p - point_m) <= 0; });
 }

@@ -42,8 +42,6 @@ struct CubeLattice {
 
   /// Fixes the nodes whose rest position satisfies the predicate. @returns how many are fixed now.
   Index fix_where(const std::function<bool(Vec3f)>& predicate);
-  /// Nodes inside the closed box.
-  Index fix_box(const Box3f& box_m);
   /// Nodes with dot(normal, x - point) <= 0.
   Index fix_half_space(Vec3f point_m, Vec3f normal);
 };

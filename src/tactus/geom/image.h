@@ -65,16 +65,4 @@ struct BitMask {
   }
 };
 
-/// Set where value(x, y) is true.
-template <class F>
-BitMask make_mask(Index width, Index height, F&& value) {
-  BitMask mask(width, height);
-  for (Index y = 0; y < height; ++y) {
-    for (Index x = 0; x < width; ++x) {
-      if (value(x, y)) mask.set(x, y);
-    }
-  }
-  return mask;
-}
-
 }  // namespace tactus

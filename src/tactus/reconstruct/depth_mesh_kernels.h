@@ -19,21 +19,14 @@ struct CutAtDepth {
   float voxel_size_m;
   View<Vec3f> positions_m;  ///< in and out
 
-  static constexpr int kThreads = 256;
+  static constexpr int kThreads = BrickEdges::kMost;
   static constexpr int kSteps = 8, kBisections = 8;
-  struct Shared {
-    std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
-    float inner_x[kThreads], inner_y[kThreads], inner_z[kThreads], step_x[kThreads], step_y[kThreads],
-        step_z[kThreads];
+  struct Shared : BrickEdges {
     std::uint32_t cameras[kThreads];  ///< depth cameras that carve near the edge
     float leave[kThreads];            ///< smallest parameter at which a measured surface is left so far
     float inner_D_m[kThreads], outer_D_m[kThreads];
     int chosen[kThreads];
     int chosen_count;
-    TACTUS_HD Vec3f at(int e, float parameter) const {
-      return {fma(parameter, step_x[e], inner_x[e]), fma(parameter, step_y[e], inner_y[e]),
-              fma(parameter, step_z[e], inner_z[e])};
-    }
   };
 
   template <class Block>
@@ -41,19 +34,13 @@ struct CutAtDepth {
     std::uint32_t any = 0;
     for (int sub = 0; sub < 8; ++sub) any |= sub_depth[b.index() * 8 + sub];
     if (any == 0) return;
-    const Index first_row = b.index() * kBrickRows, begin = MeshCount{mesh_start[b.index()]}.vertices();
+    const Index begin = MeshCount{mesh_start[b.index()]}.vertices();
     const Index total = min(MeshCount{mesh_start[b.index() + 1]}.vertices(), positions_m.size()) - begin;
-    b.for_threads(kBrickRows, [&](int t) {
-      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
-      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
-        const int bit = lowest_bit(left);
-        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
-      }
-    });
+    s.list(b, crossings, row_start);
     const Vec3i brick = kBrick * table.brick_at(b.index());
     for (Index first = 0; first < total; first += kThreads) {
       const int count = min(total - first, Index{kThreads});
-      b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
+      b.for_threads(count, [&](int t) { load_edge(s, t, first + t, b.index(), brick); });
       for (Index d = 0; d < cameras.size(); ++d) {
         if ((any >> d & 1U) != 0) cut(b, s, count, d);
       }
@@ -62,21 +49,9 @@ struct CutAtDepth {
   }
 
  private:
-  TACTUS_HD void load_edge(Shared& s, int t, Index slot, Vec3i brick, int code) const {
-    const int axis = code >> 9, row = code >> 3 & 63, x = code & 7, y = row & 7, z = row >> 3;
-    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
-    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
-    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
-    const Vec3i last = table.map.grid.last_node;
-    const bool padding = outer.x <= 0 || outer.y <= 0 || outer.z <= 0 || outer.x >= last.x ||
-                         outer.y >= last.y || outer.z >= last.z;
-    s.inner_x[t] = static_cast<float>(inner.x);
-    s.inner_y[t] = static_cast<float>(inner.y);
-    s.inner_z[t] = static_cast<float>(inner.z);
-    s.step_x[t] = static_cast<float>(outer.x - inner.x);
-    s.step_y[t] = static_cast<float>(outer.y - inner.y);
-    s.step_z[t] = static_cast<float>(outer.z - inner.z);
-    s.cameras[t] = padding ? 0U : sub_depth[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
+  TACTUS_HD void load_edge(Shared& s, int t, Index which, Index slot, Vec3i brick) const {
+    const BrickEdges::Place place = s.load(t, which, table, slot, brick);
+    s.cameras[t] = place.padding ? 0U : sub_depth[slot * 8 + place.sub];
     s.leave[t] = 1;
   }
 

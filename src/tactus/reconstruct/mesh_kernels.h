@@ -114,6 +114,55 @@ struct CountBrickMesh {
   }
 };
 
+/// Crossed edges of one brick: all listed in the order of their vertices, and up to kMost of them as ways
+/// from the inside to the outside node.
+struct BrickEdges {
+  static constexpr int kMost = 256;
+  std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x
+  float inner_x[kMost], inner_y[kMost], inner_z[kMost], step_x[kMost], step_y[kMost],
+      step_z[kMost];  ///< in padded node units
+
+  TACTUS_HD Vec3f at(int t, float parameter) const {
+    return {fma(parameter, step_x[t], inner_x[t]), fma(parameter, step_y[t], inner_y[t]),
+            fma(parameter, step_z[t], inner_z[t])};
+  }
+  /// Fills `code`. Both views: kBrickRows per slot.
+  template <class Block>
+  TACTUS_HD void list(const Block& b, View<const std::uint32_t> crossings,
+                      View<const std::uint32_t> row_start) {
+    const Index first_row = b.index() * kBrickRows;
+    b.for_threads(kBrickRows, [&](int t) {
+      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
+      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
+        const int bit = lowest_bit(left);
+        code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
+      }
+    });
+  }
+  struct Place {
+    int sub;       ///< sub-brick of the edge's lower node
+    bool padding;  ///< the outside node is the box's own boundary: the surface closes just off the last node
+  };
+  /// Edge number `which` of the list becomes way t; `brick`: the slot's first node.
+  TACTUS_HD Place load(int t, Index which, const BrickTable& table, Index slot, Vec3i brick) {
+    const int edge = code[which], axis = edge >> 9, row = edge >> 3 & 63, x = edge & 7, y = row & 7,
+              z = row >> 3;
+    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
+    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
+    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
+    const Vec3i last = table.map.grid.last_node;
+    inner_x[t] = static_cast<float>(inner.x);
+    inner_y[t] = static_cast<float>(inner.y);
+    inner_z[t] = static_cast<float>(inner.z);
+    step_x[t] = static_cast<float>(outer.x - inner.x);
+    step_y[t] = static_cast<float>(outer.y - inner.y);
+    step_z[t] = static_cast<float>(outer.z - inner.z);
+    return {(x >> 2) + (y >> 2) * 2 + (z >> 2) * 4, outer.x <= 0 || outer.y <= 0 || outer.z <= 0 ||
+                                                        outer.x >= last.x || outer.y >= last.y ||
+                                                        outer.z >= last.z};
+  }
+};
+
 /// Positions of a brick's vertices: where the edge leaves the first silhouette (method: smallest t over the
 /// cameras).
 struct EmitVertices {
@@ -126,15 +175,11 @@ struct EmitVertices {
   float voxel_size_m;
   View<Vec3f> positions_m;  ///< out
 
-  static constexpr int kThreads = 256;
+  static constexpr int kThreads = BrickEdges::kMost;
   static constexpr float kEdgeMargin =
       1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
   static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
-  struct Shared {
-    std::uint16_t code[3 * kBrickRows * kBrick];  ///< axis << 9 | row << 3 | x, in the order of the vertices
-    // The ways from the inside to the outside nodes of up to kThreads edges, in padded node units.
-    float inner_x[kThreads], inner_y[kThreads], inner_z[kThreads], step_x[kThreads], step_y[kThreads],
-        step_z[kThreads];
+  struct Shared : BrickEdges {
     std::uint32_t cameras[kThreads];  ///< that carve near the edge
     float leave[kThreads];            ///< smallest parameter at which a silhouette is left so far
     float end_value[kThreads];        ///< of one camera's silhouette at the outside node
@@ -155,54 +200,29 @@ struct EmitVertices {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index first_row = b.index() * kBrickRows, begin = MeshCount{mesh_start[b.index()]}.vertices();
+    const Index begin = MeshCount{mesh_start[b.index()]}.vertices();
     const Index total = min(MeshCount{mesh_start[b.index() + 1]}.vertices(), positions_m.size()) - begin;
-    b.for_threads(kBrickRows, [&](int t) {
-      Index at = static_cast<Index>(row_start[first_row + t] & 0xFFFFU);
-      for (std::uint32_t left = crossings[first_row + t]; left != 0; left &= left - 1) {
-        const int bit = lowest_bit(left);
-        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
-      }
-    });
+    s.list(b, crossings, row_start);
     const Vec3i brick = kBrick * table.brick_at(b.index());
     std::uint32_t any_camera = 0;
     for (int sub = 0; sub < 8; ++sub) any_camera |= table.sub_cameras[b.index() * 8 + sub];
     for (Index first = 0; first < total; first += kThreads) {
       const int count = min(total - first, Index{kThreads});
-      b.for_threads(count, [&](int t) { load_edge(s, t, b.index(), brick, s.code[first + t]); });
+      b.for_threads(count, [&](int t) { load_edge(s, t, first + t, b.index(), brick); });
       for (std::uint32_t left = any_camera; left != 0; left &= left - 1)
         carve_edges(b, s, count, brick, lowest_bit(left));
       b.for_threads(count, [&](int t) {
         const float leave = clamp(s.leave[t], kEdgeMargin, 1 - kEdgeMargin);
-        const Vec3f node{fma(leave, s.step_x[t], s.inner_x[t]), fma(leave, s.step_y[t], s.inner_y[t]),
-                         fma(leave, s.step_z[t], s.inner_z[t])};
-        positions_m[begin + first + t] = origin_m + voxel_size_m * node;
+        positions_m[begin + first + t] = origin_m + voxel_size_m * s.at(t, leave);
       });
     }
   }
 
-  TACTUS_HD void load_edge(Shared& s, int t, Index slot, Vec3i brick, int code) const {
-    const int axis = code >> 9, row = code >> 3 & 63, x = code & 7, y = row & 7, z = row >> 3;
-    const Vec3i low = brick + Vec3i{x, y, z}, along{axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
-    const bool low_inside = (table.rows[slot * kBrickRows + row] >> x & 1) != 0;
-    const Vec3i inner = low_inside ? low : low + along, outer = low_inside ? low + along : low;
-    const bool padding =
-        is_padding(outer);  // the box's own boundary: the surface closes just off the last node
-    const std::uint32_t near = table.sub_cameras[slot * 8 + (x >> 2) + (y >> 2) * 2 + (z >> 2) * 4];
-    s.inner_x[t] = static_cast<float>(inner.x);
-    s.inner_y[t] = static_cast<float>(inner.y);
-    s.inner_z[t] = static_cast<float>(inner.z);
-    s.step_x[t] = static_cast<float>(outer.x - inner.x);
-    s.step_y[t] = static_cast<float>(outer.y - inner.y);
-    s.step_z[t] = static_cast<float>(outer.z - inner.z);
-    s.cameras[t] = padding ? 0U : near;
-    s.leave[t] = padding ? 0.F : 1.F;
-  }
-
-  TACTUS_HD bool is_padding(Vec3i node) const {
-    const Vec3i last = table.map.grid.last_node;
-    return node.x <= 0 || node.y <= 0 || node.z <= 0 || node.x >= last.x || node.y >= last.y ||
-           node.z >= last.z;
+  TACTUS_HD void load_edge(Shared& s, int t, Index which, Index slot, Vec3i brick) const {
+    const BrickEdges::Place place = s.load(t, which, table, slot, brick);
+    const std::uint32_t near = table.sub_cameras[slot * 8 + place.sub];
+    s.cameras[t] = place.padding ? 0U : near;
+    s.leave[t] = place.padding ? 0.F : 1.F;
   }
 
   /// Pixels that an edge of this brick may cross in the camera's image: as many samples find the first

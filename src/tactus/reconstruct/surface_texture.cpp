@@ -100,11 +100,6 @@ SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras
   triangle_cameras_ = Buffer<Index>(device, options.max_triangles);
 }
 
-void SurfaceTexture::set_k(Index k) {
-  check_k(k, cameras_.size());
-  options_.k = k;
-}
-
 void SurfaceTexture::upload(ExecContext& ctx, std::span<const ColorImage> photos) {
   if (photos.size() != cameras_.size())
     throw Error("texture: " + std::to_string(photos.size()) + " photos for " +

@@ -66,8 +66,6 @@ class SurfaceTexture {
   /// one.
   View<const Rgb8> photos() const { return photos_.const_view(); }
   std::uint32_t live_photos() const { return live_; }
-  Index k() const { return options_.k; }
-  void set_k(Index k);
 
  private:
   TextureOptions options_;

@@ -70,29 +70,20 @@ struct EmitTolerantVertices {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const BrickTable& table = plain.table;
-    const Index first_row = b.index() * kBrickRows, begin = MeshCount{plain.mesh_start[b.index()]}.vertices();
+    const Index begin = MeshCount{plain.mesh_start[b.index()]}.vertices();
     const Index total =
         min(MeshCount{plain.mesh_start[b.index() + 1]}.vertices(), plain.positions_m.size()) - begin;
-    b.for_threads(kBrickRows, [&](int t) {
-      Index at = static_cast<Index>(plain.row_start[first_row + t] & 0xFFFFU);
-      for (std::uint32_t left = plain.crossings[first_row + t]; left != 0; left &= left - 1) {
-        const int bit = lowest_bit(left);
-        s.code[at++] = static_cast<std::uint16_t>((bit >> 3) << 9 | t << 3 | (bit & 7));
-      }
-    });
-    const Vec3i brick = kBrick * table.brick_at(b.index());
+    s.list(b, plain.crossings, plain.row_start);
+    const Vec3i brick = kBrick * plain.table.brick_at(b.index());
     for (Index first = 0; first < total; first += kThreads) {
       const int count = min(total - first, Index{kThreads});
       b.for_threads(count, [&](int t) {
-        plain.load_edge(s, t, b.index(), brick, s.code[first + t]);
+        plain.load_edge(s, t, first + t, b.index(), brick);
         const Vec3f inner{s.inner_x[t], s.inner_y[t], s.inner_z[t]},
             step{s.step_x[t], s.step_y[t], s.step_z[t]};
         const float leave = clamp(min(s.leave[t], leave_silhouettes(s.cameras[t], inner, step, brick)),
                                   EmitVertices::kEdgeMargin, 1 - EmitVertices::kEdgeMargin);
-        const Vec3f node{fma(leave, step.x, inner.x), fma(leave, step.y, inner.y),
-                         fma(leave, step.z, inner.z)};
-        plain.positions_m[begin + first + t] = plain.origin_m + plain.voxel_size_m * node;
+        plain.positions_m[begin + first + t] = plain.origin_m + plain.voxel_size_m * s.at(t, leave);
       });
     }
   }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/cholesky.h"
 #include "tactus/geom/point_tree.h"
 
 namespace tactus {
@@ -44,26 +45,6 @@ struct Sums {
   double a[6][6] = {}, b[6] = {}, squares = 0, arm2 = 0;
   int matched = 0;
 };
-
-/// Cholesky; a is positive definite through its damping.
-void solve(double (&a)[6][6], double (&x)[6]) {
-  for (int j = 0; j < 6; ++j) {
-    for (int k = 0; k < j; ++k) a[j][j] -= a[j][k] * a[j][k];
-    a[j][j] = std::sqrt(std::max(a[j][j], 1e-30));
-    for (int i = j + 1; i < 6; ++i) {
-      for (int k = 0; k < j; ++k) a[i][j] -= a[i][k] * a[j][k];
-      a[i][j] /= a[j][j];
-    }
-  }
-  for (int i = 0; i < 6; ++i) {
-    for (int k = 0; k < i; ++k) x[i] -= a[i][k] * x[k];
-    x[i] /= a[i][i];
-  }
-  for (int i = 5; i >= 0; --i) {
-    for (int k = i + 1; k < 6; ++k) x[i] -= a[k][i] * x[k];
-    x[i] /= a[i][i];
-  }
-}
 
 struct Quality {
   double rms_m = 0, share = 0;
@@ -120,7 +101,7 @@ struct VelocityTracker::Surface {
       const double move = kDamping * (s.a[3][3] + s.a[4][4] + s.a[5][5]);
       const double turn = move * s.arm2 / s.matched;
       for (int k = 0; k < 6; ++k) s.a[k][k] += k < 3 ? turn : move;
-      solve(s.a, s.b);
+      solve_cholesky(s.a, s.b);  // positive definite through its damping
       const Vec3d w{s.b[0], s.b[1], s.b[2]}, t{s.b[3], s.b[4], s.b[5]};
       if (!(length(w) < 1)) break;
       const Mat3d R = pose_of({}, w).R;

@@ -293,7 +293,6 @@ TriangleMesh VisualHull::download() {
 }
 
 float VisualHull::voxel_size_m() const { return impl_->plan.voxel_size_m; }
-Vec3i VisualHull::voxel_count() const { return impl_->plan.voxels; }
 std::int64_t VisualHull::memory_bytes() const {
   std::int64_t bytes = 0;
   for (HullPart& part : impl_->parts) bytes += part.bytes(impl_->plan);

@@ -83,7 +83,6 @@ class VisualHull {
   TriangleMesh download();
 
   float voxel_size_m() const;
-  Vec3i voxel_count() const;
   /// Memory on all devices together, but for lists of a few kB. Grows with the area of the workspace's sides
   /// in voxels, not with its volume: 8 bytes per 8192 voxels is all that the empty ones take.
   std::int64_t memory_bytes() const;

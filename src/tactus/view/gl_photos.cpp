@@ -41,8 +41,10 @@ Index map_texels(Index pixels, float texel_px) {
 
 GlPhotoPrograms::GlPhotoPrograms()
     : map("photo map", {shaders::kPhotoMapVertex}, {shaders::kPhotoMapFragment}),
-      widen("photo map, widened", {shaders::kBackgroundVertex}, {shaders::kPhotoWidenFragment}),
-      outline("photo map, outlines", {shaders::kBackgroundVertex}, {shaders::kPhotoOutlineFragment}),
+      widen("photo map, widened", {shaders::kBackgroundVertex},
+            {shaders::kPhotoMapTexel, shaders::kPhotoWidenFragment}),
+      outline("photo map, outlines", {shaders::kBackgroundVertex},
+              {shaders::kPhotoMapTexel, shaders::kPhotoOutlineFragment}),
       surface("photographed surface", {shaders::kSurfaceVertex},
               {constants().c_str(), shaders::kPhotoFragment}) {}
 

@@ -23,36 +23,31 @@ layout(location = 0) out vec4 inverse_z;
 void main() { inverse_z = vec4(gl_FragCoord.w); }
 )";
 
-/// Widens what a map holds by a texel on every side.
-inline constexpr const char* kPhotoWidenFragment = R"(
+/// 1/z of a texel of the map that a pass reads; beyond the map's rim, of the nearest in it.
+inline constexpr const char* kPhotoMapTexel = R"(
 uniform ivec2 last_texel;
 uniform int layer;
 layout(binding = 3) uniform sampler2DArray map;
+float texel_at(ivec2 at) { return texelFetch(map, ivec3(clamp(at, ivec2(0), last_texel), layer), 0).r; }
+)";
+/// Widens what a map holds by a texel on every side.
+inline constexpr const char* kPhotoWidenFragment = R"(
 layout(location = 0) out vec4 inverse_z;
 void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
   float nearest = 0;
-  for (int i = 0; i < 9; ++i) {
-    ivec2 from = clamp(at + ivec2(i % 3 - 1, i / 3 - 1), ivec2(0), last_texel);
-    nearest = max(nearest, texelFetch(map, ivec3(from, layer), 0).r);
-  }
+  for (int i = 0; i < 9; ++i)
+    nearest = max(nearest, texel_at(ivec2(gl_FragCoord.xy) + ivec2(i % 3 - 1, i / 3 - 1)));
   inverse_z = vec4(nearest);
 }
 )";
 /// Keeps what is there and adds 1 where the outline of the body is more than about a texel away, else 0.
 inline constexpr const char* kPhotoOutlineFragment = R"(
-uniform ivec2 last_texel;
-uniform int layer;
-layout(binding = 3) uniform sampler2DArray map;
 layout(location = 0) out vec4 texel;
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   float least = 1;
-  for (int i = 0; i < 25; ++i) {
-    ivec2 from = clamp(at + ivec2(i % 5 - 2, i / 5 - 2), ivec2(0), last_texel);
-    least = min(least, texelFetch(map, ivec3(from, layer), 0).r);
-  }
-  texel = vec4(texelFetch(map, ivec3(at, layer), 0).r, least > 0.0 ? 1.0 : 0.0, 0, 0);
+  for (int i = 0; i < 25; ++i) least = min(least, texel_at(at + ivec2(i % 5 - 2, i / 5 - 2)));
+  texel = vec4(texel_at(at), least > 0.0 ? 1.0 : 0.0, 0, 0);
 }
 )";
 

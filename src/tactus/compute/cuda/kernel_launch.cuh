@@ -1,7 +1,6 @@
 #pragma once
 /// Included by a folder's kernels.cu, which lists its kernels: `TACTUS_CUDA_KERNEL(HullPyramid,
 /// ClassifyBricks);` Nothing else may be compiled by nvcc.
-#include <cuda_pipeline_primitives.h>
 #include <cuda_runtime.h>
 
 #include <algorithm>
@@ -81,14 +80,6 @@ class CudaBlock {
     return {__shfl_up_sync(~0U, values.value, 1)};
   }
   __device__ void barrier() const { __syncthreads(); }
-  __device__ void fetch(float& to, const float& from) const {
-    __pipeline_memcpy_async(&to, &from, sizeof(float));
-  }
-  __device__ void end_fetches() const { __pipeline_commit(); }
-  template <int kLatest>
-  __device__ void await_fetches() const {
-    __pipeline_wait_prior(kLatest);
-  }
   template <class F>
   __device__ void on_one_thread(F&& f) const {
     if (threadIdx.x == 0) f();

@@ -72,7 +72,6 @@ class Flsm {
   /// How many substeps keep dt <= 1/omega, so that the stiffness is the material's.
   int substeps_for(float dt_frame_s) const;
   Index node_count() const { return cell_.size(); }
-  Index exception_count() const { return exceptions_.size(); }
 
  private:
   void sum_over_regions(ExecContext& ctx);

@@ -3,7 +3,10 @@
 ///
 /// Eight values at the corners of a cube are eight sums with signs (Walsh-Hadamard modes): a constant, three
 /// gradients, and four hourglass modes, orthogonal because all cubes are cubes. Forces come back the same
-/// way.
+/// way. Every `force` is always inlined: a loop over lanes with a call in it doesn't vectorise, and g++ calls
+/// what is large or used by several kernels.
+#include <compare>
+
 #include "tactus/compute/view.h"
 #include "tactus/tissue/tled/material_laws.h"
 
@@ -14,6 +17,13 @@ struct CubeModes {
   Vec3f x, y, z, xy, yz, xz, xyz;
 };
 
+/// What cubes of one kind are made of.
+struct alignas(16) Stiffness {
+  float mu_Pa = 0, lambda_Pa = 0;
+  float hourglass_N_m = 0;
+  friend auto operator<=>(const Stiffness&, const Stiffness&) = default;
+};
+
 /// Forces of a cube with one integration point at its centre; the four hourglass modes, without stress there,
 /// get stiffness k (Joldes et al. 2008): f = (k/8) sum h h^T u.
 template <class Law>
@@ -21,11 +31,11 @@ struct OnePointCube {
   Law law;
   float gradient_per_m;  ///< 1 / (4 h)
   float area_m2;         ///< h^2 / 4
-  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float hourglass,
-                            Index /*cell*/) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of,
+                                                 Index /*cell*/) const {
     const float s = gradient_per_m;
-    const GradientColumns P = law.stress({s * u.x, s * u.y, s * u.z}, mu, lambda);
-    const float k = -0.125F * hourglass, a = -area_m2;
+    const GradientColumns P = law.stress({s * u.x, s * u.y, s * u.z}, of.mu_Pa, of.lambda_Pa);
+    const float k = -0.125F * of.hourglass_N_m, a = -area_m2;
     return {a * P.x, a * P.y, a * P.z, k * u.xy, k * u.yz, k * u.xz, k * u.xyz};
   }
 };
@@ -35,8 +45,8 @@ template <class Law>
 struct EightPointCube {
   Law law;
   float gradient_per_m, area_m2;
-  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float /*hourglass*/,
-                            Index /*cell*/) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of,
+                                                 Index /*cell*/) const {
     CubeModes f{};
     const float g = 0.577350269F, w = -0.125F * area_m2, s = gradient_per_m;
     for (int i = 0; i < 8; ++i) {
@@ -44,7 +54,7 @@ struct EightPointCube {
       const GradientColumns P = law.stress({s * (u.x + b * u.xy + c * u.xz + (b * c) * u.xyz),
                                             s * (u.y + a * u.xy + c * u.yz + (a * c) * u.xyz),
                                             s * (u.z + a * u.xz + b * u.yz + (a * b) * u.xyz)},
-                                           mu, lambda);
+                                           of.mu_Pa, of.lambda_Pa);
       f.x += w * P.x;
       f.y += w * P.y;
       f.z += w * P.z;
@@ -70,10 +80,11 @@ struct RelaxingCube {
   Index cells;
   float share[kTerms], fade[kTerms];
 
-  TACTUS_HD CubeModes force(const CubeModes& u, float mu, float lambda, float hourglass, Index cell) const {
-    CubeModes f = elastic.force(u, mu, lambda, hourglass, cell);
+  TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of, Index cell) const {
+    CubeModes f = elastic.force(u, of, cell);
     const float s = elastic.gradient_per_m, a = elastic.area_m2;
-    const GradientColumns F{s * u.x, s * u.y, s * u.z}, P = elastic.law.stress(F, mu, 0.F), cof = cofactor(F);
+    const GradientColumns F{s * u.x, s * u.y, s * u.z}, P = elastic.law.stress(F, of.mu_Pa, 0.F),
+                                                        cof = cofactor(F);
     const float inverse_J = 1.F / max(dot(F.x, cof.x), kSmallestJ);  // F^-1 = cof^T / J
     const float S[6] = {inverse_J * dot(cof.x, P.x), inverse_J * dot(cof.y, P.y),
                         inverse_J * dot(cof.z, P.z), inverse_J * dot(cof.y, P.z),

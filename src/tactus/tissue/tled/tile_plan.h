@@ -17,12 +17,18 @@ struct TilePlan {
   std::vector<Index> cube_cell;       ///< per cube
 };
 
+/// Of tiles.
+struct TileLimits {
+  Index groups = 0;       ///< at most
+  Index groups_x = 0;     ///< at most, along x
+  bool segments = false;  ///< rows are cut into Grid's segments, which are the tiles'
+  Index layers = 0;       ///< of nodes, at most: few keep many processors busy, many share more
+};
+
 /// @param in_use per cube: whether it is an element here; empty: all.
-/// @param max_groups of a tile; @param max_groups_x those along x
-/// @param layers of nodes per tile: few keep many processors busy, many share more.
 /// @param own layers of nodes whose forces are wanted; those around are other devices'
 /// @throws Error when the lattice's box is too large to be indexed.
-TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use, Index max_groups,
-                    Index max_groups_x, Index layers, Slab own);
+TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>& in_use,
+                    const TileLimits& limits, Slab own);
 
 }  // namespace tactus::tled

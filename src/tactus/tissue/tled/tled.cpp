@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 #include <string>
 
@@ -27,24 +28,46 @@ float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
   return mu * (3 * lambda + 2 * mu) / (lambda + mu);
 }
 
-/// Per cube mu, lambda and the hourglass stiffness k = h E / 6: the bending stiffness of a cube exactly (the
-/// often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of the
-/// relaxed material: what lasts is right.
-std::vector<float> stiffness_fields(const CubeLattice& lattice, const tled::TilePlan& plan,
-                                    std::span<const ElasticMaterial> materials,
-                                    const std::vector<std::uint8_t>& material_of_cube, float faded_share) {
-  const auto cells = static_cast<std::size_t>(plan.grid.cells);
-  std::vector<float> fields(3 * cells);
+/// Cubes of the same material and fill are of one kind; kind 0 is no cube.
+struct Kinds {
+  std::vector<tled::Stiffness> stiffness;
+  std::vector<std::uint16_t> of_cell;
+
+  std::vector<float> fields() const {  ///< tled::StiffnessFields
+    const std::size_t cells = of_cell.size();
+    std::vector<float> all(3 * cells);
+    for (std::size_t i = 0; i < cells; ++i) {
+      const tled::Stiffness& k = stiffness[of_cell[i]];
+      all[i] = k.mu_Pa;
+      all[cells + i] = k.lambda_Pa;
+      all[2 * cells + i] = k.hourglass_N_m;
+    }
+    return all;
+  }
+};
+
+/// The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly (the often used part of
+/// (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of the relaxed material:
+/// what lasts is right.
+Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
+                 std::span<const ElasticMaterial> materials,
+                 const std::vector<std::uint8_t>& material_of_cube, float faded_share) {
+  Kinds kinds{{tled::Stiffness{}}, std::vector<std::uint16_t>(static_cast<std::size_t>(plan.grid.cells))};
+  std::map<tled::Stiffness, std::uint16_t> known;
   for (std::size_t c = 0; c < plan.cube_cell.size(); ++c) {
     if (material_of_cube[c] == Tled::kNoElement) continue;
     const ElasticMaterial& m = materials[material_of_cube[c]];
-    const auto cell = static_cast<std::size_t>(plan.cube_cell[c]);
     const float fill = lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
-    fields[cell] = fill * m.mu_Pa();
-    fields[cells + cell] = fill * m.lambda_Pa();
-    fields[2 * cells + cell] = fill * lattice.spacing_m * relaxed_young_Pa(m, faded_share) / 6;
+    const tled::Stiffness stiffness{fill * m.mu_Pa(), fill * m.lambda_Pa(),
+                                    fill * lattice.spacing_m * relaxed_young_Pa(m, faded_share) / 6};
+    const auto [at, is_new] =
+        known.try_emplace(stiffness, static_cast<std::uint16_t>(kinds.stiffness.size()));
+    if (is_new) kinds.stiffness.push_back(stiffness);
+    if (kinds.stiffness.size() > 65536)
+      throw Error("a body's cubes have more than 65535 different stiffnesses; use fewer materials");
+    kinds.of_cell[static_cast<std::size_t>(plan.cube_cell[c])] = at->second;
   }
-  return fields;
+  return kinds;
 }
 
 /// With damping time b the step of a mode omega must stay below (2/omega) (sqrt(1 + z^2) - z), z = b omega/2.
@@ -53,15 +76,21 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
   return undamped_step_s * (std::sqrt(1 + z * z) - z);
 }
 
+template <class Tiles>
+tled::TileLimits limits_of(Index layers) {
+  return {
+      .groups = Tiles::kGroups, .groups_x = Tiles::kGroupsX, .segments = Tiles::kSegments, .layers = layers};
+}
+
 /// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
 tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
                         const std::vector<std::uint8_t>& in_use, Slab own) {
-  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, tled::TilesOnCpu::kGroups, 6, 16, own);
-  constexpr std::size_t kEnoughTiles = 512;
-  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, tled::TilesOnGpu::kGroups, 2, 16, own);
+  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, limits_of<tled::TilesOnCpu>(16), own);
+  constexpr std::size_t kEnoughTiles = 256;
+  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, limits_of<tled::TilesOnGpu>(16), own);
   for (const Index layers : {8, 4, 2, 1}) {
     if (plan.tiles.size() < kEnoughTiles)
-      plan = tled::plan_tiles(lattice, in_use, tled::TilesOnGpu::kGroups, 2, layers, own);
+      plan = tled::plan_tiles(lattice, in_use, limits_of<tled::TilesOnGpu>(layers), own);
   }
   return plan;
 }
@@ -139,7 +168,10 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
       inverse_mass[static_cast<std::size_t>(plan.node_cell[i])] = 1 / lattice.node_mass_kg[i];
   }
   inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
-  stiffness_ = to_device(ctx, stiffness_fields(lattice, plan, materials, material, options.faded_share()));
+  const Kinds kinds = find_kinds(lattice, plan, materials, material, options.faded_share());
+  kind_ = to_device(ctx, kinds.of_cell);
+  kinds_ = to_device(ctx, kinds.stiffness);
+  if (!ctx.device().is_cuda()) stiffness_ = to_device(ctx, kinds.fields());
   const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
   for (Buffer<float>* fields : {&ahead_m_[0], &ahead_m_[1], &v_m_s_, &push_m_s2_, &f_N_})
     *fields = to_device(ctx, zero);
@@ -154,16 +186,15 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
   const Index begin = which == Tiles::interior ? edge_tiles_ : 0;
   const Index end = which == Tiles::edges ? edge_tiles_ : tiles_.size();
   const View<const tled::Tile> tiles = tiles_.const_view().part(begin, end - begin);
-  const auto launch = [&]<class Shape>(Shape) {
+  const auto launch = [&]<class Shape>(Shape, const typename Shape::Stiffnesses& stiffness) {
     using Kernel = tled::ElementForces<Cube, Shape, Sink>;
-    ctx.parallel_for(
-        "tled/element_forces", tiles.size(),
-        Kernel{tiles, active_.const_view(), ahead_m(k), stiffness_.const_view(), grid_, cube, sink});
+    ctx.parallel_for("tled/element_forces", tiles.size(),
+                     Kernel{tiles, active_.const_view(), ahead_m(k), stiffness, grid_, cube, sink});
   };
   if (ctx.device().is_cuda())
-    launch(tled::TilesOnGpu{});
+    launch(tled::TilesOnGpu{}, kinds());
   else
-    launch(tled::TilesOnCpu{});
+    launch(tled::TilesOnCpu{}, tled::StiffnessFields{stiffness_.const_view(), grid_.cells});
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, float dt_s) {
@@ -252,10 +283,9 @@ void Tled::store(ExecContext& ctx, BodyState& state, int count) {
 
 tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
-  ctx.parallel_for(
-      "tled/extremes", extremes_.size(),
-      tled::FindExtremes{cube_cell_.const_view(), ahead_m_[0].const_view(), stiffness_.const_view(),
-                         extremes_.view(), grid_, 1 / (4 * spacing_m_)});
+  ctx.parallel_for("tled/extremes", extremes_.size(),
+                   tled::FindExtremes{cube_cell_.const_view(), ahead_m_[0].const_view(), kinds(),
+                                      extremes_.view(), grid_, 1 / (4 * spacing_m_)});
   const std::vector<tled::CubeExtremes> blocks = to_host(ctx, extremes_.const_view());
   tled::CubeExtremes worst = blocks.front();
   for (std::size_t i = 1; i < blocks.size(); ++i) worst = tled::FindExtremes::worse(worst, blocks[i]);

@@ -82,6 +82,7 @@ class Tled {
   void sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink);
   template <class Cube, class Sink>
   void launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube, const Sink& sink);
+  tled::StiffnessKinds kinds() const { return {kind_.const_view(), kinds_.const_view()}; }
   tled::LoadPositions load_positions(const BodyState& state);
   /// What the last of `count` moves left of the history is where the first looks for it.
   void keep_history(ExecContext& ctx, int count);
@@ -95,8 +96,11 @@ class Tled {
   Buffer<std::uint32_t> active_;
   Buffer<Index> cell_, cube_cell_;
   Buffer<tled::CubeExtremes> extremes_;
-  Buffer<float> inverse_mass_per_kg_, stiffness_, f_N_, v_m_s_, push_m_s2_;  ///< over cells
-  std::array<Buffer<float>, 2> ahead_m_;  ///< a step reads one and writes the other
+  Buffer<std::uint16_t> kind_;  ///< over cells, into
+  Buffer<tled::Stiffness> kinds_;
+  Buffer<float> stiffness_;                                      ///< fields of the same, on a CPU
+  Buffer<float> inverse_mass_per_kg_, f_N_, v_m_s_, push_m_s2_;  ///< over cells
+  std::array<Buffer<float>, 2> ahead_m_;                         ///< a step reads one and writes the other
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
 };

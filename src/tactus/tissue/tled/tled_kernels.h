@@ -51,7 +51,6 @@ struct StoreNodes {
 
 /// What becomes of internal forces: they are kept, three fields over cells.
 struct StoreForces {
-  static constexpr int kInputs = 0;
   View<float> f_N;  ///< 3 fields
   Index cells;
   TACTUS_HD void operator()(Index cell, Vec3f f) const { store_vector(f_N, cells, cell, f); }
@@ -61,27 +60,19 @@ struct StoreForces {
 /// dt v+ [ours: free flight drifts 1000 times less in float32 than with u+, u, u-], which for p = x + b v is
 /// p+ = p + dt v+ + b (v+ - v). Fixed nodes stay where they are.
 struct MoveNodes {
-  static constexpr int kInputs = 10;
   View<const float> ahead_m, push_m_s2, inverse_mass_per_kg;  ///< 3, 3, 1 fields; mass 0: fixed, or no node
   View<float> v_m_s, next_ahead_m;                            ///< 3 fields each
   Index cells;
   Vec3f gravity_m_s2;
   float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
-
-  /// What a node brings along: value n of kInputs.
-  TACTUS_HD const float& input(int n, Index cell) const {
-    if (n < 3) return ahead_m[n * cells + cell];
-    if (n < 6) return push_m_s2[(n - 3) * cells + cell];
-    return n < 9 ? v_m_s[(n - 6) * cells + cell] : inverse_mass_per_kg[cell];
-  }
-  template <class In>
-  TACTUS_HD void operator()(Index cell, Vec3f f, const In& in) const {
-    const Vec3f ahead{in(0), in(1), in(2)}, push{in(3), in(4), in(5)}, v{in(6), in(7), in(8)};
-    const float w = in(9);
-    const Vec3f dv = dt_s * (gravity_m_s2 + push + w * f);
+  TACTUS_HD void operator()(Index cell, Vec3f f) const {
+    const float w = inverse_mass_per_kg[cell];
+    const Vec3f v = vector_at(v_m_s, cells, cell);
+    const Vec3f dv = dt_s * (gravity_m_s2 + vector_at(push_m_s2, cells, cell) + w * f);
     const Vec3f next = w > 0 ? drag * (v + dv) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
-    store_vector(next_ahead_m, cells, cell, ahead + (dt_s * next + damping_time_s * (next - v)));
+    store_vector(next_ahead_m, cells, cell,
+                 vector_at(ahead_m, cells, cell) + (dt_s * next + damping_time_s * (next - v)));
   }
 };
 
@@ -99,7 +90,8 @@ struct CubeExtremes {
 struct FindExtremes {
   static constexpr int kThreads = 256, kStrip = 16;
   View<const Index> cube_cell;
-  View<const float> x_m, stiffness;  ///< 3 fields each
+  View<const float> x_m;  ///< 3 fields
+  StiffnessKinds stiffness;
   View<CubeExtremes> out;
   Grid grid;
   float gradient_per_m;
@@ -111,7 +103,8 @@ struct FindExtremes {
     const Index c = cube_cell[cube];
     Vec3f corner[8];
     for (int q = 0; q < 8; ++q) {
-      const Index at = c + (q & 1) + (q >> 1 & 1) * grid.stride_y + (q >> 2) * grid.stride_z;
+      const Index at =
+          ((q & 1) != 0 ? grid.right_of(c) : c) + (q >> 1 & 1) * grid.stride_y + (q >> 2) * grid.stride_z;
       corner[q] = {x_m[at], x_m[grid.cells + at], x_m[2 * grid.cells + at]};
     }
     GradientColumns F{};
@@ -123,7 +116,7 @@ struct FindExtremes {
     F = {gradient_per_m * F.x, gradient_per_m * F.y, gradient_per_m * F.z};
     const GradientColumns cof = cofactor(F);
     const float J = dot(F.x, cof.x), safe = max(J, kSmallestJ);
-    const float mu = stiffness[c], lambda = stiffness[grid.cells + c];
+    const float mu = stiffness[c].mu_Pa, lambda = stiffness[c].lambda_Pa;
     const float area2 = dot(cof.x, cof.x) + dot(cof.y, cof.y) + dot(cof.z, cof.z);
     // |cof F|^2 of the spectral norm is at most the sum over columns, and at rest a third of it.
     const float ratio2 =
