@@ -3,7 +3,8 @@
 # their lib/ (found through DT_RPATH, so no wrapper or environment is needed):
 #   tactus-device  tactus-bench, the scenes, and every test that runs on devices: small enough to carry to a GPU host
 #   tactus         that and the program itself, with the image and video codecs of this machine's OpenCV
-# libc, the GPU's driver and OpenGL belong to the machine they run on.
+# libc, the GPU's driver and OpenGL belong to the machine they run on; where that has NVIDIA's OpenGL but not the libraries
+# that find it (containers), run-tests.sh takes those of gl/.
 set -euo pipefail
 build=$1 out=$2
 from_the_host='/(libc|libm|libdl|librt|libpthread|libresolv|libutil|ld-linux[^/]*|libcuda|libGL|libEGL|libOpenGL)\.so'
@@ -35,10 +36,22 @@ for t in "$build"/tests/*_test; do
 done
 strip "$device"/bin/* "$device"/tests/*
 cp -r scenes rigs "$device/"
+mkdir "$device/gl"
+for l in libEGL.so.1 libOpenGL.so.0 libGLdispatch.so.0; do
+  cp -L "$(ldconfig -p | awk -v l="$l" '$1 == l && /x86-64|AArch64/ {print $NF; exit}')" "$device/gl/"
+done
+echo '{"file_format_version": "1.0.0", "ICD": {"library_path": "libEGL_nvidia.so.0"}}' >"$device/gl/10_nvidia.json"
 cat >"$device/run-tests.sh" <<'S'
 #!/bin/sh
 # Runs all tests of this bundle, those for GPUs where there is one. Arguments go to every test (--gtest_filter=...).
 cd "$(dirname "$0")" && failed=0
+known=$(ldconfig -p 2>/dev/null || /sbin/ldconfig -p)
+case $known in *libEGL.so.1*) ;; *) export LD_LIBRARY_PATH="$PWD/gl${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}" ;; esac
+case $known in
+  *libEGL_nvidia.so.0*)
+    ls /usr/share/glvnd/egl_vendor.d/*nvidia* /etc/glvnd/egl_vendor.d/*nvidia* >/dev/null 2>&1 ||
+      export __EGL_VENDOR_LIBRARY_FILENAMES="${__EGL_VENDOR_LIBRARY_FILENAMES:-$PWD/gl/10_nvidia.json}" ;;
+esac
 for t in tests/*_test; do
   echo "== $t"
   "$t" --gtest_brief=1 "$@" || failed=1

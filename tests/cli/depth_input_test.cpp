@@ -92,6 +92,10 @@ TEST_F(DepthInput, WrongUnitsAreNamedByTheMasks) {
       "the depth of camera 'tof' looks like z (distance along the optical axis) given as radial distance");
   change_rig("distance: radial", "distance: z");
   EXPECT_EQ(frame()["status"], "");
+  synth("hand");
+  change_rig("distance: radial", "distance: z");
+  expect_unused(
+      "the depth of camera 'tof' looks like radial distance given as z (distance along the optical axis)");
 }
 
 TEST_F(DepthInput, NoValidPixel) {
@@ -219,17 +223,20 @@ TEST_F(DepthInput, PhotosOfAnotherSizeThanTheMasks) {
 TEST_F(DepthInput, CapacitiesThatAreTooSmallAreAStatus) {
   synth("sphere");
   std::string text;
-  for (const char* flag : {"--max-vertices", "--max-active-bricks"}) {
+  for (const char* flag : {"--max-vertices", "--max-triangles", "--max-active-bricks"}) {
     const nlohmann::json f = frame(std::string(flag) + " 90", &text);
-    const std::string told =
-        ", room for 90: raise " +
-        std::string(flag == std::string("--max-vertices") ? "max_vertices" : "max_active_bricks");
+    const std::string told = ", room for 90: raise " + std::string(flag) + " to ";
     EXPECT_TRUE(has(text, told)) << text;
     EXPECT_TRUE(has(f["status"], told)) << f["status"];
     fs::remove(path("out.json"));
     expect_refused(reconstruct(std::string(flag) + " -3"), 2,
                    {std::string(flag) + " -3: expected 1 to 2^30"});
+    // What the remedy says cures it.
+    const std::string status = f["status"];
+    const std::string remedy = status.substr(status.find(told) + told.size());
+    EXPECT_EQ(frame(std::string(flag) + " " + remedy.substr(0, remedy.find(' ')))["status"], "") << flag;
   }
+  expect_refused(reconstruct("--depth-jump-m 0"), 2, {"--depth-jump-m", "expected > 0 to 100 m"});
 }
 
 TEST_F(DepthInput, AHoleInOneMaskIsNamedAndRepaired) {

@@ -1,30 +1,36 @@
 #include "contact/contact_scene.h"
 
+#include <array>
+#include <map>
 #include <numeric>
 
 namespace tactus::test {
 namespace {
 
-/// The faces of the cube [-1,1]^3 with their own vertices, mapped by f.
+/// The faces of the cube [-1,1]^3 mapped by f; they share the vertices of their common edges.
 TriangleMesh mapped_cube(Index n, const std::function<Vec3f(Vec3f)>& f) {
   TriangleMesh mesh;
+  std::map<std::array<float, 3>, Index> numbers;
   for (int axis = 0; axis < 3; ++axis) {
     for (const float side : {-1.F, 1.F}) {
-      const auto first = static_cast<Index>(mesh.positions_m.size());
+      std::vector<Index> grid;
       for (Index j = 0; j <= n; ++j) {
         for (Index i = 0; i <= n; ++i) {
           Vec3f p;
           p[axis] = side;
           p[(axis + 1) % 3] = side * (2.F * static_cast<float>(i) / static_cast<float>(n) - 1.F);
           p[(axis + 2) % 3] = 2.F * static_cast<float>(j) / static_cast<float>(n) - 1.F;
-          mesh.positions_m.push_back(f(p));
+          const auto [known, is_new] =
+              numbers.try_emplace({p.x, p.y, p.z}, static_cast<Index>(mesh.positions_m.size()));
+          if (is_new) mesh.positions_m.push_back(f(p));
+          grid.push_back(known->second);
         }
       }
       for (Index j = 0; j < n; ++j) {
         for (Index i = 0; i < n; ++i) {
-          const Index a = first + j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
-          mesh.triangles.push_back({a, b, d});
-          mesh.triangles.push_back({a, d, c});
+          const auto a = static_cast<std::size_t>(j * (n + 1) + i), c = a + static_cast<std::size_t>(n) + 1;
+          mesh.triangles.push_back({grid[a], grid[a + 1], grid[c + 1]});
+          mesh.triangles.push_back({grid[a], grid[c + 1], grid[c]});
         }
       }
     }
@@ -50,6 +56,14 @@ TriangleMesh transformed(TriangleMesh mesh, const Rigidf& T, float scale) {
   return mesh;
 }
 
+TriangleMesh together(TriangleMesh a, const TriangleMesh& b) {
+  const auto first = static_cast<Index>(a.positions_m.size());
+  a.positions_m.insert(a.positions_m.end(), b.positions_m.begin(), b.positions_m.end());
+  a.normals.insert(a.normals.end(), b.normals.begin(), b.normals.end());
+  for (const auto& t : b.triangles) a.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  return a;
+}
+
 DeviceMesh::DeviceMesh(ExecContext& ctx, const TriangleMesh& mesh)
     : vertices(to_device(ctx, mesh.positions_m)), normals(to_device(ctx, mesh.normals)) {
   std::vector<Vec3i> t;
@@ -65,7 +79,7 @@ RealSurfaceSettings small_surface(float spacing_m) {
   RealSurfaceSettings s;
   s.sample_spacing_m = spacing_m;
   s.max_vertices = s.max_triangles = 1 << 15;
-  s.max_pieces = 1 << 15;
+  s.max_raw_samples = 1 << 15;
   s.max_samples = 1 << 13;
   return s;
 }

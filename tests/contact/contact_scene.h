@@ -13,6 +13,8 @@ TriangleMesh unit_sphere(Index n);
 /// A closed box centred at 0, n x n quads a face, corners kept sharp (no normals).
 TriangleMesh box(Vec3f half_m, Index n);
 TriangleMesh transformed(TriangleMesh mesh, const Rigidf& T, float scale = 1);
+/// Both, as separate pieces.
+TriangleMesh together(TriangleMesh a, const TriangleMesh& b);
 
 /// A mesh in device memory.
 struct DeviceMesh {

@@ -195,6 +195,39 @@ TEST(Contact, AMovingPlateCarriesAndDrags) {
   EXPECT_EQ(n.v[1], v[1]) << "leaves faster than the plate comes";
 }
 
+TEST(Contact, EachPlateDragsWhatTouchesIt) {
+  // Two plates side by side rise and go apart: nodes on each take over its own velocity, also between frames.
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  const Vec3f velocity[2] = {{-0.2F, 0.3F, 0}, {0.2F, -0.1F, 0.1F}};
+  const auto plates = [&](float t) {
+    TriangleMesh both;
+    for (int k = 0; k < 2; ++k) {
+      const Vec3f at = {k == 0 ? -0.06F : 0.06F, -0.01F, 0};
+      both = test::together(both, test::transformed(test::box({0.04F, 0.01F, 0.04F}, 16),
+                                                    {Mat3f::identity(), at + t * velocity[k]}));
+    }
+    return both;
+  };
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  for (const float t : {-kDt, 0.F}) surface.update(ctx, test::DeviceMesh(ctx, plates(t)).view(), kDt);
+  ASSERT_EQ(surface.report(ctx).pieces.count, 2);
+  for (const float t : {0.F, -0.5F * kDt}) {
+    std::vector<Vec3f> x;
+    for (int k = 0; k < 2; ++k) x.push_back(Vec3f{k == 0 ? -0.06F : 0.06F, -0.001F, 0} + t * velocity[k]);
+    test::Nodes nodes(x, 2e-3F);
+    nodes.v.assign(2, {0, -1, 0});
+    Contact contact(ctx.device(), 2, {.restitution = 0, .friction = 10});
+    contact.begin_frame(ctx);
+    nodes.correct(ctx, contact, surface, t);
+    for (std::size_t k = 0; k < 2; ++k) {
+      // As above; the top is where it was, so its error is the velocity's over half a frame.
+      EXPECT_LT(length(nodes.v[k] - velocity[k]), 0.03F);
+      EXPECT_NEAR(nodes.x[k].y, t * velocity[k].y, 0.03F * 0.5F * kDt + 1e-5F);
+    }
+  }
+}
+
 TEST(Contact, ReactionIsMinusTheChangeOfMomentum) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> u(-1, 1);

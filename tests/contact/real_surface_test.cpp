@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -23,7 +26,10 @@ TACTUS_INSTANTIATE_DEVICES(RealSurfaceOn);
 struct HostSamples {
   std::vector<Vec3f> x, n;
   std::vector<float> area;
-  SurfaceMotion motion;
+  std::vector<Index> piece;
+  SurfacePieces pieces;
+  std::array<SurfaceMotion, kPieces> motions;
+  SurfaceMotion motion;  ///< of the first piece
 };
 
 /// The last of these frames on a device.
@@ -34,10 +40,16 @@ HostSamples run(ExecContext& ctx, const std::vector<TriangleMesh>& frames, float
     surface.update(ctx, on_device.view(), dt_s);
     ctx.synchronize();
   }
-  const Index n = surface.report(ctx).samples;
+  const RealSurfaceReport report = surface.report(ctx);
+  const Index n = report.samples;
   const SamplesView s = surface.samples();
-  return {to_host(ctx, s.x_m.part(0, n)), to_host(ctx, s.n.part(0, n)), to_host(ctx, s.area_m2.part(0, n)),
-          to_host(ctx, surface.motion())[0]};
+  return {to_host(ctx, s.x_m.part(0, n)),
+          to_host(ctx, s.n.part(0, n)),
+          to_host(ctx, s.area_m2.part(0, n)),
+          to_host(ctx, s.piece.part(0, n)),
+          report.pieces,
+          report.motions,
+          report.motions[0]};
 }
 
 HostSamples on_cpu(const std::vector<TriangleMesh>& frames, float dt_s = 0) {
@@ -148,6 +160,142 @@ TEST(RealSurface, WhatCannotBeRegisteredFallsBack) {
   EXPECT_EQ(on_cpu({nothing, small}, dt).motion.velocity_m_s, Vec3f{});
 }
 
+/// Root mean square of how far the samples' velocities are from `truth`, relative to the truth's.
+double velocity_error(const HostSamples& s, float t_s, const std::function<Vec3f(Vec3f)>& truth) {
+  double wrong = 0, all = 0;
+  for (std::size_t i = 0; i < s.x.size(); ++i) {
+    const SurfaceMotion& motion = s.motions[static_cast<std::size_t>(std::max(s.piece[i], Index(0)))];
+    const Vec3f v = truth(s.x[i]);
+    const auto off = vec_cast<double>(motion.velocity_at(s.x[i], t_s) - v), want = vec_cast<double>(v);
+    wrong += dot(off, off);
+    all += dot(want, want);
+  }
+  return std::sqrt(wrong / all);
+}
+
+TEST_P(RealSurfaceOn, TwoSpheresMoveInOppositeDirections) {
+  // 4 and 3 cm, at +-0.6 m/s; tessellated anew, so nothing but their shape tells how they moved.
+  const float dt = 1.F / 30;
+  const Vec3f v = {0, 0.6F, 0};
+  const auto frame = [&](Index n, float t) {
+    const Mat3f turn = rotation_matrix(axis_angle(normalized(Vec3f{1, 2, 3}), 20 * t));
+    return test::together(
+        test::transformed(test::unit_sphere(n), {turn, Vec3f{-0.06F, 0, 0} + t * v}, 0.04F),
+        test::transformed(test::unit_sphere(n - 3), {turn, Vec3f{0.04F, 0, 0} - t * v}, 0.03F));
+  };
+  const std::vector<TriangleMesh> frames = {frame(16, 0), frame(17, dt), frame(15, 2 * dt)};
+  const HostSamples s = on_cpu(frames, dt);
+  EXPECT_EQ(s.pieces.count, 2);
+  EXPECT_GT(s.pieces.piece[0].area_m2, s.pieces.piece[1].area_m2);
+  // Half the bound of 0.03 m/s that the test above derives for boxes, at 0.6 m/s: spheres have no edges.
+  EXPECT_LT(velocity_error(s, 0, [&](Vec3f x) { return x.x < 0 ? v : -v; }), 0.05);
+  // One motion for both, as the centre of all of it moves: two thirds of the first sphere's velocity.
+  HostSamples one = s;
+  one.piece.assign(one.piece.size(), 0);
+  one.motions[0] = {};
+  one.motions[0].velocity_m_s = (16.F - 9.F) / 25.F * v;
+  EXPECT_GT(velocity_error(one, 0, [&](Vec3f x) { return x.x < 0 ? v : -v; }), 0.9);
+  DeviceSet devices(GetParam(), 3);
+  devices.for_each_part([&](ExecContext& ctx, int) {
+    const HostSamples there = run(ctx, frames, dt);
+    EXPECT_EQ(there.x, s.x);
+    EXPECT_EQ(there.piece, s.piece);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_EQ(there.motions[k].velocity_m_s, s.motions[k].velocity_m_s);
+      EXPECT_EQ(there.motions[k].spin_rad_s, s.motions[k].spin_rad_s);
+      EXPECT_EQ(there.pieces.piece[k].label, s.pieces.piece[k].label);
+    }
+  });
+}
+
+TEST(RealSurface, PiecesTurnForThemselvesAndKeepTheirLabels) {
+  // Three boxes; the second grows until it is the largest, so the pieces' order changes and labels don't.
+  const float dt = 1.F / 30;
+  const Vec3f spin[3] = {{3, 0, 0}, {0, -4, 0}, {0, 0, 2}},
+              v[3] = {{0.3F, 0, 0}, {0, 0, -0.4F}, {0, 0.5F, 0}};
+  const auto frame = [&](float t, float growth) {
+    TriangleMesh all;
+    for (int k = 0; k < 3; ++k) {
+      const Rigidf T{rotation_matrix(axis_angle(normalized(spin[k]), 0.4F + t * length(spin[k]))),
+                     Vec3f{0.2F * static_cast<float>(k), 0, 0} + t * v[k]};
+      all = test::together(all,
+                           test::transformed(test::box({0.06F, 0.03F, 0.04F}, 14), T, k == 1 ? growth : 1.F));
+    }
+    all.normals.clear();
+    return all;
+  };
+  const HostSamples before = on_cpu({frame(0, 0.95F), frame(dt, 0.97F)}, dt);
+  const HostSamples after =
+      on_cpu({frame(0, 0.95F), frame(dt, 0.97F), frame(2 * dt, 1.03F), frame(3 * dt, 1.03F)}, dt);
+  ASSERT_EQ(before.pieces.count, 3);
+  ASSERT_EQ(after.pieces.count, 3);
+  const auto middle = [](const HostSamples& s) {
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(s.pieces.piece[k].center_m.x - 0.2F) < 0.05F) return k;
+    }
+    return -1;
+  };
+  EXPECT_EQ(middle(before), 2);
+  EXPECT_EQ(middle(after), 0);
+  EXPECT_EQ(before.pieces.piece[2].label, after.pieces.piece[0].label);
+  EXPECT_LT(velocity_error(after, 0,
+                           [&](Vec3f x) {
+                             const int k = x.x < 0.1F ? 0 : x.x < 0.3F ? 1 : 2;
+                             const Vec3f c = Vec3f{0.2F * static_cast<float>(k), 0, 0} + 3 * dt * v[k];
+                             return v[k] + cross(spin[k], x - c);
+                           }),
+            0.05);
+}
+
+TEST(RealSurface, WhatJoinsOrComesApartMovesOnForAFrame) {
+  // Two spheres that touch (they share a vertex) move on together, then apart: for one frame there is nothing
+  // to compare with, and the difference of centres would say 1.5 m/s.
+  const float dt = 1.F / 30;
+  const Vec3f v = {0, 0.3F, 0};
+  const auto frame = [&](float t, bool joined) {
+    TriangleMesh two = test::together(
+        test::transformed(test::unit_sphere(16), {Mat3f::identity(), {-0.05F, t * v.y, 0}}, 0.05F),
+        test::transformed(test::unit_sphere(16), {Mat3f::identity(), {0.05F, t * v.y, 0}}, 0.049F));
+    if (joined) two.triangles.push_back({0, 0, static_cast<Index>(two.positions_m.size()) - 1});
+    return two;
+  };
+  const HostSamples apart = on_cpu({frame(0, true), frame(dt, true), frame(2 * dt, false)}, dt);
+  const HostSamples joined = on_cpu({frame(0, false), frame(dt, false), frame(2 * dt, true)}, dt);
+  EXPECT_EQ(apart.pieces.count, 2);
+  EXPECT_EQ(joined.pieces.count, 1);
+  const auto truth = [&](Vec3f) { return v; };
+  EXPECT_LT(velocity_error(apart, 0, truth), 0.1);  // 0.03 m/s, as above
+  EXPECT_LT(velocity_error(joined, 0, truth), 0.1);
+  // The frame after, both are registered again.
+  const HostSamples later =
+      on_cpu({frame(0, true), frame(dt, true), frame(2 * dt, false), frame(3 * dt, false)}, dt);
+  EXPECT_LT(velocity_error(later, 0, truth), 0.1);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_NE(later.motions[k].source, MotionSource::carried);
+}
+
+TEST(RealSurface, CrumbsBorrowAndDoNotDisturb) {
+  // Crumbs below 48 samples (16 s²) anywhere change neither the body's motion nor their own: they borrow it.
+  const float dt = 1.F / 30;
+  std::vector<TriangleMesh> clean, dusty;
+  for (int f = 0; f < 2; ++f) {
+    const auto t = static_cast<float>(f) * dt;
+    clean.push_back(test::transformed(test::unit_sphere(16), {Mat3f::identity(), {0, 0.5F * t, 0}}, 0.05F));
+    dusty.push_back(clean.back());
+    for (int k = 0; k < 30; ++k) {
+      const auto a = static_cast<float>(k + 7 * f);
+      dusty.back() = test::together(
+          dusty.back(),
+          test::transformed(test::unit_sphere(2), {Mat3f::identity(), {0.1F + 0.01F * a, 0, 0}}, 0.002F));
+    }
+  }
+  const HostSamples alone = on_cpu(clean, dt), s = on_cpu(dusty, dt);
+  EXPECT_EQ(s.pieces.count, 1);
+  EXPECT_EQ(std::count(s.piece.begin(), s.piece.end(), 0), static_cast<std::ptrdiff_t>(alone.x.size()));
+  EXPECT_GT(s.x.size(), alone.x.size());
+  EXPECT_LT(length(s.motion.velocity_m_s - Vec3f{0, 0.5F, 0}), 0.03F);
+  EXPECT_EQ(s.motion.source, alone.motion.source);
+}
+
 TEST(RealSurface, BadMeshesAndOverflowAreSurvivedAndCounted) {
   DeviceSet cpu("cpu");
   ExecContext& ctx = cpu.context(0);
@@ -161,14 +309,14 @@ TEST(RealSurface, BadMeshesAndOverflowAreSurvivedAndCounted) {
   for (const Vec3f& x : s.x) EXPECT_NEAR(length(x), 0.04, 0.002);
 
   RealSurfaceSettings settings = test::small_surface(kSpacing);
-  settings.max_pieces = 500;
+  settings.max_raw_samples = 500;
   settings.max_samples = 100;
   RealSurface surface(ctx.device(), settings);
   const test::DeviceMesh on_device(ctx, test::transformed(test::unit_sphere(12), {}, 0.04F));
   surface.update(ctx, on_device.view(), 0);
   const RealSurfaceReport report = surface.report(ctx);
   EXPECT_EQ(report.samples, 100);
-  EXPECT_GT(report.dropped_pieces, 0);
+  EXPECT_GT(report.dropped_raw_samples, 0);
   EXPECT_GT(report.dropped_samples, 0);
 
   settings.max_triangles = 10;

@@ -31,7 +31,9 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  int smooth = 0, tolerated_views = 0, depth_cameras = 1, max_vertices = 0, max_active_bricks = 0;
+  int smooth = 0, tolerated_views = 0, depth_cameras = 1;
+  int max_vertices = 0, max_triangles = 0, max_active_bricks = 0;
+  double depth_jump_m = 0.1;
   bool moving = false, no_depth = false, repair_masks = false;
   std::vector<double> workspace;
 };
@@ -67,7 +69,10 @@ std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
 void check_capacities(const ReconstructOptions& options) {
   if (options.smooth < 0 || options.smooth > 100)
     throw usage_error("--smooth " + std::to_string(options.smooth) + ": expected 0 (as it is) to 100 steps");
+  if (!(options.depth_jump_m > 0 && options.depth_jump_m <= 100))
+    throw usage_error("--depth-jump-m " + std::to_string(options.depth_jump_m) + ": expected > 0 to 100 m");
   for (const auto& [flag, value] : {std::pair{"--max-vertices", options.max_vertices},
+                                    {"--max-triangles", options.max_triangles},
                                     {"--max-active-bricks", options.max_active_bricks}}) {
     if (value < 0 || value > 1 << 30)
       throw usage_error(std::string(flag) + " " + std::to_string(value) +
@@ -177,11 +182,25 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
                    .slack_px = options.slack_px.value_or(rig.slack_px),
                    .tolerated_views = options.tolerated_views,
                    .max_active_bricks = options.max_active_bricks,
-                   .max_vertices = options.max_vertices};
+                   .max_vertices = options.max_vertices,
+                   .max_triangles = options.max_triangles,
+                   .depth_jump_m = static_cast<float>(options.depth_jump_m)};
   // A whole room's depth is rough: noise, and walls along the rays wherever it ends.
   if (options.max_vertices == 0 && describe_source(options).kind == SourceKind::kinect)
     hull.max_vertices = static_cast<Index>(std::min(15.0 * sqr<double>(options.resolution) + 20000, 2e8));
   return hull;
+}
+
+/// A remedy as one types it: "raise max_vertices" -> "raise --max-vertices".
+std::string with_flags(std::string text) {
+  for (const auto& [option, flag] :
+       {std::pair<std::string_view, std::string_view>{"max_active_bricks", "--max-active-bricks"},
+        {"max_vertices", "--max-vertices"},
+        {"max_triangles", "--max-triangles"}}) {
+    const std::size_t at = text.find(option);
+    if (at != std::string::npos) text.replace(at, option.size(), flag);
+  }
+  return text;
 }
 
 /// From frames to meshes, files and rows of measurements.
@@ -205,7 +224,8 @@ class Reconstruction {
   nlohmann::json add(FrameSet& frame, bool several) {
     views_.check(devices_.context(0), frame);
     time_stages(frame);
-    const HullReport report = hull_.report();
+    HullReport report = hull_.report();
+    report.overflow = with_flags(report.overflow);
     const TriangleMesh mesh = write_files(frame, report, several);
     nlohmann::json row = measure(mesh, source_.rig(), frame);
     motion_.add(mesh, frame, source_, row);
@@ -359,8 +379,13 @@ void add_reconstruct_command(CLI::App& app) {
                    "keep what up to so many views carve (k-of-n hull)")
       ->capture_default_str();
   command->add_option("--max-vertices", options->max_vertices, "room in the mesh; 0: from the resolution");
+  command->add_option("--max-triangles", options->max_triangles, "room in the mesh; 0: twice the vertices");
   command->add_option("--max-active-bricks", options->max_active_bricks,
                       "room for bricks of 8^3 voxels with surface; 0: from the resolution");
+  command
+      ->add_option("--depth-jump-m", options->depth_jump_m,
+                   "neighbouring depth pixels that differ by more mix two surfaces and are not used [m]")
+      ->capture_default_str();
   command->add_flag("--moving", options->moving, "synthetic figures move");
   command->add_option("--depth-cameras", options->depth_cameras, "that film a synthetic figure, 0 to 32")
       ->capture_default_str();

@@ -7,6 +7,7 @@
 #include "tactus/base/log.h"
 #include "tactus/geom/symmetric_eigen.h"
 #include "tactus/reconstruct/photo_atlas.h"
+#include "tactus/reconstruct/seam_levelling.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
@@ -96,8 +97,12 @@ TexturedMesh TextureOutput::textured(const FrameSet& frame, const DeviceMesh& su
   texture_.choose(ctx, surface, normals);
   const std::vector<Index> cameras =
       to_host(ctx, texture_.triangle_cameras().part(0, static_cast<Index>(mesh.triangles.size())));
-  return make_photo_atlas(mesh, cameras, colors(static_cast<Index>(mesh.positions_m.size())), rig_.cameras,
-                          frame.colors);
+  TexturedMesh textured = make_photo_atlas(mesh, cameras, colors(static_cast<Index>(mesh.positions_m.size())),
+                                           rig_.cameras, frame.colors);
+  const SeamSteps steps = level_seams(textured);
+  log_debug("texture: " + std::to_string(steps.seams) + " places on seams, whose sides differed by " +
+            std::to_string(100 * steps.before) + " %, now by " + std::to_string(100 * steps.after) + " %");
+  return textured;
 }
 
 ColorImage TextureOutput::picture(const DeviceMesh& surface, View<const Vec3f> normals,

@@ -1,6 +1,7 @@
 #pragma once
 /// Integer atomics for kernels. Integer maxima and sums do not depend on the order in which they come, so the
-/// result is the same on every device; floating-point sums would not be, and there are none.
+/// result is the same on every device; floating-point sums would not be, and there are none. Whoever uses
+/// what an atomic returns has to say why the result doesn't depend on the order.
 #include "tactus/base/hd.h"
 
 namespace tactus {
@@ -22,12 +23,36 @@ TACTUS_HD inline void atomic_add(std::uint32_t& target, std::uint32_t value) {
   __atomic_fetch_add(&target, value, __ATOMIC_RELAXED);
 #endif
 }
-/// Returns what was there: a place in a list whose order nothing depends on.
-TACTUS_HD inline Index fetch_add(Index& target, Index value) {
+/// Returns what was there before: which of several callers sees which value depends on the order.
+TACTUS_HD inline std::uint32_t atomic_fetch_add(std::uint32_t& target, std::uint32_t value) {
 #if defined(__CUDA_ARCH__)
   return atomicAdd(&target, value);
 #else
   return __atomic_fetch_add(&target, value, __ATOMIC_RELAXED);
+#endif
+}
+TACTUS_HD inline std::uint32_t atomic_load(const std::uint32_t& source) {
+#if defined(__CUDA_ARCH__)
+  return *static_cast<const volatile std::uint32_t*>(&source);
+#else
+  return __atomic_load_n(&source, __ATOMIC_RELAXED);
+#endif
+}
+TACTUS_HD inline void atomic_store(std::uint32_t& target, std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  *static_cast<volatile std::uint32_t*>(&target) = value;
+#else
+  __atomic_store_n(&target, value, __ATOMIC_RELAXED);
+#endif
+}
+/// Replaces `expected`, and nothing else, by `value`. Returns what was there before.
+TACTUS_HD inline std::uint32_t atomic_replace(std::uint32_t& target, std::uint32_t expected,
+                                              std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  return atomicCAS(&target, expected, value);
+#else
+  __atomic_compare_exchange_n(&target, &expected, value, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED);
+  return expected;
 #endif
 }
 /// Wraps around, so packed signed fields may be added, too.

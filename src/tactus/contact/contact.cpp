@@ -20,7 +20,7 @@ Contact::Contact(Device& device, Index max_contact_nodes, const ContactSettings&
       records_(device, max(max_contact_nodes, Index(1))),
       parts_(device, kTotalsParts),
       totals_(device, 1),
-      pose_(device, 1) {}
+      poses_(device, 1) {}
 
 void Contact::pose(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
   const Index n = body.x_m.size();
@@ -39,7 +39,8 @@ void Contact::pose(ExecContext& ctx, const RealSurface& surface, const ContactNo
     throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, room for " +
                 std::to_string(records_.size()));
   }
-  ctx.parallel_for("contact/pose", 1, PoseSurface{surface.motion(), time_s, pose_.view()});
+  ctx.parallel_for("contact/pose", kPieces,
+                   PoseSurface{surface.motions(), surface.pieces(), time_s, poses_.view()});
 }
 
 void Contact::begin_frame(ExecContext& ctx) { ctx.fill_bytes(totals_.view(), 0); }
@@ -48,7 +49,7 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const Contact
   pose(ctx, surface, body, time_s);
   const float s = surface.settings().sample_spacing_m;
   ctx.parallel_for("contact/rescue", body.nodes.size(),
-                   DeepRescue{surface.samples(), surface.coarse_samples(), pose_.const_view(), body, 2 * s,
+                   DeepRescue{surface.samples(), surface.coarse_samples(), poses_.const_view(), body, 2 * s,
                               8 * s, records_.view()});
   add_records(ctx, body.nodes.size(), true);
 }
@@ -58,7 +59,7 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, const Contac
   pose(ctx, surface, body, time_s);
   ctx.parallel_for(
       "contact/response", body.nodes.size(),
-      ContactResponse{surface.samples(), pose_.const_view(), body, 2 * surface.settings().sample_spacing_m,
+      ContactResponse{surface.samples(), poses_.const_view(), body, 2 * surface.settings().sample_spacing_m,
                       settings_.restitution, settings_.friction, dt_s, records_.view()});
   add_records(ctx, body.nodes.size(), false);
 }

@@ -14,7 +14,7 @@ struct ContactSettings {
 /// Reaction on the real object over one frame, and counters.
 struct ContactReport {
   Vec3f force_N;          ///< mean force on the real object
-  Vec3f torque_N_m;       ///< mean torque about its centre of gravity
+  Vec3f torque_N_m;       ///< mean torque about the centre of gravity of all that is real
   float max_depth_m = 0;  ///< largest correction of a node
   double contacts_per_substep = 0;
   Index rescued = 0;  ///< nodes that were found deep inside
@@ -59,7 +59,7 @@ class Contact {
   ContactSettings settings_;
   Buffer<ContactRecord> records_;
   Buffer<ContactTotals> parts_, totals_;
-  Buffer<SurfacePose> pose_;
+  Buffer<SurfacePoses> poses_;
 };
 
 }  // namespace tactus

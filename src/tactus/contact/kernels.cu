@@ -3,15 +3,22 @@
 #include "tactus/contact/response_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 
-TACTUS_CUDA_KERNEL(tactus::TrianglePieces);
+TACTUS_CUDA_KERNEL(tactus::TriangleCuts);
 TACTUS_CUDA_KERNEL(tactus::TriangleSamples);
 TACTUS_CUDA_KERNEL(tactus::SampleLabels);
 TACTUS_CUDA_KERNEL(tactus::SampleLeaders);
 TACTUS_CUDA_KERNEL(tactus::LimitCount);
 TACTUS_CUDA_KERNEL(tactus::MergeSamples);
-TACTUS_CUDA_KERNEL(tactus::KeepPrevious);
-TACTUS_CUDA_KERNEL(tactus::CentroidParts);
-TACTUS_CUDA_KERNEL(tactus::GuessMotion);
+TACTUS_CUDA_KERNEL(tactus::PieceStart);
+TACTUS_CUDA_KERNEL(tactus::JoinCorners);
+TACTUS_CUDA_KERNEL(tactus::CountPieceSamples);
+TACTUS_CUDA_KERNEL(tactus::ChoosePieces);
+TACTUS_CUDA_KERNEL(tactus::NumberSamples);
+TACTUS_CUDA_KERNEL(tactus::PiecePartSums);
+TACTUS_CUDA_KERNEL(tactus::PieceCenters);
+TACTUS_CUDA_KERNEL(tactus::KeepPoints);
+TACTUS_CUDA_KERNEL(tactus::MatchPieces);
+TACTUS_CUDA_KERNEL(tactus::StartFit);
 TACTUS_CUDA_KERNEL(tactus::FitPoints);
 TACTUS_CUDA_KERNEL(tactus::FitParts);
 TACTUS_CUDA_KERNEL(tactus::NoteStill);

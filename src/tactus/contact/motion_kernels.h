@@ -1,8 +1,8 @@
 #pragma once
-/// Rigid motion of the real surface between two frames: point-to-plane registration (Chen & Medioni 1992) of
-/// the last frame's samples on this frame's, damped so that directions the shape says nothing about keep the
-/// first guess, the difference of the centres of gravity [P 19].
-#include "tactus/contact/sample_kernels.h"
+/// Rigid motion of each piece of the real surface between two frames: point-to-plane registration (Chen &
+/// Medioni 1992) of the last frame's samples on this frame's, damped so that directions the shape says
+/// nothing about keep the first guess, the difference of the centres of gravity [P 19].
+#include "tactus/contact/piece_kernels.h"
 #include "tactus/geom/cholesky.h"
 
 namespace tactus {
@@ -15,11 +15,12 @@ enum class MotionSource : Index {
   still = 0,     ///< also: no last frame, or faster than can be true
   centroid = 1,  ///< difference of the centres of gravity [P 19]
   rigid = 2,     ///< registered translation and rotation
+  carried = 3,   ///< of the last frame: pieces that joined or came apart can't be compared
 };
 
-/// How the surface moves: p(t) = c + v t + R(w t) (p - c), t in seconds after the surface's frame.
+/// How a piece of the surface moves: p(t) = c + v t + R(w t) (p - c), t in seconds after the surface's frame.
 struct SurfaceMotion {
-  Vec3f center_m;      ///< c: centre of gravity of the surface
+  Vec3f center_m;      ///< c: centre of gravity
   Vec3f velocity_m_s;  ///< v of the centre
   Vec3f spin_rad_s;    ///< w
   float area_m2 = 0;
@@ -47,14 +48,16 @@ struct FitQuality {
   }
 };
 
-/// State of the registration.
+/// State of the registration of one piece.
 struct FitState {
-  Rigidf pose;     ///< last frame -> this frame
-  Quatf rotation;  ///< of pose
+  Index previous = -1;  ///< the piece of the last frame that it was
+  Rigidf pose;          ///< last frame -> this frame
+  Quatf rotation;       ///< of pose
   Vec3f center_m, previous_center_m;
   float area_m2 = 0;
   Index previous_points = 0;
   FitQuality still, guess;  ///< of no motion, of the first guess
+  SurfaceMotion carried;    ///< where there is no previous piece
 };
 
 /// Partial sums of one group of points: upper triangle of J^T J (21), J^T e (6), e², matched, |arm|².
@@ -63,52 +66,97 @@ struct FitSums {
   float value[kSize];
 };
 
-struct KeepPrevious {
-  SamplesView from;
-  View<Vec3f> x_m;  ///< (kFitPoints)
-  View<FitState> state;
-  TACTUS_HD void operator()(Index j) const {
-    const Index n = from.count[0], kept = min(n, kFitPoints);
-    if (j == 0) {
-      state[0].previous_points = kept;
-      state[0].previous_center_m = state[0].center_m;
-    }
-    if (j < kept) x_m[j] = from.x_m[static_cast<Index>(static_cast<std::int64_t>(j) * n / kept)];
-  }
-};
-
-struct CentroidParts {
-  static constexpr int kGrain = 4;
-  SamplesView samples;
-  View<FitSums> parts;
-  TACTUS_HD void operator()(Index p) const {
-    Vec3f x{};
-    float area = 0;
-    for (Index i = p, n = samples.count[0]; i < n; i += kFitParts) {
-      area += samples.area_m2[i];
-      x += samples.area_m2[i] * samples.x_m[i];
-    }
-    parts[p].value[0] = area;
-    parts[p].value[1] = x.x;
-    parts[p].value[2] = x.y;
-    parts[p].value[3] = x.z;
-  }
-};
-
-/// The centre of gravity; the pose starts at no motion.
-struct GuessMotion {
-  View<const FitSums> parts;
-  View<FitState> state;
+/// Which piece was which: nearest pairs first, one each, of where it was and where it would be had it moved
+/// on steadily. A piece moves by less than its own size between two frames, and its area changes by less than
+/// half, else pieces joined or came apart (with less, 2/3 of the points still find their partners, which is
+/// enough for a fit). A single piece is the one before, whatever it does.
+struct MatchPieces {
+  static constexpr float kMostGrowth = 1.5F;
+  View<const SurfaceMotion> motion;  ///< of the last frame
+  float dt_s;
+  View<SurfacePieces> before, now;
   TACTUS_HD void operator()(Index) const {
-    float sum[4] = {};
-    for (Index p = 0; p < kFitParts; ++p) {
-      for (int k = 0; k < 4; ++k) sum[k] += parts[p].value[k];
+    SurfacePieces &was = before[0], &is = now[0];
+    is.next_label = was.next_label;
+    for (Index q = 0; q < was.count; ++q) was.piece[q].next = -1;
+    for (Index k = 0; k < is.count; ++k) is.piece[k].label = -1;
+    if (was.count == 1 && is.count == 1) pair(0, 0);
+    for (Index pairs = 0; pairs < min(was.count, is.count); ++pairs) {
+      Index best_q = -1, best_k = -1;
+      float best = 1e30F;
+      for (Index q = 0; q < was.count; ++q) {
+        for (Index k = 0; k < is.count; ++k) {
+          if (was.piece[q].next >= 0 || is.piece[k].label >= 0 || !alike(q, k)) continue;
+          const float d = distance(q, k);
+          if (d < best && d < was.piece[q].size_m()) {
+            best = d;
+            best_q = q;
+            best_k = k;
+          }
+        }
+      }
+      if (best_q < 0) break;
+      pair(best_q, best_k);
     }
-    FitState& s = state[0];
-    s.area_m2 = sum[0];
-    s.center_m = sum[0] > 0.F ? Vec3f{sum[1], sum[2], sum[3]} / sum[0] : s.previous_center_m;
-    s.rotation = {};
-    s.pose = {};
+    for (Index k = 0; k < is.count; ++k) {
+      if (is.piece[k].label < 0) is.piece[k].label = is.next_label++;
+    }
+  }
+
+ private:
+  TACTUS_HD void pair(Index q, Index k) const {
+    before[0].piece[q].next = k;
+    now[0].piece[k].label = before[0].piece[q].label;
+  }
+  TACTUS_HD bool alike(Index q, Index k) const {
+    const float a = before[0].piece[q].area_m2, b = now[0].piece[k].area_m2;
+    return a < kMostGrowth * b && b < kMostGrowth * a;
+  }
+  TACTUS_HD float distance(Index q, Index k) const {
+    const Vec3f step = now[0].piece[k].center_m - before[0].piece[q].center_m;
+    return min(length(step), length(step - dt_s * motion[q].velocity_m_s));
+  }
+};
+
+/// The pose of piece k starts at no motion. What is new moves as the nearest piece did, if there was one.
+struct StartFit {
+  View<const SurfaceMotion> motion;  ///< of the last frame
+  float dt_s;
+  View<const SurfacePieces> before, now;
+  View<FitState> state;
+  TACTUS_HD void operator()(Index k) const {
+    const SurfacePieces &was = before[0], &is = now[0];
+    FitState s{};
+    for (Index q = 0; q < was.count && k < is.count; ++q) {
+      if (was.piece[q].next != k) continue;
+      s.previous = q;
+      s.previous_points = min(was.piece[q].samples, was.share_of(kFitPoints));
+      s.previous_center_m = was.piece[q].center_m;
+    }
+    if (k < is.count) {
+      s.center_m = s.carried.center_m = is.piece[k].center_m;
+      s.area_m2 = s.carried.area_m2 = is.piece[k].area_m2;
+      if (dt_s > 0.F) carry(s.carried);
+    }
+    state[k] = s;
+  }
+
+ private:
+  TACTUS_HD void carry(SurfaceMotion& m) const {
+    const SurfacePieces& was = before[0];
+    Index nearest = -1;
+    float best = 1e30F;
+    for (Index q = 0; q < was.count; ++q) {
+      const SurfacePiece& p = was.piece[q];
+      const float d = length(m.center_m - p.center_m);
+      if (!(d < best && d < p.size_m())) continue;
+      best = d;
+      nearest = q;
+    }
+    if (nearest < 0) return;
+    m.source = MotionSource::carried;
+    m.velocity_m_s = motion[nearest].velocity_at(m.center_m, dt_s);
+    m.spin_rad_s = motion[nearest].spin_rad_s;
   }
 };
 
@@ -120,23 +168,30 @@ struct FitPoints {
   SamplesView samples;
   float reach_m;  ///< partners are sought that far, <= the cells' edge
   float scale_m;  ///< distances above count less and less
+  View<const SurfacePieces> before, now;
   View<const FitState> state;
   View<FitSums> points;  ///< (kFitPoints)
   TACTUS_HD void operator()(Index j) const {
     FitSums sums{};
-    const FitState& s = state[0];
-    if (j < s.previous_points) add(sums, s.pose * previous_m[j], s.center_m);
+    const SurfacePieces& was = before[0];
+    const Index share = was.share_of(kFitPoints), q = j / share, k = q < was.count ? was.piece[q].next : -1;
+    if (k >= 0) {
+      const FitState& s = state[k];
+      if (j % share < s.previous_points)
+        add(sums, s.pose * previous_m[j], s.center_m, now[0].mixed != 0 ? k : kAnyPiece);
+    }
     points[j] = sums;
   }
 
  private:
-  TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f center) const {
+  /// @param piece on which the partner must be, or kAnyPiece
+  TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f center, Index piece) const {
     Index best = -1;
     float best_d2 = reach_m * reach_m;
     samples.cells.for_each_slot(q, [&](Index i) {
       const Vec3f d = q - samples.x_m[i];
       const float d2 = dot(d, d);
-      if (d2 < best_d2) {
+      if (d2 < best_d2 && (piece == kAnyPiece || samples.piece[i] == piece)) {
         best_d2 = d2;
         best = i;
       }
@@ -158,28 +213,38 @@ struct FitPoints {
   }
 };
 
-/// Sums the points of each part, in their order.
+/// Each piece has its share of the parts, as of the points; of its points, number j goes to its part
+/// j % share: the same sums on every device.
 struct FitParts {
   static constexpr int kGrain = 16;
   View<const FitSums> points;
+  View<const SurfacePieces> before;
   View<FitSums> parts;
   TACTUS_HD void operator()(Index p) const {
     FitSums sums{};
-    for (Index j = p; j < kFitPoints; j += kFitParts) {
+    const Index stride = before[0].share_of(kFitParts), share = before[0].share_of(kFitPoints);
+    const Index first = p / stride * share;
+    for (Index j = first + p % stride; j < first + share; j += stride) {
       for (int k = 0; k < FitSums::kSize; ++k) sums.value[k] += points[j].value[k];
     }
     parts[p] = sums;
   }
 };
 
-/// Sums the parts in their order.
-TACTUS_HD inline FitSums total_of(View<const FitSums> parts) {
-  FitSums total{};
-  for (Index p = 0; p < kFitParts; ++p) {
-    for (int k = 0; k < FitSums::kSize; ++k) total.value[k] += parts[p].value[k];
+/// The parts of the pieces of the last frame.
+struct FitPartsView {
+  View<const FitSums> parts;
+  View<const SurfacePieces> before;
+  /// Sums those of piece q in their order.
+  TACTUS_HD FitSums total(Index q) const {
+    FitSums total{};
+    const Index share = before[0].share_of(kFitParts);
+    for (Index p = q * share; p < (q + 1) * share; ++p) {
+      for (int k = 0; k < FitSums::kSize; ++k) total.value[k] += parts[p].value[k];
+    }
+    return total;
   }
-  return total;
-}
+};
 
 TACTUS_HD inline FitQuality quality_of(const FitSums& total, Index points) {
   const float matched = total.value[28];
@@ -189,32 +254,35 @@ TACTUS_HD inline FitQuality quality_of(const FitSums& total, Index points) {
 
 /// Notes how good no motion is and goes on to the first guess, [P 19].
 struct NoteStill {
-  View<const FitSums> parts;
+  FitPartsView parts;
   View<FitState> state;
-  TACTUS_HD void operator()(Index) const {
-    FitState& s = state[0];
-    s.still = quality_of(total_of(parts), s.previous_points);
+  TACTUS_HD void operator()(Index k) const {
+    FitState& s = state[k];
+    if (s.previous < 0) return;
+    s.still = quality_of(parts.total(s.previous), s.previous_points);
     s.pose.t = s.center_m - s.previous_center_m;
   }
 };
 
 /// Notes how good the first guess is.
 struct NoteGuess {
-  View<const FitSums> parts;
+  FitPartsView parts;
   View<FitState> state;
-  TACTUS_HD void operator()(Index) const {
-    state[0].guess = quality_of(total_of(parts), state[0].previous_points);
+  TACTUS_HD void operator()(Index k) const {
+    FitState& s = state[k];
+    if (s.previous >= 0) s.guess = quality_of(parts.total(s.previous), s.previous_points);
   }
 };
 
 /// One damped Gauss-Newton step.
 struct FitStep {
   static constexpr float kDamping = 1e-3F;
-  View<const FitSums> parts;
+  FitPartsView parts;
   View<FitState> state;
-  TACTUS_HD void operator()(Index) const {
-    const FitSums total = total_of(parts);
-    FitState& s = state[0];
+  TACTUS_HD void operator()(Index piece) const {
+    FitState& s = state[piece];
+    if (s.previous < 0) return;
+    const FitSums total = parts.total(s.previous);
     const float matched = total.value[28];
     if (matched < 12.F) return;
     float a[6][6], x[6];
@@ -242,16 +310,22 @@ struct FitStep {
 /// The simplest of no motion, [P 19] and the fit that the next one doesn't clearly beat: the noise of
 /// sampling must not become a velocity, or friction makes what rests creep.
 struct ChooseMotion {
-  View<const FitSums> parts;  ///< of the final pose
+  FitPartsView parts;  ///< of the final pose
+  View<const SurfacePieces> now;
   View<const FitState> state;
   float dt_s, good_rms_m, max_speed_m_s;
   View<SurfaceMotion> motion;
-  TACTUS_HD void operator()(Index) const {
-    const FitState& s = state[0];
-    const FitQuality fit = quality_of(total_of(parts), s.previous_points);
+  TACTUS_HD void operator()(Index k) const {
+    const FitState& s = state[k];
+    if (k >= now[0].count) return;
     SurfaceMotion m;
+    if (s.previous < 0) {
+      motion[k] = s.carried;
+      return;
+    }
     m.center_m = s.center_m;
     m.area_m2 = s.area_m2;
+    const FitQuality fit = quality_of(parts.total(s.previous), s.previous_points);
     m.residual_m = s.still.rms_m;
     if (s.previous_points > 0 && dt_s > 0.F && s.area_m2 > 0.F) {
       const bool good = fit.share >= 0.6F && fit.rms_m <= good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
@@ -259,26 +333,24 @@ struct ChooseMotion {
           s.guess.clearly_better_than(s.still) || s.still.share < 0.6F || s.still.rms_m > good_rms_m;
       const FitQuality& simpler = moves ? s.guess : s.still;
       if (good && fit.clearly_better_than(simpler))
-        set_rigid(m, fit.rms_m);
+        set_rigid(s, m, fit.rms_m);
       else if (moves)
-        set_centroid(m);
+        set_centroid(s, m);
       if (!(length(m.velocity_m_s) <= max_speed_m_s)) {
         m.velocity_m_s = m.spin_rad_s = {};
         m.source = MotionSource::still;
       }
     }
-    motion[0] = m;
+    motion[k] = m;
   }
 
  private:
-  TACTUS_HD void set_centroid(SurfaceMotion& m) const {
-    const FitState& s = state[0];
+  TACTUS_HD void set_centroid(const FitState& s, SurfaceMotion& m) const {
     m.source = MotionSource::centroid;
     m.residual_m = s.guess.rms_m;
     m.velocity_m_s = (s.center_m - s.previous_center_m) / dt_s;
   }
-  TACTUS_HD void set_rigid(SurfaceMotion& m, float rms) const {
-    const FitState& s = state[0];
+  TACTUS_HD void set_rigid(const FitState& s, SurfaceMotion& m, float rms) const {
     const Vec3f back = inverse(s.pose) * s.center_m;
     const float sign = s.rotation.w < 0.F ? -1.F : 1.F;
     const Vec3f half = sign * Vec3f{s.rotation.x, s.rotation.y, s.rotation.z};

@@ -1,13 +1,14 @@
 #include "tactus/contact/real_surface.h"
 
+#include <algorithm>
 #include <string>
 
 namespace tactus {
 namespace {
 
 // A triangle's middle is at most 2/3 of its longest edge from any of its points: 0.83 spacings.
-constexpr float kPieceEdge = 1.25F;
-constexpr Index kMostTriangles = 1 << 21;  // (kMaxPieces - 1)² pieces each still fit an Index
+constexpr float kCutEdge = 1.25F;
+constexpr Index kMostTriangles = 1 << 21;  // (kMaxCuts - 1)² pieces each still fit an Index
 
 RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   const auto positive = [](const char* name, double value) {
@@ -17,7 +18,7 @@ RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   positive("sample_spacing_m", static_cast<double>(s.sample_spacing_m));
   positive("max_vertices", s.max_vertices);
   positive("max_triangles", s.max_triangles);
-  positive("max_pieces", s.max_pieces);
+  positive("max_raw_samples", s.max_raw_samples);
   positive("max_samples", s.max_samples);
   positive("max_speed_m_s", static_cast<double>(s.max_speed_m_s));
   if (s.max_triangles > kMostTriangles) {
@@ -38,21 +39,30 @@ void check_fits(const char* what, Index have, Index room) {
 
 RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
     : settings_(checked(settings)),
-      pieces_(device, settings.max_triangles + 1),
+      cuts_(device, settings.max_triangles + 1),
       first_(device, settings.max_triangles + 1),
-      piece_count_(device, 1),
-      piece_overflow_(device, 1),
-      x_m_(device, settings.max_pieces),
-      n_(device, settings.max_pieces),
-      area_m2_(device, settings.max_pieces),
-      fine_(device, settings.max_pieces, settings.max_samples, 2 * settings.sample_spacing_m, 2),
+      raw_count_(device, 1),
+      raw_overflow_(device, 1),
+      x_m_(device, settings.max_raw_samples),
+      n_(device, settings.max_raw_samples),
+      area_m2_(device, settings.max_raw_samples),
+      root_(device, settings.max_raw_samples),
+      piece_number_(device, settings.max_vertices),
+      parent_(device, settings.max_vertices),
+      piece_samples_(device, settings.max_vertices),
+      candidates_(device, settings.max_samples / kLeastPieceSamples + 1),
+      candidate_count_(device, 1),
+      fine_(device, settings.max_raw_samples, settings.max_samples, 2 * settings.sample_spacing_m, 2),
       coarse_(device, settings.max_samples, max(settings.max_samples / 4, Index(64)),
               8 * settings.sample_spacing_m, 2),
       previous_m_(device, kFitPoints),
-      fit_(device, 1),
+      fit_(device, kPieces),
       fit_points_(device, kFitPoints),
       fit_parts_(device, kFitParts),
-      motion_(device, 1) {}
+      piece_parts_(device, kPieces * kPieceParts),
+      pieces_(device, 1),
+      last_pieces_(device, 1),
+      motions_(device, kPieces) {}
 
 void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s) {
   check_fits("vertices", mesh.vertices_m.size(), settings_.max_vertices);
@@ -61,69 +71,114 @@ void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt
     throw Error("real surface: " + std::to_string(mesh.normals.size()) + " normals for " +
                 std::to_string(mesh.vertices_m.size()) + " vertices");
   }
-  if (has_frame_)
-    ctx.parallel_for("contact/previous", kFitPoints,
-                     KeepPrevious{fine_.view(), previous_m_.view(), fit_.view()});
-  else
-    ctx.fill_bytes(fit_.view(), 0);
+  keep_last_frame(ctx);
+  join_vertices(ctx, mesh);
   make_samples(ctx, mesh);
   fit_motion(ctx, has_frame_ ? dt_capture_s : 0.F);
   has_frame_ = true;
 }
 
+void RealSurface::keep_last_frame(ExecContext& ctx) {
+  if (has_frame_) {
+    ctx.parallel_for("contact/previous", kFitPoints,
+                     KeepPoints{fine_.view(), piece_parts_.const_view(), pieces_.const_view(),
+                                last_pieces_.view(), previous_m_.view()});
+    return;
+  }
+  ctx.fill_bytes(candidate_count_.view(), 0);
+  ctx.fill_bytes(motions_.view(), 0);
+  ctx.fill_bytes(pieces_.view(), 0);
+  ctx.fill_bytes(last_pieces_.view(), 0);
+}
+
+void RealSurface::join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh) {
+  Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
+  vertices.capacity = min(vertices.capacity, mesh.vertices_m.size());
+  triangles.capacity = min(triangles.capacity, mesh.triangles.size());
+  ctx.parallel_for("contact/pieces_start", vertices,
+                   PieceStart{parent_.view(), piece_samples_.view(), piece_number_.view()});
+  ctx.parallel_for("contact/pieces_join", triangles,
+                   JoinCorners{mesh.triangles, vertices, VertexForest{parent_.view()}});
+}
+
+/// Numbers the separate pieces, the largest first, and sums up where each one is.
+void RealSurface::find_pieces(ExecContext& ctx) {
+  ctx.parallel_for("contact/pieces_count", fine_.count(),
+                   CountPieceSamples{fine_.view().piece, piece_samples_.view(), candidates_.view(),
+                                     candidate_count_.view()});
+  ctx.parallel_for(
+      "contact/pieces_choose", 1,
+      ChoosePieces{piece_samples_.const_view(), candidates_.const_view(), candidate_count_.view(),
+                   fine_.view().count, piece_number_.view(), pieces_.view()});
+  ctx.parallel_for("contact/pieces_number", fine_.count(),
+                   NumberSamples{piece_number_.const_view(), pieces_.const_view(), fine_.pieces()});
+  ctx.parallel_for("contact/centroid", kPieces * kPieceParts,
+                   PiecePartSums{fine_.view(), pieces_.const_view(), piece_parts_.view()});
+  ctx.parallel_for("contact/centers", kPieces,
+                   PieceCenters{piece_parts_.const_view(), last_pieces_.const_view(), pieces_.view()});
+}
+
 void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   const Index triangles = mesh.triangles.size();
-  const View<Index> pieces = pieces_.view().part(0, triangles + 1),
-                    first = first_.view().part(0, triangles + 1);
+  const View<Index> cuts = cuts_.view().part(0, triangles + 1), first = first_.view().part(0, triangles + 1);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
-  ctx.parallel_for("contact/pieces", triangles + 1,
-                   TrianglePieces{mesh.vertices_m, mesh.vertex_count, mesh.triangles, counted,
-                                  kPieceEdge * settings_.sample_spacing_m, pieces});
-  ctx.exclusive_scan("contact/pieces", pieces, first);
+  ctx.parallel_for("contact/cuts", triangles + 1,
+                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles, counted,
+                                kCutEdge * settings_.sample_spacing_m, cuts});
+  ctx.exclusive_scan("contact/cuts", cuts, first);
   ctx.parallel_for("contact/limit", 1,
-                   LimitCount{View<const Index>(first).part(triangles, 1), settings_.max_pieces,
-                              piece_count_.view(), piece_overflow_.view()});
-  ctx.parallel_for("contact/triangle_samples", counted,
-                   TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, pieces, first, x_m_.view(),
-                                   n_.view(), area_m2_.view()});
-  fine_.build(ctx, x_m_.const_view(), n_.const_view(), area_m2_.const_view(),
-              Count(piece_count_.const_view(), settings_.max_pieces));
+                   LimitCount{View<const Index>(first).part(triangles, 1), settings_.max_raw_samples,
+                              raw_count_.view(), raw_overflow_.view()});
+  ctx.parallel_for(
+      "contact/triangle_samples", counted,
+      TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, cuts, first,
+                      VertexForest{parent_.view()}, x_m_.view(), n_.view(), area_m2_.view(), root_.view()});
+  fine_.build(ctx, x_m_.const_view(), n_.const_view(), area_m2_.const_view(), root_.const_view(),
+              Count(raw_count_.const_view(), settings_.max_raw_samples));
+  find_pieces(ctx);
   const SamplesView fine = fine_.view();
-  coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine_.count());
+  coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine.piece, fine_.count());
 }
 
 void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
   const float s = settings_.sample_spacing_m;
-  ctx.parallel_for("contact/centroid", kFitParts, CentroidParts{fine_.view(), fit_parts_.view()});
-  ctx.parallel_for("contact/guess", 1, GuessMotion{fit_parts_.const_view(), fit_.view()});
+  const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
+  const FitPartsView parts{fit_parts_.const_view(), last};
+  ctx.parallel_for("contact/match", 1,
+                   MatchPieces{motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()});
+  ctx.parallel_for("contact/fit_start", kPieces,
+                   StartFit{motions_.const_view(), dt_capture_s, last, now, fit_.view()});
   const auto gather = [&](const SampleLevel& level, float reach_m) {
-    ctx.parallel_for(
-        "contact/fit", kFitPoints,
-        FitPoints{previous_m_.const_view(), level.view(), reach_m, s, fit_.const_view(), fit_points_.view()});
-    ctx.parallel_for("contact/fit_parts", kFitParts, FitParts{fit_points_.const_view(), fit_parts_.view()});
+    ctx.parallel_for("contact/fit", kFitPoints,
+                     FitPoints{previous_m_.const_view(), level.view(), reach_m, s, last, now,
+                               fit_.const_view(), fit_points_.view()});
+    ctx.parallel_for("contact/fit_parts", kFitParts,
+                     FitParts{fit_points_.const_view(), last, fit_parts_.view()});
   };
   gather(fine_, 2 * s);
-  ctx.parallel_for("contact/fit_still", 1, NoteStill{fit_parts_.const_view(), fit_.view()});
+  ctx.parallel_for("contact/fit_still", kPieces, NoteStill{parts, fit_.view()});
   gather(fine_, 2 * s);
-  ctx.parallel_for("contact/fit_guess", 1, NoteGuess{fit_parts_.const_view(), fit_.view()});
+  ctx.parallel_for("contact/fit_guess", kPieces, NoteGuess{parts, fit_.view()});
   for (int i = 0; i < 5; ++i) {
     const bool far = i < 2;  // first what is 8 spacings off, then exactly
     gather(far ? coarse_ : fine_, (far ? 8.F : 2.F) * s);
-    ctx.parallel_for("contact/fit_step", 1, FitStep{fit_parts_.const_view(), fit_.view()});
+    ctx.parallel_for("contact/fit_step", kPieces, FitStep{parts, fit_.view()});
   }
   gather(fine_, 2 * s);
-  ctx.parallel_for("contact/motion", 1,
-                   ChooseMotion{fit_parts_.const_view(), fit_.const_view(), dt_capture_s, 0.5F * s,
-                                settings_.max_speed_m_s, motion_.view()});
+  ctx.parallel_for("contact/motion", kPieces,
+                   ChooseMotion{parts, now, fit_.const_view(), dt_capture_s, 0.5F * s,
+                                settings_.max_speed_m_s, motions_.view()});
 }
 
 RealSurfaceReport RealSurface::report(ExecContext& ctx) const {
   RealSurfaceReport report;
   report.samples = to_host(ctx, fine_.view().count)[0];
-  report.dropped_pieces = to_host(ctx, piece_overflow_.const_view())[0];
+  report.dropped_raw_samples = to_host(ctx, raw_overflow_.const_view())[0];
   report.dropped_samples = to_host(ctx, fine_.overflow())[0] + to_host(ctx, coarse_.overflow())[0];
-  report.motion = to_host(ctx, motion_.const_view())[0];
+  report.pieces = to_host(ctx, pieces_.const_view())[0];
+  const std::vector<SurfaceMotion> motions = to_host(ctx, motions_.const_view());
+  std::copy(motions.begin(), motions.end(), report.motions.begin());
   return report;
 }
 

@@ -1,6 +1,10 @@
 #pragma once
-/// The reconstructed surface as contact sees it: evenly spread samples with outward normals and a velocity,
+/// The reconstructed surface as contact sees it: evenly spread samples with outward normals and velocities,
 /// made afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
+/// What hangs together through shared vertices moves as one; two hands, or a hand and a tool, each for
+/// itself.
+#include <array>
+
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/contact/sample_level.h"
 
@@ -10,10 +14,10 @@ struct RealSurfaceSettings {
   /// s [m]: no point of the surface is farther than s from a sample; the lattice's spacing or less.
   float sample_spacing_m = 0.005F;
   Index max_vertices = 1 << 17, max_triangles = 1 << 18;  ///< of the meshes that come
-  Index max_pieces = 1 << 18;   ///< samples before thinning: triangles, each cut to edges <= 1.25 s
-  Index max_samples = 1 << 16;  ///< after thinning, about 3 for each s² of surface
+  Index max_raw_samples = 1 << 18;  ///< samples before thinning: triangles, each cut to edges <= 1.25 s
+  Index max_samples = 1 << 16;      ///< after thinning, about 3 for each s² of surface
   float max_speed_m_s =
-      5;  ///< a faster centre of gravity is an error of reconstruction, taken as standing still
+      5;  ///< a piece whose centre is faster is an error of reconstruction, taken as standing still
 };
 
 /// A mesh on the device. Counts may be known on the device only; capacities are the views' sizes.
@@ -21,15 +25,17 @@ struct SurfaceMeshView {
   View<const Vec3f> vertices_m;
   Count vertex_count = 0;
   View<const Vec3f> normals;    ///< unit, outward, one per vertex; empty: the triangles' are used
-  View<const Vec3i> triangles;  ///< counter-clockwise from outside
+  View<const Vec3i> triangles;  ///< counter-clockwise from outside; those of one piece share vertices
   Count triangle_count = 0;
 };
 
 /// What is reported of a surface, read when the caller synchronises anyway.
 struct RealSurfaceReport {
   Index samples = 0;
-  Index dropped_pieces = 0, dropped_samples = 0;  ///< > 0: overflow; raise max_pieces or max_samples
-  SurfaceMotion motion;
+  Index dropped_raw_samples = 0,
+        dropped_samples = 0;                     ///< > 0: overflow; raise max_raw_samples or max_samples
+  SurfacePieces pieces;                          ///< the largest, at most kPieces
+  std::array<SurfaceMotion, kPieces> motions{};  ///< of each; what is too small moves as the first
 };
 
 class RealSurface {
@@ -46,26 +52,35 @@ class RealSurface {
   SamplesView samples() const { return fine_.view(); }
   /// Few samples for what is far: one for each cube of 4 s and direction; cells of 8 s.
   SamplesView coarse_samples() const { return coarse_.view(); }
-  /// (1) How the surface moves from this frame on.
-  View<const SurfaceMotion> motion() const { return motion_.const_view(); }
+  /// (1) The separate pieces.
+  View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
+  /// (kPieces) How each piece moves from this frame on.
+  View<const SurfaceMotion> motions() const { return motions_.const_view(); }
   const RealSurfaceSettings& settings() const { return settings_; }
   /// Synchronises.
   RealSurfaceReport report(ExecContext& ctx) const;
 
  private:
+  void keep_last_frame(ExecContext& ctx);
+  void join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh);
   void make_samples(ExecContext& ctx, const SurfaceMeshView& mesh);
+  void find_pieces(ExecContext& ctx);
   void fit_motion(ExecContext& ctx, float dt_capture_s);
 
   RealSurfaceSettings settings_;
   bool has_frame_ = false;
-  Buffer<Index> pieces_, first_, piece_count_, piece_overflow_;
+  Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
+  Buffer<Index> root_, piece_number_;
+  Buffer<std::uint32_t> parent_, piece_samples_, candidates_, candidate_count_;
   SampleLevel fine_, coarse_;
   Buffer<Vec3f> previous_m_;
   Buffer<FitState> fit_;
   Buffer<FitSums> fit_points_, fit_parts_;
-  Buffer<SurfaceMotion> motion_;
+  Buffer<PieceSums> piece_parts_;
+  Buffer<SurfacePieces> pieces_, last_pieces_;
+  Buffer<SurfaceMotion> motions_;
 };
 
 }  // namespace tactus

@@ -9,6 +9,7 @@ struct ContactMemory {
   Vec3f x_m;  ///< the node's corrected position, world
   Vec3f n;    ///< the surface's normal there, world
   Index touched = 0;
+  Index label = 0;  ///< of the piece of the surface
 };
 
 /// Nodes of one body, on the device.
@@ -42,9 +43,10 @@ struct ContactTotals {
   Index rescued = 0;      ///< nodes that were deeper than 2 spacings
 };
 
-/// The surface's motion at one time, worked out once for all nodes.
+/// The motion of a piece of the surface at one time, worked out once for all nodes.
 struct SurfacePose {
   SurfaceMotion motion;
+  SurfacePiece piece;
   Mat3f turn;      ///< R(w t)
   Vec3f center_m;  ///< c + v t
   /// Where the material that is at p_m now was at the surface's capture.
@@ -54,14 +56,43 @@ struct SurfacePose {
   }
 };
 
+/// All pieces at one time.
+struct SurfacePoses {
+  Index count = 0;  ///< of pieces, >= 1
+  Vec3f center_m;   ///< centre of gravity of all
+  SurfacePose piece[kPieces];
+  /// Which samples a search for piece k takes: kAnyPiece where all are its own.
+  TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyPiece; }
+};
+
+/// Thread k: piece k.
 struct PoseSurface {
   View<const SurfaceMotion> motion;
+  View<const SurfacePieces> pieces;
   float time_s;
-  View<SurfacePose> pose;
-  TACTUS_HD void operator()(Index) const {
-    const SurfaceMotion& m = motion[0];
-    pose[0] = {m, m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
+  View<SurfacePoses> poses;
+  TACTUS_HD void operator()(Index k) const {
+    const SurfacePieces& all = pieces[0];
+    SurfacePoses& out = poses[0];
+    if (k < all.count) {
+      const SurfaceMotion& m = motion[k];
+      out.piece[k] = {m, all.piece[k], m.turn(time_s), center(k)};
+    }
+    if (k != 0) return;
+    out.count = all.count;
+    out.center_m = center(0);
+    if (all.count == 1) return;
+    float area = 0;
+    Vec3f x{};
+    for (Index j = 0; j < all.count; ++j) {
+      area += motion[j].area_m2;
+      x += motion[j].area_m2 * center(j);
+    }
+    if (area > 0.F) out.center_m = x / area;
   }
+
+ private:
+  TACTUS_HD Vec3f center(Index k) const { return motion[k].center_m + time_s * motion[k].velocity_m_s; }
 };
 
 /// Surface near a point: averages [P 20] over the samples of the near side within the reach.
@@ -74,7 +105,8 @@ struct NearSurface {
 /// vanishes at the reach, so samples come and go without a jump. Reach: 2 spacings, the cells' edge.
 /// Nothing is found where the nearest sample already shows that p is more than clear_m in front of the
 /// surface.
-TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m, float reach_m,
+/// @param piece whose samples count, or kAnyPiece
+TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Index piece, Vec3f p_m, float reach_m,
                                           float clear_m) {
   constexpr Index kKept = 64;  // samples in reach that needn't be sought twice: a plane has about 14
   Index kept[kKept];
@@ -85,7 +117,7 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m,
   samples.cells.for_each_slot(p_m, [&](Index k) {
     const Vec3f d = p_m - samples.x_m[k];
     const float d2 = dot(d, d);
-    if (!(d2 < reach2)) return;
+    if (!(d2 < reach2) || !samples.is_of(piece, k)) return;
     if (in_reach < kKept) kept[in_reach] = k;
     ++in_reach;
     if (d2 < nearest_d2) {
@@ -102,7 +134,8 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Vec3f p_m,
   const auto add = [&](Index k) {
     const Vec3f d = samples.x_m[k] - p_m;
     const float u = 1.F - dot(d, d) * inverse_reach2;
-    const float w = u > 0.F && dot(samples.n[k], facing) > 0.F ? samples.area_m2[k] * u * u : 0.F;
+    const bool counts = u > 0.F && dot(samples.n[k], facing) > 0.F && samples.is_of(piece, k);
+    const float w = counts ? samples.area_m2[k] * u * u : 0.F;
     weight += w;
     offset += w * d;
     n += w * samples.n[k];
@@ -132,12 +165,13 @@ TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitu
   return u + kept * slide - restitution * approach * n;
 }
 
-/// Velocity-position correction of one node. Works in the surface's frame at its capture: the node is taken
-/// back by the surface's motion, so samples and cells stay as they were made however fast the surface moves.
+/// Velocity-position correction of one node. Works in the frame of each piece of the surface at its capture:
+/// the node is taken back by the piece's motion, so samples and cells stay as they were made however fast the
+/// surface moves.
 struct ContactResponse {
   static constexpr int kGrain = 128;
   SamplesView samples;
-  View<const SurfacePose> pose;
+  View<const SurfacePoses> poses;
   ContactNodes body;
   float reach_m, restitution, friction;
   float dt_s;  ///< since the last correction: how far the surface carried what touched it
@@ -147,8 +181,9 @@ struct ContactResponse {
     const Index i = body.nodes[c];
     if (body.fixed.empty() || body.fixed[i] == 0) {
       ContactMemory memory = body.memory.empty() ? ContactMemory{} : body.memory[c];
+      const SurfacePoses& all = poses[0];
       if (memory.touched != 0) hold(i, memory, record);
-      respond(i, memory, record);
+      for (Index k = 0; k < all.count; ++k) respond(i, all.piece[k], all.own(k), memory, record);
       if (!body.memory.empty()) body.memory[c] = memory;
     }
     records[c] = record;
@@ -156,76 +191,87 @@ struct ContactResponse {
 
  private:
   /// Moves node i to x, takes the approach out of its velocity and notes what that did to the real object.
-  TACTUS_HD void touch(Index i, Vec3f x, Vec3f n, float depth_m, ContactRecord& record) const {
-    const SurfacePose& now = pose[0];
+  TACTUS_HD void touch(Index i, const SurfacePose& now, Vec3f x, Vec3f n, float depth_m,
+                       ContactRecord& record) const {
     const Vec3f v = body.v_m_s[i];
     const Vec3f v_new = touched_velocity(v, now.velocity_at(x), n, restitution, friction);
     body.x_m[i] = x;
     body.v_m_s[i] = v_new;
     const Vec3f impulse = body.mass_kg[i] * (v - v_new);
     record.impulse_N_s += impulse;
-    record.moment_N_m_s += cross(x - now.center_m, impulse);
+    record.moment_N_m_s += cross(x - poses[0].center_m, impulse);
     record.depth_m = max(record.depth_m, depth_m);
     record.touches = 1;
   }
 
-  /// Keeps a node that touched from going back through the plane on which it touched, which moves with the
-  /// surface. What it slid meanwhile is Coulomb's at the level of positions: at most mu times how deep it
-  /// went.
+  /// Keeps a node that touched from going back through the plane on which it touched, which moves with its
+  /// piece of the surface. What it slid meanwhile is Coulomb's at the level of positions: at most mu times
+  /// how deep it went.
   TACTUS_HD void hold(Index i, ContactMemory& memory, ContactRecord& record) const {
-    const Vec3f held = memory.x_m + dt_s * pose[0].velocity_at(memory.x_m), moved = body.x_m[i] - held;
-    const float depth = -dot(moved, memory.n);
+    const SurfacePoses& all = poses[0];
     memory.touched = 0;
+    Index k = 0;
+    while (k < all.count && all.piece[k].piece.label != memory.label) ++k;
+    if (k == all.count) return;  // it is gone
+    const SurfacePose& now = all.piece[k];
+    const Vec3f held = memory.x_m + dt_s * now.velocity_at(memory.x_m), moved = body.x_m[i] - held;
+    const float depth = -dot(moved, memory.n);
     if (!(depth > 0.F)) return;
     const Vec3f slide = moved + depth * memory.n;
     const float distance = length(slide), most = friction * depth;
     memory.x_m = held + (distance > most ? 1.F - most / distance : 0.F) * slide;
     memory.touched = 1;
-    touch(i, memory.x_m, memory.n, depth, record);
+    touch(i, now, memory.x_m, memory.n, depth, record);
   }
 
-  TACTUS_HD void respond(Index i, ContactMemory& memory, ContactRecord& record) const {
-    const SurfacePose& now = pose[0];
+  TACTUS_HD void respond(Index i, const SurfacePose& now, Index own, ContactMemory& memory,
+                         ContactRecord& record) const {
     const Vec3f p = now.to_capture(body.x_m[i]);
+    NearSurface near;
     // The average plane is less than half the reach off the nearest sample's.
-    const NearSurface near = near_surface(samples, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
+    if (own == kAnyPiece || now.piece.may_reach(p, reach_m))
+      near = near_surface(samples, own, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
     const float gap = near.found ? dot(p - near.x_m, near.n) - body.rest_gap_m[i] : 0.5F * reach_m;
     if (gap < 0.F) {
       const Vec3f n = now.turn * near.n;
-      touch(i, body.x_m[i] - gap * n, n, -gap, record);
-      memory = {body.x_m[i], n, 1};
-    } else if (gap > 0.1F * reach_m) {
+      touch(i, now, body.x_m[i] - gap * n, n, -gap, record);
+      memory = {body.x_m[i], n, 1, now.piece.label};
+    } else if (gap > 0.1F * reach_m && memory.label == now.piece.label) {
       memory.touched = 0;  // the surface is no longer where it was
     }
   }
 };
 
-/// Brings back nodes that are inside the real object, but too deep for a sample within 2 spacings: behind the
-/// nearest coarse sample, and inside by the winding number of all coarse samples (Barill et al. 2018).
+/// Brings back nodes that are inside a piece of the real object, but too deep for a sample within 2 spacings:
+/// behind the nearest coarse sample, and inside by the winding number of all coarse samples of the piece
+/// (Barill et al. 2018).
 struct DeepRescue {
   static constexpr int kGrain = 64;
   SamplesView fine, coarse;
-  View<const SurfacePose> pose;
+  View<const SurfacePoses> poses;
   ContactNodes body;
   float reach_m, far_reach_m;
   View<ContactRecord> records;
   TACTUS_HD void operator()(Index c) const {
     ContactRecord record{};
     const Index i = body.nodes[c];
-    if (body.fixed.empty() || body.fixed[i] == 0) rescue(i, record);
+    if (body.fixed.empty() || body.fixed[i] == 0) {
+      const SurfacePoses& all = poses[0];
+      for (Index k = 0; k < all.count; ++k) rescue(i, all.piece[k], all.own(k), record);
+    }
     records[c] = record;
   }
 
  private:
-  TACTUS_HD void rescue(Index i, ContactRecord& record) const {
-    const SurfacePose& now = pose[0];
+  TACTUS_HD void rescue(Index i, const SurfacePose& now, Index own, ContactRecord& record) const {
     const Vec3f p = now.to_capture(body.x_m[i]);
+    if (own != kAnyPiece && !now.piece.may_reach(p, reach_m)) return;
     Index nearest = -1;
     float nearest_d2 = far_reach_m * far_reach_m;
     coarse.cells.for_each_slot(p, [&](Index k) {
       const Vec3f d = p - coarse.x_m[k];
       const float d2 = dot(d, d);
-      if (d2 < nearest_d2) {
+      if (d2 < nearest_d2 && coarse.is_of(own, k)) {
         nearest_d2 = d2;
         nearest = k;
       }
@@ -233,22 +279,23 @@ struct DeepRescue {
     if (nearest < 0) return;
     const Vec3f n = coarse.n[nearest];
     const float gap = dot(p - coarse.x_m[nearest], n) - body.rest_gap_m[i];
-    if (!(gap < 0.F) || has_fine_sample(p) || !inside(p)) return;
+    if (!(gap < 0.F) || has_fine_sample(p, own) || !inside(p, own)) return;
     body.x_m[i] = body.x_m[i] - gap * (now.turn * n);
-    record.depth_m = -gap;
+    record.depth_m = max(record.depth_m, -gap);
     record.touches = 1;
   }
-  TACTUS_HD bool has_fine_sample(Vec3f p) const {
+  TACTUS_HD bool has_fine_sample(Vec3f p, Index own) const {
     bool found = false;
     fine.cells.for_each_slot(p, [&](Index k) {
       const Vec3f d = p - fine.x_m[k];
-      found = found || dot(d, d) < reach_m * reach_m;
+      found = found || (dot(d, d) < reach_m * reach_m && fine.is_of(own, k));
     });
     return found;
   }
-  TACTUS_HD bool inside(Vec3f p) const {
+  TACTUS_HD bool inside(Vec3f p, Index own) const {
     float solid_angle = 0;
     for (Index k = 0, n = coarse.count[0]; k < n; ++k) {
+      if (!coarse.is_of(own, k)) continue;
       const Vec3f d = coarse.x_m[k] - p;
       const float d2 = max(dot(d, d), 1e-12F);
       solid_angle += coarse.area_m2[k] * dot(d, coarse.n[k]) / (d2 * tactus::sqrt(d2));

@@ -2,32 +2,41 @@
 /// From triangles to samples of a surface, and from samples to fewer, evenly spread ones.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
+#include "tactus/contact/vertex_forest.h"
 #include "tactus/geom/cell_list_kernels.h"
 
 namespace tactus {
+
+inline constexpr Index kNoPiece = -1;   ///< of samples that borrow the first piece's motion
+inline constexpr Index kAnyPiece = -2;  ///< asks for samples whatever they are on
 
 /// Samples of a closed surface, sorted by cells.
 struct SamplesView {
   View<const Vec3f> x_m;      ///< position [m]
   View<const Vec3f> n;        ///< unit normal, outward
   View<const float> area_m2;  ///< area that the sample stands for [m²]
+  View<const Index> piece;    ///< which separate piece of the surface it is on (piece_kernels.h)
   CellRanges cells;           ///< runs of samples by cell
   View<const Index> count;    ///< (1) number of samples
+  /// Whether sample i moves with that piece.
+  TACTUS_HD bool is_of(Index wanted, Index i) const {
+    return wanted == kAnyPiece || max(piece[i], Index(0)) == wanted;
+  }
 };
 
-inline constexpr Index kMaxPieces = 32;  ///< a triangle's edge is cut into fewer pieces than that
+inline constexpr Index kMaxCuts = 32;  ///< a triangle's edge is cut into fewer pieces than that
 
 /// How many pieces of at most edge_m the longest edge of a triangle is cut into, squared; 0 for triangles
 /// without area, with non-finite corners or with indices that are no vertices.
-struct TrianglePieces {
+struct TriangleCuts {
   View<const Vec3f> vertices_m;
   Count vertex_count;
   View<const Vec3i> triangles;
   Count triangle_count;
   float edge_m;
-  View<Index> pieces;  ///< out (triangles + 1): the last is 0
+  View<Index> cuts;  ///< out (triangles + 1): the last is 0
   TACTUS_HD void operator()(Index t) const {
-    pieces[t] = 0;
+    cuts[t] = 0;
     if (t >= triangle_count.get()) return;
     const Vec3i v = triangles[t];
     const Index n = vertex_count.get();
@@ -37,10 +46,10 @@ struct TrianglePieces {
     if (!(twice_area > 0.F && twice_area < 1e12F)) return;
     const Vec3f bc = ac - ab;
     const float longest = tactus::sqrt(max(dot(ab, ab), max(dot(ac, ac), dot(bc, bc))));
-    const float k = min(longest / edge_m, static_cast<float>(kMaxPieces - 1));
+    const float k = min(longest / edge_m, static_cast<float>(kMaxCuts - 1));
     const Index whole = floor_to_int(k);
-    const Index cuts = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
-    pieces[t] = cuts * cuts;
+    const Index pieces = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
+    cuts[t] = pieces * pieces;
   }
 };
 
@@ -50,19 +59,22 @@ struct TriangleSamples {
   View<const Vec3f> vertices_m;
   View<const Vec3f> normals;  ///< per vertex, or empty: the triangle's
   View<const Vec3i> triangles;
-  View<const Index> pieces, first;
+  View<const Index> cuts, first;
+  VertexForest forest;
   View<Vec3f> x_m, n;
   View<float> area_m2;
+  View<Index> root;  ///< of the piece that the triangle is on
   TACTUS_HD void operator()(Index t) const {
-    if (pieces[t] == 0) return;
+    if (cuts[t] == 0) return;
     const Vec3i v = triangles[t];
+    const auto of = static_cast<Index>(forest.find(static_cast<std::uint32_t>(v.x)));
     const Vec3f a = vertices_m[v.x], ab = vertices_m[v.y] - a, ac = vertices_m[v.z] - a;
     const Vec3f twice_area = cross(ab, ac);
     const float twice = length(twice_area);
     const Vec3f face = (1.F / twice) * twice_area;
-    const float area = 0.5F * twice / static_cast<float>(pieces[t]);
+    const float area = 0.5F * twice / static_cast<float>(cuts[t]);
     Index k = 1;
-    while (k * k < pieces[t]) ++k;
+    while (k * k < cuts[t]) ++k;
     Index s = first[t];
     for (Index row = 0; row < k; ++row) {
       for (Index col = 0; col < 2 * (k - row) - 1; ++col, ++s) {
@@ -73,6 +85,7 @@ struct TriangleSamples {
         x_m[s] = a + u * ab + w * ac;
         n[s] = normals.empty() ? face : normal_at(v, u, w, face);
         area_m2[s] = area;
+        root[s] = of;
       }
     }
   }
@@ -159,8 +172,10 @@ struct MergeSamples {
   View<const std::uint64_t> labels;
   View<const Vec3f> x_m, n;
   View<const float> area_m2;
+  View<const Index> piece;
   View<Vec3f> x_out_m, n_out;
   View<float> area_out_m2;
+  View<Index> piece_out;  ///< the leader's
   View<std::uint32_t> keys_out;
   TACTUS_HD void operator()(Index o) const {
     const Index leader = leaders[o];
@@ -179,6 +194,7 @@ struct MergeSamples {
     x_out_m[o] = origin + x / area;
     n_out[o] = normalized(normal, n[order[leader]]);
     area_out_m2[o] = area;
+    piece_out[o] = piece[order[leader]];
     keys_out[o] = key;
   }
 };

@@ -13,13 +13,14 @@ SampleLevel::SampleLevel(Device& device, Index max_in, Index max_out, float cell
       overflow_(device, 1),
       begin_(device, list_.grid().cell_count()),
       end_(device, list_.grid().cell_count()),
+      piece_(device, max_out),
       x_m_(device, max_out),
       n_(device, max_out),
       area_m2_(device, max_out),
       keys_(device, max_out) {}
 
 void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n,
-                        View<const float> area_m2, Count count) {
+                        View<const float> area_m2, View<const Index> piece, Count count) {
   list_.build(ctx, x_m, count);
   const CellListView cells = list_.view();
   const Index slots = list_.max_particles();
@@ -33,7 +34,7 @@ void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3
   ctx.parallel_for(
       "contact/merge", this->count(),
       MergeSamples{leaders_.const_view(), cells.ranges, cells.order, list_.keys(), labels_.const_view(), x_m,
-                   n, area_m2, x_m_.view(), n_.view(), area_m2_.view(), keys_.view()});
+                   n, area_m2, piece, x_m_.view(), n_.view(), area_m2_.view(), piece_.view(), keys_.view()});
   // Leaders are in the order of slots, so what is merged is already sorted by cells.
   find_cell_ranges(ctx, keys_.const_view(), this->count(), list_.grid(), begin_.view(), end_.view());
 }
@@ -42,6 +43,7 @@ SamplesView SampleLevel::view() const {
   return {x_m_.const_view(),
           n_.const_view(),
           area_m2_.const_view(),
+          piece_.const_view(),
           {list_.grid(), begin_.const_view(), end_.const_view()},
           count_.const_view()};
 }

@@ -12,10 +12,12 @@ class SampleLevel {
   SampleLevel(Device& device, Index max_in, Index max_out, float cell_m, int subcells);
 
   /// Merges the first `count` samples. What doesn't fit into max_out is dropped and counted in overflow().
+  /// @param piece of each sample: kept, those that are merged get their first one's
   void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2,
-             Count count);
+             View<const Index> piece, Count count);
 
   SamplesView view() const;
+  View<Index> pieces() { return piece_.view(); }
   Count count() const { return Count(count_.const_view(), x_m_.size()); }
   View<const Index> overflow() const { return overflow_.const_view(); }
 
@@ -23,7 +25,7 @@ class SampleLevel {
   float subcells_;
   CellList list_;
   Buffer<std::uint64_t> labels_;
-  Buffer<Index> flags_, leaders_, leader_count_, count_, overflow_, begin_, end_;
+  Buffer<Index> flags_, leaders_, leader_count_, count_, overflow_, begin_, end_, piece_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
   Buffer<std::uint32_t> keys_;

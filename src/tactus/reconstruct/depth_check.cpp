@@ -14,6 +14,9 @@ constexpr std::size_t kMostSamples = 2 * kSamples;  // whole steps give less tha
 /// noise and calibration errors move some points across a silhouette's border, too.
 constexpr double kLost = 0.15;
 constexpr int kFewest = 12;
+/// Points that are read too far leave the object at its back, and only where it is thin or seen at a slant:
+/// fewer do, but then none comes in for them.
+constexpr double kLostBehind = 0.03;
 
 struct Ray {
   Vec3d direction;  ///< unit, world
@@ -23,8 +26,13 @@ struct Ray {
 struct Reading {
   const char* name;
   double factor;
-  bool from_z;
+  int cosines;  ///< -1: what is given is z; 1: what is given was taken for z, and isn't; 0: neither
+  double scale(const Ray& ray) const {
+    return factor * (cosines == 0 ? 1.0 : cosines < 0 ? 1 / ray.cosine : ray.cosine);
+  }
 };
+
+constexpr Reading kAsGiven{"", 1, 0};
 
 class Judge {
  public:
@@ -59,13 +67,19 @@ class Judge {
     return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_,
                                           [&](const Ray& ray) { return is_inside(ray, reading); }));
   }
+  /// Points that `reading` puts inside and kAsGiven doesn't.
+  int gained(const Reading& reading) const {
+    return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_, [&](const Ray& ray) {
+      return is_inside(ray, reading) && !is_inside(ray, kAsGiven);
+    }));
+  }
   /// By how much that reading is longer, on average over the points that it puts inside.
   double mean_stretch(const Reading& reading) const {
     double sum = 0;
     int n = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       if (!is_inside(rays_[i], reading)) continue;
-      sum += reading.factor / (reading.from_z ? rays_[i].cosine : 1.0);
+      sum += reading.scale(rays_[i]);
       ++n;
     }
     return n > 0 ? sum / n : 1;
@@ -73,7 +87,7 @@ class Judge {
 
  private:
   bool is_inside(const Ray& ray, const Reading& reading) const {
-    const double scale = reading.factor / (reading.from_z ? ray.cosine : 1.0);
+    const double scale = reading.scale(ray);
     // Noise puts half of the points before the surface, where no silhouette need hold them.
     for (const double sigmas : {0.0, 1.0, 2.0}) {
       if (is_inside(eye_ + scale * (ray.distance_m + sigmas * sigma_m_) * ray.direction)) return true;
@@ -126,20 +140,15 @@ class Judge {
   std::size_t count_ = 0;
 };
 
-}  // namespace
-
-std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
-                                const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m) {
-  if (depth_m.empty()) return "";
-  const Judge judge(cameras, silhouettes, depth_camera, depth_m, workspace_m);
-  const int as_given = judge.inside({"", 1, false}), samples = judge.samples();
-  const auto is_better = [as_given](int n) { return n - as_given >= std::max(kFewest + 0.0, kLost * n); };
-  if (samples == 0 || !is_better(samples)) return "";  // no reading can be much better
+/// The reading under which far more points lie inside; nullptr: none.
+const Reading* much_better(const Judge& judge, int as_given) {
   static constexpr Reading kReadings[] = {
-      {"millimetres given as metres", 1e-3, false},
-      {"kilometres given as metres", 1e3, false},
-      {"z (distance along the optical axis) given as radial distance", 1, true},
-      {"z in millimetres given as radial distance in metres", 1e-3, true}};
+      {"millimetres given as metres", 1e-3, 0},
+      {"kilometres given as metres", 1e3, 0},
+      {"z (distance along the optical axis) given as radial distance", 1, -1},
+      {"z in millimetres given as radial distance in metres", 1e-3, -1}};
+  const auto is_better = [as_given](int n) { return n - as_given >= std::max(kFewest + 0.0, kLost * n); };
+  if (!is_better(judge.samples())) return nullptr;  // no reading can be much better
   const Reading* best = nullptr;
   int most = as_given;
   for (const Reading& reading : kReadings) {
@@ -149,14 +158,40 @@ std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const
       best = &reading;
     }
   }
-  if (best == nullptr || !is_better(most)) return "";
+  if (best == nullptr || !is_better(most)) return nullptr;
   // Masks that are too small (noise, a poor segmentation) put points before them, too, and any reading that
   // is a little longer helps: as z it must help more than the same stretch everywhere.
-  if (best->from_z && best->factor == 1.0 && judge.inside({"", judge.mean_stretch(*best), false}) > most)
-    return "";
-  return "the depth of camera '" + depth_camera.name + "' looks like " + best->name + ": of " +
+  const bool bends = best->cosines != 0 && best->factor == 1.0;
+  return bends && judge.inside({"", judge.mean_stretch(*best), 0}) > most ? nullptr : best;
+}
+
+/// Radial distance taken for z was made too long by 1/cos: points leave the object at its back, and none lies
+/// before it. What is so in truth loses points at the front when it is read as shorter, which rules it out.
+const Reading* radial_as_z(const Judge& judge, int as_given) {
+  static constexpr Reading kReading{"radial distance given as z (distance along the optical axis)", 1, 1};
+  const double fewest = std::max(kFewest + 0.0, kLostBehind * judge.samples());
+  if (judge.samples() - as_given < fewest) return nullptr;
+  const int inside = judge.inside(kReading), gained = judge.gained(kReading);
+  const int lost = as_given + gained - inside;
+  if (gained < fewest || 4 * lost > gained) return nullptr;
+  // Noise, or a camera that is a little off, is helped as much by the same shortening everywhere.
+  return judge.inside({"", judge.mean_stretch(kReading), 0}) >= inside ? nullptr : &kReading;
+}
+
+}  // namespace
+
+std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
+                                const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m) {
+  if (depth_m.empty()) return "";
+  const Judge judge(cameras, silhouettes, depth_camera, depth_m, workspace_m);
+  const int as_given = judge.inside(kAsGiven), samples = judge.samples();
+  if (samples - as_given < kFewest) return "";
+  const Reading* reading = much_better(judge, as_given);
+  if (reading == nullptr) reading = radial_as_z(judge, as_given);
+  if (reading == nullptr) return "";
+  return "the depth of camera '" + depth_camera.name + "' looks like " + reading->name + ": of " +
          std::to_string(samples) + " measured points " + std::to_string(as_given) +
-         " lie inside the silhouettes, read so " + std::to_string(most);
+         " lie inside the silhouettes, read so " + std::to_string(judge.inside(*reading));
 }
 
 }  // namespace tactus

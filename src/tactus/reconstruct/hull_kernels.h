@@ -170,7 +170,9 @@ struct SortRegions {
     s.votes.ask(b, cameras, cells, first, kBrick * kBlockBricks * kRegionBlocks, tolerated);
     b.on_one_thread([&] {
       if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
-      if (!s.votes.outside) asked[fetch_add(asked_blocks[0], kBlocksOfRegion) / kBlocksOfRegion] = b.index();
+      if (s.votes.outside) return;
+      auto& blocks = reinterpret_cast<std::uint32_t&>(asked_blocks[0]);
+      asked[static_cast<Index>(atomic_fetch_add(blocks, kBlocksOfRegion)) / kBlocksOfRegion] = b.index();
     });
     if (!s.votes.outside) return;
     b.for_threads(kBlocksOfRegion, [&](int i) {

@@ -137,6 +137,7 @@ TexturedMesh make_photo_atlas(const TriangleMesh& mesh, std::span<const Index> t
     out.mesh.positions_m.push_back(mesh.positions_m[i]);
     out.mesh.normals.push_back(mesh.normals[i]);
     out.uv.push_back({static_cast<float>(px.x * inverse_width), static_cast<float>(px.y * inverse_height)});
+    out.photo.push_back(c);
     out.colors.push_back(c >= 0 ? Rgb8{255, 255, 255} : colors[i]);
     return at;
   };

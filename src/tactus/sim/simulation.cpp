@@ -40,7 +40,7 @@ RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
   settings.sample_spacing_m = spacing_m;
   settings.max_vertices = mesh.positions_m.size();
   settings.max_triangles = mesh.triangles.size();
-  settings.max_pieces = std::max(settings.max_pieces, 2 * mesh.triangles.size());
+  settings.max_raw_samples = std::max(settings.max_raw_samples, 2 * mesh.triangles.size());
   return settings;
 }
 
@@ -102,8 +102,8 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   if (report.status.empty())
     report.status = report.hull.overflow.empty() ? report.hull.depth : report.hull.overflow;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
-  if (report.status.empty() && surface.dropped_pieces + surface.dropped_samples > 0) {
-    report.status = std::to_string(surface.dropped_pieces + surface.dropped_samples) +
+  if (report.status.empty() && surface.dropped_raw_samples + surface.dropped_samples > 0) {
+    report.status = std::to_string(surface.dropped_raw_samples + surface.dropped_samples) +
                     " samples of the real surface were dropped: raise contact.sample_spacing_m";
   }
   return report;

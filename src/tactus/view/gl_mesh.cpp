@@ -89,7 +89,7 @@ bool GlStreamBuffer::upload_from(ExecContext& ctx, const void* device_memory, st
   }
   const bool grows = grow(bytes);
   if (bytes == 0) return grows;
-  if (gl_sharing(ctx.device()).direct) {
+  if (shared_ || gl_sharing(ctx.device()).direct) {
     if (!shared_) shared_ = GlSharedBuffer(ctx.device(), name_.get());
     shared_.copy_from(ctx, device_memory, bytes);
     return grows;
