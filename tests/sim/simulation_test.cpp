@@ -92,6 +92,22 @@ TEST_P(SimulationOnDevices, ABallPressesTheSlabAndEveryDeviceAgrees) {
   EXPECT_EQ(got.probes, on_cpu.probes);
 }
 
+/// What an overflow says to raise is a key of the scene, and enough.
+TEST(Simulation, TooLittleRoomNamesTheKeyThatGivesIt) {
+  DeviceSet devices("cpu");
+  Scene scene = slab_scene();
+  scene.reconstruction.max_vertices = 90;
+  const auto status = [&] {
+    return Simulation(devices, scene, make_synthetic_rig(), {}).step(ball_frame(0.35, 0), 0).status;
+  };
+  const std::string told = ", room for 90: raise reconstruction.max_vertices to ";
+  const std::string text = status();
+  const std::size_t at = text.find(told);
+  ASSERT_NE(at, std::string::npos) << text;
+  scene.reconstruction.max_vertices = std::stoi(text.substr(at + told.size()));
+  EXPECT_EQ(status(), "");
+}
+
 /// Shape matching in steps of several of the elements': what it alone moves touches the surface where that
 /// will be at their end. The ball presses shape matching, half elements of each side.
 Scene hybrid_slab_scene(int matching_every) {

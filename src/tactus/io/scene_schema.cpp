@@ -72,6 +72,13 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
             {"", 0, 7});
   v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
          r.depth_jump_m, positive("m", 100));
+  const Range room{"", 0, 1 << 30};
+  v.integer({"max_active_bricks", "room for bricks of 8^3 voxels that hold surface (0: from the resolution)"},
+            r.max_active_bricks, room);
+  v.integer({"max_vertices", "room for vertices of the surface (0: from the resolution)"}, r.max_vertices,
+            room);
+  v.integer({"max_triangles", "room for triangles of the surface (0: twice max_vertices)"}, r.max_triangles,
+            room);
 }
 
 void describe_shape(FieldVisitor& v, ShapeDescription& s) {

@@ -48,6 +48,10 @@ struct ReconstructionDescription {
   bool repair_masks = false;             ///< fill holes in the mask of a suspect view
   int tolerated_views = 0;               ///< keep what up to so many views carve
   double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
+  // Room for the surface; 0: from the resolution. HullOptions says more.
+  int max_active_bricks = 0;
+  int max_vertices = 0;
+  int max_triangles = 0;
 };
 
 enum class ShapeKind : std::uint8_t { box, sphere, figure, mesh, labels };

@@ -19,7 +19,16 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   options.resolution = scene.reconstruction.resolution;
   options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
   options.tolerated_views = scene.reconstruction.tolerated_views;
+  options.max_active_bricks = scene.reconstruction.max_active_bricks;
+  options.max_vertices = scene.reconstruction.max_vertices;
+  options.max_triangles = scene.reconstruction.max_triangles;
   return options;
+}
+
+/// What is raised is a key of the scene.
+std::string with_key(std::string overflow) {
+  const std::size_t at = overflow.find("max_");
+  return at == std::string::npos ? overflow : overflow.insert(at, "reconstruction.");
 }
 
 std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
@@ -99,6 +108,7 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   last_dt_s_ = report.dt_s;
   touch(report.dt_s, report);
   report.hull = hull_.report();
+  report.hull.overflow = with_key(report.hull.overflow);
   if (report.status.empty())
     report.status = report.hull.overflow.empty() ? report.hull.depth : report.hull.overflow;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
