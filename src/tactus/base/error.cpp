@@ -46,6 +46,12 @@ std::string suggestion(std::string_view word, std::span<const std::string> known
   return "; known: " + list;
 }
 
+std::string number_text(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", x);
+  return text;
+}
+
 std::string bytes_text(double bytes) {
   static constexpr const char* kUnits[] = {"B", "KB", "MB", "GB", "TB", "PB"};
   int unit = 0;

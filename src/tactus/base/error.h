@@ -33,6 +33,9 @@ std::string nearest_spelling(std::string_view word, std::span<const std::string>
 /// "; did you mean 'x'?" or, where nothing is near, "; known: a, b, c".
 std::string suggestion(std::string_view word, std::span<const std::string> known);
 
+/// "0.001", "2.5e+06", "nan": for messages.
+std::string number_text(double x);
+
 /// "3.4 GB", "512 B": for messages.
 std::string bytes_text(double bytes);
 

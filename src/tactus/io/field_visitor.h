@@ -33,8 +33,6 @@ struct Range {
 };
 /// "> 0 and <= 1 m", ">= 0"; "" when everything is allowed and there is no unit.
 std::string range_text(const Range& range);
-/// Six digits.
-std::string number_text(double x);
 
 /// Visits the fields of one mapping. Values hold their defaults before, and what was read after.
 class FieldVisitor {

@@ -1,18 +1,11 @@
 #include <cmath>
-#include <cstdio>
 #include <ostream>
 
+#include "tactus/base/error.h"
 #include "tactus/io/field_visitor.h"
 #include "tactus/io/scene_file.h"
 
 namespace tactus {
-
-std::string number_text(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", x);
-  return text;
-}
-
 namespace {
 
 std::string vector_text(Vec3d v) {

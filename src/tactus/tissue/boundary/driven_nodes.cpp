@@ -2,18 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
-
-std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", x);
-  return text;
-}
 
 [[noreturn]] void refuse(const NodeMotion& motion, const std::string& what) {
   throw usage_error(motion.name + ": " + what);
@@ -29,10 +22,10 @@ void check_keys(const NodeMotion& motion) {
     const std::string head = "keyframe " + std::to_string(k) + " ";
     if (!std::isfinite(key.time_s + length(key.displacement_m) + key.angle_rad))
       refuse(motion, head + "holds a value that is not a number");
-    if (key.time_s < 0) refuse(motion, head + "is at " + number(key.time_s) + " s, expected 0 or more");
+    if (key.time_s < 0) refuse(motion, head + "is at " + number_text(key.time_s) + " s, expected 0 or more");
     if (key.time_s <= last_s)
-      refuse(motion, head + "is at " + number(key.time_s) + " s, expected later than the one before, at " +
-                         number(last_s) + " s");
+      refuse(motion, head + "is at " + number_text(key.time_s) +
+                         " s, expected later than the one before, at " + number_text(last_s) + " s");
     last_s = key.time_s;
   }
   const boundary::MotionKey& first = motion.keys.front();
@@ -40,7 +33,7 @@ void check_keys(const NodeMotion& motion) {
     refuse(motion,
            "keyframe 0 moves its nodes at 0 s, all at once; expected a later time, or no displacement");
   if (std::isnan(motion.release_s) || motion.release_s <= 0)
-    refuse(motion, "it is released at " + number(motion.release_s) + " s, expected a time after 0");
+    refuse(motion, "it is released at " + number_text(motion.release_s) + " s, expected a time after 0");
 }
 
 /// Keyframes that begin at rest.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 
@@ -12,12 +11,6 @@
 
 namespace tactus {
 namespace {
-
-std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", x);
-  return text;
-}
 
 void check_load(const SurfaceLoad& load) {
   const auto refuse = [&](const std::string& what) { throw usage_error(load.name + ": " + what); };
@@ -29,10 +22,10 @@ void check_load(const SurfaceLoad& load) {
     const boundary::LoadKey& key = load.keys[k];
     const std::string head = "keyframe " + std::to_string(k) + " ";
     if (!std::isfinite(key.time_s + key.factor)) refuse(head + "holds a value that is not a number");
-    if (key.time_s < 0) refuse(head + "is at " + number(key.time_s) + " s, expected 0 or more");
+    if (key.time_s < 0) refuse(head + "is at " + number_text(key.time_s) + " s, expected 0 or more");
     if (key.time_s <= last_s)
-      refuse(head + "is at " + number(key.time_s) + " s, expected later than the one before, at " +
-             number(last_s) + " s");
+      refuse(head + "is at " + number_text(key.time_s) + " s, expected later than the one before, at " +
+             number_text(last_s) + " s");
     last_s = key.time_s;
   }
 }

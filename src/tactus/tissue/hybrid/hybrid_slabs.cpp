@@ -14,7 +14,8 @@ constexpr double kMatchedCost = 4;
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
-                               const ElementMask& elements, int half_width, double least_elements) {
+                               const ElementMask& elements, int half_width,
+                               std::optional<double> least_elements) {
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
   bool matches = false;
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
@@ -23,9 +24,11 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
     matches = matches || !element;
   }
   const double all = std::accumulate(cost.begin(), cost.end(), 0.0);
+  const double worthwhile = matches ? HybridSlabs::kLeastOfBoth : HybridSlabs::kLeastElements;
+  const double least_cost = least_elements.value_or(devices.is_cuda() ? worthwhile : 0);
   const int count =
-      least_elements > 0
-          ? static_cast<int>(std::clamp(all / least_elements, 1.0, static_cast<double>(devices.count())))
+      least_cost > 0
+          ? static_cast<int>(std::clamp(all / least_cost, 1.0, static_cast<double>(devices.count())))
           : devices.count();
   if (!matches) return split_by_cost(cost, count, 1, 2);
   // Wide enough that neighbours' nodes are the next slab's, at multiples of what sums slide along.
@@ -50,9 +53,7 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
                          const FlsmMaterial& flsm, std::optional<double> least_elements)
     : devices_(devices) {
-  const std::vector<Slab> slabs =
-      choose_slabs(devices, lattice, elements, flsm.half_width,
-                   least_elements.value_or(devices.is_cuda() ? kLeastElements : 0));
+  const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
     parts_.push_back(std::make_unique<Part>(

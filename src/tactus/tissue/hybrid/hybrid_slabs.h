@@ -16,13 +16,14 @@ class HybridSlabs {
  public:
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
   /// @param least_elements as many as these, or matched nodes that cost as much, are in each slab, or there
-  /// are fewer; absent: kLeastElements on GPUs, none elsewhere
+  /// are fewer; absent: kLeastElements or kLeastOfBoth on GPUs, none elsewhere
   HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
               std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
               const TledOptions& tled, const FlsmMaterial& flsm,
               std::optional<double> least_elements = std::nullopt);
-  /// With fewer, a second H200 costs more in waiting than it saves (bench/results).
-  static constexpr double kLeastElements = 75000;
+  /// With fewer, a second H200 costs more in waiting than it saves (bench/results): of elements alone, and
+  /// where shape matching takes part, whose substep has more to hide it behind.
+  static constexpr double kLeastElements = 170000, kLeastOfBoth = 75000;
 
   /// So many substeps, all without the host. Asynchronous; may be captured (DeviceReplay).
   void step(const HybridStep& step, int count = 1);

@@ -5,8 +5,6 @@
 /// gradients, and four hourglass modes, orthogonal because all cubes are cubes. Forces come back the same
 /// way. Every `force` is always inlined: a loop over lanes with a call in it doesn't vectorise, and g++ calls
 /// what is large or used by several kernels.
-#include <compare>
-
 #include "tactus/compute/view.h"
 #include "tactus/tissue/tled/material_laws.h"
 
@@ -21,7 +19,6 @@ struct CubeModes {
 struct alignas(16) Stiffness {
   float mu_Pa = 0, lambda_Pa = 0;
   float hourglass_N_m = 0;
-  friend auto operator<=>(const Stiffness&, const Stiffness&) = default;
 };
 
 /// Forces of a cube with one integration point at its centre; the four hourglass modes, without stress there,

@@ -131,7 +131,6 @@ struct ElementForces {
   }
 
  private:
-  // What lanes do is always inlined: see cube_forces.h.
   TACTUS_HD Index column_cell(const Shared& s, int g, int t) const {
     return s.cell[g] + t - (Tiles::kSegments && t == 0 ? s.starts_row[g] : 0);
   }
@@ -167,6 +166,7 @@ struct ElementForces {
     if constexpr (Tiles::kSegments) column.kind[i] = stiffness.kind[cell];
   }
 
+  /// Always inlined, as the cubes' forces are (cube_forces.h).
   template <class C>
   TACTUS_HD TACTUS_ALWAYS_INLINE void cross_cube(C& column, Index cell, int i) const {
     const Stiffness k = stiffness_of(column, cell, i);

@@ -12,14 +12,8 @@
 namespace tactus {
 namespace {
 
-std::string text(float x) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%g", static_cast<double>(x));
-  return buffer;
-}
-
 void require(bool ok, const char* field, float value, const char* expected) {
-  if (!ok) throw Error(std::string(field) + " is " + text(value) + ", expected " + expected);
+  if (!ok) throw Error(std::string(field) + " is " + number_text(value) + ", expected " + expected);
 }
 
 /// E when part of the shear modulus is gone.
@@ -53,7 +47,7 @@ Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
                  std::span<const ElasticMaterial> materials,
                  const std::vector<std::uint8_t>& material_of_cube, float faded_share) {
   Kinds kinds{{tled::Stiffness{}}, std::vector<std::uint16_t>(static_cast<std::size_t>(plan.grid.cells))};
-  std::map<tled::Stiffness, std::uint16_t> known;
+  std::map<std::array<float, 3>, std::uint16_t> known;
   for (std::size_t c = 0; c < plan.cube_cell.size(); ++c) {
     if (material_of_cube[c] == Tled::kNoElement) continue;
     const ElasticMaterial& m = materials[material_of_cube[c]];
@@ -61,7 +55,8 @@ Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
     const tled::Stiffness stiffness{fill * m.mu_Pa(), fill * m.lambda_Pa(),
                                     fill * lattice.spacing_m * relaxed_young_Pa(m, faded_share) / 6};
     const auto [at, is_new] =
-        known.try_emplace(stiffness, static_cast<std::uint16_t>(kinds.stiffness.size()));
+        known.try_emplace({stiffness.mu_Pa, stiffness.lambda_Pa, stiffness.hourglass_N_m},
+                          static_cast<std::uint16_t>(kinds.stiffness.size()));
     if (is_new) kinds.stiffness.push_back(stiffness);
     if (kinds.stiffness.size() > 65536)
       throw Error("a body's cubes have more than 65535 different stiffnesses; use fewer materials");
@@ -245,8 +240,8 @@ void Tled::keep_history(ExecContext& ctx, int count) {
 
 void Tled::check_step(float dt_s) const {
   if (!(dt_s > 0 && dt_s <= stable_step_s_ * 1.0001F))
-    throw Error("a substep of " + text(dt_s) + " s is not stable: expected more than 0 and at most " +
-                text(stable_step_s_) + " s for this body");
+    throw Error("a substep of " + number_text(dt_s) + " s is not stable: expected more than 0 and at most " +
+                number_text(stable_step_s_) + " s for this body");
 }
 
 void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int count) {
