@@ -91,7 +91,7 @@ nlohmann::json ReconstructCase::row(const std::string& name, const std::vector<d
                      {"triangles", report.triangles},
                      {"active_bricks", report.active_bricks},
                      {"memory_MB", static_cast<double>(hull_.memory_bytes()) * 1e-6}};
-  if (!report.overflow.empty()) row["overflow"] = report.overflow;
+  if (report.overflow) row["overflow"] = report.overflow->text();
   return row;
 }
 

@@ -88,7 +88,7 @@ Result reconstruct(const View& view, Index resolution, bool use_depth = true,
   }
   Result result;
   result.report = hull.report();
-  EXPECT_EQ(result.report.overflow, "");
+  EXPECT_FALSE(result.report.overflow.has_value());
   result.mesh = hull.download();
   result.topology = topology(result.mesh);
   result.voxel_m = static_cast<double>(hull.voxel_size_m());

@@ -51,7 +51,7 @@ Result sphere_hull(const std::string& devices, Index resolution, Index depth_px 
     hull.extract();
   }
   Result result{hull.download(), hull.report()};
-  EXPECT_EQ(result.report.overflow, "");
+  EXPECT_FALSE(result.report.overflow.has_value());
   EXPECT_EQ(result.report.depth, "");
   return result;
 }

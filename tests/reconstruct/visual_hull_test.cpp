@@ -55,7 +55,7 @@ TriangleMesh hull_of(const std::string& devices, const std::vector<Camera>& came
     hull.carve();
     hull.extract();
   }
-  EXPECT_EQ(hull.report().overflow, "");
+  EXPECT_FALSE(hull.report().overflow.has_value());
   return hull.download();
 }
 
@@ -205,19 +205,13 @@ TEST(Hull, BlackMasksGiveNothingAndWhiteOnesTheBox) {
   EXPECT_NEAR(volume_m3(box), 1.0, 3e-3);
 }
 
-/// "123 vertices, room for 10: raise max_vertices to 123 or more"
-void apply_remedy(const std::string& overflow, HullOptions& options) {
-  std::istringstream words(overflow.substr(std::min(overflow.find("raise "), overflow.size())));
-  std::string raise, name, to, rest;
-  Index wanted = 0;
-  words >> raise >> name >> to >> wanted;
-  std::getline(words, rest);
-  ASSERT_EQ(rest, " or more") << overflow;
-  Index& option = name == "max_active_bricks"
+void apply_remedy(const HullOverflow& overflow, HullOptions& options) {
+  Index& option = overflow.option == "max_active_bricks"
                       ? options.max_active_bricks
-                      : (name == "max_vertices" ? options.max_vertices : options.max_triangles);
-  ASSERT_GT(wanted, option);
-  option = wanted;
+                      : (overflow.option == "max_vertices" ? options.max_vertices : options.max_triangles);
+  ASSERT_EQ(overflow.room, option);
+  ASSERT_GT(overflow.wanted, option);
+  option = overflow.wanted;
 }
 
 TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
@@ -234,20 +228,20 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
     hull.upload(masks);
     hull.carve();
     hull.extract();
-    const std::string overflow = hull.report().overflow;
+    const std::optional<HullOverflow> overflow = hull.report().overflow;
     const TriangleMesh mesh = hull.download();
     EXPECT_NO_THROW(topology(mesh));  // no triangle names a vertex that is not there
     // Nor does any on the device, where normals and surfaces read them.
     const DeviceMesh there = hull.mesh();
     for (const Vec3i t : to_host(set.context(0), there.triangles.part(0, hull.report().triangles)))
       ASSERT_TRUE(min(t.x, min(t.y, t.z)) >= 0 && max(t.x, max(t.y, t.z)) < there.positions_m.size());
-    if (overflow.empty()) {
+    if (!overflow) {
       EXPECT_TRUE(topology(mesh).closed_manifold());
       EXPECT_EQ(mesh.positions_m, hull_of("cpu", cameras, masks, 64).positions_m);
       break;
     }
-    remedies.push_back(overflow);
-    apply_remedy(overflow, options);
+    remedies.push_back(overflow->text());
+    apply_remedy(*overflow, options);
   }
   // Each is named once, bricks first: without them the mesh can't be counted.
   ASSERT_EQ(remedies.size(), 3U);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "support/device_sets.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/tissue/boundary/driven_nodes.h"
 #include "tactus/tissue/boundary/surface_loads.h"
@@ -181,13 +182,8 @@ TEST(Driven, AReleasedPatchComesBack) {
 std::string error_of(NodeMotion motion) {
   Bar bar;
   if (motion.nodes == std::vector<Index>{-1}) motion.nodes = bar.layer(20);
-  try {
-    DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1));
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), ErrorKind::usage);
-    return e.what();
-  }
-  return "";
+  return test::message_of([&] { DrivenNodes(bar.ctx(), bar.lattice, std::span(&motion, 1)); },
+                          ErrorKind::usage);
 }
 
 TEST(Driven, ErrorsNameMotionAndKey) {
@@ -377,13 +373,9 @@ TEST(Loads, FactorsOverTimeAreLinearBetweenKeyframes) {
 TEST(Loads, ErrorsNameLoadAndKey) {
   Bar bar;
   const TriangleMesh mesh = boundary_of(bar.lattice);
-  const auto error_of_load = [&](const SurfaceLoad& load) -> std::string {
-    try {
-      SurfaceLoads loads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1));
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+  const auto error_of_load = [&](const SurfaceLoad& load) {
+    return test::message_of([&] { SurfaceLoads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1)); },
+                            ErrorKind::usage);
   };
   SurfaceLoad load = load_on(mesh, 0.0999F);
   EXPECT_EQ(error_of_load(load), "");

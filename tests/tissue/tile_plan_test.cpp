@@ -11,8 +11,6 @@
 namespace tactus::tled {
 namespace {
 
-constexpr Index kLanes = 8;
-
 /// A box with holes at random.
 CubeLattice sponge(Vec3i cubes, unsigned seed) {
   CubeLattice lattice = lattice_from_box({0, 0, 0}, cubes, {.spacing_m = 0.01F});

@@ -86,7 +86,7 @@ class NoisyRig {
     hull.carve();
     hull.extract();
     const HullReport report = hull.report();
-    if (!report.overflow.empty()) throw Error("noise: " + report.overflow);
+    if (report.overflow) throw Error("noise: " + report.overflow->text());
     const TriangleMesh mesh = hull.download();
     const FigureShape shape = figure_.at(time_s);
     Quality q;

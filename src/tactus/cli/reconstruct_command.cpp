@@ -70,7 +70,7 @@ void check_capacities(const ReconstructOptions& options) {
   if (options.smooth < 0 || options.smooth > 100)
     throw usage_error("--smooth " + std::to_string(options.smooth) + ": expected 0 (as it is) to 100 steps");
   if (!(options.depth_jump_m > 0 && options.depth_jump_m <= 100))
-    throw usage_error("--depth-jump-m " + std::to_string(options.depth_jump_m) + ": expected > 0 to 100 m");
+    throw usage_error("--depth-jump-m " + number_text(options.depth_jump_m) + ": expected > 0 to 100 m");
   for (const auto& [flag, value] : {std::pair{"--max-vertices", options.max_vertices},
                                     {"--max-triangles", options.max_triangles},
                                     {"--max-active-bricks", options.max_active_bricks}}) {
@@ -191,16 +191,12 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
   return hull;
 }
 
-/// A remedy as one types it: "raise max_vertices" -> "raise --max-vertices".
-std::string with_flags(std::string text) {
-  for (const auto& [option, flag] :
-       {std::pair<std::string_view, std::string_view>{"max_active_bricks", "--max-active-bricks"},
-        {"max_vertices", "--max-vertices"},
-        {"max_triangles", "--max-triangles"}}) {
-    const std::size_t at = text.find(option);
-    if (at != std::string::npos) text.replace(at, option.size(), flag);
-  }
-  return text;
+/// What is too small, and the flag that cures it; "" without.
+std::string overflow_text(const std::optional<HullOverflow>& overflow) {
+  if (!overflow) return "";
+  std::string flag = "--" + overflow->option;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return overflow->text(flag);
 }
 
 /// From frames to meshes, files and rows of measurements.
@@ -224,20 +220,20 @@ class Reconstruction {
   nlohmann::json add(FrameSet& frame, bool several) {
     views_.check(devices_.context(0), frame);
     time_stages(frame);
-    HullReport report = hull_.report();
-    report.overflow = with_flags(report.overflow);
+    const HullReport report = hull_.report();
+    const std::string overflow = overflow_text(report.overflow);
     const TriangleMesh mesh = write_files(frame, report, several);
     nlohmann::json row = measure(mesh, source_.rig(), frame);
     motion_.add(mesh, frame, source_, row);
     views_.add_to(row);
     const std::string odd = views_.status();
-    for (const std::string& warning : {report.overflow, report.depth, odd}) {
+    for (const std::string& warning : {overflow, report.depth, odd}) {
       if (!warning.empty()) log_warning(warning);
     }
     row["tick"] = frame.tick;
     if (const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source_))
       row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
-    row["status"] = joined({report.overflow, report.depth, source_.status(), odd});
+    row["status"] = joined({overflow, report.depth, source_.status(), odd});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;
   }

@@ -21,7 +21,7 @@ void DepthLayout::add(const Camera& source, const HullCamera& image, Vec3d origi
     throw Error("depth camera '" + source.name + "': at most " + std::to_string(kMaxCameras) +
                 " are possible");
   if (!(jump_m > 0))
-    throw usage_error("depth_jump_m " + std::to_string(jump_m) + ": expected a positive length");
+    throw usage_error("depth_jump_m " + number_text(jump_m) + ": expected a positive length");
   if (min(source.width_px, source.height_px) < 2 ||
       std::int64_t{source.width_px} * source.height_px > (1 << 24))
     throw Error("depth camera '" + source.name + "': an image of " + std::to_string(source.width_px) + "x" +

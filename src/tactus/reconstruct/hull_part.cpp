@@ -68,7 +68,7 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, HullRole its_rol
   range = Buffer<PartRange>(device, 1);
   asked_blocks = Buffer<Index>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
-  branch = std::make_unique<HullBranch>(device);
+  branch = std::make_unique<Branch>(device);
   if (!plan.depth.empty()) depth.set_up(ctx, plan.depth);
   if (role.parts == 1) return;
   place = Buffer<PartPlace>(device, 1);

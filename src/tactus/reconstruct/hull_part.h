@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "tactus/compute/branch.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/reconstruct/hull_branch.h"
 #include "tactus/reconstruct/hull_plan.h"
 
 namespace tactus {
@@ -39,7 +39,7 @@ struct HullPart {
   Buffer<PartCounts> total;
   Buffer<PartCounts> others;  ///< copies of all parts' counts, where kernels can't read them in place
   DepthPart depth;
-  std::unique_ptr<HullBranch> branch;
+  std::unique_ptr<Branch> branch;
   Event carved, counted, done;
   Replay carving, counting, emitting;
 

@@ -252,15 +252,20 @@ DeviceMesh VisualHull::mesh() const {
           impl_->parts.size() > 1 ? first.total.view() : first.counts.view()};
 }
 
+std::string HullOverflow::text(const std::string& as) const {
+  const std::string number = std::to_string(wanted);
+  return number + " " + what + ", room for " + std::to_string(room) + ": raise " + as + " to " + number +
+         " or more";
+}
+
 HullReport VisualHull::report() {
   Impl& m = *impl_;
   HullReport report;
   report.depth = m.depth_status;
   const HullCapacity& room = m.plan.capacity;
   const auto check = [&](Index wanted, Index capacity, const char* what, const char* option) {
-    if (wanted <= capacity || !report.overflow.empty()) return;
-    report.overflow = std::to_string(wanted) + " " + what + ", room for " + std::to_string(capacity) +
-                      ": raise " + option + " to " + std::to_string(wanted) + " or more";
+    if (wanted > capacity && !report.overflow)
+      report.overflow = {.what = what, .wanted = wanted, .room = capacity, .option = option};
   };
   Index most_bricks = 0;
   m.devices.for_each_part([&](ExecContext& ctx, int p) {

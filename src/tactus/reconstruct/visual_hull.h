@@ -4,6 +4,7 @@
 /// surface. With depth cameras it is the extended hull: what lies in front of a measured surface is carved
 /// away, too, so concavities that no silhouette shows are there [P 1-2].
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -46,11 +47,20 @@ struct DeviceMesh {
   Count triangle_count() const;
 };
 
+/// What a frame had too little room for.
+struct HullOverflow {
+  std::string what;  ///< "vertices"
+  Index wanted = 0, room = 0;
+  std::string option;  ///< of HullOptions; `wanted` or more cures it
+  /// "123 vertices, room for 10: raise max_vertices to 123 or more". @param as what users call the option
+  std::string text(const std::string& as) const;
+  std::string text() const { return text(option); }
+};
+
 /// How the last frame went.
 struct HullReport {
   Index vertices = 0, triangles = 0, active_bricks = 0;
-  std::string
-      overflow;       ///< empty, or what was too small and which option cures it; the mesh is then incomplete
+  std::optional<HullOverflow> overflow;  ///< the mesh is then incomplete
   std::string depth;  ///< empty, or why the depth of a camera was not used (the silhouettes were)
 };
 

@@ -25,12 +25,6 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   return options;
 }
 
-/// What is raised is a key of the scene.
-std::string with_key(std::string overflow) {
-  const std::size_t at = overflow.find("max_");
-  return at == std::string::npos ? overflow : overflow.insert(at, "reconstruction.");
-}
-
 std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
   if (!scene.reconstruction.depth) return {};
   return rig.depth_cameras;
@@ -108,9 +102,9 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   last_dt_s_ = report.dt_s;
   touch(report.dt_s, report);
   report.hull = hull_.report();
-  report.hull.overflow = with_key(report.hull.overflow);
-  if (report.status.empty())
-    report.status = report.hull.overflow.empty() ? report.hull.depth : report.hull.overflow;
+  if (const auto& overflow = report.hull.overflow; overflow && report.status.empty())
+    report.status = overflow->text("reconstruction." + overflow->option);
+  if (report.status.empty()) report.status = report.hull.depth;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
   if (report.status.empty() && surface.dropped_raw_samples + surface.dropped_samples > 0) {
     report.status = std::to_string(surface.dropped_raw_samples + surface.dropped_samples) +

@@ -9,6 +9,9 @@
 
 namespace tactus::tled {
 
+/// Columns of cubes that are worked on side by side.
+inline constexpr int kLanes = 8;
+
 /// Cells of a dense box round the lattice: a node and the cube above, behind and right of it share one. Rows
 /// may be cut into segments that begin at whole lines of memory, the first cell of each empty: a tile's own
 /// nodes are the others, and its first column is the last of the segment before.
@@ -26,8 +29,8 @@ struct Grid {
   }
 };
 
-/// Columns of cubes that one block walks: `groups` of 8 along x times `rows` along y, `layers` of nodes up.
-/// Own nodes are those between columns: neighbouring tiles share a row and a column of cubes.
+/// Columns of cubes that one block walks: `groups` of kLanes along x times `rows` along y, `layers` of nodes
+/// up. Own nodes are those between columns: neighbouring tiles share a row and a column of cubes.
 struct Tile {
   Index first = 0;  ///< cell below and before the first own node, and left of it, or the segment's empty one
   Index groups = 0, rows = 0, layers = 0;
@@ -58,7 +61,7 @@ struct TilesOnCpu {
 };
 struct TilesOnGpu {
   using Stiffnesses = StiffnessKinds;
-  static constexpr int kGroups = 32, kGroupsX = 4;
+  static constexpr int kGroups = 32, kGroupsX = Grid::kSegment / kLanes;
   static constexpr bool kSegments = true;
 };
 
@@ -66,7 +69,7 @@ struct TilesOnGpu {
 /// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
 template <class Cube, class Tiles, class Sink>
 struct ElementForces {
-  static constexpr int kLanes = 8, kThreads = kLanes * Tiles::kGroups;
+  static constexpr int kThreads = kLanes * Tiles::kGroups;
   View<const Tile> tiles;
   View<const std::uint32_t> active;
   View<const float> x_m;  ///< 3 fields

@@ -2,36 +2,31 @@
 #include "tactus/tissue/tled/tled_kernels.h"
 
 namespace tactus::tled {
-template <class Law>
+template <class Law, class Tiles>
 struct KernelsOf {
-  using StoreOnCpu = ElementForces<OnePointCube<Law>, TilesOnCpu, StoreForces>;
-  using StoreOnGpu = ElementForces<OnePointCube<Law>, TilesOnGpu, StoreForces>;
-  using MoveOnCpu = ElementForces<OnePointCube<Law>, TilesOnCpu, MoveNodes>;
-  using MoveOnGpu = ElementForces<OnePointCube<Law>, TilesOnGpu, MoveNodes>;
-  using StoreFullOnCpu = ElementForces<EightPointCube<Law>, TilesOnCpu, StoreForces>;
-  using StoreFullOnGpu = ElementForces<EightPointCube<Law>, TilesOnGpu, StoreForces>;
-  using MoveFullOnCpu = ElementForces<EightPointCube<Law>, TilesOnCpu, MoveNodes>;
-  using MoveFullOnGpu = ElementForces<EightPointCube<Law>, TilesOnGpu, MoveNodes>;
-  using StoreRelaxingOnCpu = ElementForces<RelaxingCube<Law>, TilesOnCpu, StoreForces>;
-  using StoreRelaxingOnGpu = ElementForces<RelaxingCube<Law>, TilesOnGpu, StoreForces>;
-  using MoveRelaxingOnCpu = ElementForces<RelaxingCube<Law>, TilesOnCpu, MoveNodes>;
-  using MoveRelaxingOnGpu = ElementForces<RelaxingCube<Law>, TilesOnGpu, MoveNodes>;
+  using Store = ElementForces<OnePointCube<Law>, Tiles, StoreForces>;
+  using Move = ElementForces<OnePointCube<Law>, Tiles, MoveNodes>;
+  using StoreFull = ElementForces<EightPointCube<Law>, Tiles, StoreForces>;
+  using MoveFull = ElementForces<EightPointCube<Law>, Tiles, MoveNodes>;
+  using StoreRelaxing = ElementForces<RelaxingCube<Law>, Tiles, StoreForces>;
+  using MoveRelaxing = ElementForces<RelaxingCube<Law>, Tiles, MoveNodes>;
 };
+template <class Law>
+using OnCpu = KernelsOf<Law, TilesOnCpu>;
+template <class Law>
+using OnGpu = KernelsOf<Law, TilesOnGpu>;
 }  // namespace tactus::tled
 
-#define TACTUS_ROW(WORD, LAW)                                                   \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreOnCpu);         \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreOnGpu);         \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveOnCpu);          \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveOnGpu);          \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreFullOnCpu);     \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreFullOnGpu);     \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveFullOnCpu);      \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveFullOnGpu);      \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreRelaxingOnCpu); \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::StoreRelaxingOnGpu); \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnCpu);  \
-  TACTUS_CUDA_KERNEL(tactus::tled::KernelsOf<tactus::LAW>::MoveRelaxingOnGpu);
+#define TACTUS_ROW_ON(LAW, ON)                                      \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::Store);         \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::Move);          \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreFull);     \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveFull);      \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreRelaxing); \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveRelaxing);
+#define TACTUS_ROW(WORD, LAW) \
+  TACTUS_ROW_ON(LAW, OnCpu)   \
+  TACTUS_ROW_ON(LAW, OnGpu)
 
 TACTUS_CUDA_KERNEL(tactus::tled::LoadPositions);
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);

@@ -11,7 +11,6 @@
 namespace tactus::tled {
 namespace {
 
-constexpr Index kLanes = 8;
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Tiles with the same nodes along x: those of one segment of rows. Where fewer nodes are left, there is room
@@ -41,7 +40,8 @@ Tiling tile(Vec3i nodes, const TileLimits& limits, Index groups) {
   tiling.tiles_z = ceil_div(nodes.z, tiling.layers);
   Index tiles = 0;
   for (Index x = 0; x < nodes.x; x += tiling.own_x) {
-    TileColumn column{.begin_x = x, .groups = ceil_div(std::min(nodes.x - x, tiling.own_x) + 1, kLanes)};
+    TileColumn column{.begin_x = x,
+                      .groups = ceil_div(std::min(nodes.x - x, tiling.own_x) + 1, Index{kLanes})};
     // A GPU hands values on within 32 threads: a row must not begin among those of one and end in the next.
     if (limits.segments)
       column.groups = static_cast<Index>(std::bit_ceil(static_cast<unsigned>(column.groups)));
@@ -56,7 +56,7 @@ Tiling tile(Vec3i nodes, const TileLimits& limits, Index groups) {
 
 /// The one with the fewest columns of cubes to walk.
 Tiling choose_tiling(Vec3i nodes, const TileLimits& limits) {
-  if (limits.segments) return tile(nodes, limits, Grid::kSegment / kLanes);
+  if (limits.segments) return tile(nodes, limits, limits.groups_x);
   Tiling best;
   Index least = std::numeric_limits<Index>::max();
   for (Index groups = 1; groups <= limits.groups_x; ++groups) {

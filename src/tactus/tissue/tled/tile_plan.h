@@ -21,7 +21,7 @@ struct TilePlan {
 struct TileLimits {
   Index groups = 0;       ///< at most
   Index groups_x = 0;     ///< at most, along x
-  bool segments = false;  ///< rows are cut into Grid's segments, which are the tiles'
+  bool segments = false;  ///< rows are cut into Grid's segments, and groups_x fill one
   Index layers = 0;       ///< of nodes, at most: few keep many processors busy, many share more
 };
 

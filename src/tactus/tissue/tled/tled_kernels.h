@@ -24,12 +24,12 @@ struct LoadPositions {
 struct LoadNodes {
   LoadPositions positions;
   View<const Vec3f> f_ext_N;
-  View<const float> inverse_mass_per_kg;      ///< over cells
-  View<float> ahead_too_m, v_m_s, push_m_s2;  ///< out, 3 fields each; nodes without elements stay in both
+  View<const float> inverse_mass_per_kg;        ///< over cells
+  View<float> other_ahead_m, v_m_s, push_m_s2;  ///< out, 3 fields each; nodes without elements stay in both
   TACTUS_HD void operator()(Index i) const {
     positions(i);
     const Index d = positions.cell[i], cells = positions.cells;
-    store_vector(ahead_too_m, cells, d, vector_at(positions.ahead_m, cells, d));
+    store_vector(other_ahead_m, cells, d, vector_at(positions.ahead_m, cells, d));
     store_vector(v_m_s, cells, d, positions.v_m_s[i]);
     store_vector(push_m_s2, cells, d, inverse_mass_per_kg[d] * f_ext_N[i]);
   }
