@@ -35,9 +35,9 @@ std::vector<Column> columns_of(const Tile& tile, const Grid& grid) {
   std::vector<Column> columns;
   for (Index y = 0; y < tile.rows; ++y)
     for (Index x = 0; x < tile.groups * kLanes; ++x) {
-      const Index gap = x == 0 ? grid.has_segments : 0;
+      const Index gap = x == 0 ? grid.has_segments * tile.shares : 0;
       columns.push_back(
-          {tile.first + y * grid.stride_y + x - gap, y * tile.groups + x / kLanes, y > 0 && x > 0});
+          {tile.first + y * grid.stride_y + x - gap, y * tile.groups + x / kLanes, y > 0 && x >= tile.shares});
     }
   return columns;
 }
@@ -80,9 +80,9 @@ void expect_each_node_once(const CubeLattice& lattice, const TileLimits& limits,
 }
 
 TEST(TilePlan, EachNodeIsMovedOnceByATileThatWalksItsCubes) {
-  // Widths round those of a segment's 31 nodes and of two segments, whose last tiles are narrow.
+  // Widths round those of a segment's 32 nodes and of two segments, whose last tiles are narrow.
   for (const Vec3i cubes :
-       {Vec3i{3, 5, 9}, {29, 8, 4}, {30, 9, 7}, {31, 3, 2}, {46, 17, 5}, {62, 5, 3}, {70, 2, 6}}) {
+       {Vec3i{3, 5, 9}, {29, 8, 4}, {30, 9, 7}, {31, 3, 2}, {32, 3, 2}, {46, 17, 5}, {62, 5, 3}, {63, 5, 3}, {70, 2, 6}}) {
     const CubeLattice lattice = sponge(cubes, 7);
     for (const Index layers : {1, 3, 16}) {
       const TileLimits cpu{.groups = 32, .groups_x = 6, .segments = false, .layers = layers};
