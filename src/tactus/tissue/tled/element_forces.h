@@ -214,12 +214,12 @@ struct ElementForces {
   /// What the sink reads of a node: before its force is known, or then.
   struct NodeAhead {
     typename Sink::Node kept;
-    TACTUS_HD void read_ahead(const Sink& sink, Index cell) { kept = sink.read(cell); }
+    TACTUS_HD void read_ahead(const Sink& to, Index cell) { kept = to.read(cell); }
     TACTUS_HD const typename Sink::Node& read(const Sink&, Index) const { return kept; }
   };
   struct NodeThen {
     TACTUS_HD void read_ahead(const Sink&, Index) {}
-    TACTUS_HD typename Sink::Node read(const Sink& sink, Index cell) const { return sink.read(cell); }
+    TACTUS_HD typename Sink::Node read(const Sink& to, Index cell) const { return to.read(cell); }
   };
 
   /// `even` and `odd`: modes without and with the sign of z.
@@ -252,7 +252,7 @@ struct ElementForces {
         groups, [](int) { return true; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
-          const bool has_left = t > 0 || s.starts_row[g] == 0;
+          const bool has_left = !Tiles::kSegments || t > 0 || s.starts_row[g] == 0;
           for (int y = 0; y < 2; ++y)
             for (int a = 0; a < 3; ++a) {
               const auto &even = column.on[2 * y][a], &odd = column.on[2 * y + 1][a];

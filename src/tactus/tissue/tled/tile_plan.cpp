@@ -27,18 +27,21 @@ struct TileColumn {
 
 /// The columns of a layer of tiles.
 struct Tiling {
-  Index width = 0;  ///< columns of cubes per tile along x, but for the last; all but the first share one
+  Index width = 0;    ///< columns of cubes per tile along x, but for the last; neighbours share one
+  Index first_x = 0;  ///< of the first column of cubes
   std::vector<TileColumn> columns;
   Index tiles_per_layer() const { return columns.back().first_tile + columns.back().tiles_y; }
-  Index column_of(Index node_x) const { return (node_x - 1) / (width - 1); }
+  Index column_of(Index node_x) const { return (node_x - first_x - 1) / (width - 1); }
 };
 
 /// @param nodes own ones along each axis
 Tiling tile(Vec3i nodes, const TileLimits& limits, Index groups) {
-  Tiling tiling{.width = groups * kLanes, .columns = {}};
-  Index tiles = 0;
-  for (Index first_x = 0; first_x == 0 || first_x + 1 < nodes.x; first_x += tiling.width - 1) {
-    TileColumn column{.shares = first_x > 0 ? 1 : 0,
+  // The empty column before the first cubes costs a GPU half a row of threads where a segment ends with it; a
+  // CPU walks it rather than asking in every row whether there is one to the left.
+  Tiling tiling{.width = groups * kLanes, .first_x = limits.segments ? 0 : -1, .columns = {}};
+  Index tiles = 0, first_x = tiling.first_x;
+  for (; tiles == 0 || first_x + 1 < nodes.x; first_x += tiling.width - 1) {
+    TileColumn column{.shares = first_x == 0 ? 0 : 1,
                       .groups = ceil_div(std::min(nodes.x - first_x, tiling.width), Index{kLanes})};
     column.begin_x = first_x + column.shares;
     // A GPU hands values on within 32 threads: a row must not begin among those of one and end in the next.
@@ -117,7 +120,8 @@ struct Height {
 
 /// A tile loads one layer more than it walks, and walks one more than it owns: tall ones share most. But a
 /// processor works on `resident` blocks at once, in little more time than on one of them, and all wait for
-/// the one that has most. The steps of b blocks at a time took 1.5, 1.9 and 2.4 us on an H200 for b = 1, 2 and 3.
+/// the one that has most. The steps of b blocks at a time took 1.5, 1.9 and 2.4 us on an H200 for b = 1, 2
+/// and 3.
 Height choose_height(const Masks& masks, Index tiles_per_layer, Index nodes_z, const TileLimits& limits) {
   Height best(nodes_z, limits.layers);
   if (limits.processors == 0) return best;
@@ -144,7 +148,7 @@ Height choose_height(const Masks& masks, Index tiles_per_layer, Index nodes_z, c
 Grid make_grid(Vec3i nodes, const Tiling& tiling, const Height& height, bool segments, Slab own) {
   const auto columns = static_cast<Index>(tiling.columns.size());
   const TileColumn& last = tiling.columns.back();
-  double x = segments ? columns * Grid::kSegment : last.first_x() + last.groups * kLanes, y = 0;
+  double x = segments ? columns * Grid::kSegment : last.first_x() + last.groups * kLanes + 1, y = 0;
   for (const TileColumn& c : tiling.columns) y = std::max(y, c.tiles_y * c.own_y() + 2.0);
   const double z = std::max(nodes.z, own.begin + height.tiles() * height.layers) + 2.0;
   if (3 * x * y * z > 2e9) {
@@ -156,7 +160,7 @@ Grid make_grid(Vec3i nodes, const Tiling& tiling, const Height& height, bool seg
   grid.has_segments = segments ? 1 : 0;
   grid.stride_y = static_cast<Index>(x);
   grid.stride_z = static_cast<Index>(x * y);
-  grid.first = grid.stride_y + grid.stride_z;
+  grid.first = grid.stride_y + grid.stride_z - tiling.first_x;
   // Columns read the nodes one further along x and y than their cubes. Fields begin at whole lines.
   const Index cells = static_cast<Index>(x * y * z) + grid.stride_y + 2 * Grid::kSegment;
   grid.cells = ceil_div(cells, Grid::kSegment) * Grid::kSegment;
