@@ -1,6 +1,8 @@
 /// Bodies on many devices that are moved and loaded.
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "support/device_sets.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/tissue/hybrid/hybrid_slabs.h"
@@ -197,6 +199,35 @@ TEST(SlabBoundary, AnyLegalOrderGivesTheSameBits) {
                         seed % 4 < 2 ? PeerAccess::automatic : PeerAccess::staged);
       ASSERT_TRUE(on_slabs(devices, column, c) == expected) << "seed " << seed;
     }
+  }
+}
+
+/// Nothing waits for the host between frames, nor between what a frame notes and the next.
+TEST(SlabBoundary, FramesFollowOneAnother) {
+  const Column column;
+  for (const bool is_free : {true, false}) {
+    const auto played = [&](const std::string& text, std::uint64_t seed) {
+      DeviceSet devices(text, seed);
+      HybridSlabs body(devices, column.lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0,
+                       is_free ? BoundaryConditions{} : column.conditions());
+      for (int frame = 0; frame < kFrames; ++frame) {
+        body.begin_frame();
+        body.step({.dt_s = body.stable_step_s()}, 5);
+        body.end_frame(5);
+      }
+      const tled::CubeExtremes strain = body.extremes();
+      const WatchRecord watched = body.watched();
+      return std::tuple{to_host(devices.context(0), body.body().x_m.const_view()),
+                        to_host(devices.context(0), body.body().v_m_s.const_view()),
+                        strain.speed_ratio,
+                        strain.smallest_J,
+                        watched.fastest2_m2_s2,
+                        watched.fastest_node};
+    };
+    const auto expected = played("cpu", 0);
+    EXPECT_GT(std::get<2>(expected), 1.F);
+    for (std::uint64_t seed = 1; seed <= 300; ++seed)
+      ASSERT_TRUE(played(seed % 2 == 0 ? "cpu:4" : "cpu:2", seed) == expected) << "seed " << seed;
   }
 }
 
