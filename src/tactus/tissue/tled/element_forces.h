@@ -13,8 +13,8 @@ namespace tactus::tled {
 inline constexpr int kLanes = 8;
 
 /// Cells of a dense box round the lattice: a node and the cube above, behind and right of it share one. Rows
-/// may be cut into segments that begin at whole lines of memory. From the second on their first cell is empty:
-/// a tile's own nodes are the others, and its first column is the last of the segment before.
+/// may be cut into segments that begin at whole lines of memory. From the second on their first cell is
+/// empty: a tile's own nodes are the others, and its first column is the last of the segment before.
 struct Grid {
   static constexpr Index kSegment = 32;
   Index stride_y = 0, stride_z = 0, cells = 0;
@@ -32,7 +32,7 @@ struct Grid {
 /// Columns of cubes that one block walks: `groups` of kLanes along x times `rows` along y, `layers` of nodes
 /// up. Own nodes are those between columns: neighbouring tiles share a row and a column of cubes.
 struct Tile {
-  Index first = 0;   ///< cell below and before the first own node, or left of that, or the segment's empty one
+  Index first = 0;  ///< cell below and before the first own node, or left of that, or the segment's empty one
   Index shares = 0;  ///< 1: the first column is also the last of the tile to the left; 0: there is none
   Index groups = 0, rows = 0, layers = 0;
   Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
@@ -256,8 +256,7 @@ struct ElementForces {
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
-          if (t > 0 || s.shares[g] == 0)
-            sink(s.cell[g] + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
+          if (t > 0 || s.shares[g] == 0) sink(s.cell[g] + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
         });
   }
 };
