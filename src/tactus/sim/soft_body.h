@@ -75,7 +75,8 @@ class SoftBody {
   /// touch the surface once for all of them, where it will be at their end. Asynchronous.
   void touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s, float dt_frame_s,
              int k);
-  /// And then: notes what is wrong. Asynchronous.
+  /// And then: notes nodes that are no longer where anything could be and, after the last substep, how
+  /// strained the elements are. Asynchronous.
   void watch(int k, int substeps);
   /// Substeps of a frame are a multiple of this.
   int matching_every() const { return model().flsm() ? description_.matching_every : 1; }

@@ -66,7 +66,11 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
         ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p]), lattice,
         conditions));
   }
-  if (parts_.size() > 1) body_ = rest_state(devices.context(0), lattice);
+  if (parts_.size() > 1) {
+    const std::vector<Vec3f> zero(lattice.nodes.size());
+    body_.x_m = to_device(devices.context(0), lattice.rest_positions_m());
+    body_.v_m_s = to_device(devices.context(0), zero);
+  }
   if (!stays_in_cells()) return;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
