@@ -32,12 +32,14 @@ struct Body {
   float step_s = 0;       ///< 0: the longest that is stable
   float frame_s = 0;      ///< not 0: times are of a whole frame with all its substeps
   int matched_every = 1;
+  std::vector<NodeMotion> motions{};
 };
 
 nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
   const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
   // On all devices, also where fewer would be faster.
-  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0);
+  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0,
+                     {body.motions, {}, nullptr});
   const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
   const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
   HybridStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s(),
@@ -86,6 +88,20 @@ Body viscoelastic(Index edge) {
   Body body = elements(edge);
   body.name = "tled viscoelastic";
   body.options.relaxation = {{{0.4F, 0.05F}, {0.2F, 0.5F}}};
+  return body;
+}
+
+/// Elements whose highest layer of nodes is turned.
+Body moved(Index edge) {
+  Body body = elements(edge);
+  body.name = "tled moved";
+  NodeMotion& turn = body.motions.emplace_back();
+  turn.name = "turn";
+  turn.keys = {{10, {}, 1}};
+  turn.axis = {0, 0, 1};
+  turn.pivot_m = {0.05, 0.05, 0};
+  for (Index i = 0; i < body.lattice.node_count(); ++i)
+    if (body.lattice.nodes[static_cast<std::size_t>(i)].z == edge) turn.nodes.push_back(i);
   return body;
 }
 
@@ -154,6 +170,7 @@ Rows run_tissue(const std::string& device_text) {
   return collect([&](Rows& rows) {
     for (const Index edge : {16, 32, 46, 100}) rows.push_back(row(devices, elements(edge), bandwidth));
     rows.push_back(row(devices, viscoelastic(32), bandwidth));
+    for (const Index edge : {32, 46, 100}) rows.push_back(row(devices, moved(edge), bandwidth));
     if (const auto body = liver()) rows.push_back(row(devices, *body, bandwidth));
     for (int w = 1; w <= 4; ++w) rows.push_back(row(devices, matched(31, w), bandwidth));
     rows.push_back(row(devices, matched(99, 2), bandwidth));

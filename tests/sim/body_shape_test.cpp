@@ -327,8 +327,8 @@ TEST(SoftBody, ShapeMatchingThatBlowsUpIsNamedAndSurvived) {
   SoftBody body(devices, description, cube_asset(1, false), 0.05F);
   body.begin_frame(ctx);
   for (int k = 0; k < 5; ++k) {
-    body.step(ctx, 1e-3F, {}, k);
-    body.watch(ctx, k, 5);
+    body.step(1e-3F, {}, k);
+    body.watch(k, 5);
   }
   // 200 m in a millisecond are twice what is taken for numbers; the lowest layer of nodes is the lowest rows.
   const std::string trouble = body.end_frame(ctx, 5);
@@ -352,8 +352,8 @@ TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
   SoftBody body(devices, description, cube_asset(1, false), 0.05F);
   body.begin_frame(ctx);
   for (int k = 0; k < 3; ++k) {
-    body.step(ctx, 1e-5F, {0, k == 1 ? NAN : 0, 0}, k);
-    body.watch(ctx, k, 3);
+    body.step(1e-5F, {0, k == 1 ? NAN : 0, 0}, k);
+    body.watch(k, 3);
   }
   const std::string trouble = body.end_frame(ctx, 3);
   EXPECT_EQ(
@@ -363,7 +363,7 @@ TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
   EXPECT_NE(trouble.find("least volume was 1 of that at rest in cube 0"), std::string::npos) << trouble;
   EXPECT_TRUE(body.at_rest());
   for (const Vec3f x : body.positions_m(ctx)) EXPECT_LT(length(x), 0.2F);
-  body.step(ctx, 1e-5F, {0, -9.81F, 0}, 0);
+  body.step(1e-5F, {0, -9.81F, 0}, 0);
   EXPECT_EQ(body.end_frame(ctx, 1), "");
 }
 

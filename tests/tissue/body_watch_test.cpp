@@ -25,8 +25,8 @@ TEST_P(BodyWatchOnDevices, TheFirstBadNodeAndTheFastestAreNamed) {
   const auto look = [&](Index substep, auto&& change) {
     std::vector<Vec3f> x(1000, Vec3f{1, 2, 3}), v(1000, Vec3f{0.1F, 0, 0});
     change(x, v);
-    const BodyState state{to_device(ctx, x), to_device(ctx, v), to_device(ctx, v)};
-    watch.look(ctx, state, substep);
+    const Buffer<Vec3f> x_m = to_device(ctx, x), v_m_s = to_device(ctx, v);
+    watch.look(ctx, x_m.const_view(), v_m_s.const_view(), substep);
     ctx.synchronize();
   };
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();

@@ -61,17 +61,24 @@ NodeMotion pull(const Bar& bar, double displacement_m, double time_s) {
   return motion;
 }
 
+/// Of the one motion.
+Vec3d force_N(Bar& bar, const DrivenNodes& driven, double dt_frame_s) {
+  Vec3d force;
+  driven.add_mean_forces_N(bar.ctx(), dt_frame_s, std::span(&force, 1));
+  return force;
+}
+
 /// Force that holds the end of a bar of this ratio at a stretch of 1.05, and, of the fixed end, nothing else.
 double force_at_stretch_N(double elements, double matched) {
   Bar bar("cpu", elements, matched);
   const NodeMotion motion = pull(bar, 0.005, 0.05);
-  DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1));
+  DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1), all_nodes(bar.lattice));
   const float dt_s = bar.model->stable_step_s();
   // Waves cross in 0.1 m / sqrt(E/rho) = 18 ms; drag of 50/s leaves exp(-25) of the motion after a second.
   bar.run(driven, static_cast<int>(1 / dt_s), dt_s, 50);
   driven.begin_frame(bar.ctx());
   bar.run(driven, 100, dt_s);  // drag would take its part of the forces
-  const Vec3d force = driven.mean_forces_N(bar.ctx(), 100 * double{dt_s}).at(0);
+  const Vec3d force = force_N(bar, driven, 100 * double{dt_s});
   EXPECT_NEAR(force.y, 0, 1e-4);
   EXPECT_NEAR(force.z, 0, 1e-4);
   return force.x;
@@ -105,7 +112,7 @@ TEST_P(DrivenOnDevices, NodesFollowTheFormulaAndEveryDeviceAgrees) {
     motion.keys = {{0, {}, 0}, {0.02, {0.01, 0, 0.002}, 1.0}, {0.03, {0.01, 0, 0}, 8.0}};
     motion.axis = {2, 0, 0};
     motion.pivot_m = {0, 0.01, 0.01};
-    DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1));
+    DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1), all_nodes(bar.lattice));
     bar.run(driven, steps, dt_s);
     bar.ctx().synchronize();
     return motion;
@@ -147,17 +154,17 @@ TEST(Driven, WhatIsReleasedFliesOn) {
   motion.release_s = 0.01;
   motion.nodes.clear();
   for (Index i = 0; i < bar.lattice.node_count(); ++i) motion.nodes.push_back(i);
-  DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1));
+  DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1), all_nodes(bar.lattice));
   const float dt_s = 1e-4F;
   bar.run(driven, 100, dt_s);
   EXPECT_EQ(to_host(bar.ctx(), bar.held.const_view()).front(), 1);
   const double mass = bar.lattice.mass_kg();
   // What brought it to speed: its momentum.
-  EXPECT_NEAR(driven.mean_forces_N(bar.ctx(), 0.01).at(0).x * 0.01 / (0.5 * mass), 1, 1e-5);
+  EXPECT_NEAR(force_N(bar, driven, 0.01).x * 0.01 / (0.5 * mass), 1, 1e-5);
   driven.begin_frame(bar.ctx());
   bar.run(driven, 100, dt_s);
   EXPECT_EQ(to_host(bar.ctx(), bar.held.const_view()).front(), 0);
-  EXPECT_EQ(driven.mean_forces_N(bar.ctx(), 0.01).at(0), Vec3d{});
+  EXPECT_EQ(force_N(bar, driven, 0.01), Vec3d{});
   const std::vector<Vec3f> x = bar.x_m();
   // 0.5 m/s for 20 ms, a rounding of x (up to 0.11 m: 4e-9) a substep.
   for (std::size_t i = 0; i < x.size(); ++i)
@@ -169,7 +176,7 @@ TEST(Driven, AReleasedPatchComesBack) {
   Bar bar;
   NodeMotion motion = pull(bar, 0.01, 0.02);
   motion.release_s = 0.03;
-  DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1));
+  DrivenNodes driven(bar.ctx(), bar.lattice, std::span(&motion, 1), all_nodes(bar.lattice));
   const float dt_s = bar.model->stable_step_s();
   bar.run(driven, static_cast<int>(0.028F / dt_s), dt_s, 50);
   const auto end = static_cast<std::size_t>(motion.nodes.front());
@@ -182,8 +189,9 @@ TEST(Driven, AReleasedPatchComesBack) {
 std::string error_of(NodeMotion motion) {
   Bar bar;
   if (motion.nodes == std::vector<Index>{-1}) motion.nodes = bar.layer(20);
-  return test::message_of([&] { DrivenNodes(bar.ctx(), bar.lattice, std::span(&motion, 1)); },
-                          ErrorKind::usage);
+  return test::message_of(
+      [&] { DrivenNodes(bar.ctx(), bar.lattice, std::span(&motion, 1), all_nodes(bar.lattice)); },
+      ErrorKind::usage);
 }
 
 TEST(Driven, ErrorsNameMotionAndKey) {
@@ -264,7 +272,7 @@ TriangleMesh boundary_of(const CubeLattice& lattice) {
 /// Forces on all nodes of a bar for positions F x.
 std::vector<Vec3f> forces_N(Bar& bar, const SurfaceLoad& load, const Mat3f& F, int steps = 1) {
   const TriangleMesh mesh = boundary_of(bar.lattice);
-  SurfaceLoads loads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1));
+  SurfaceLoads loads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1), all_nodes(bar.lattice));
   std::vector<Vec3f> x = bar.lattice.rest_positions_m();
   for (Vec3f& p : x) p = F * p;
   bar.state.x_m = to_device(bar.ctx(), x);
@@ -348,7 +356,7 @@ TEST(Loads, TractionStretchesTheBarAsTheClosedForm) {
   SurfaceLoad load = load_on(mesh, 0.0999F);
   const double s = 1.05, mu = double{kYoung_Pa} / 2;
   load.traction_Pa.x = mu * (s - 1 / s);
-  SurfaceLoads loads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1));
+  SurfaceLoads loads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1), all_nodes(bar.lattice));
   const float dt_s = bar.model->stable_step_s();
   for (int k = 0; k < static_cast<int>(1 / dt_s); ++k) {
     loads.apply(bar.ctx(), bar.state, dt_s);
@@ -374,8 +382,9 @@ TEST(Loads, ErrorsNameLoadAndKey) {
   Bar bar;
   const TriangleMesh mesh = boundary_of(bar.lattice);
   const auto error_of_load = [&](const SurfaceLoad& load) {
-    return test::message_of([&] { SurfaceLoads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1)); },
-                            ErrorKind::usage);
+    return test::message_of(
+        [&] { SurfaceLoads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1), all_nodes(bar.lattice)); },
+        ErrorKind::usage);
   };
   SurfaceLoad load = load_on(mesh, 0.0999F);
   EXPECT_EQ(error_of_load(load), "");

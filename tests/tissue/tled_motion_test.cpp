@@ -156,7 +156,8 @@ TEST(Tled, MonitorSplitsTheStepsOfAStretchedCube) {
   BodyState body = rest_state(ctx, lattice);
   body.x_m = to_device(ctx, moved(lattice, {{{1.5F, 0, 0}, {0, 1.5F, 0}, {0, 0, 1}}}));
   tled.compute_forces(ctx, body);
-  const tled::CubeExtremes e = tled.extremes(ctx, body);
+  tled.find_extremes(ctx, body);
+  const tled::CubeExtremes e = tled.extremes(ctx);
   EXPECT_NEAR(e.smallest_J, 2.25F, 1e-4F);
   EXPECT_EQ(e.inverted, 0);
   // cof F = diag(1.5, 1.5, 2.25): (lambda + mu/J^2) 5.06 + mu over lambda + 2 mu.

@@ -55,7 +55,7 @@ void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecConte
           substeps_are_given_
               ? printed(": it asks for %d substeps, 'frame.substeps' is %d", body.substeps_for(dt),
                         report.substeps)
-              : printed(": %d substeps instead of %d", body.substeps_for(dt), body.tissue().substeps_for(dt));
+              : printed(": %d substeps instead of %d", body.substeps_for(dt), body.model().substeps_for(dt));
       return head + printed("waves are %.3g times as fast as at rest in ", ratio) +
              where(body.strain().fastest_cube) + cost;
     });

@@ -313,7 +313,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
   v.section({"ratio", "hybrid: how much of it is elements"},
             [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
   v.boolean({"contact",
-             "whether the real surface pushes it; one that nothing pushes, moves or loads is stepped by as "
+             "whether the real surface pushes it; one that it never pushes is stepped by as "
              "many devices as pay"},
             b.contact);
   v.integer({"matching_every",

@@ -195,14 +195,14 @@ void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
   for (auto& body : bodies_) {
     if (body->contact_node_count() > 0)
       contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
-    if (body->is_free()) body->step_frame(ctx, dt_substep, gravity_m_s2, plan.count);
+    if (body->is_untouched()) body->step_frame(dt_substep, gravity_m_s2, plan.count);
   }
   for (int k = 0; k < plan.count; ++k) {
     for (auto& body : bodies_) {
-      if (body->is_free()) continue;
-      body->step(ctx, dt_substep, gravity_m_s2, k);
+      if (body->is_untouched()) continue;
+      body->step(dt_substep, gravity_m_s2, k);
       if (body->contact_node_count() > 0) body->touch(ctx, contact_, surface_, dt_substep, plan.dt_s, k);
-      body->watch(ctx, k, plan.count);
+      body->watch(k, plan.count);
     }
   }
 }
@@ -228,7 +228,7 @@ std::vector<BodyMonitors> Simulation::monitors() {
 
 std::vector<std::vector<Vec3d>> Simulation::motion_forces_N() {
   std::vector<std::vector<Vec3d>> all;
-  for (const auto& body : bodies_) all.push_back(body->motion_forces_N(devices_.context(0), last_dt_s_));
+  for (const auto& body : bodies_) all.push_back(body->motion_forces_N(last_dt_s_));
   return all;
 }
 

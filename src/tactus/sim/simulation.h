@@ -36,8 +36,8 @@ struct FrameSnapshot {
 ///   surface    samples and velocity of the real mesh   reads real mesh writes samples
 ///   bodies     substeps of forces, integration and contact             writes nodes
 ///   embed      seen surfaces follow the nodes          reads nodes     writes surfaces
-/// Reconstruction is spread over all devices; bodies live on the first, and those that nothing outside of
-/// their solver acts on are stepped by as many as pay (HybridSlabs), with the same bits.
+/// Reconstruction is spread over all devices; bodies live on the first, and those that the real surface never
+/// touches are stepped by as many as pay (HybridSlabs), with the same bits.
 class Simulation {
  public:
   /// @throws Error naming what is wrong with rig, body or material.

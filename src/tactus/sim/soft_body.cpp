@@ -48,6 +48,21 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   return material;
 }
 
+/// What the real surface touches is on one device.
+HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const BodyShape& shape,
+                        const TledOptions& elements) {
+  const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
+  const std::optional<double> least =
+      body.contact ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
+  try {
+    return HybridSlabs(devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube,
+                       elements, matched, least,
+                       {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m});
+  } catch (const Error& e) {
+    throw Error("body '" + body.name + "': " + e.what(), e.kind());
+  }
+}
+
 }  // namespace
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
@@ -59,35 +74,14 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
     : description_(body),
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
-      matched_material_(matched_material(devices.context(0), body.material, shape_)),
       devices_(devices),
-      tissue_(devices.context(0), shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-              element_options_, matched_material_),
-      state_(rest_state(devices.context(0), shape_.lattice)),
-      frame_begin_x_m_(devices.device(0), state_.x_m.size()),
+      tissue_(make_tissue(devices, body, shape_, element_options_)),
+      frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
       surface_(devices.context(0), shape_.lattice, shape_.surface_m),
-      full_stiffness_(body.material.kappa == Stiffness::paper),
-      mass_kg_(to_device(devices.context(0), shape_.lattice.node_mass_kg)),
-      watch_(devices.context(0), shape_.lattice.node_count()) {
+      full_stiffness_(body.material.kappa == Stiffness::paper) {
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
-  ExecContext& ctx = devices.context(0);
-  choose_contact_nodes(ctx, sample_spacing_m);
-  std::vector<Index> fixed(shape_.lattice.fixed.begin(), shape_.lattice.fixed.end());
-  for (const NodeMotion& motion : shape_.motions) {
-    for (const Index node : motion.nodes) fixed[static_cast<std::size_t>(node)] = 1;
-    warn_of_fast_motion(motion);
-  }
-  fixed_ = to_device(ctx, fixed);
-  try {
-    driven_ = DrivenNodes(ctx, shape_.lattice, shape_.motions);
-    loads_ = SurfaceLoads(ctx, shape_.lattice, shape_.surface_m, shape_.loads);
-  } catch (const Error& e) {
-    throw Error("body '" + name() + "': " + e.what(), e.kind());
-  }
-  if (!is_free() || devices.count() == 1) return;
-  slabs_.emplace(devices, shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-                 element_options_, matched_material_);
-  if (slabs_->slab_count() == 1) slabs_.reset();
+  for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
+  if (body.contact) choose_contact_nodes(devices.context(0), sample_spacing_m);
 }
 
 void SoftBody::choose_contact_nodes(ExecContext& ctx, float sample_spacing_m) {
@@ -97,7 +91,7 @@ void SoftBody::choose_contact_nodes(ExecContext& ctx, float sample_spacing_m) {
   std::vector<Index> near;
   for (std::size_t i = 0; i < gap_m.size(); ++i) {
     gap_m[i] = -gap_m[i];
-    if (description_.contact && gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
+    if (gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
   }
   std::vector<std::uint8_t> in_element(gap_m.size());
   for (std::size_t c = 0; c < shape_.lattice.cubes.size(); ++c) {
@@ -107,19 +101,19 @@ void SoftBody::choose_contact_nodes(ExecContext& ctx, float sample_spacing_m) {
   const auto others = std::stable_partition(
       near.begin(), near.end(), [&](Index node) { return in_element[static_cast<std::size_t>(node)] != 0; });
   element_contact_nodes_ = static_cast<Index>(others - near.begin());
+  mass_kg_ = to_device(ctx, shape_.lattice.node_mass_kg);
   rest_gap_m_ = to_device(ctx, gap_m);
   contact_nodes_ = to_device(ctx, near);
   memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
 }
 
 std::string SoftBody::devices_text() const {
-  if (slabs_)
+  if (device_count() > 1)
     return "stepped by " + std::to_string(device_count()) + " of " + std::to_string(devices_.count()) +
            " devices";
   std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
-  if (description_.contact) return one + ", as the real surface may touch it ('contact')";
-  if (!is_free()) return one + ", as it is moved or loaded";
+  if (!is_untouched()) return one + ", as the real surface may touch it ('contact')";
   return one + ", as it is too small to be cut, or for more to pay";
 }
 
@@ -136,22 +130,28 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
 }
 
 void SoftBody::begin_frame(ExecContext& ctx) {
-  ctx.copy(state_.x_m.const_view(), frame_begin_x_m_.view());
-  driven_.begin_frame(ctx);
-  watch_.begin_frame(ctx);
+  ctx.copy(tissue_.body().x_m.const_view(), frame_begin_x_m_.view());
+  if (device_count() == 1) tissue_.begin_frame();
 }
 
-void SoftBody::watch(ExecContext& ctx, int k, int substeps) {
-  if ((k + 1) % watch_every(substeps) == 0 || k + 1 == substeps) watch_.look(ctx, state_, k);
+void SoftBody::watch(int k, int substeps) {
+  if (at_rest_) return;
+  tissue_.watch(k, substeps);
+  if (k + 1 == substeps) tissue_.end_frame(substeps);
+}
+
+/// Nothing looks into the frame of a body on which nothing acts.
+int SoftBody::watch_every(int substeps) const {
+  const bool alone = is_untouched() && shape_.motions.empty() && shape_.loads.empty();
+  return alone ? substeps : tissue_.watch_every();
 }
 
 std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
   if (at_rest_) return "";
   const tled::CubeExtremes strain_before = strain_;
   const WatchRecord before = watched_;
-  if (is_free()) watch_.look(ctx, state_, substeps - 1);
-  strain_ = tissue_.extremes(ctx, state_);
-  watched_ = watch_.report(ctx);
+  strain_ = tissue_.extremes();
+  watched_ = tissue_.watched();
   const bool fine = std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J);
   if (fine && watched_.bad_substep < 0) return "";
   const WatchRecord bad = watched_;
@@ -165,8 +165,8 @@ std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
     const std::string acting = acting_near(ctx, shape_.lattice.rest_m(bad.bad_node));
     if (!acting.empty()) text += ": " + acting;
   }
-  ctx.copy(frame_begin_x_m_.const_view(), state_.x_m.view());
-  ctx.fill_bytes(state_.v_m_s.view(), 0);
+  ctx.copy(frame_begin_x_m_.const_view(), tissue_.body().x_m.view());
+  ctx.fill_bytes(tissue_.body().v_m_s.view(), 0);
   ctx.synchronize();
   strain_ = strain_before;
   watched_ = before;
@@ -176,7 +176,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
                 "; in the frame before, its fastest node went at %.3g m/s, waves at %.3g m/s",
                 static_cast<double>(fastest_m_s()), wave_m_s() * static_cast<double>(strain_.speed_ratio));
   text += state;
-  if (tissue_.has_elements()) {
+  if (model().has_elements()) {
     std::snprintf(state, sizeof state, ", and least volume was %.3g of that at rest in ",
                   static_cast<double>(strain_.smallest_J));
     text += state + cube_text(strain_.smallest_cube);
@@ -190,8 +190,8 @@ float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2);
 double SoftBody::wave_m_s() const {
   const MaterialDescription& m = description_.material;
   const double bar = std::sqrt(m.young_modulus_pa / m.density_kg_m3);
-  return tissue_.has_elements()
-             ? std::max(bar, description_.spacing_m / static_cast<double>(tissue_.stable_step_s()))
+  return model().has_elements()
+             ? std::max(bar, description_.spacing_m / static_cast<double>(model().stable_step_s()))
              : bar;
 }
 
@@ -214,7 +214,7 @@ std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
     add(motion.nodes, motion.name + speed);
   }
   for (std::size_t k = 0; k < shape_.loads.size(); ++k)
-    add(loads_.nodes_of(k), shape_.loads[k].name + " acts on it");
+    add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
   std::vector<Index> fixed, touched;
   for (Index i = 0; i < lattice.node_count(); ++i)
     if (lattice.fixed[static_cast<std::size_t>(i)] != 0) fixed.push_back(i);
@@ -240,13 +240,13 @@ Vec3f SoftBody::cube_center_m(Index cube) const {
 void SoftBody::check_substeps(float dt_frame_s, int substeps) {
   const float dt_s = dt_frame_s / static_cast<float>(substeps);
   char text[256];
-  if (tissue_.has_elements() && dt_s > 1.0001F * tissue_.tled().stable_step_s()) {
+  if (model().has_elements() && dt_s > 1.0001F * model().tled().stable_step_s()) {
     std::snprintf(
         text, sizeof text,
         "': 'frame.substeps' is %d, steps of %.3g s, but its elements are stable up to %.3g s; expected "
         "at least %d, or auto",
-        substeps, static_cast<double>(dt_s), static_cast<double>(tissue_.tled().stable_step_s()),
-        tissue_.tled().substeps_for(dt_frame_s));
+        substeps, static_cast<double>(dt_s), static_cast<double>(model().tled().stable_step_s()),
+        model().tled().substeps_for(dt_frame_s));
     throw usage_error("body '" + name() + text);
   }
   if (matching_every() > 1 && substeps % matching_every() != 0) {
@@ -255,7 +255,7 @@ void SoftBody::check_substeps(float dt_frame_s, int substeps) {
                   matching_every());
     throw usage_error("body '" + name() + text);
   }
-  if (const int most = tissue_.most_matched_every(dt_s); matching_every() > most) {
+  if (const int most = model().most_matched_every(dt_s); matching_every() > most) {
     std::snprintf(
         text, sizeof text,
         "': 'matching_every' is %d, but after more than %d substeps of %.3g s at once its shape matching "
@@ -263,13 +263,13 @@ void SoftBody::check_substeps(float dt_frame_s, int substeps) {
         matching_every(), most, static_cast<double>(dt_s), most);
     throw usage_error("body '" + name() + text);
   }
-  if (!tissue_.flsm() || full_stiffness_ || warned_of_softness_) return;
-  const double young_Pa = static_cast<double>(tissue_.flsm()->effective_young_Pa(dt_s));
+  if (!model().flsm() || full_stiffness_ || warned_of_softness_) return;
+  const double young_Pa = static_cast<double>(model().flsm()->effective_young_Pa(dt_s));
   if (young_Pa > 0.99 * description_.material.young_modulus_pa) return;
   std::snprintf(text, sizeof text,
                 "': 'frame.substeps' is %d, so its shape matching is as soft as a young_modulus_pa of %.3g; "
                 "expected at least %d, or auto",
-                substeps, young_Pa, tissue_.flsm()->substeps_for(dt_frame_s));
+                substeps, young_Pa, model().flsm()->substeps_for(dt_frame_s));
   log_warning("body '" + name() + text);
   warned_of_softness_ = true;
 }
@@ -294,8 +294,8 @@ std::string SoftBody::cube_text(Index cube) const {
 
 BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
   return measure_body(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-                      element_options_, to_host(ctx, state_.x_m.const_view()),
-                      to_host(ctx, state_.v_m_s.const_view()));
+                      element_options_, to_host(ctx, tissue_.body().x_m.const_view()),
+                      to_host(ctx, tissue_.body().v_m_s.const_view()));
 }
 
 HybridStep SoftBody::step_of(float dt_s, Vec3f gravity_m_s2) const {
@@ -305,32 +305,26 @@ HybridStep SoftBody::step_of(float dt_s, Vec3f gravity_m_s2) const {
           .matched_every = matching_every()};
 }
 
-void SoftBody::step_frame(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int substeps) {
-  if (!at_rest_ && !slabs_) tissue_.step(ctx, state_, step_of(dt_s, gravity_m_s2), substeps);
+void SoftBody::step_frame(float dt_s, Vec3f gravity_m_s2, int substeps) {
+  if (at_rest_ || device_count() > 1) return;
+  tissue_.step(step_of(dt_s, gravity_m_s2), substeps);
+  tissue_.end_frame(substeps);
 }
 
 void SoftBody::step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps) {
-  if (at_rest_ || !slabs_) return;
+  if (at_rest_ || device_count() == 1) return;
   const std::pair plan{dt_s, substeps};
   if (plan != slabs_plan_) slabs_replay_ = {};
   slabs_plan_ = plan;
   slabs_replay_.run(devices_, [&] {
-    slabs_->step(step_of(dt_s, gravity_m_s2), substeps);
-    slabs_->store(state_);
+    tissue_.begin_frame();
+    tissue_.step(step_of(dt_s, gravity_m_s2), substeps);
+    tissue_.end_frame(substeps);
   });
 }
 
-void SoftBody::step(ExecContext& ctx, float dt_s, Vec3f gravity_m_s2, int k) {
-  if (at_rest_) return;
-  loads_.apply(ctx, state_, dt_s);
-  const HybridStep step = step_of(dt_s, gravity_m_s2);
-  if (step.matched_every == 1) {
-    tissue_.step(ctx, state_, step);
-  } else {
-    tissue_.sum_forces(ctx, state_, step, k);
-    tissue_.move(ctx, state_, step, k);
-  }
-  driven_.move(ctx, state_, fixed_.view(), dt_s);
+void SoftBody::step(float dt_s, Vec3f gravity_m_s2, int k) {
+  if (!at_rest_) tissue_.substep(step_of(dt_s, gravity_m_s2), k);
 }
 
 void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s,
@@ -353,8 +347,14 @@ void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surf
 }
 
 ContactNodes SoftBody::contact_nodes() {
-  return {state_.x_m.view(),           state_.v_m_s.view(), mass_kg_.const_view(), rest_gap_m_.const_view(),
-          contact_nodes_.const_view(), fixed_.const_view(), memory_.view()};
+  BodyState& state = tissue_.body();
+  return {state.x_m.view(),
+          state.v_m_s.view(),
+          mass_kg_.const_view(),
+          rest_gap_m_.const_view(),
+          contact_nodes_.const_view(),
+          tissue_.boundary().held(),
+          memory_.view()};
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

@@ -17,6 +17,7 @@ struct BodyMonitors {
   double min_J = 1;      ///< smallest ratio of a cube's volume to that at rest; <= 0 is inverted
   Index min_J_cube = 0;
   Index inverted_cubes = 0;
+  friend bool operator==(const BodyMonitors&, const BodyMonitors&) = default;
 };
 
 /// @param elements,material_of_cube empty: all, and all of the first material

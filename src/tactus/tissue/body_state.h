@@ -2,6 +2,7 @@
 /// What changes of a soft body from step to step, one entry per lattice node. Plain data on one device.
 #include "tactus/compute/exec_context.h"
 #include "tactus/geom/cube_lattice.h"
+#include "tactus/multi_device/device_set.h"
 
 namespace tactus {
 
@@ -10,6 +11,16 @@ struct BodyState {
   Buffer<Vec3f> v_m_s;    ///< velocities
   Buffer<Vec3f> f_ext_N;  ///< external forces of the coming substep besides gravity; whoever adds clears
 };
+
+/// Nodes of a body that one device holds, and of those the ones that move there.
+struct NodeWindow {
+  Slab held;  ///< of the body
+  Slab own;   ///< counted from the first that is held
+  bool owns(Index node) const { return node >= held.begin + own.begin && node < held.begin + own.end; }
+};
+inline NodeWindow all_nodes(const CubeLattice& lattice) {
+  return {{0, lattice.node_count()}, {0, lattice.node_count()}};
+}
 
 /// The body at rest where its lattice was built. Synchronizes.
 inline BodyState rest_state(ExecContext& ctx, const CubeLattice& lattice) {

@@ -11,6 +11,18 @@ struct WatchRecord {
   Index bad_node = -1;     ///< the lowest of those
   float fastest2_m2_s2 = 0;
   Index fastest_node = -1;
+
+  /// And those of later nodes, counted from `first`.
+  void add(const WatchRecord& later, Index first = 0) {
+    if (later.bad_substep >= 0 && (bad_substep < 0 || later.bad_substep < bad_substep)) {
+      bad_substep = later.bad_substep;
+      bad_node = first + later.bad_node;
+    }
+    if (later.fastest2_m2_s2 > fastest2_m2_s2) {
+      fastest2_m2_s2 = later.fastest2_m2_s2;
+      fastest_node = first + later.fastest_node;
+    }
+  }
 };
 
 /// A node is bad whose position or speed is not a number or beyond kMost. One block is 256 nodes.

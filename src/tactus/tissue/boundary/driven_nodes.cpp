@@ -45,8 +45,8 @@ std::vector<boundary::MotionKey> whole_keys(const NodeMotion& motion) {
 
 }  // namespace
 
-DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions)
-    : motion_count_(static_cast<Index>(motions.size())) {
+DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
+                         const NodeWindow& window) {
   if (motions.empty()) return;
   std::vector<Index> owner(lattice.nodes.size(), -1), nodes;
   std::vector<boundary::Motion> all;
@@ -60,7 +60,9 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
     keys.insert(keys.end(), own.begin(), own.end());
     all.push_back({begin, static_cast<Index>(keys.size()), vec_cast<float>(normalized(motion.axis)),
                    vec_cast<float>(motion.pivot_m), motion.release_s});
-    for (const Index node : motion.nodes) {
+    std::vector<Index> claimed = motion.nodes;
+    std::sort(claimed.begin(), claimed.end());
+    for (const Index node : claimed) {
       const auto i = static_cast<std::size_t>(node);
       if (lattice.fixed[i] != 0)
         refuse(motion,
@@ -69,7 +71,8 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
         refuse(motion, "node " + std::to_string(node) + " of its region is also in " +
                            motions[static_cast<std::size_t>(owner[i])].name + "; expected regions apart");
       owner[i] = static_cast<Index>(all.size()) - 1;
-      nodes.push_back(node);
+      if (!window.owns(node)) continue;
+      nodes.push_back(node - window.held.begin);
       motion_of_node_.push_back(owner[i]);
       rest.push_back(lattice.rest_m(node));
       mass.push_back(lattice.node_mass_kg[i]);
@@ -101,13 +104,12 @@ void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, flo
                                         state.x_m.view(), state.v_m_s.view(), held, impulse_N_s_.view()});
 }
 
-std::vector<Vec3d> DrivenNodes::mean_forces_N(ExecContext& ctx, double dt_frame_s) const {
-  std::vector<Vec3d> forces(static_cast<std::size_t>(motion_count_));
-  if (empty() || !(dt_frame_s > 0)) return forces;
+void DrivenNodes::add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const {
+  if (empty() || !(dt_frame_s > 0)) return;
   const std::vector<Vec3f> impulses = to_host(ctx, impulse_N_s_.const_view());
   for (std::size_t j = 0; j < impulses.size(); ++j)
-    forces[static_cast<std::size_t>(motion_of_node_[j])] += (1 / dt_frame_s) * vec_cast<double>(impulses[j]);
-  return forces;
+    of_motion[static_cast<std::size_t>(motion_of_node_[j])] +=
+        (1 / dt_frame_s) * vec_cast<double>(impulses[j]);
 }
 
 FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion) {

@@ -28,21 +28,23 @@ struct NodeMotion {
 class DrivenNodes {
  public:
   DrivenNodes() = default;
+  /// @param window of the state; those of its own nodes are driven that the motions name
   /// @throws Error naming motion and key for keyframes out of order, a jump at 0 s, numbers that aren't, a
   /// node that two motions claim or that is fixed.
-  DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions);
+  DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
+              const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
   /// Forces count from here. Asynchronous.
   void begin_frame(ExecContext& ctx);
-  /// The end of a substep. @param held per node of the body: 1 as long as it is driven. Asynchronous.
+  /// The end of a substep. @param held per node of the state: 1 as long as it is driven. Asynchronous.
   void move(ExecContext& ctx, BodyState& state, View<Index> held, float dt_s);
-  /// On the body from each motion, mean since begin_frame [N]: reaction, weight and inertia. Synchronizes.
-  std::vector<Vec3d> mean_forces_N(ExecContext& ctx, double dt_frame_s) const;
+  /// Adds what each motion did to its nodes here, mean since begin_frame [N]: reaction, weight and inertia.
+  /// Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
+  void add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const;
 
  private:
   std::vector<Index> motion_of_node_;
-  Index motion_count_ = 0;
   Buffer<boundary::Motion> motions_;
   Buffer<boundary::MotionKey> keys_;
   Buffer<boundary::MotionStep> steps_;

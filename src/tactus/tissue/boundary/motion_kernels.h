@@ -74,7 +74,7 @@ struct MoveDriven {
   View<const float> mass_kg;
   View<const Motion> motions;
   View<const MotionStep> steps;
-  View<Vec3f> x_m, v_m_s;   ///< per node of the body
+  View<Vec3f> x_m, v_m_s;   ///< per node of the state
   View<Index> held;         ///< the same: 1 while it is driven
   View<Vec3f> impulse_N_s;  ///< on the body, summed
   TACTUS_HD void operator()(Index j) const {

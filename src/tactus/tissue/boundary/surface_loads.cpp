@@ -94,7 +94,7 @@ double area_m2(const TriangleMesh& surface, std::span<const Index> triangles) {
 }
 
 SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& surface,
-                           std::span<const SurfaceLoad> loads)
+                           std::span<const SurfaceLoad> loads, const NodeWindow& window)
     : gradient_per_m_(1 / (4 * lattice.spacing_m)) {
   if (loads.empty()) return;
   std::vector<boundary::LoadCurve> curves;
@@ -106,20 +106,23 @@ SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const T
     const auto begin = static_cast<Index>(keys.size()), index = static_cast<Index>(curves.size());
     if (load.keys.empty()) keys.emplace_back();
     keys.insert(keys.end(), load.keys.begin(), load.keys.end());
-    std::set<Index> own;
+    std::set<Index> sharing;
     curves.push_back({begin, static_cast<Index>(keys.size())});
     for (const auto& [cube, part] : parts_of(load, lattice, surface)) {
+      const std::array<Index, 8>& corners = lattice.cube_nodes[static_cast<std::size_t>(cube)];
+      sharing.insert(corners.begin(), corners.end());
+      if (std::none_of(corners.begin(), corners.end(), [&](Index node) { return window.owns(node); }))
+        continue;
+      embed::CubeNodes nodes;
       for (std::size_t q = 0; q < 8; ++q) {
-        const Index node = lattice.cube_nodes[static_cast<std::size_t>(cube)][q];
-        own.insert(node);
-        of_node[node].push_back(
-            {static_cast<Index>(loaded.size()), static_cast<float>(part.weights[q] / part.area_m2)});
+        nodes.node[q] = corners[q] - window.held.begin;
+        if (window.owns(corners[q]))
+          of_node[nodes.node[q]].push_back(
+              {static_cast<Index>(loaded.size()), static_cast<float>(part.weights[q] / part.area_m2)});
       }
-      embed::CubeNodes corners;
-      std::copy_n(lattice.cube_nodes[static_cast<std::size_t>(cube)].begin(), 8, corners.node);
-      loaded.push_back({corners, index, vec_cast<float>(part.force_N), vec_cast<float>(part.pressed_N)});
+      loaded.push_back({nodes, index, vec_cast<float>(part.force_N), vec_cast<float>(part.pressed_N)});
     }
-    nodes_of_.emplace_back(own.begin(), own.end());
+    nodes_of_.emplace_back(sharing.begin(), sharing.end());
   }
   std::vector<Index> nodes, begin{0};
   std::vector<boundary::GatherLoads::Share> shares;

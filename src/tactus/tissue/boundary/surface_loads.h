@@ -24,12 +24,13 @@ class SurfaceLoads {
  public:
   SurfaceLoads() = default;
   /// @param surface of the body at rest
+  /// @param window of the state; its own nodes are loaded
   /// @throws Error naming load and key for what is out of order or not a number.
   SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& surface,
-               std::span<const SurfaceLoad> loads);
+               std::span<const SurfaceLoad> loads, const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
-  /// Nodes that share the k-th load, ascending.
+  /// Nodes of the body that share the k-th load, ascending.
   const std::vector<Index>& nodes_of(std::size_t load) const { return nodes_of_[load]; }
   /// External forces of the coming substep. Asynchronous.
   void apply(ExecContext& ctx, BodyState& state, float dt_s);

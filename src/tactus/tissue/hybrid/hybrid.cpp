@@ -120,10 +120,12 @@ Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& 
 Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
                const TledOptions& tled, const FlsmMaterial& flsm)
     : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
-      window_{layout.part.first_node, layout.part.first_node + layout.part.lattice.node_count()},
+      window_{.held = {layout.part.first_node, layout.part.first_node + layout.part.lattice.node_count()},
+              .own = {}},
+      first_cube_(layout.part.first_cube),
       has_elements_(layout.has_elements) {
   const LatticeLayers own = lattice_layers(layout.part.lattice, layout.own);
-  own_nodes_ = {own.first_node, own.first_node + own.lattice.node_count()};
+  window_.own = {own.first_node, own.first_node + own.lattice.node_count()};
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
     matched_ = rest_state(ctx, layout.matched.lattice);
@@ -173,9 +175,9 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridSt
 void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k) {
   const FlsmStep matching = matching_step(step);
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
-  const auto own = [&](auto view) { return view.part(own_nodes_.begin, own_nodes_.count()); };
+  const auto own = [&](auto view) { return view.part(window_.own.begin, window_.own.count()); };
   const auto drag = [&](float dt_s) { return 1 / (1 + dt_s * step.drag_per_s); };
-  ctx.parallel_for("hybrid/integrate", own_nodes_.count(),
+  ctx.parallel_for("hybrid/integrate", window_.own.count(),
                    hybrid::Integrate{.x_m = own(state.x_m.view()),
                                      .v_m_s = own(state.v_m_s.view()),
                                      .f_ext_N = own(state.f_ext_N.const_view()),
@@ -211,8 +213,13 @@ int Hybrid::substeps_for(float dt_frame_s, float speed_ratio) const {
   return flsm_ ? std::max(elements, flsm_->substeps_for(dt_frame_s)) : elements;
 }
 
-tled::CubeExtremes Hybrid::extremes(ExecContext& ctx, const BodyState& state) {
-  return has_elements_ ? tled_.extremes(ctx, state) : tled::CubeExtremes{1, 0, 1, 0, 0};
+void Hybrid::find_extremes(ExecContext& ctx, const BodyState& state) {
+  if (has_elements_) tled_.find_extremes(ctx, state);
+}
+
+tled::CubeExtremes Hybrid::extremes(ExecContext& ctx) const {
+  if (!has_elements_) return {1, 0, 1, 0, 0};
+  return tled::FindExtremes::counted_from(first_cube_, tled_.extremes(ctx));
 }
 
 }  // namespace tactus

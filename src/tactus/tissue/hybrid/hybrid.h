@@ -38,13 +38,14 @@ class Hybrid {
          std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
          const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own = std::nullopt);
 
-  /// So many substeps. @throws Error when dt_s exceeds what the elements bear, naming the limit.
+  /// So many substeps; of elements alone, whose nodes stay in cells meanwhile, other roundings than substep
+  /// after substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
   void step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count = 1);
   /// @throws Error for what step() would not do.
   void check_step(const HybridStep& step, int count) const;
 
-  /// Substep k in two pieces, for those who exchange nodes with other devices: goals and forces of own nodes
-  /// (they read all nodes), then the own nodes move.
+  /// Substep k alone, in two pieces for those who exchange nodes with other devices: goals and forces of own
+  /// nodes (they read all nodes), then the own nodes move.
   void sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k);
   void move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k);
 
@@ -55,15 +56,14 @@ class Hybrid {
   /// its material's stiffness.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float stable_step_s() const;
-  /// Strain of the elements; a ratio of 1 without elements. Synchronizes.
-  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
+  /// As Tled's, cubes as the body counts them; without elements nothing is found.
+  void find_extremes(ExecContext& ctx, const BodyState& state);
+  tled::CubeExtremes extremes(ExecContext& ctx) const;
   Tled& tled() { return tled_; }
   const Tled& tled() const { return tled_; }
   const std::optional<Flsm>& flsm() const { return flsm_; }
-  /// Nodes of the body that the state holds, and of those the ones that move here.
-  Slab window() const { return window_; }
-  Slab own_nodes() const { return own_nodes_; }  ///< counted from the window's first
-  Index node_count() const { return tled_.node_count(); }
+  /// What the state holds and what moves here.
+  const NodeWindow& window() const { return window_; }
   bool has_elements() const { return has_elements_; }
 
  private:
@@ -72,7 +72,8 @@ class Hybrid {
          const TledOptions& tled, const FlsmMaterial& flsm);
 
   Tled tled_;
-  Slab window_, own_nodes_;
+  NodeWindow window_;
+  Index first_cube_;
   bool has_elements_;
   std::optional<Flsm> flsm_;
   BodyState matched_;  ///< of the shape-matched part

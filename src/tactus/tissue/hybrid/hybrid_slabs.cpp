@@ -39,10 +39,15 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
 
 }  // namespace
 
-HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& lattice)
-    : ctx(context), beside(context.device()), tissue(std::move(model)) {
+HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& lattice,
+                        const BoundaryConditions& conditions)
+    : ctx(context),
+      beside(context.device()),
+      tissue(std::move(model)),
+      boundary(ctx, lattice, conditions, tissue.window()),
+      watch(ctx, tissue.window().own.count()) {
   const std::vector<Vec3f> rest = lattice.rest_positions_m();
-  const Slab window = tissue.window();
+  const Slab window = tissue.window().held;
   const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
   state = {to_device(ctx, std::span(rest).subspan(static_cast<std::size_t>(window.begin), zero.size())),
            to_device(ctx, zero), to_device(ctx, zero)};
@@ -51,18 +56,25 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
 HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
                          std::span<const ElasticMaterial> materials,
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
-                         const FlsmMaterial& flsm, std::optional<double> least_elements)
-    : devices_(devices) {
+                         const FlsmMaterial& flsm, std::optional<double> least_elements,
+                         const BoundaryConditions& conditions)
+    : devices_(devices), motion_count_(conditions.motions.size()), has_boundary_(!conditions.empty()) {
   const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
     parts_.push_back(std::make_unique<Part>(
-        ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p]), lattice));
+        ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p]), lattice,
+        conditions));
   }
-  if (parts_.front()->tissue.flsm()) return;
+  if (parts_.size() > 1) {
+    const std::vector<Vec3f> zero(lattice.nodes.size());
+    body_.x_m = to_device(devices.context(0), lattice.rest_positions_m());
+    body_.v_m_s = to_device(devices.context(0), zero);
+  }
+  if (!stays_in_cells()) return;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    const Slab window = part.tissue.window(), own = part.tissue.own_nodes();
+    const auto& [window, own] = part.tissue.window();
     if (p > 0) part.ghosts[0] = find_ghosts(p, p - 1, {window.begin, window.begin + own.begin});
     if (p + 1 < parts_.size()) part.ghosts[1] = find_ghosts(p, p + 1, {window.begin + own.end, window.end});
   }
@@ -74,17 +86,27 @@ void HybridSlabs::for_neighbours(std::size_t part, F&& body) {
   if (part + 1 < parts_.size()) body(*parts_[part + 1]);
 }
 
+/// Of all parts, once their neighbours have moved.
+template <class F>
+void HybridSlabs::for_each_pull(F&& pull_part) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
+    pull_part(p);
+    parts_[p]->ctx.record(parts_[p]->pulled);
+  }
+}
+
 /// @param nodes of the body
 hybrid::PullNodes::Neighbour HybridSlabs::nodes_of(std::size_t neighbour, Slab nodes) const {
   const Part& part = *parts_[neighbour];
-  const Index first = nodes.begin - part.tissue.window().begin;
+  const Index first = nodes.begin - part.tissue.window().held.begin;
   return {part.state.x_m.const_view().part(first, nodes.count()),
           part.state.v_m_s.const_view().part(first, nodes.count())};
 }
 
 void HybridSlabs::pull(std::size_t index) {
   Part& part = *parts_[index];
-  const Slab window = part.tissue.window(), own = part.tissue.own_nodes();
+  const auto& [window, own] = part.tissue.window();
   hybrid::PullNodes kernel{.below = {},
                            .above = {},
                            .x_m = part.state.x_m.view(),
@@ -110,15 +132,12 @@ void HybridSlabs::pull(std::size_t index) {
 HybridSlabs::Ghosts HybridSlabs::find_ghosts(std::size_t index, std::size_t neighbour, Slab nodes) {
   Part& part = *parts_[index];
   Part& other = *parts_[neighbour];
-  std::vector<Index> there = to_host(
-      other.ctx, other.tissue.tled().cell().part(nodes.begin - other.tissue.window().begin, nodes.count()));
+  const auto cells_of = [&](Part& p) {
+    return p.tissue.tled().cell().part(nodes.begin - p.tissue.window().held.begin, nodes.count());
+  };
+  std::vector<Index> there = to_host(other.ctx, cells_of(other));
   const auto [least, most] = std::minmax_element(there.begin(), there.end());
-  Ghosts ghosts{
-      .of = neighbour,
-      .first_cell = *least,
-      .from_cell = {},
-      .cell = part.tissue.tled().cell().part(nodes.begin - part.tissue.window().begin, nodes.count()),
-      .copy_m = {}};
+  Ghosts ghosts{.of = neighbour, .first_cell = *least, .from_cell = {}, .cell = cells_of(part), .copy_m = {}};
   if (!devices_.reads_peers()) ghosts.copy_m = Buffer<float>(part.ctx.device(), 3 * (*most + 1 - *least));
   for (Index& cell : there) cell -= ghosts.first_cell;
   ghosts.from_cell = to_device(part.ctx, there);
@@ -149,17 +168,25 @@ void HybridSlabs::pull_positions(std::size_t index, int k) {
   part.ctx.parallel_for("hybrid/pull_positions", kernel.below.cell.size() + kernel.above.cell.size(), kernel);
 }
 
-void HybridSlabs::step(const HybridStep& step, int count) {
-  Part& first = *parts_.front();
-  if (parts_.size() == 1) return first.tissue.step(first.ctx, first.state, step, count);
+void HybridSlabs::begin_frame() {
   for (auto& part : parts_) {
-    part->tissue.check_step(step, count);
-    part->ctx.record(part->moved);
+    part->boundary.begin_frame(part->ctx);
+    part->watch.begin_frame(part->ctx);
   }
-  first.tissue.flsm() ? step_both(step, count) : step_elements(step, count);
 }
 
-void HybridSlabs::step_elements(const HybridStep& step, int count) {
+void HybridSlabs::step(const HybridStep& step, int count) {
+  for (auto& part : parts_) part->tissue.check_step(step, count);
+  if (parts_.size() > 1 && stays_in_cells()) return step_cells(step, count);
+  Part& first = *parts_.front();
+  if (stays_in_cells()) return first.tissue.step(first.ctx, first.state, step, count);
+  for (int k = 0; k < count; ++k) {
+    substep(step, k);
+    if (has_boundary_) watch(k, count);
+  }
+}
+
+void HybridSlabs::step_cells(const HybridStep& step, int count) {
   const TledStep tled{.dt_s = step.dt_s, .gravity_m_s2 = step.gravity_m_s2, .drag_per_s = step.drag_per_s};
   for (auto& part : parts_) {
     part->tissue.tled().load(part->ctx, part->state);
@@ -168,11 +195,7 @@ void HybridSlabs::step_elements(const HybridStep& step, int count) {
     part->beside.record(part->interior_moved);
   }
   for (int k = 0; k < count; ++k) {
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
-      pull_positions(p, k);
-      parts_[p]->ctx.record(parts_[p]->pulled);
-    }
+    for_each_pull([&](std::size_t p) { pull_positions(p, k); });
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       Part& part = *parts_[p];
       // Each half reads what the other moved in the last substep, and overwrites what it read then.
@@ -191,44 +214,72 @@ void HybridSlabs::step_elements(const HybridStep& step, int count) {
   }
 }
 
-void HybridSlabs::step_both(const HybridStep& step, int count) {
-  for (int k = 0; k < count; ++k) {
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
-      pull(p);
-      parts_[p]->ctx.record(parts_[p]->pulled);
-    }
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      Part& part = *parts_[p];
-      part.tissue.sum_forces(part.ctx, part.state, step, k);
-      for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
-      part.tissue.move(part.ctx, part.state, step, k);
-      part.ctx.record(part.moved);
-    }
+void HybridSlabs::substep(const HybridStep& step, int k) {
+  if (k == 0)
+    for (auto& part : parts_) part->ctx.record(part->moved);
+  for_each_pull([&](std::size_t p) { pull(p); });
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    part.boundary.load(part.ctx, part.state, step.dt_s);
+    part.tissue.sum_forces(part.ctx, part.state, step, k);
+    for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
+    part.tissue.move(part.ctx, part.state, step, k);
+    part.boundary.move(part.ctx, part.state, step.dt_s);
+    part.ctx.record(part.moved);
   }
 }
 
-void HybridSlabs::store(BodyState& body) {
+void HybridSlabs::watch(int k, int count) {
+  if (k + 1 < count && (k + 1) % watch_every() == 0)
+    for (auto& part : parts_) part->look(k);
+}
+
+void HybridSlabs::end_frame(int count) {
+  for (auto& part : parts_) {
+    part->look(count - 1);
+    part->ctx.record(part->moved);
+  }
+  if (model().has_elements()) {
+    for_each_pull([&](std::size_t p) { pull(p); });
+    for (auto& part : parts_) part->tissue.find_extremes(part->ctx, part->state);
+  }
+  if (parts_.size() == 1) return;
   ExecContext& first = devices_.context(0);
   for (auto& part : parts_) {
-    part->ctx.record(part->moved);
     first.wait(part->moved);
-    const Slab own = part->tissue.own_nodes();
-    const Index begin = part->tissue.window().begin + own.begin;
     const auto copy = [&](const Buffer<Vec3f>& from, Buffer<Vec3f>& to) {
-      first.copy(from.const_view().part(own.begin, own.count()), to.view().part(begin, own.count()));
+      first.copy(part->own(from), to.view().part(part->first_own(), part->tissue.window().own.count()));
     };
-    copy(part->state.x_m, body.x_m);
-    copy(part->state.v_m_s, body.v_m_s);
+    copy(part->state.x_m, body_.x_m);
+    copy(part->state.v_m_s, body_.v_m_s);
   }
   // What comes next must not overwrite what is still being copied.
   first.record(stored_);
   for (auto& part : parts_) part->ctx.wait(stored_);
 }
 
+WatchRecord HybridSlabs::watched() {
+  WatchRecord all;
+  for (auto& part : parts_) all.add(part->watch.report(part->ctx), part->first_own());
+  return all;
+}
+
+tled::CubeExtremes HybridSlabs::extremes() {
+  tled::CubeExtremes worst = parts_.front()->tissue.extremes(parts_.front()->ctx);
+  for (std::size_t p = 1; p < parts_.size(); ++p)
+    worst = tled::FindExtremes::worse(worst, parts_[p]->tissue.extremes(parts_[p]->ctx));
+  return worst;
+}
+
+std::vector<Vec3d> HybridSlabs::motion_forces_N(double dt_frame_s) {
+  std::vector<Vec3d> forces(motion_count_);
+  for (auto& part : parts_) part->boundary.driven().add_mean_forces_N(part->ctx, dt_frame_s, forces);
+  return forces;
+}
+
 void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
   for (auto& part : parts_) {
-    const Slab window = part->tissue.window();
+    const Slab window = part->tissue.window().held;
     const auto first = static_cast<std::size_t>(window.begin),
                count = static_cast<std::size_t>(window.count());
     part->ctx.upload(x_m.subspan(first, count), part->state.x_m.view());
@@ -237,18 +288,16 @@ void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v
   for (auto& part : parts_) part->ctx.synchronize();
 }
 
-std::vector<Vec3f> HybridSlabs::gather(Buffer<Vec3f> BodyState::*field) {
+std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
   std::vector<Vec3f> all;
   for (auto& part : parts_) {
-    const Slab own = part->tissue.own_nodes();
-    const std::vector<Vec3f> some =
-        to_host(part->ctx, (part->state.*field).const_view().part(own.begin, own.count()));
+    const std::vector<Vec3f> some = to_host(part->ctx, part->own(part->state.*field));
     all.insert(all.end(), some.begin(), some.end());
   }
   return all;
 }
 
-std::vector<Vec3f> HybridSlabs::positions_m() { return gather(&BodyState::x_m); }
-std::vector<Vec3f> HybridSlabs::velocities_m_s() { return gather(&BodyState::v_m_s); }
+std::vector<Vec3f> HybridSlabs::positions_m() { return all_of(&BodyState::x_m); }
+std::vector<Vec3f> HybridSlabs::velocities_m_s() { return all_of(&BodyState::v_m_s); }
 
 }  // namespace tactus

@@ -3,15 +3,19 @@
 #include <array>
 #include <memory>
 
+#include "tactus/tissue/body_watch.h"
+#include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
 #include "tactus/tissue/hybrid/hybrid_kernels.h"
 
 namespace tactus {
 
 /// A body cut into slabs of layers along z, one for each device, each with a few layers of its neighbours'
-/// nodes. A substep begins with pulling those. The same bits as Hybrid on one device.
+/// nodes; what moves and loads it acts on each slab's own nodes. A substep begins with pulling the others.
+/// The same bits on any number of devices.
 ///
-/// Elements alone: nodes at the cuts move first, and are pulled for the next substep while the others move.
+/// Elements that nothing moves or loads: nodes at the cuts move first, and are pulled for the next substep
+/// while the others move.
 class HybridSlabs {
  public:
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
@@ -20,22 +24,48 @@ class HybridSlabs {
   HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
               std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
               const TledOptions& tled, const FlsmMaterial& flsm,
-              std::optional<double> least_elements = std::nullopt);
+              std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {});
   /// With fewer, a second H200 costs more in waiting than it saves: of elements alone, and where shape
   /// matching takes part, whose substep has more to hide it behind. Between rows of bench/results: n million
   /// elements take 4 + 49 n us on one and 13 + 24 n us on two, equal at 0.36.
   static constexpr double kLeastElements = 170000, kLeastOfBoth = 75000;
 
-  /// So many substeps, all without the host. Asynchronous; may be captured (DeviceReplay).
+  // A frame: all without the host, asynchronous; may be captured (DeviceReplay).
+
+  /// Forces of those who move the body, and its watch, begin anew.
+  void begin_frame();
+  /// So many substeps, watched if the body is moved or loaded.
   void step(const HybridStep& step, int count = 1);
+  /// Or one by one, k from 0, for those who do more to its nodes after each and then watch().
+  void substep(const HybridStep& step, int k);
+  /// After substep k of `count`: notes which nodes are no longer where anything could be. The last is
+  /// end_frame's.
+  void watch(int k, int count);
+  /// So many substeps are looked at together: of elements alone four, as looking costs a twentieth of such a
+  /// step.
+  int watch_every() const { return model().flsm() ? 1 : 4; }
+  /// Watches the last substep, looks how strained the elements are, and brings all nodes to the first device.
+  void end_frame(int count);
+
+  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Synchronizes.
+  WatchRecord watched();
+  /// At the last end_frame. Synchronizes.
+  tled::CubeExtremes extremes();
+  /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
+  std::vector<Vec3d> motion_forces_N(double dt_frame_s);
+  /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
+  /// steps.
+  BodyState& body() { return parts_.size() == 1 ? parts_.front()->state : body_; }
+  const BodyState& body() const { return parts_.size() == 1 ? parts_.front()->state : body_; }
+  /// Of the first device: what it says of steps holds for the body.
+  const Hybrid& model() const { return parts_.front()->tissue; }
+  const Boundary& boundary() const { return parts_.front()->boundary; }
 
   int slab_count() const { return static_cast<int>(parts_.size()); }
   float stable_step_s() const { return parts_.front()->tissue.stable_step_s(); }
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
-  /// Of all nodes of the body, to the first device, in its order of work. Asynchronous, as step.
-  void store(BodyState& body);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
@@ -50,26 +80,40 @@ class HybridSlabs {
     Buffer<float> copy_m;     ///< 3 fields of the cells there, where kernels can't read them
   };
   struct Part {
-    Part(ExecContext& ctx, Hybrid tissue, const CubeLattice& lattice);
+    Part(ExecContext& ctx, Hybrid tissue, const CubeLattice& lattice, const BoundaryConditions& conditions);
+    template <class T>
+    View<const T> own(const Buffer<T>& of_state) const {
+      return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
+    }
+    void look(int k) { watch.look(ctx, own(state.x_m), own(state.v_m_s), k); }
+    Index first_own() const { return tissue.window().held.begin + tissue.window().own.begin; }
     ExecContext& ctx;
     ExecContext beside;  ///< for the interior
     Hybrid tissue;
+    Boundary boundary;
+    BodyWatch watch;
     BodyState state;               ///< of the window
     std::array<Ghosts, 2> ghosts;  ///< below and above; none without nodes
     Event pulled, moved, interior_moved;
   };
   template <class F>
   void for_neighbours(std::size_t part, F&& body);
+  template <class F>
+  void for_each_pull(F&& pull_part);
   Ghosts find_ghosts(std::size_t part, std::size_t neighbour, Slab nodes);
   void pull(std::size_t part);
   void pull_positions(std::size_t part, int k);
   hybrid::PullNodes::Neighbour nodes_of(std::size_t neighbour, Slab nodes) const;
-  void step_elements(const HybridStep& step, int count);
-  void step_both(const HybridStep& step, int count);
-  std::vector<Vec3f> gather(Buffer<Vec3f> BodyState::*field);
+  /// Whether nodes are in cells from the first substep to the last.
+  bool stays_in_cells() const { return !has_boundary_ && !model().flsm(); }
+  void step_cells(const HybridStep& step, int count);
+  std::vector<Vec3f> all_of(Buffer<Vec3f> BodyState::*field);
 
   DeviceSet& devices_;
   std::vector<std::unique_ptr<Part>> parts_;
+  std::size_t motion_count_;
+  bool has_boundary_;
+  BodyState body_;  ///< x and v, of several parts
   Event stored_;
 };
 

@@ -137,19 +137,26 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
+  const Slab own_layers = own.value_or(Slab{0, lattice.node_dims.z});
   const tled::TilePlan plan =
       tled::plan_tiles(lattice, in_use,
                        ctx.device().is_cuda() ? limits_of<tled::TilesOnGpu>(ctx.device().multiprocessors())
                                               : limits_of<tled::TilesOnCpu>(0),
-                       own.value_or(Slab{0, lattice.node_dims.z}));
+                       own_layers);
   grid_ = plan.grid;
   edge_tiles_ = plan.edge_tiles;
   tiles_ = to_device(ctx, plan.tiles);
   active_ = to_device(ctx, plan.active);
   cell_ = to_device(ctx, plan.node_cell);
   cube_cell_ = to_device(ctx, plan.cube_cell);
+  const auto first_cube_at = [&](Index z) {
+    const auto below = [z](Vec3i cube) { return cube.z < z; };
+    return static_cast<Index>(std::partition_point(lattice.cubes.begin(), lattice.cubes.end(), below) -
+                              lattice.cubes.begin());
+  };
+  own_cubes_ = {first_cube_at(own_layers.begin), first_cube_at(own_layers.end)};
   extremes_ =
-      Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(cube_cell_.size(), tled::FindExtremes::kThreads));
+      Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads));
   std::vector<float> inverse_mass(static_cast<std::size_t>(grid_.cells));
   for (std::size_t i = 0; i < plan.node_cell.size(); ++i) {
     if (lattice.fixed[i] == 0)
@@ -269,15 +276,19 @@ void Tled::store(ExecContext& ctx, BodyState& state, int count) {
   keep_history(ctx, count);
 }
 
-tled::CubeExtremes Tled::extremes(ExecContext& ctx, const BodyState& state) {
+void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
-  ctx.parallel_for("tled/extremes", extremes_.size(),
-                   tled::FindExtremes{cube_cell_.const_view(), ahead_m_[0].const_view(), kinds(),
-                                      extremes_.view(), grid_, 1 / (4 * spacing_m_)});
-  const std::vector<tled::CubeExtremes> blocks = to_host(ctx, extremes_.const_view());
-  tled::CubeExtremes worst = blocks.front();
-  for (std::size_t i = 1; i < blocks.size(); ++i) worst = tled::FindExtremes::worse(worst, blocks[i]);
-  return worst;
+  ctx.parallel_for(
+      "tled/extremes", extremes_.size(),
+      tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
+                         ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, 1 / (4 * spacing_m_)});
+}
+
+tled::CubeExtremes Tled::extremes(ExecContext& ctx) const {
+  tled::CubeExtremes worst = tled::FindExtremes::kNone;
+  for (const tled::CubeExtremes& block : to_host(ctx, extremes_.const_view()))
+    worst = tled::FindExtremes::worse(worst, block);
+  return tled::FindExtremes::counted_from(own_cubes_.begin, worst);
 }
 
 int Tled::substeps_for(float dt_frame_s, float speed_ratio) const {

@@ -61,8 +61,11 @@ class Tled {
   /// 0.95 of 2/omega_max of this body at rest, by power iteration; becomes stable_step_s(). Not for bodies
   /// that will be cut. Synchronizes.
   float measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations = 300);
-  /// How strained the body is. Synchronizes.
-  tled::CubeExtremes extremes(ExecContext& ctx, const BodyState& state);
+  /// Looks how strained its cubes are, of a cut body those between an own layer of nodes and the next. What
+  /// it found is read later, and kept until it looks again. Asynchronous.
+  void find_extremes(ExecContext& ctx, const BodyState& state);
+  /// Cubes as the lattice counts them. Synchronizes.
+  tled::CubeExtremes extremes(ExecContext& ctx) const;
   /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float damping_time_s() const { return damping_time_s_; }
@@ -95,6 +98,7 @@ class Tled {
   Buffer<tled::Tile> tiles_;
   Buffer<std::uint32_t> active_;
   Buffer<Index> cell_, cube_cell_;
+  Slab own_cubes_;
   Buffer<tled::CubeExtremes> extremes_;
   Buffer<std::uint16_t> kind_;  ///< over cells, into
   Buffer<tled::Stiffness> kinds_;

@@ -98,6 +98,7 @@ struct CubeExtremes {
 /// mu)), and the smallest J, at the centres of cubes. One block, 256 cubes.
 struct FindExtremes {
   static constexpr int kThreads = 256, kStrip = 16;
+  static constexpr CubeExtremes kNone{-1, 0, 1e30F, 0, 0};  ///< better than any
   View<const Index> cube_cell;
   View<const float> x_m;  ///< 3 fields
   StiffnessKinds stiffness;
@@ -136,7 +137,12 @@ struct FindExtremes {
   TACTUS_HD static float largest_column2(const GradientColumns& m) {
     return max(dot(m.x, m.x), max(dot(m.y, m.y), dot(m.z, m.z)));
   }
-  /// What is not a number is worst, and stays.
+  static CubeExtremes counted_from(Index first_cube, CubeExtremes e) {
+    e.fastest_cube += first_cube;
+    e.smallest_cube += first_cube;
+    return e;
+  }
+  /// What is not a number is worst, and stays; of equals the first.
   TACTUS_HD static CubeExtremes worse(const CubeExtremes& a, const CubeExtremes& b) {
     CubeExtremes w = a;
     if (a.speed_ratio == a.speed_ratio && !(b.speed_ratio <= a.speed_ratio))

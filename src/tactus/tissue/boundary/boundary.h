@@ -1,0 +1,43 @@
+#pragma once
+/// What moves and loads a body between the substeps of its solver.
+#include "tactus/tissue/boundary/driven_nodes.h"
+#include "tactus/tissue/boundary/surface_loads.h"
+
+namespace tactus {
+
+struct BoundaryConditions {
+  std::span<const NodeMotion> motions;
+  std::span<const SurfaceLoad> loads;
+  const TriangleMesh* surface = nullptr;  ///< that is loaded; absent without loads
+
+  bool empty() const { return motions.empty() && loads.empty(); }
+};
+
+/// Those of one body, for the nodes that move on one device. A substep:
+///
+///   boundary.load(ctx, state, dt_s);
+///   tissue.substep(ctx, state, ..);
+///   boundary.move(ctx, state, dt_s);
+class Boundary {
+ public:
+  /// @throws Error as DrivenNodes and SurfaceLoads.
+  Boundary(ExecContext& ctx, const CubeLattice& lattice, const BoundaryConditions& conditions,
+           const NodeWindow& window);
+
+  /// Forces of those who move it count from here. Asynchronous, as the next two.
+  void begin_frame(ExecContext& ctx) { driven_.begin_frame(ctx); }
+  void load(ExecContext& ctx, BodyState& state, float dt_s) { loads_.apply(ctx, state, dt_s); }
+  void move(ExecContext& ctx, BodyState& state, float dt_s) { driven_.move(ctx, state, held_.view(), dt_s); }
+
+  const DrivenNodes& driven() const { return driven_; }
+  const SurfaceLoads& loads() const { return loads_; }
+  /// Per node of the state: 1 where it is fixed, or driven now.
+  View<const Index> held() const { return held_.const_view(); }
+
+ private:
+  DrivenNodes driven_;
+  SurfaceLoads loads_;
+  Buffer<Index> held_;
+};
+
+}  // namespace tactus
