@@ -8,6 +8,7 @@ TACTUS_CUDA_KERNEL(tactus::TriangleSamples);
 TACTUS_CUDA_KERNEL(tactus::SampleLabels);
 TACTUS_CUDA_KERNEL(tactus::SampleLeaders);
 TACTUS_CUDA_KERNEL(tactus::LimitCount);
+TACTUS_CUDA_KERNEL(tactus::LimitSum);
 TACTUS_CUDA_KERNEL(tactus::MergeSamples);
 TACTUS_CUDA_KERNEL(tactus::PieceStart);
 TACTUS_CUDA_KERNEL(tactus::JoinCorners);

@@ -39,8 +39,8 @@ void check_fits(const char* what, Index have, Index room) {
 
 RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
     : settings_(checked(settings)),
-      cuts_(device, settings.max_triangles + 1),
-      first_(device, settings.max_triangles + 1),
+      cuts_(device, settings.max_triangles),
+      first_(device, settings.max_triangles),
       raw_count_(device, 1),
       raw_overflow_(device, 1),
       x_m_(device, settings.max_raw_samples),
@@ -120,16 +120,16 @@ void RealSurface::find_pieces(ExecContext& ctx) {
 
 void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   const Index triangles = mesh.triangles.size();
-  const View<Index> cuts = cuts_.view().part(0, triangles + 1), first = first_.view().part(0, triangles + 1);
+  const View<Index> cuts = cuts_.view().part(0, triangles), first = first_.view().part(0, triangles);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
-  ctx.parallel_for("contact/cuts", triangles + 1,
-                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles, counted,
+  ctx.parallel_for("contact/cuts", counted,
+                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles,
                                 kCutEdge * settings_.sample_spacing_m, cuts});
-  ctx.exclusive_scan("contact/cuts", cuts, first);
-  ctx.parallel_for("contact/limit", 1,
-                   LimitCount{View<const Index>(first).part(triangles, 1), settings_.max_raw_samples,
-                              raw_count_.view(), raw_overflow_.view()});
+  ctx.exclusive_scan("contact/cuts", counted, cuts, first);
+  ctx.parallel_for(
+      "contact/limit", 1,
+      LimitSum{cuts, first, counted, settings_.max_raw_samples, raw_count_.view(), raw_overflow_.view()});
   ctx.parallel_for(
       "contact/triangle_samples", counted,
       TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, cuts, first,

@@ -32,12 +32,10 @@ struct TriangleCuts {
   View<const Vec3f> vertices_m;
   Count vertex_count;
   View<const Vec3i> triangles;
-  Count triangle_count;
   float edge_m;
-  View<Index> cuts;  ///< out (triangles + 1): the last is 0
+  View<Index> cuts;  ///< out
   TACTUS_HD void operator()(Index t) const {
     cuts[t] = 0;
-    if (t >= triangle_count.get()) return;
     const Vec3i v = triangles[t];
     const Index n = vertex_count.get();
     if (v.x < 0 || v.y < 0 || v.z < 0 || v.x >= n || v.y >= n || v.z >= n) return;
@@ -159,6 +157,19 @@ struct LimitCount {
   TACTUS_HD void operator()(Index) const {
     out[0] = min(count[0], capacity);
     overflow[0] = max(Index(0), count[0] - capacity);
+  }
+};
+
+/// The same for the sum of the first `items` counts, `first` being the sums of those before each.
+struct LimitSum {
+  View<const Index> counts, first;
+  Count items;
+  Index capacity;
+  View<Index> out, overflow;
+  TACTUS_HD void operator()(Index) const {
+    const Index last = items.get() - 1, sum = last < 0 ? 0 : first[last] + counts[last];
+    out[0] = min(sum, capacity);
+    overflow[0] = max(Index(0), sum - capacity);
   }
 };
 

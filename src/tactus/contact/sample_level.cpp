@@ -23,12 +23,11 @@ void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3
                         View<const float> area_m2, View<const Index> piece, Count count) {
   list_.build(ctx, x_m, count);
   const CellListView cells = list_.view();
-  const Index slots = list_.max_particles();
-  ctx.parallel_for("contact/labels", slots,
+  ctx.parallel_for("contact/labels", count,
                    SampleLabels{list_.grid(), subcells_, cells.order, list_.keys(), x_m, n, labels_.view()});
-  ctx.parallel_for("contact/leaders", slots,
+  ctx.parallel_for("contact/leaders", count,
                    SampleLeaders{cells.ranges, list_.keys(), labels_.const_view(), flags_.view()});
-  ctx.compact("contact/leaders", flags_.const_view(), leaders_.view(), leader_count_.view());
+  ctx.compact("contact/leaders", count, flags_.const_view(), leaders_.view(), leader_count_.view());
   ctx.parallel_for("contact/limit", 1,
                    LimitCount{leader_count_.const_view(), x_m_.size(), count_.view(), overflow_.view()});
   ctx.parallel_for(
