@@ -15,6 +15,10 @@ constexpr float kSpacing = 0.005F;
 constexpr float kDt = 1.F / 30;
 constexpr int kSubsteps = 5;
 constexpr float kSubstep = kDt / kSubsteps;
+constexpr ContactTimes kFrame{.dt_s = kSubstep, .substeps = kSubsteps, .dt_frame_s = kDt};
+
+/// One substep that ends t after the surface's capture, t >= -kDt.
+ContactTimes one_at(float t_s) { return {.dt_s = kDt + t_s, .substeps = 1, .dt_frame_s = kDt}; }
 
 class ContactOn : public ::testing::TestWithParam<std::string> {
  protected:
@@ -56,13 +60,13 @@ PushResult push(ExecContext& ctx, const Push& scene) {
     const test::DeviceMesh mesh(ctx, scene.sphere ? test::transformed(test::unit_sphere(14 + f), T, radius)
                                                   : test::transformed(test::box(half, 14 + f), T));
     surface.update(ctx, mesh.view(), kDt);
-    contact.begin_frame(ctx);
+    contact.begin_frame(ctx, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) {
         nodes.v[i] += (kSubstep * scene.spring_1_s2) * (rest[i] - nodes.x[i]);
         nodes.x[i] += kSubstep * nodes.v[i];
       }
-      nodes.correct(ctx, contact, surface, -kDt + static_cast<float>(k + 1) * kSubstep, k == 0);
+      nodes.correct(ctx, contact, surface, k, k == 0);
     }
     result.touched +=
         static_cast<Index>(contact.report(ctx, kDt, kSubsteps).contacts_per_substep * kSubsteps);
@@ -112,14 +116,14 @@ TEST(Contact, RestingForAMinuteNeitherCreepsNorChatters) {
         axis_angle(normalized(Vec3f{u(random), u(random), u(random)}, {1, 0, 0}), 3 * u(random)));
     const test::DeviceMesh mesh(ctx, test::transformed(test::unit_sphere(20), {turn, {}}, radius));
     surface.update(ctx, mesh.view(), kDt);
-    contact.begin_frame(ctx);
+    contact.begin_frame(ctx, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) {
         const Vec3f force = 400.F * (rest[i] - nodes.x[i]) - 20.F * nodes.v[i] + Vec3f{0, -9.81F, 0};
         nodes.v[i] += kSubstep * force;
         nodes.x[i] += kSubstep * nodes.v[i];
       }
-      nodes.correct(ctx, contact, surface, -kDt + static_cast<float>(k + 1) * kSubstep);
+      nodes.correct(ctx, contact, surface, k);
     }
     if (f == 1799) still_contacts = contact.report(ctx, kDt, kSubsteps).contacts_per_substep;
     for (std::size_t i = 0; i < nodes.x.size(); ++i) {
@@ -160,7 +164,7 @@ test::Nodes touch_plate(const ContactSettings& settings, Vec3f plate_velocity,
   nodes.v = velocities;
   nodes.fixed.back() = 1;
   Contact contact(ctx.device(), static_cast<Index>(velocities.size()), settings);
-  contact.begin_frame(ctx);
+  contact.begin_frame(ctx, one_at(0));
   nodes.correct(ctx, contact, surface, 0);
   if (report != nullptr) *report = contact.report(ctx, kDt, 1);
   return nodes;
@@ -218,8 +222,8 @@ TEST(Contact, EachPlateDragsWhatTouchesIt) {
     test::Nodes nodes(x, 2e-3F);
     nodes.v.assign(2, {0, -1, 0});
     Contact contact(ctx.device(), 2, {.restitution = 0, .friction = 10});
-    contact.begin_frame(ctx);
-    nodes.correct(ctx, contact, surface, t);
+    contact.begin_frame(ctx, one_at(t));
+    nodes.correct(ctx, contact, surface, 0);
     for (std::size_t k = 0; k < 2; ++k) {
       // As above; the top is where it was, so its error is the velocity's over half a frame.
       EXPECT_LT(length(nodes.v[k] - velocity[k]), 0.03F);
@@ -266,7 +270,7 @@ TEST(Contact, DeepNodesAreRescuedAndOutsideOnesAreNot) {
   }
   test::Nodes nodes(x);
   Contact contact(ctx.device(), 64);
-  contact.begin_frame(ctx);
+  contact.begin_frame(ctx, one_at(0));
   nodes.correct(ctx, contact, surface, 0, true);
   EXPECT_EQ(contact.report(ctx, kDt, 1).rescued, 20);
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -289,7 +293,7 @@ TEST(Contact, MemoryHoldsANodeOnTheSideWhereItTouched) {
   surface.update(ctx, plate.view(), 0);
   for (const bool remembers : {false, true}) {
     Contact contact(ctx.device(), 1, {0, 0.5F});
-    contact.begin_frame(ctx);
+    contact.begin_frame(ctx, {.dt_s = 1e-3F, .substeps = 1, .dt_frame_s = 1e-3F});  // at its capture
     Buffer<Vec3f> x = to_device(ctx, std::vector<Vec3f>{{0, -0.009F, 0}}),
                   v = to_device(ctx, std::vector<Vec3f>{{0, 1, 0}});
     const Buffer<float> mass = to_device(ctx, std::vector<float>{1e-3F}),
@@ -298,11 +302,11 @@ TEST(Contact, MemoryHoldsANodeOnTheSideWhereItTouched) {
     Buffer<ContactMemory> memory = to_device(ctx, std::vector<ContactMemory>(1));
     ContactNodes body{x.view(), v.view(), mass.const_view(), gap.const_view(), nodes.const_view(), {}};
     if (remembers) body.memory = memory.view();
-    contact.correct(ctx, surface, body, 0, 1e-3F);
+    contact.correct(ctx, surface, body, 0);
     EXPECT_NEAR(to_host(ctx, x.const_view())[0].y, -0.01, 1e-4);
     ctx.upload(std::vector<Vec3f>{{0.001F, 0.005F, 0}}, x.view());
     ctx.synchronize();
-    contact.correct(ctx, surface, body, 0, 1e-3F);
+    contact.correct(ctx, surface, body, 0);
     const Vec3f after = to_host(ctx, x.const_view())[0];
     EXPECT_NEAR(after.y, remembers ? -0.01 : 0.01, 2e-4);
     if (!remembers) continue;

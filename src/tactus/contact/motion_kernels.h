@@ -188,7 +188,7 @@ struct FitPoints {
   TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f center, Index piece) const {
     Index best = -1;
     float best_d2 = reach_m * reach_m;
-    samples.cells.for_each_slot(q, [&](Index i) {
+    samples.for_each_near(q, [&](Index i) {
       const Vec3f d = q - samples.x_m[i];
       const float d2 = dot(d, d);
       if (d2 < best_d2 && (piece == kAnyPiece || samples.piece[i] == piece)) {
