@@ -314,6 +314,124 @@ TEST(Contact, MemoryHoldsANodeOnTheSideWhereItTouched) {
   }
 }
 
+/// Nodes that no sample reaches are passed over without a search: here against the rule itself, for every
+/// node from far outside a box of two pieces to its surface.
+TEST_P(ContactOn, WhatIsFarChangesNothing) {
+  const TriangleMesh boxes = test::together(
+      test::box({0.02F, 0.02F, 0.02F}, 12),
+      test::transformed(test::box({0.02F, 0.02F, 0.02F}, 12), {Mat3f::identity(), {-0.3F, 0, 0}}));
+  std::vector<Vec3f> x;
+  for (int k = 0; k < 800; ++k) {
+    // To 1 m: cells of 2 spacings wrap around every 32 of them, 0.32 m, so far nodes share slots with
+    // samples.
+    const float out = 0.02F + 0.00125F * static_cast<float>(k);
+    x.insert(x.end(), {{out, 0.001F, 0.002F}, {0.001F, -out, 0.002F}, {out, out, out}});
+  }
+  x.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0});
+  DeviceSet devices(GetParam(), 7);
+  devices.for_each_part([&](ExecContext& ctx, int) {
+    RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+    const test::DeviceMesh mesh(ctx, boxes);
+    surface.update(ctx, mesh.view(), 0);
+    const RealSurfaceReport report = surface.report(ctx);
+    ASSERT_EQ(report.pieces.count, 2);
+    const std::vector<Vec3f> samples = to_host(ctx, surface.samples().x_m.part(0, report.samples));
+    // With a gap of 2 spacings all that is reached is pushed out.
+    test::Nodes nodes(x, 1e-3F, 1.99F * kSpacing);
+    Contact contact(ctx.device(), static_cast<Index>(x.size()));
+    contact.begin_frame(ctx, one_at(0));
+    nodes.correct(ctx, contact, surface, 0, true);
+    Index moved = 0;
+    for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+      float nearest = 1;
+      for (const Vec3f& s : samples) nearest = std::min(nearest, length(x[i] - s));
+      moved += nodes.x[i] == x[i] ? 0 : 1;
+      if (nearest > 2.0001F * kSpacing) {
+        EXPECT_EQ(nodes.x[i], x[i]) << i;
+      } else if (nearest < 1.9F * kSpacing) {
+        EXPECT_NE(nodes.x[i], x[i]) << i;
+      }
+    }
+    EXPECT_EQ(contact.report(ctx, kDt, 1).contacts_per_substep, moved);
+    EXPECT_GT(moved, 10);
+    EXPECT_TRUE(std::isnan(nodes.x.back().x));
+  });
+}
+
+/// A plate that is 13 cm (13 reaches) above a node when the frame begins and in it when it ends, and a node
+/// that jumps as far to a plate at rest, in one substep: whatever moves, it is where it is now that counts.
+TEST_P(ContactOn, WhatArrivesWithinAFrameTouches) {
+  const Vec3f velocity = {0, -4, 0};
+  const TriangleMesh plate = test::box({0.04F, 0.01F, 0.04F}, 16);
+  const auto at = [&](Vec3f t) { return test::transformed(plate, {Mat3f::identity(), t}); };
+  DeviceSet devices(GetParam(), 3);
+  devices.for_each_part([&](ExecContext& ctx, int) {
+    RealSurface moving(ctx.device(), test::small_surface(kSpacing)),
+        still(ctx.device(), test::small_surface(kSpacing));
+    const test::DeviceMesh before(ctx, at(Vec3f{0, 0.009F, 0} - kDt * velocity)),
+        now(ctx, at({0, 0.009F, 0}));
+    moving.update(ctx, before.view(), kDt);
+    moving.update(ctx, now.view(), kDt);
+    still.update(ctx, now.view(), kDt);
+    Contact contact(ctx.device(), 1);
+    test::Nodes node(std::vector<Vec3f>(1));
+    contact.begin_frame(ctx, kFrame);
+    for (int k = 0; k < kSubsteps; ++k) {
+      node.correct(ctx, contact, moving, k, k == 0);
+      if (k + 1 < kSubsteps) {
+        ASSERT_EQ(node.x[0], Vec3f{}) << "after substep " << k;
+      }
+    }
+    // The plate's lower side is at -1 mm; it is as far off as its fitted velocity (0.03 m/s, as above) at 0
+    // s.
+    EXPECT_NEAR(node.x[0].y, -0.001F, 1e-5F);
+    EXPECT_NEAR(node.v[0].y, -4, 0.03F);
+    EXPECT_EQ(contact.report(ctx, kDt, kSubsteps).contacts_per_substep * kSubsteps, 1);
+
+    test::Nodes jumps(std::vector<Vec3f>{{0, -0.13F, 0}});
+    contact.begin_frame(ctx, kFrame);
+    jumps.correct(ctx, contact, still, 0, true);
+    EXPECT_EQ(jumps.x[0], (Vec3f{0, -0.13F, 0}));
+    jumps.x[0] = {};
+    jumps.correct(ctx, contact, still, 1);
+    EXPECT_NEAR(jumps.x[0].y, -0.001F, 1e-5F);
+  });
+}
+
+TEST(Contact, FramesOfManySubstepsMeetTheSurfaceWhereItIs) {
+  // More substeps than are posed at once, and a body that goes 40 of them at a time beside one that does not.
+  constexpr Index kMany = 160, kEvery = 40;
+  const Vec3f velocity = {0, -0.3F, 0};
+  DeviceSet cpu("cpu");
+  ExecContext& ctx = cpu.context(0);
+  const TriangleMesh plate = test::box({0.04F, 0.01F, 0.04F}, 16);
+  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
+  for (const float t : {-kDt, 0.F})
+    surface.update(
+        ctx, test::DeviceMesh(ctx, test::transformed(plate, {Mat3f::identity(), t * velocity})).view(), kDt);
+  const SurfaceMotion motion = surface.report(ctx).motions[0];
+  const ContactTimes times{.dt_s = kDt / kMany, .substeps = kMany, .dt_frame_s = kDt};
+  Contact contact(ctx.device(), 1);
+  contact.begin_frame(ctx, times);
+  for (Index k = 0; k < kMany; ++k) {
+    for (const Index steps : {Index{1}, kEvery}) {
+      if (k % steps != 0) continue;
+      // Where the lower side is then, by what was fitted; 4 mm is well within reach.
+      const float y = -0.01F + times.after_s(k + steps) * motion.velocity_m_s.y;
+      Buffer<Vec3f> x = to_device(ctx, std::vector<Vec3f>{{0, y + 0.004F, 0}}),
+                    v = to_device(ctx, std::vector<Vec3f>(1));
+      const Buffer<float> mass = to_device(ctx, std::vector<float>{1}),
+                          gap = to_device(ctx, std::vector<float>{0});
+      const Buffer<Index> nodes = to_device(ctx, std::vector<Index>{0});
+      contact.correct(ctx, surface,
+                      {x.view(), v.view(), mass.const_view(), gap.const_view(), nodes.const_view(), {}}, k,
+                      steps);
+      // Rounding of positions of 1e-2 m, and of a turn by what spin was fitted to a flat plate: below 1e-5 m.
+      EXPECT_NEAR(to_host(ctx, x.const_view())[0].y, y, 1e-5F) << k << ", " << steps;
+    }
+  }
+}
+
 TEST(Contact, BadSettingsAndSizesAreNamed) {
   DeviceSet cpu("cpu");
   ExecContext& ctx = cpu.context(0);

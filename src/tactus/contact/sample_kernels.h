@@ -155,7 +155,9 @@ struct SampleLeaders {
     const std::uint64_t mine = labels[slot];
     Index first = mine != SampleLabels::kNone ? 1 : 0;
     if (first != 0) {
-      for (Index s = cells.begin[static_cast<Index>(keys[slot])]; s < slot && first != 0; ++s) {
+      // Backwards: samples of one label mostly follow one another.
+      for (Index s = slot - 1, end = cells.begin[static_cast<Index>(keys[slot])]; s >= end && first != 0;
+           --s) {
         if (labels[s] == mine) first = 0;
       }
     }
