@@ -13,7 +13,9 @@ namespace tactus {
 /// outside under any reading. Of about 300 measured pixels, counts the points inside the
 /// workspace and inside every silhouette, as given and as other readings of the same numbers (millimetres,
 /// kilometres, z instead of radial distance, radial distance that was taken for z). A point may lie up to two
-/// standard deviations of the image's own noise behind its distance: noise alone is no wrong unit. Returns ""
+/// standard deviations of the image's own noise behind its distance: noise alone is no wrong unit; nor are
+/// masks that lost a rim: z is named only where it explains nearly all points and masks that are a few pixels
+/// too small don't. Returns ""
 /// when the image as given is at least nearly as good as any other reading; else what it looks like, with the
 /// counts. What lies near the optical axis is the same as z and as radial distance, and what is read too far
 /// shows only where it is thin or slanted enough to leave the hull at its back: nothing is said of a thick or
