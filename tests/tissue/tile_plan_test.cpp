@@ -35,9 +35,9 @@ std::vector<Column> columns_of(const Tile& tile, const Grid& grid) {
   std::vector<Column> columns;
   for (Index y = 0; y < tile.rows; ++y)
     for (Index x = 0; x < tile.groups * kLanes; ++x) {
-      const Index gap = x == 0 ? grid.has_segments : 0;
-      columns.push_back(
-          {tile.first + y * grid.stride_y + x - gap, y * tile.groups + x / kLanes, y > 0 && x > 0});
+      const Index gap = x == 0 ? grid.has_segments * tile.shares : 0;
+      columns.push_back({tile.first + y * grid.stride_y + x - gap, y * tile.groups + x / kLanes,
+                         y > 0 && x >= tile.shares});
     }
   return columns;
 }
@@ -80,16 +80,26 @@ void expect_each_node_once(const CubeLattice& lattice, const TileLimits& limits,
 }
 
 TEST(TilePlan, EachNodeIsMovedOnceByATileThatWalksItsCubes) {
-  // Widths round those of a segment's 31 nodes and of two segments, whose last tiles are narrow.
-  for (const Vec3i cubes :
-       {Vec3i{3, 5, 9}, {29, 8, 4}, {30, 9, 7}, {31, 3, 2}, {46, 17, 5}, {62, 5, 3}, {70, 2, 6}}) {
+  // Widths round those of a segment's 32 nodes and of two segments, whose last tiles are narrow.
+  for (const Vec3i cubes : {Vec3i{3, 5, 9},
+                            {29, 8, 4},
+                            {30, 9, 7},
+                            {31, 3, 2},
+                            {32, 3, 2},
+                            {46, 17, 5},
+                            {62, 5, 3},
+                            {63, 5, 3},
+                            {70, 2, 6}}) {
     const CubeLattice lattice = sponge(cubes, 7);
     for (const Index layers : {1, 3, 16}) {
       const TileLimits cpu{.groups = 32, .groups_x = 6, .segments = false, .layers = layers};
       const TileLimits gpu{.groups = 32, .groups_x = 4, .segments = true, .layers = layers};
-      for (const TileLimits& limits : {cpu, gpu}) {
-        SCOPED_TRACE(testing::Message() << cubes.x << "x" << cubes.y << "x" << cubes.z << " layers " << layers
-                                        << " segments " << limits.segments);
+      TileLimits shared = gpu;
+      shared.processors = 20;
+      for (const TileLimits& limits : {cpu, gpu, shared}) {
+        SCOPED_TRACE(testing::Message()
+                     << cubes.x << "x" << cubes.y << "x" << cubes.z << " layers " << layers << " segments "
+                     << limits.segments << " processors " << limits.processors);
         expect_each_node_once(lattice, limits, {0, lattice.node_dims.z});
         if (cubes.z > 4) expect_each_node_once(lattice, limits, {2, lattice.node_dims.z - 1});
       }
@@ -97,11 +107,27 @@ TEST(TilePlan, EachNodeIsMovedOnceByATileThatWalksItsCubes) {
   }
 }
 
+/// Rows of 47 nodes are tiles of 32 and of 15 nodes: 7 and 4 of them, of up to 8 and 16 rows, are 11 for each
+/// layer of tiles.
+TEST(TilePlan, AsManyLayersAsKeepAllProcessorsBusy) {
+  const auto layers_of = [](Index cubes, Index processors) {
+    const CubeLattice lattice = lattice_from_box({0, 0, 0}, {cubes, cubes, cubes}, {.spacing_m = 0.01F});
+    const TileLimits limits{
+        .groups = 32, .groups_x = 4, .segments = true, .layers = 16, .processors = processors};
+    return plan_tiles(lattice, {}, limits, {0, lattice.node_dims.z}).tiles.front().layers;
+  };
+  EXPECT_EQ(layers_of(46, 0), 16);
+  EXPECT_EQ(layers_of(46, 132), 2);  // 24 x 11 = 264 tiles: two for each processor
+  EXPECT_EQ(layers_of(46, 11), 16);  // 3 x 11: three
+  EXPECT_EQ(layers_of(16, 132), 1);
+}
+
 /// A GPU's threads hand values on within rows of 32.
 TEST(TilePlan, RowsOfSegmentsDivide32Threads) {
   for (Index width = 1; width < 70; ++width) {
     const CubeLattice lattice = lattice_from_box({0, 0, 0}, {width, 3, 3}, {.spacing_m = 0.01F});
-    const TilePlan plan = plan_tiles(lattice, {}, {32, 4, true, 4}, {0, lattice.node_dims.z});
+    const TilePlan plan = plan_tiles(
+        lattice, {}, {.groups = 32, .groups_x = 4, .segments = true, .layers = 4}, {0, lattice.node_dims.z});
     EXPECT_EQ(plan.grid.stride_y % Grid::kSegment, 0);
     EXPECT_EQ(plan.grid.cells % Grid::kSegment, 0);
     for (const Tile& tile : plan.tiles) {

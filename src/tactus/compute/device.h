@@ -57,6 +57,8 @@ class Device {
   bool is_cuda() const { return spec_.kind == DeviceKind::cuda; }
   /// "cpu", "cpu:1", "cuda:0"
   std::string name() const;
+  /// Of a GPU: those that share the blocks of a kernel. 1 elsewhere.
+  virtual int multiprocessors() const { return 1; }
 
   /// Memory of this device, 256-byte aligned, filled with NaN (0xFF) on virtual devices.
   /// @throws Error naming the size when there is not enough.

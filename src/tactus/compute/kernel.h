@@ -23,6 +23,10 @@
 
 namespace tactus {
 
+/// `Shared` of a block kernel whose threads keep to themselves: of Block it uses index(), for_each_thread and
+/// PerThread alone, and kThreads divides 128. A GPU works on several such blocks side by side.
+struct NoShared {};
+
 /// How many indices a launch covers: known to the host, or read on the device, at most `capacity`.
 struct Count {
   Index capacity = 0;

@@ -17,7 +17,11 @@ std::string version_text(int version) {
 
 class CudaDevice final : public Device {
  public:
-  explicit CudaDevice(DeviceSpec spec) : Device(spec) {}
+  explicit CudaDevice(DeviceSpec spec) : Device(spec) {
+    TACTUS_CUDA_CHECK(
+        cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, spec.ordinal));
+  }
+  int multiprocessors() const override { return multiprocessors_; }
 
   void* allocate(std::size_t bytes) override {
     use(ordinal());
@@ -43,6 +47,9 @@ class CudaDevice final : public Device {
     return memory;
   }
   void deallocate_host(void* memory) noexcept override { cudaFreeHost(memory); }
+
+ private:
+  int multiprocessors_ = 0;
 };
 
 }  // namespace

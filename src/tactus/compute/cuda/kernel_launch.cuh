@@ -90,6 +90,23 @@ class CudaBlock {
   Index index_;
 };
 
+/// One of several blocks whose threads keep to themselves.
+template <int kThreads>
+class CudaLanes {
+ public:
+  template <class T>
+  using PerThread = typename CudaBlock<kThreads>::template PerThread<T>;
+  __device__ explicit CudaLanes(Index index) : index_(index) {}
+  __device__ Index index() const { return index_; }
+  template <class F>
+  __device__ void for_each_thread(F&& f) const {
+    f(static_cast<int>(threadIdx.x) % kThreads);
+  }
+
+ private:
+  Index index_;
+};
+
 namespace detail {
 
 template <class K, std::size_t kSize, std::size_t kAlign>
@@ -122,6 +139,19 @@ __global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
   }
 }
 
+constexpr int kLanesThreads = 128;
+
+template <class K>
+__global__ void __launch_bounds__(kLanesThreads) lanes_kernel(const __grid_constant__ K kernel, Count count) {
+  constexpr int kBlocks = kLanesThreads / K::kThreads;
+  static_assert(kBlocks * K::kThreads == kLanesThreads);
+  typename K::Shared shared;
+  const Index n = count.get();
+  const auto first = static_cast<Index>(blockIdx.x * kBlocks + threadIdx.x / K::kThreads);
+  for (Index i = first; i < n; i += static_cast<Index>(gridDim.x) * kBlocks)
+    kernel(CudaLanes<K::kThreads>(i), shared);
+}
+
 /// Launches are sized for the capacity; where the count is only known on the device, a few blocks per
 /// multiprocessor stride over it: enough to fill it.
 inline Index grid_size(Index work, bool on_device, int threads) {
@@ -132,7 +162,12 @@ template <class K, std::size_t kSize, std::size_t kAlign>
 void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel) {
   static_assert(sizeof(K) == kSize && alignof(K) == kAlign);
   const auto stream = static_cast<cudaStream_t>(cuda_stream);
-  if constexpr (requires { typename K::Shared; }) {
+  if constexpr (requires(typename K::Shared s) { NoShared(s); }) {
+    constexpr Index kBlocks = kLanesThreads / K::kThreads;
+    lanes_kernel<K>
+        <<<grid_size((count.capacity + kBlocks - 1) / kBlocks, count.device_count != nullptr, kLanesThreads),
+           kLanesThreads, 0, stream>>>(kernel, count);
+  } else if constexpr (requires { typename K::Shared; }) {
     block_kernel<K>
         <<<grid_size(count.capacity, count.device_count != nullptr, K::kThreads), K::kThreads, 0, stream>>>(
             kernel, count);

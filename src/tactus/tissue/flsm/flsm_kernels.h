@@ -15,7 +15,6 @@
 namespace tactus::flsm {
 
 inline constexpr int kLanes = FlsmGrid::kLanes;
-struct NoShared {};
 
 /// m~ (x + damping_time v): what is summed over regions. [ours] Goals of the positions a little ahead damp
 /// whatever is not rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.

@@ -13,15 +13,15 @@ namespace tactus::tled {
 inline constexpr int kLanes = 8;
 
 /// Cells of a dense box round the lattice: a node and the cube above, behind and right of it share one. Rows
-/// may be cut into segments that begin at whole lines of memory, the first cell of each empty: a tile's own
-/// nodes are the others, and its first column is the last of the segment before.
+/// may be cut into segments that begin at whole lines of memory. From the second on their first cell is
+/// empty: a tile's own nodes are the others, and its first column is the last of the segment before.
 struct Grid {
   static constexpr Index kSegment = 32;
   Index stride_y = 0, stride_z = 0, cells = 0;
   Index first = 0;         ///< of node 0, 0, 0
-  Index has_segments = 0;  ///< 1: then `first` is the second cell of one
+  Index has_segments = 0;  ///< 1: then `first` is the first cell of one
   TACTUS_HD Index cell(Vec3i p) const {
-    const Index gaps = has_segments != 0 ? p.x / (kSegment - 1) : 0;
+    const Index gaps = has_segments != 0 ? (p.x - 1) / (kSegment - 1) : 0;
     return first + p.x + gaps + p.y * stride_y + p.z * stride_z;
   }
   TACTUS_HD Index right_of(Index cell) const {
@@ -32,7 +32,8 @@ struct Grid {
 /// Columns of cubes that one block walks: `groups` of kLanes along x times `rows` along y, `layers` of nodes
 /// up. Own nodes are those between columns: neighbouring tiles share a row and a column of cubes.
 struct Tile {
-  Index first = 0;  ///< cell below and before the first own node, and left of it, or the segment's empty one
+  Index first = 0;  ///< cell below and before the first own node, or left of that, or the segment's empty one
+  Index shares = 0;  ///< 1: the first column is also the last of the tile to the left; 0: there is none
   Index groups = 0, rows = 0, layers = 0;
   Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
 };
@@ -80,7 +81,8 @@ struct ElementForces {
 
   struct Shared {
     Index cell[Tiles::kGroups];        ///< of each group's first column, in the lowest layer
-    Index starts_row[Tiles::kGroups];  ///< 1: its first column belongs to the tile before
+    Index starts_row[Tiles::kGroups];  ///< 1: its first column has none to the left
+    Index shares[Tiles::kGroups];      ///< 1: its first column belongs to the tile before
     /// Per node and row of columns: force with signs 1, y. Of odd and even layers: while one is read, the
     /// next is written.
     float row[2][2][3][kThreads];
@@ -104,6 +106,7 @@ struct ElementForces {
     b.for_threads(groups, [&](int g) {
       s.cell[g] = tile.first + g / tile.groups * grid.stride_y + g % tile.groups * kLanes;
       s.starts_row[g] = g % tile.groups == 0 ? 1 : 0;
+      s.shares[g] = g % tile.groups == 0 ? tile.shares : 0;
     });
     b.template for_own_groups<kLanes>(
         groups, [](int) { return true; },
@@ -135,7 +138,7 @@ struct ElementForces {
 
  private:
   TACTUS_HD Index column_cell(const Shared& s, int g, int t) const {
-    return s.cell[g] + t - (Tiles::kSegments && t == 0 ? s.starts_row[g] : 0);
+    return s.cell[g] + t - (Tiles::kSegments && t == 0 ? s.shares[g] : 0);
   }
 
   TACTUS_HD void load_layer(Index cell, float (&layer)[4][3]) const {
@@ -232,10 +235,12 @@ struct ElementForces {
         groups, [](int) { return true; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
+          const bool has_left = t > 0 || s.starts_row[g] == 0;
           for (int y = 0; y < 2; ++y)
             for (int a = 0; a < 3; ++a) {
               const auto &even = column.on[2 * y][a], &odd = column.on[2 * y + 1][a];
-              rows[y][a][i] = (left[2 * y][a][i] + left[2 * y + 1][a][i]) + (even[i] - odd[i]);
+              const float from_left = left[2 * y][a][i] + left[2 * y + 1][a][i];
+              rows[y][a][i] = (has_left ? from_left : 0.F) + (even[i] - odd[i]);
             }
         });
     b.barrier();
@@ -251,8 +256,7 @@ struct ElementForces {
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
-          if (t > 0 || s.starts_row[g] == 0)
-            sink(s.cell[g] + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
+          if (t > 0 || s.shares[g] == 0) sink(s.cell[g] + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
         });
   }
 };

@@ -22,7 +22,9 @@ struct TileLimits {
   Index groups = 0;       ///< at most
   Index groups_x = 0;     ///< at most, along x
   bool segments = false;  ///< rows are cut into Grid's segments, and groups_x fill one
-  Index layers = 0;       ///< of nodes, at most: few keep many processors busy, many share more
+  Index layers = 0;       ///< of nodes, at most
+  Index processors =
+      0;  ///< that share the tiles, as many layers each as they are done soonest with; 0: at most
 };
 
 /// @param in_use per cube: whether it is an element here; empty: all.

@@ -72,22 +72,12 @@ float damped_step_s(float undamped_step_s, float damping_time_s) {
 }
 
 template <class Tiles>
-tled::TileLimits limits_of(Index layers) {
-  return {
-      .groups = Tiles::kGroups, .groups_x = Tiles::kGroupsX, .segments = Tiles::kSegments, .layers = layers};
-}
-
-/// Long columns share most work between cubes; a GPU also needs a block or two for each of its processors.
-tled::TilePlan plan_for(const Device& device, const CubeLattice& lattice,
-                        const std::vector<std::uint8_t>& in_use, Slab own) {
-  if (!device.is_cuda()) return tled::plan_tiles(lattice, in_use, limits_of<tled::TilesOnCpu>(16), own);
-  constexpr std::size_t kEnoughTiles = 256;
-  tled::TilePlan plan = tled::plan_tiles(lattice, in_use, limits_of<tled::TilesOnGpu>(16), own);
-  for (const Index layers : {8, 4, 2, 1}) {
-    if (plan.tiles.size() < kEnoughTiles)
-      plan = tled::plan_tiles(lattice, in_use, limits_of<tled::TilesOnGpu>(layers), own);
-  }
-  return plan;
+tled::TileLimits limits_of(Index processors) {
+  return {.groups = Tiles::kGroups,
+          .groups_x = Tiles::kGroupsX,
+          .segments = Tiles::kSegments,
+          .layers = 16,
+          .processors = processors};
 }
 
 }  // namespace
@@ -148,7 +138,10 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
   const tled::TilePlan plan =
-      plan_for(ctx.device(), lattice, in_use, own.value_or(Slab{0, lattice.node_dims.z}));
+      tled::plan_tiles(lattice, in_use,
+                       ctx.device().is_cuda() ? limits_of<tled::TilesOnGpu>(ctx.device().multiprocessors())
+                                              : limits_of<tled::TilesOnCpu>(0),
+                       own.value_or(Slab{0, lattice.node_dims.z}));
   grid_ = plan.grid;
   edge_tiles_ = plan.edge_tiles;
   tiles_ = to_device(ctx, plan.tiles);
