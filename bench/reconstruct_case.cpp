@@ -37,10 +37,7 @@ ReconstructCase::ReconstructCase(DeviceSet& devices, const CaseOptions& options)
 }
 
 void ReconstructCase::upload() { hull_.upload(frame_.silhouettes, frame_.depths_m); }
-void ReconstructCase::reconstruct() {
-  hull_.carve();
-  hull_.extract();
-}
+void ReconstructCase::reconstruct() { hull_.reconstruct(); }
 void ReconstructCase::upload_photos() { texture_->upload(devices_.context(0), frame_.colors); }
 void ReconstructCase::shade() {
   normals_->compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m());

@@ -29,6 +29,14 @@ class View {
 #endif
     return data_[i];
   }
+  /// Of what nobody writes while the kernel runs: a GPU may read it ahead of anything written before.
+  TACTUS_HD constexpr std::remove_const_t<T> constant(Index i) const requires std::is_const_v<T> {
+#if defined(__CUDA_ARCH__) && !defined(TACTUS_CHECKED)
+    return __ldg(data_ + i);
+#else
+    return (*this)[i];
+#endif
+  }
   TACTUS_HD constexpr T* data() const { return data_; }
   TACTUS_HD constexpr Index size() const { return size_; }
   TACTUS_HD constexpr bool empty() const { return size_ == 0; }

@@ -4,7 +4,9 @@ namespace tactus {
 
 void DeviceReplay::run(DeviceSet& devices, const std::function<void()>& stage) {
   ExecContext& first = devices.context(0);
-  if (!devices.is_cuda() || first.is_profiling() || runs_++ == 0) return stage();
+  bool is_profiling = false;
+  devices.for_each_part([&](ExecContext& ctx, int) { is_profiling |= ctx.is_profiling(); });
+  if (!devices.is_cuda() || is_profiling || runs_++ == 0) return stage();
   join_.resize(static_cast<std::size_t>(devices.count() - 1));
   ready_.resize(join_.size());
   const auto each_other = [&](auto&& body) {

@@ -41,7 +41,6 @@ struct HullPart {
   DepthPart depth;
   std::unique_ptr<Branch> branch;
   Event carved, counted, done;
-  Replay carving, counting, emitting;
 
   /// visit(buffer, its number of elements), for all that grow with images, grid or surface.
   template <class F>

@@ -4,6 +4,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/geom/mask_growth.h"
+#include "tactus/multi_device/device_replay.h"
 #include "tactus/reconstruct/depth_check.h"
 #include "tactus/reconstruct/hull_part.h"
 
@@ -28,6 +29,7 @@ struct VisualHull::Impl {
     Buffer<PartPlace> place;
   };
   Parts<PartMesh> staged;
+  DeviceReplay reconstructing, carving, extracting;
 
   Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
        std::span<const Camera> depth_rig);
@@ -36,7 +38,9 @@ struct VisualHull::Impl {
   void stage_masks(std::span<const BitMask> silhouettes);
   void stage_depth(std::span<const DepthImage> depths_m, std::uint32_t used);
   void note_depth(const std::string& what);
-  void join_parts();
+  void carve_parts();
+  void extract_parts();
+  void wait_for_mesh();
   void gather_staged();
   HullPart& part(int p) { return parts[static_cast<std::size_t>(p)]; }
   HullRole role(int p) const { return {p, devices.count(), devices.reads_peers()}; }
@@ -181,49 +185,55 @@ void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const De
   });
 }
 
+void VisualHull::reconstruct() {
+  Impl& m = *impl_;
+  m.wait_for_mesh();
+  m.reconstructing.run(m.devices, [&] {
+    m.carve_parts();
+    m.extract_parts();
+  });
+  m.devices.context(0).record(m.part(0).done);
+}
+
 void VisualHull::carve() {
   Impl& m = *impl_;
-  m.devices.for_each_part([&](ExecContext& ctx, int p) {
-    HullPart& part = m.part(p);
-    part.carving.run(ctx, [&] { part.carve(ctx, m.plan); });
-    if (m.devices.count() > 1) ctx.record(part.carved);
-  });
+  m.carving.run(m.devices, [&] { m.carve_parts(); });
 }
 
 void VisualHull::extract() {
   Impl& m = *impl_;
-  if (m.devices.count() > 1) return m.join_parts();
-  ExecContext& ctx = m.devices.context(0);
-  HullPart& part = m.part(0);
-  part.emitting.run(ctx, [&] {
-    part.count(ctx, m.plan, m.parts);
-    part.emit(ctx, m.plan, part);
-  });
+  m.wait_for_mesh();
+  m.extracting.run(m.devices, [&] { m.extract_parts(); });
+  m.devices.context(0).record(m.part(0).done);
 }
 
-void VisualHull::Impl::join_parts() {
+/// While parts make the last mesh they read one another's counts. The first is done after all others.
+void VisualHull::Impl::wait_for_mesh() {
+  for (int p = 1; p < devices.count(); ++p) devices.context(p).wait(part(0).done);
+}
+
+void VisualHull::Impl::carve_parts() {
+  devices.for_each_part([&](ExecContext& ctx, int p) { part(p).carve(ctx, plan); });
+}
+
+void VisualHull::Impl::extract_parts() {
+  const int count = devices.count();
+  devices.for_each_part([&](ExecContext& ctx, int p) { ctx.record(part(p).carved); });
   devices.for_each_part([&](ExecContext& ctx, int p) {
-    HullPart& mine = part(p);
-    // The others may still read this part's counts of the last frame; the first is done after all others.
-    ctx.wait(part(0).done);
-    for (int ghosts = p + 1; ghosts < devices.count(); ++ghosts) ctx.wait(part(ghosts).carved);
-    mine.counting.run(ctx, [&] { mine.count(ctx, plan, parts); });
-    ctx.record(mine.counted);
+    for (int ghosts = p + 1; ghosts < count; ++ghosts) ctx.wait(part(ghosts).carved);
+    part(p).count(ctx, plan, parts);
+    ctx.record(part(p).counted);
   });
   devices.for_each_part([&](ExecContext& ctx, int p) {
-    HullPart& mine = part(p);
-    for (int other = 0; other < devices.count(); ++other) {
+    for (int other = 0; other < count; ++other) {
       if (other != p) ctx.wait(part(other).counted);
     }
-    mine.emitting.run(ctx, [&] {
-      mine.find_place(ctx, parts);
-      mine.emit(ctx, plan, part(0));
-    });
-    if (p > 0) ctx.record(mine.done);
+    if (count > 1) part(p).find_place(ctx, parts);
+    part(p).emit(ctx, plan, part(0));
+    if (p > 0) ctx.record(part(p).done);
   });
-  for (int p = 1; p < devices.count(); ++p) devices.context(0).wait(part(p).done);
+  for (int p = 1; p < count; ++p) devices.context(0).wait(part(p).done);
   if (!devices.reads_peers()) gather_staged();
-  devices.context(0).record(part(0).done);
 }
 
 void VisualHull::Impl::gather_staged() {

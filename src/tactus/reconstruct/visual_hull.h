@@ -81,9 +81,12 @@ class VisualHull {
   /// the report says so. Asynchronous; all is copied before it returns. @throws Error when a size contradicts
   /// its camera or a number of images that of the cameras.
   void upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m = {});
-  /// Finds which nodes are inside every silhouette and not in front of a measured surface. Asynchronous.
+  /// Makes the mesh of what was uploaded. Asynchronous.
+  void reconstruct();
+  /// The first half of `reconstruct`, to time it: finds which nodes are inside every silhouette and not in
+  /// front of a measured surface. Asynchronous.
   void carve();
-  /// Makes the mesh of what `carve` found. Asynchronous.
+  /// The second: makes the mesh of what `carve` found. Asynchronous.
   void extract();
 
   DeviceMesh mesh() const;

@@ -82,7 +82,7 @@ struct SlideSums {
     b.for_each_thread([&](int t) { s0[t] = 0, s1[t] = 0; });
     for (int k = -w; k <= w; ++k) {
       b.for_each_thread([&](int t) {
-        const double f = in[from + k * step + t];
+        const double f = in.constant(from + k * step + t);
         s0[t] += f;
         if constexpr (kMoment) s1[t] += static_cast<double>(k) * f;
       });
@@ -90,7 +90,7 @@ struct SlideSums {
     for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
       const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
       b.for_each_thread([&](int t) {
-        const double e = in[enter + t], l = in[leave + t], sum = s0[t];
+        const double e = in.constant(enter + t), l = in.constant(leave + t), sum = s0[t];
         out[from + j * step + t] = sum;
         if constexpr (kMoment) {
           const double first = s1[t];
@@ -232,8 +232,8 @@ struct SlideGoals {
     b.for_each_thread([&](int t) { s0[t] = 0, r0[t] = 0, r1[t] = 0; });
     for (int k = -w; k <= w; ++k) {
       b.for_each_thread([&](int t) {
-        const double r = static_cast<double>(rotation_in[turn + k * step + t]);
-        s0[t] += translation_in[from + k * step + t];
+        const double r = static_cast<double>(rotation_in.constant(turn + k * step + t));
+        s0[t] += translation_in.constant(from + k * step + t);
         r0[t] += r;
         r1[t] += static_cast<double>(k) * r;
       });
@@ -241,13 +241,13 @@ struct SlideGoals {
     for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
       const Index enter = (j + w + 1) * step, leave = (j - w) * step;
       b.for_each_thread([&](int t) {
-        const double e = static_cast<double>(rotation_in[turn + enter + t]);
-        const double l = static_cast<double>(rotation_in[turn + leave + t]);
+        const double e = static_cast<double>(rotation_in.constant(turn + enter + t));
+        const double l = static_cast<double>(rotation_in.constant(turn + leave + t));
         const double sum = s0[t], turned = r0[t], first = r1[t];
         translation_out[from + j * step + t] = sum - first;
         r1[t] = first + (static_cast<double>(w) * e + static_cast<double>(w + 1) * l - turned);
         r0[t] = turned + (e - l);
-        s0[t] = sum + (translation_in[from + enter + t] - translation_in[from + leave + t]);
+        s0[t] = sum + (translation_in.constant(from + enter + t) - translation_in.constant(from + leave + t));
       });
     }
     const Index last = from + (FlsmGrid::kChunk - 1) * step;
@@ -266,14 +266,15 @@ struct SlideGoals {
     typename Block::template PerThread<double> r0;
     b.for_each_thread([&](int t) { r0[t] = 0; });
     for (int k = -w; k <= w; ++k)
-      b.for_each_thread([&](int t) { r0[t] += static_cast<double>(rotation_in[from + k * step + t]); });
+      b.for_each_thread(
+          [&](int t) { r0[t] += static_cast<double>(rotation_in.constant(from + k * step + t)); });
     for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
       const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
       b.for_each_thread([&](int t) {
         const double sum = r0[t];
         rotation_out[from + j * step + t] = static_cast<float>(sum);
-        r0[t] =
-            sum + (static_cast<double>(rotation_in[enter + t]) - static_cast<double>(rotation_in[leave + t]));
+        r0[t] = sum + (static_cast<double>(rotation_in.constant(enter + t)) -
+                       static_cast<double>(rotation_in.constant(leave + t)));
       });
     }
     const Index last = from + (FlsmGrid::kChunk - 1) * step;

@@ -3,6 +3,7 @@
 /// round a node, separate by axis: x, y, z one after the other as lattice columns are walked upwards, so that
 /// nothing per element and corner is ever stored.
 #include <cstdint>
+#include <type_traits>
 
 #include "tactus/compute/kernel.h"
 #include "tactus/tissue/tled/cube_forces.h"
@@ -54,16 +55,17 @@ struct StiffnessFields {
   }
 };
 
-/// A CPU wants tiles as large as its caches allow, a GPU rows that are whole lines of memory.
+/// A CPU wants tiles as large as its caches allow, a GPU rows that are whole lines of memory, and to read
+/// what it needs later while it works on something else: a processor of it has only 24 warps to wait with.
 struct TilesOnCpu {
   using Stiffnesses = StiffnessFields;
   static constexpr int kGroups = 32, kGroupsX = 6;
-  static constexpr bool kSegments = false;
+  static constexpr bool kSegments = false, kReadsAhead = false;
 };
 struct TilesOnGpu {
   using Stiffnesses = StiffnessKinds;
   static constexpr int kGroups = 32, kGroupsX = Grid::kSegment / kLanes;
-  static constexpr bool kSegments = true;
+  static constexpr bool kSegments = true, kReadsAhead = true;
 };
 
 /// Internal forces of all nodes [P 6]. One block is a tile; its columns are walked upwards, a layer of cubes
@@ -145,8 +147,8 @@ struct ElementForces {
     const Index right = Tiles::kSegments ? grid.right_of(cell) - cell : 1;
     for (Index a = 0; a < 3; ++a) {
       const Index c = a * grid.cells + cell;
-      const float x00 = x_m[c], x10 = x_m[c + right], x01 = x_m[c + grid.stride_y],
-                  x11 = x_m[c + grid.stride_y + right];
+      const float x00 = x_m.constant(c), x10 = x_m.constant(c + right), x01 = x_m.constant(c + grid.stride_y),
+                  x11 = x_m.constant(c + grid.stride_y + right);
       const float s0 = x00 + x10, d0 = x10 - x00, s1 = x01 + x11, d1 = x11 - x01;
       layer[0][a] = s0 + s1;
       layer[1][a] = d0 + d1;
@@ -158,7 +160,7 @@ struct ElementForces {
   /// Where a stiffness is found through its kind, that was read while the layer below was worked on.
   template <class C>
   TACTUS_HD Stiffness stiffness_of(C& column, Index cell, int i) const {
-    if constexpr (Tiles::kSegments) {
+    if constexpr (Tiles::kReadsAhead) {
       const Index kind = column.kind[i];
       look_ahead(column, cell + grid.stride_z, i);
       return stiffness.kinds[kind];
@@ -169,7 +171,7 @@ struct ElementForces {
   template <class C>
   TACTUS_HD void look_ahead([[maybe_unused]] C& column, [[maybe_unused]] Index cell,
                             [[maybe_unused]] int i) const {
-    if constexpr (Tiles::kSegments) column.kind[i] = stiffness.kind[cell];
+    if constexpr (Tiles::kReadsAhead) column.kind[i] = stiffness.kind.constant(cell);
   }
 
   /// Always inlined, as the cubes' forces are (cube_forces.h).
@@ -209,6 +211,17 @@ struct ElementForces {
     }
   }
 
+  /// What the sink reads of a node: before its force is known, or then.
+  struct NodeAhead {
+    typename Sink::Node kept;
+    TACTUS_HD void read_ahead(const Sink& sink, Index cell) { kept = sink.read(cell); }
+    TACTUS_HD const typename Sink::Node& read(const Sink&, Index) const { return kept; }
+  };
+  struct NodeThen {
+    TACTUS_HD void read_ahead(const Sink&, Index) {}
+    TACTUS_HD typename Sink::Node read(const Sink& sink, Index cell) const { return sink.read(cell); }
+  };
+
   /// `even` and `odd`: modes without and with the sign of z.
   template <class C>
   TACTUS_HD void hand_on(C& column, int m, int i, Vec3f even, Vec3f odd) const {
@@ -228,6 +241,10 @@ struct ElementForces {
     auto& rows = s.row[z & 1];
     const int row = tile.groups * kLanes, groups = tile.groups * tile.rows;
     typename Block::template PerThread<float> f[3];
+    typename Block::template PerThread<std::conditional_t<Tiles::kReadsAhead, NodeAhead, NodeThen>> node;
+    b.template for_own_groups<kLanes>(
+        groups, [&](int g) { return g >= tile.groups; },
+        [&](int g, int t) { node[g * kLanes + t].read_ahead(sink, s.cell[g] + t + z * grid.stride_z); });
     decltype(b.previous(column.on[0][0])) left[4][3];
     for (int m = 0; m < 4; ++m)
       for (int a = 0; a < 3; ++a) left[m][a] = b.previous(column.on[m][a]);
@@ -256,7 +273,8 @@ struct ElementForces {
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
-          if (t > 0 || s.shares[g] == 0) sink(s.cell[g] + t + z * grid.stride_z, {f[0][i], f[1][i], f[2][i]});
+          const Index cell = s.cell[g] + t + z * grid.stride_z;
+          if (t > 0 || s.shares[g] == 0) sink(cell, {f[0][i], f[1][i], f[2][i]}, node[i].read(sink, cell));
         });
   }
 };

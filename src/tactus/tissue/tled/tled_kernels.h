@@ -49,11 +49,14 @@ struct StoreNodes {
   }
 };
 
-/// What becomes of internal forces: they are kept, three fields over cells.
+/// What becomes of the internal force at a node, and what of the node is read for it: forces are kept, three
+/// fields over cells.
 struct StoreForces {
   View<float> f_N;  ///< 3 fields
   Index cells;
-  TACTUS_HD void operator()(Index cell, Vec3f f) const { store_vector(f_N, cells, cell, f); }
+  struct Node {};
+  TACTUS_HD Node read(Index) const { return {}; }
+  TACTUS_HD void operator()(Index cell, Vec3f f, Node) const { store_vector(f_N, cells, cell, f); }
 };
 
 /// Or they move their nodes at once. [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x +
@@ -65,14 +68,20 @@ struct MoveNodes {
   Index cells;
   Vec3f gravity_m_s2;
   float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
-  TACTUS_HD void operator()(Index cell, Vec3f f) const {
-    const float w = inverse_mass_per_kg[cell];
-    const Vec3f v = vector_at(v_m_s, cells, cell);
-    const Vec3f dv = dt_s * (gravity_m_s2 + vector_at(push_m_s2, cells, cell) + w * f);
+  struct Node {
+    float inverse_mass_per_kg;
+    Vec3f v_m_s, push_m_s2, ahead_m;
+  };
+  TACTUS_HD Node read(Index cell) const {
+    return {inverse_mass_per_kg.constant(cell), vector_at(v_m_s, cells, cell),
+            constant_vector_at(push_m_s2, cells, cell), constant_vector_at(ahead_m, cells, cell)};
+  }
+  TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node) const {
+    const float w = node.inverse_mass_per_kg;
+    const Vec3f v = node.v_m_s, dv = dt_s * (gravity_m_s2 + node.push_m_s2 + w * f);
     const Vec3f next = w > 0 ? drag * (v + dv) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
-    store_vector(next_ahead_m, cells, cell,
-                 vector_at(ahead_m, cells, cell) + (dt_s * next + damping_time_s * (next - v)));
+    store_vector(next_ahead_m, cells, cell, node.ahead_m + (dt_s * next + damping_time_s * (next - v)));
   }
 };
 
