@@ -280,7 +280,8 @@ struct DeepRescue {
  private:
   TACTUS_HD void rescue(Index i, const SurfacePose& now, Index own, ContactRecord& record) const {
     const Vec3f p = now.to_capture(body.x_m[i]);
-    if (own != kAnyPiece && !now.piece.may_reach(p, reach_m)) return;
+    // What is inside a closed surface is inside its box. Fine samples first: most nodes are near none.
+    if (!now.piece.may_reach(p, reach_m) || has_fine_sample(p, own)) return;
     Index nearest = -1;
     float nearest_d2 = far_reach_m * far_reach_m;
     coarse.for_each_near(p, [&](Index k) {
@@ -294,7 +295,7 @@ struct DeepRescue {
     if (nearest < 0) return;
     const Vec3f n = coarse.n[nearest];
     const float gap = dot(p - coarse.x_m[nearest], n) - body.rest_gap_m[i];
-    if (!(gap < 0.F) || has_fine_sample(p, own) || !inside(p, own)) return;
+    if (!(gap < 0.F) || !inside(p, own)) return;
     body.x_m[i] = body.x_m[i] - gap * (now.turn * n);
     record.max_depth_m = max(record.max_depth_m, -gap);
     record.rescued = 1;
