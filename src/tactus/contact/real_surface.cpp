@@ -148,12 +148,12 @@ void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
                    FitBegin{{piece_parts_.const_view(), last, pieces_.view()},
                             {motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()},
                             {motions_.const_view(), dt_capture_s, last, now, fit_.view()}});
-  const auto gather = [&](const SampleLevel& level, float reach_m, const auto& step) {
+  const auto gather = [&]<class Step>(const SampleLevel& level, float reach_m, const Step& step) {
     ctx.parallel_for("contact/fit", kFitPoints,
                      FitPoints{previous_m_.const_view(), level.view(), reach_m, s, last, now,
                                fit_.const_view(), fit_points_.view()});
     ctx.parallel_for("contact/fit_step", 1,
-                     FitStage{FitParts{fit_points_.const_view(), last, fit_parts_.view()}, step});
+                     FitStage<Step>{FitParts{fit_points_.const_view(), last, fit_parts_.view()}, step});
   };
   gather(fine_, 2 * s, NoteStill{parts, fit_.view()});
   gather(fine_, 2 * s, NoteGuess{parts, fit_.view()});
