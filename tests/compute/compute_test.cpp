@@ -110,6 +110,43 @@ TEST_P(Compute, ScanCompactSort) {
   EXPECT_EQ(to_host(ctx, v1.view()), values);
 }
 
+TEST_P(Compute, ScanCompactSortOfAsManyAsTheDeviceKnows) {
+  DeviceSet devices(GetParam(), 3);
+  ExecContext& ctx = devices.context(0);
+  constexpr Index kAll = 40'000;
+  for (const Index used : {0, 1, 20'001, kAll}) {
+    const Buffer<Index> on_device = to_device(ctx, std::vector<Index>{used});
+    const Count count(on_device.view(), kAll);
+    std::mt19937 random(12);
+    std::vector<Index> flags(kAll), chosen, values(kAll);
+    for (Index& f : flags) f = static_cast<Index>(random() % 3 == 0);
+    std::vector<Index> sums(static_cast<std::size_t>(used));
+    std::exclusive_scan(flags.begin(), flags.begin() + used, sums.begin(), 0);
+    for (Index i = 0; i < used; ++i) {
+      if (flags[static_cast<std::size_t>(i)] != 0) chosen.push_back(i);
+    }
+    const Buffer<Index> in = to_device(ctx, flags);
+    Buffer<Index> out(ctx.device(), kAll), out_count(ctx.device(), 1);
+    ctx.exclusive_scan("scan", count, in.view(), out.view());
+    EXPECT_EQ(to_host(ctx, out.view().part(0, used)), sums);
+    ctx.compact("compact", count, in.view(), out.view(), out_count.view());
+    ASSERT_EQ(to_host(ctx, out_count.view())[0], static_cast<Index>(chosen.size()));
+    EXPECT_EQ(to_host(ctx, out.view().part(0, static_cast<Index>(chosen.size()))), chosen);
+
+    std::vector<std::uint32_t> keys(kAll, 5000);  // behind the count: the last key
+    for (Index i = 0; i < used; ++i) keys[static_cast<std::size_t>(i)] = random() % 5001;
+    std::iota(values.begin(), values.end(), 0);
+    Buffer<std::uint32_t> k1 = to_device(ctx, keys), k2(ctx.device(), kAll);
+    Buffer<Index> v1 = to_device(ctx, values), v2(ctx.device(), kAll);
+    ctx.sort_pairs("sort", count, k1.view(), v1.view(), k2.view(), v2.view(), 24);
+    values.resize(static_cast<std::size_t>(used));
+    std::stable_sort(values.begin(), values.end(), [&](Index a, Index b) {
+      return keys[static_cast<std::size_t>(a)] < keys[static_cast<std::size_t>(b)];
+    });
+    EXPECT_EQ(to_host(ctx, v1.view().part(0, used)), values);
+  }
+}
+
 TEST_P(Compute, SumIsOneFixedTree) {
   DeviceSet devices(GetParam(), 3);
   ExecContext& ctx = devices.context(0);

@@ -91,8 +91,7 @@ Nodes::Nodes(std::vector<Vec3f> positions, float mass_kg, float gap_m)
       gap(x.size(), gap_m),
       fixed(x.size(), 0) {}
 
-void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, float time_s,
-                    bool rescue) {
+void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue) {
   Buffer<Vec3f> dx = to_device(ctx, x), dv = to_device(ctx, v);
   const Buffer<float> dm = to_device(ctx, mass), dg = to_device(ctx, gap);
   const Buffer<Index> df = to_device(ctx, fixed);
@@ -100,8 +99,9 @@ void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surfa
   std::iota(all.begin(), all.end(), 0);
   const Buffer<Index> nodes = to_device(ctx, all);
   const ContactNodes body{dx.view(), dv.view(), dm.view(), dg.view(), nodes.view(), df.view()};
-  if (rescue) contact.rescue(ctx, surface, body, time_s);
-  contact.correct(ctx, surface, body, time_s);
+  if (rescue) contact.rescue(ctx, surface, body);
+  contact.correct(ctx, surface, body, k);
+  contact.end_frame(ctx);
   x = to_host(ctx, dx.view());
   v = to_host(ctx, dv.view());
 }

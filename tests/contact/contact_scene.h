@@ -33,9 +33,8 @@ struct Nodes {
   std::vector<float> mass, gap;
   std::vector<Index> fixed;
   explicit Nodes(std::vector<Vec3f> positions, float mass_kg = 1e-3F, float gap_m = 0);
-  /// Uploads, corrects, downloads.
-  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, float time_s,
-               bool rescue = false);
+  /// Uploads, corrects at the end of substep k, downloads.
+  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue = false);
 };
 
 /// Block of nodes around a centre.

@@ -48,18 +48,17 @@ void scan_on_cpu(View<const T> in, View<T> out) {
   });
 }
 
-void compact_on_cpu(View<const Index> flags, View<Index> out, View<Index> out_count) {
-  Index count = 0;
-  for (Index i = 0; i < flags.size(); ++i) {
-    if (flags[i] != 0) out[count++] = i;
+void compact_on_cpu(Index count, View<const Index> flags, View<Index> out, View<Index> out_count) {
+  Index chosen = 0;
+  for (Index i = 0; i < count; ++i) {
+    if (flags[i] != 0) out[chosen++] = i;
   }
-  out_count[0] = count;
+  out_count[0] = chosen;
 }
 
 /// Stable least-significant-digit radix sort, 8 bits a pass.
-void sort_on_cpu(View<std::uint32_t> keys, View<Index> values, View<std::uint32_t> keys2, View<Index> values2,
-                 int bits) {
-  const Index n = keys.size();
+void sort_on_cpu(Index n, View<std::uint32_t> keys, View<Index> values, View<std::uint32_t> keys2,
+                 View<Index> values2, int bits) {
   int passes = 0;
   for (int shift = 0; shift < bits; shift += 8, ++passes) {
     std::array<Index, 256> start{};
@@ -147,6 +146,13 @@ void ExecContext::exclusive_scan(const char* name, View<const Index> in, View<In
   cuda::exclusive_scan(device_.ordinal(), scratch(bytes), bytes, in.data(), out.data(), in.size(), stream_);
 }
 
+void ExecContext::exclusive_scan(const char* name, Count count, View<const Index> in, View<Index> out) {
+  if (device_.is_cuda()) return exclusive_scan(name, in, out);  // it learns the count too late
+  const KernelTimer timer(*this, name);
+  check_room(count, min(in.size(), out.size()));
+  submit(name, [=] { scan_on_cpu(in.part(0, count.get()), out); });
+}
+
 void ExecContext::exclusive_scan(const char* name, View<const std::uint64_t> in, View<std::uint64_t> out) {
   const KernelTimer timer(*this, name);
   check_copy(static_cast<std::size_t>(in.size()), out.size());
@@ -155,20 +161,23 @@ void ExecContext::exclusive_scan(const char* name, View<const std::uint64_t> in,
   cuda::exclusive_scan(device_.ordinal(), scratch(bytes), bytes, in.data(), out.data(), in.size(), stream_);
 }
 
-void ExecContext::compact(const char* name, View<const Index> flags, View<Index> out, View<Index> out_count) {
+void ExecContext::compact(const char* name, Count count, View<const Index> flags, View<Index> out,
+                          View<Index> out_count) {
   const KernelTimer timer(*this, name);
-  if (!device_.is_cuda())
-    return submit(name, [flags, out, out_count] { compact_on_cpu(flags, out, out_count); });
-  const std::size_t bytes = cuda::algorithm_scratch_bytes(flags.size());
-  cuda::compact(device_.ordinal(), scratch(bytes), bytes, flags.data(), out.data(), out_count.data(),
-                flags.size(), stream_);
+  check_room(count, flags.size());
+  if (!device_.is_cuda()) return submit(name, [=] { compact_on_cpu(count.get(), flags, out, out_count); });
+  const std::size_t bytes = cuda::algorithm_scratch_bytes(count.capacity);
+  cuda::compact(device_.ordinal(), scratch(bytes), bytes, flags.data(), out.data(), out_count.data(), count,
+                stream_);
 }
 
-void ExecContext::sort_pairs(const char* name, View<std::uint32_t> keys, View<Index> values,
+void ExecContext::sort_pairs(const char* name, Count count, View<std::uint32_t> keys, View<Index> values,
                              View<std::uint32_t> keys_scratch, View<Index> values_scratch, int key_bits) {
   const KernelTimer timer(*this, name);
+  check_room(count, keys.size());
   if (!device_.is_cuda()) {
-    return submit(name, [=] { sort_on_cpu(keys, values, keys_scratch, values_scratch, key_bits); });
+    return submit(name,
+                  [=] { sort_on_cpu(count.get(), keys, values, keys_scratch, values_scratch, key_bits); });
   }
   const std::size_t bytes = cuda::algorithm_scratch_bytes(keys.size());
   cuda::sort_pairs(device_.ordinal(), scratch(bytes), bytes, keys.data(), values.data(), keys_scratch.data(),
@@ -196,6 +205,12 @@ void ExecContext::check_copy(std::size_t from, Index to) {
   if (from != static_cast<std::size_t>(to)) {
     throw Error("sizes differ: " + std::to_string(from) + " elements into " + std::to_string(to));
   }
+}
+
+void ExecContext::check_room(const Count& count, Index room) {
+  if (count.capacity > room)
+    throw Error("up to " + std::to_string(count.capacity) + " elements asked for, of " +
+                std::to_string(room));
 }
 
 void ExecContext::copy_bytes(void* to, const void* from, std::size_t bytes, CopyKind kind) {

@@ -114,14 +114,27 @@ class ExecContext {
   /// out[i] = in[0] + ... + in[i-1]. Both hold n values; make the last input a 0 to get the total in the last
   /// output. May run in place.
   void exclusive_scan(const char* name, View<const Index> in, View<Index> out);
+  /// Likewise of the first `count` only; what comes behind them is undefined.
+  void exclusive_scan(const char* name, Count count, View<const Index> in, View<Index> out);
   /// Likewise for words, modulo 2^64: several counts packed in one, for instance.
   void exclusive_scan(const char* name, View<const std::uint64_t> in, View<std::uint64_t> out);
   /// Indices i with flags[i] != 0, ascending, to `out`; their number to `out_count` (1). `out` holds as many
   /// as flags.
-  void compact(const char* name, View<const Index> flags, View<Index> out, View<Index> out_count);
+  void compact(const char* name, View<const Index> flags, View<Index> out, View<Index> out_count) {
+    compact(name, flags.size(), flags, out, out_count);
+  }
+  /// Likewise of the first `count` flags only.
+  void compact(const char* name, Count count, View<const Index> flags, View<Index> out,
+               View<Index> out_count);
   /// Sorts keys with their values, stable. The scratch views (as long as the keys) take the other half of the
   /// passes.
   void sort_pairs(const char* name, View<std::uint32_t> keys, View<Index> values,
+                  View<std::uint32_t> keys_scratch, View<Index> values_scratch, int key_bits = 32) {
+    sort_pairs(name, keys.size(), keys, values, keys_scratch, values_scratch, key_bits);
+  }
+  /// Likewise of the first `count` pairs. A GPU, which learns the count too late, sorts them all: there the
+  /// keys behind must not be below any before. What a CPU leaves behind them is undefined.
+  void sort_pairs(const char* name, Count count, View<std::uint32_t> keys, View<Index> values,
                   View<std::uint32_t> keys_scratch, View<Index> values_scratch, int key_bits = 32);
   /// out[0] = sum of in, by one fixed tree over indices: the same bits on every device. `scratch`:
   /// in.size()/256 + 2.
@@ -187,6 +200,7 @@ class ExecContext {
   void finish_profiled(const char* name, double begin_s) noexcept;
   enum class CopyKind : std::uint8_t { upload, download, device };
   static void check_copy(std::size_t from, Index to);
+  static void check_room(const Count& count, Index room);
   void copy_bytes(void* to, const void* from, std::size_t bytes, CopyKind kind);
   void fill(void* what, std::uint8_t byte, std::size_t bytes);
   bool defers() const { return queue_ >= 0 || recording_ != nullptr; }

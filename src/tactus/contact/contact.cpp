@@ -5,6 +5,8 @@
 namespace tactus {
 namespace {
 
+constexpr Index kPosedAtOnce = 32, kPosesKept = 2 * kPosedAtOnce;
+
 ContactSettings checked(const ContactSettings& s) {
   if (!(s.restitution >= 0 && s.restitution <= 1))
     throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
@@ -18,11 +20,10 @@ ContactSettings checked(const ContactSettings& s) {
 Contact::Contact(Device& device, Index max_contact_nodes, const ContactSettings& settings)
     : settings_(checked(settings)),
       records_(device, max(max_contact_nodes, Index(1))),
-      parts_(device, kTotalsParts),
-      totals_(device, 1),
-      poses_(device, 1) {}
+      total_(device, 1),
+      poses_(device, kPosesKept) {}
 
-void Contact::pose(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
+void Contact::check(const ContactNodes& body) const {
   const Index n = body.x_m.size();
   if (body.v_m_s.size() != n || body.mass_kg.size() != n || body.rest_gap_m.size() != n ||
       (!body.fixed.empty() && body.fixed.size() != n)) {
@@ -35,49 +36,62 @@ void Contact::pose(ExecContext& ctx, const RealSurface& surface, const ContactNo
     throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, but memory for " +
                 std::to_string(body.memory.size()));
   }
-  if (body.nodes.size() > records_.size()) {
-    throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, room for " +
-                std::to_string(records_.size()));
+  if (body.first_record < 0 || body.nodes.size() > records_.size() - body.first_record) {
+    throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes from record " +
+                std::to_string(body.first_record) + " on, room for " + std::to_string(records_.size()));
   }
-  ctx.parallel_for("contact/pose", kPieces,
-                   PoseSurface{surface.motions(), surface.pieces(), time_s, poses_.view()});
 }
 
-void Contact::begin_frame(ExecContext& ctx) { ctx.fill_bytes(totals_.view(), 0); }
+/// Of the surface after so many substeps. One launch poses it for many.
+View<const SurfacePoses> Contact::pose(ExecContext& ctx, const RealSurface& surface, Index steps) {
+  if (steps < first_posed_ || steps >= end_posed_) {
+    const Index end = max(min(steps + kPosedAtOnce, times_.substeps + 1), steps + 1);
+    const bool follows = steps >= end_posed_ && steps < end_posed_ + kPosedAtOnce;
+    const Index begin = follows ? end_posed_ : steps;
+    ctx.parallel_for("contact/pose", kPieces * (end - begin),
+                     PoseSurface{surface.motions(), surface.pieces(), times_, begin, poses_.view()});
+    first_posed_ = follows ? max(first_posed_, end - kPosesKept) : begin;
+    end_posed_ = end;
+  }
+  return poses_.const_view().part(steps % kPosesKept, 1);
+}
 
-void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s) {
-  pose(ctx, surface, body, time_s);
+void Contact::begin_frame(ExecContext& ctx, const ContactTimes& times) {
+  times_ = times;
+  first_posed_ = end_posed_ = 1;
+  ctx.fill_bytes(records_.view(), 0);
+}
+
+void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body) {
+  check(body);
   const float s = surface.settings().sample_spacing_m;
   ctx.parallel_for("contact/rescue", body.nodes.size(),
-                   DeepRescue{surface.samples(), surface.coarse_samples(), poses_.const_view(), body, 2 * s,
-                              8 * s, records_.view()});
-  add_records(ctx, body.nodes.size(), true);
+                   DeepRescue{surface.samples(), surface.coarse_samples(), pose(ctx, surface, 1), body, 2 * s,
+                              8 * s, records_of(body)});
 }
 
-void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s,
-                      float dt_s) {
-  pose(ctx, surface, body, time_s);
+void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, Index k,
+                      Index steps) {
+  check(body);
   ctx.parallel_for(
       "contact/response", body.nodes.size(),
-      ContactResponse{surface.samples(), poses_.const_view(), body, 2 * surface.settings().sample_spacing_m,
-                      settings_.restitution, settings_.friction, dt_s, records_.view()});
-  add_records(ctx, body.nodes.size(), false);
+      ContactResponse{surface.samples(), pose(ctx, surface, k + steps), body,
+                      2 * surface.settings().sample_spacing_m, settings_.restitution, settings_.friction,
+                      times_.dt_s * static_cast<float>(steps), records_of(body)});
 }
 
-void Contact::add_records(ExecContext& ctx, Index count, bool rescues) {
-  ctx.parallel_for("contact/totals", kTotalsParts,
-                   TotalsParts{records_.const_view().part(0, count), parts_.view()});
-  ctx.parallel_for("contact/totals", 1, AddTotals{parts_.const_view(), totals_.view(), rescues});
+void Contact::end_frame(ExecContext& ctx) {
+  ctx.parallel_for("contact/totals", 1, SumRecords{records_.const_view(), total_.view()});
 }
 
 ContactReport Contact::report(ExecContext& ctx, float dt_frame_s, int substeps) const {
-  const ContactTotals totals = to_host(ctx, totals_.const_view())[0];
+  const ContactRecord total = to_host(ctx, total_.const_view())[0];
   ContactReport report;
-  report.force_N = totals.impulse_N_s / dt_frame_s;
-  report.torque_N_m = totals.moment_N_m_s / dt_frame_s;
-  report.max_depth_m = totals.max_depth_m;
-  report.contacts_per_substep = substeps > 0 ? static_cast<double>(totals.contacts) / substeps : 0;
-  report.rescued = totals.rescued;
+  report.force_N = total.impulse_N_s / dt_frame_s;
+  report.torque_N_m = total.moment_N_m_s / dt_frame_s;
+  report.max_depth_m = total.max_depth_m;
+  report.contacts_per_substep = substeps > 0 ? static_cast<double>(total.contacts) / substeps : 0;
+  report.rescued = total.rescued;
   return report;
 }
 

@@ -21,45 +21,46 @@ struct ContactReport {
 };
 
 /// Order in a frame, all on one context and without a read-back:
-///   surface.update(mesh, dt); contact.begin_frame(); contact.rescue(t of the first substep);
-///   for each substep: integrate; contact.correct(t); and at the end, where one synchronises:
-///   contact.report(dt).
-///
-/// Times are relative to the capture of the surface: 0 is the measured surface, negative times lie between
-/// the last surface and this one. To end each frame on what was measured, pass
-/// `-dt + (k + 1) dt / substeps` for substep k (one frame of delay, no guess); to predict, pass `(k + 1) dt /
-/// n`.
+///   surface.update(mesh, dt); contact.begin_frame(times); for each body contact.rescue(); for each substep
+///   k: integrate; contact.correct(k); contact.end_frame(); and where one synchronises, contact.report(dt).
 class Contact {
  public:
-  /// @param max_contact_nodes most nodes in one call
+  /// @param max_contact_nodes of all bodies together: each has its records (ContactNodes::first_record)
   /// @throws Error naming the setting that is out of range.
   Contact(Device& device, Index max_contact_nodes, const ContactSettings& settings = {});
 
   /// Sets the sums of the report to 0.
-  void begin_frame(ExecContext& ctx);
+  void begin_frame(ExecContext& ctx, const ContactTimes& times);
   /// Moves nodes that lie deeper than 2 spacings (up to 8) in the real object to its surface, for each body
-  /// once a frame before its first `correct`: where the surface came from nowhere. Velocities stay.
-  void rescue(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s);
+  /// once a frame before its first `correct`, as the surface is after the first substep: where it came from
+  /// nowhere. Velocities stay.
+  void rescue(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body);
   /// The response of method 6: gap = (x_i - x_k)·n_k - d_i < 0 moves x_i by -gap n_k, along the normal only
   /// and without touching v_i; then an approaching v_i is reflected with e and its tangential part limited by
-  /// μ.
-  /// @param dt_s time since the last `correct`: only for bodies with memory
-  void correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s,
-               float dt_s = 0);
+  /// μ. Nodes that no sample is near cost little more than reading where they are.
+  /// @param k substep at whose begin the nodes were corrected last @param steps after it, >= 1: where they
+  /// meet the surface now
+  void correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, Index k,
+               Index steps = 1);
+  /// Sums what there is to report.
+  void end_frame(ExecContext& ctx);
 
-  /// (1) Sums since begin_frame, for those who read them on the device.
-  View<const ContactTotals> totals() const { return totals_.const_view(); }
-  /// Synchronises. @param dt_frame_s what the impulses are divided by @param substeps calls of `correct`
+  /// Of the frame that ended. Synchronises. @param dt_frame_s what the impulses are divided by @param
+  /// substeps calls of `correct`
   ContactReport report(ExecContext& ctx, float dt_frame_s, int substeps) const;
 
  private:
-  void pose(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, float time_s);
-  void add_records(ExecContext& ctx, Index count, bool rescues);
+  void check(const ContactNodes& body) const;
+  View<const SurfacePoses> pose(ExecContext& ctx, const RealSurface& surface, Index steps);
+  View<ContactRecord> records_of(const ContactNodes& body) {
+    return records_.view().part(body.first_record, body.nodes.size());
+  }
 
   ContactSettings settings_;
-  Buffer<ContactRecord> records_;
-  Buffer<ContactTotals> parts_, totals_;
-  Buffer<SurfacePoses> poses_;
+  ContactTimes times_;
+  Buffer<ContactRecord> records_, total_;
+  Buffer<SurfacePoses> poses_;  ///< that after n substeps: n modulo their number
+  Index first_posed_ = 0, end_posed_ = 0;
 };
 
 }  // namespace tactus

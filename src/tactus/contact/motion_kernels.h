@@ -2,6 +2,8 @@
 /// Rigid motion of each piece of the real surface between two frames: point-to-plane registration (Chen &
 /// Medioni 1992) of the last frame's samples on this frame's, damped so that directions the shape says
 /// nothing about keep the first guess, the difference of the centres of gravity [P 19].
+#include <array>
+
 #include "tactus/contact/piece_kernels.h"
 #include "tactus/geom/cholesky.h"
 
@@ -188,7 +190,7 @@ struct FitPoints {
   TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f center, Index piece) const {
     Index best = -1;
     float best_d2 = reach_m * reach_m;
-    samples.cells.for_each_slot(q, [&](Index i) {
+    samples.for_each_near(q, [&](Index i) {
       const Vec3f d = q - samples.x_m[i];
       const float d2 = dot(d, d);
       if (d2 < best_d2 && (piece == kAnyPiece || samples.piece[i] == piece)) {
@@ -213,10 +215,9 @@ struct FitPoints {
   }
 };
 
-/// Each piece has its share of the parts, as of the points; of its points, number j goes to its part
+/// Part p: each piece has its share of the parts, as of the points; of its points, number j goes to its part
 /// j % share: the same sums on every device.
 struct FitParts {
-  static constexpr int kGrain = 16;
   View<const FitSums> points;
   View<const SurfacePieces> before;
   View<FitSums> parts;
@@ -307,6 +308,36 @@ struct FitStep {
   }
 };
 
+/// Sums the parts and then does `Step` for each piece: one launch for both. One block.
+template <class Step>
+struct FitStage {
+  static constexpr int kThreads = kFitParts;
+  FitParts parts;
+  Step step;
+  struct Shared {};
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    b.for_each_thread([&](int p) { parts(p); });
+    b.for_threads(kPieces, [&](int k) { step(k); });
+  }
+};
+
+/// From where this frame's pieces are to where their registration begins. One block.
+struct FitBegin {
+  static constexpr int kThreads = 32;
+  static_assert(kThreads >= kPieces);
+  PieceCenters centers;
+  MatchPieces match;
+  StartFit start;
+  struct Shared {};
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    b.for_threads(kPieces, [&](int k) { centers(k); });
+    b.on_one_thread([&] { match(0); });
+    b.for_threads(kPieces, [&](int k) { start(k); });
+  }
+};
+
 /// The simplest of no motion, [P 19] and the fit that the next one doesn't clearly beat: the noise of
 /// sampling must not become a velocity, or friction makes what rests creep.
 struct ChooseMotion {
@@ -361,6 +392,32 @@ struct ChooseMotion {
     m.residual_m = rms;
     m.velocity_m_s = (m.center_m - back) / dt_s;
     m.spin_rad_s = (2.F * asin_over_x / dt_s) * half;
+  }
+};
+
+/// What is reported of a surface, read when the caller synchronises anyway.
+struct RealSurfaceReport {
+  Index samples = 0;
+  Index dropped_raw_samples = 0,
+        dropped_samples = 0;                     ///< > 0: overflow; raise max_raw_samples or max_samples
+  SurfacePieces pieces;                          ///< the largest, at most kPieces
+  std::array<SurfaceMotion, kPieces> motions{};  ///< of each; what is too small moves as the first
+};
+
+/// Collects it, so that one copy brings it to the host. Thread k: piece k.
+struct NoteReport {
+  View<const SurfaceMotion> motion;
+  View<const SurfacePieces> pieces;
+  View<const Index> samples, raw_overflow, fine_overflow, coarse_overflow;  ///< (1)
+  View<RealSurfaceReport> report;
+  TACTUS_HD void operator()(Index k) const {
+    RealSurfaceReport& all = report[0];
+    all.motions[static_cast<std::size_t>(k)] = motion[k];
+    if (k != 0) return;
+    all.samples = samples[0];
+    all.dropped_raw_samples = raw_overflow[0];
+    all.dropped_samples = fine_overflow[0] + coarse_overflow[0];
+    all.pieces = pieces[0];
   }
 };
 

@@ -39,8 +39,8 @@ void check_fits(const char* what, Index have, Index room) {
 
 RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
     : settings_(checked(settings)),
-      cuts_(device, settings.max_triangles + 1),
-      first_(device, settings.max_triangles + 1),
+      cuts_(device, settings.max_triangles),
+      first_(device, settings.max_triangles),
       raw_count_(device, 1),
       raw_overflow_(device, 1),
       x_m_(device, settings.max_raw_samples),
@@ -62,7 +62,8 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       piece_parts_(device, kPieces * kPieceParts),
       pieces_(device, 1),
       last_pieces_(device, 1),
-      motions_(device, kPieces) {}
+      motions_(device, kPieces),
+      report_(device, 1) {}
 
 void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s) {
   check_fits("vertices", mesh.vertices_m.size(), settings_.max_vertices);
@@ -101,7 +102,7 @@ void RealSurface::join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh) {
                    JoinCorners{mesh.triangles, vertices, VertexForest{parent_.view()}});
 }
 
-/// Numbers the separate pieces, the largest first, and sums up where each one is.
+/// Numbers the separate pieces, the largest first, and begins to sum up where each one is.
 void RealSurface::find_pieces(ExecContext& ctx) {
   ctx.parallel_for("contact/pieces_count", fine_.count(),
                    CountPieceSamples{fine_.view().piece, piece_samples_.view(), candidates_.view(),
@@ -114,22 +115,20 @@ void RealSurface::find_pieces(ExecContext& ctx) {
                    NumberSamples{piece_number_.const_view(), pieces_.const_view(), fine_.pieces()});
   ctx.parallel_for("contact/centroid", kPieces * kPieceParts,
                    PiecePartSums{fine_.view(), pieces_.const_view(), piece_parts_.view()});
-  ctx.parallel_for("contact/centers", kPieces,
-                   PieceCenters{piece_parts_.const_view(), last_pieces_.const_view(), pieces_.view()});
 }
 
 void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   const Index triangles = mesh.triangles.size();
-  const View<Index> cuts = cuts_.view().part(0, triangles + 1), first = first_.view().part(0, triangles + 1);
+  const View<Index> cuts = cuts_.view().part(0, triangles), first = first_.view().part(0, triangles);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
-  ctx.parallel_for("contact/cuts", triangles + 1,
-                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles, counted,
+  ctx.parallel_for("contact/cuts", counted,
+                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles,
                                 kCutEdge * settings_.sample_spacing_m, cuts});
-  ctx.exclusive_scan("contact/cuts", cuts, first);
-  ctx.parallel_for("contact/limit", 1,
-                   LimitCount{View<const Index>(first).part(triangles, 1), settings_.max_raw_samples,
-                              raw_count_.view(), raw_overflow_.view()});
+  ctx.exclusive_scan("contact/cuts", counted, cuts, first);
+  ctx.parallel_for(
+      "contact/limit", 1,
+      LimitSum{cuts, first, counted, settings_.max_raw_samples, raw_count_.view(), raw_overflow_.view()});
   ctx.parallel_for(
       "contact/triangle_samples", counted,
       TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, cuts, first,
@@ -146,40 +145,32 @@ void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
   const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
   const FitPartsView parts{fit_parts_.const_view(), last};
   ctx.parallel_for("contact/match", 1,
-                   MatchPieces{motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()});
-  ctx.parallel_for("contact/fit_start", kPieces,
-                   StartFit{motions_.const_view(), dt_capture_s, last, now, fit_.view()});
-  const auto gather = [&](const SampleLevel& level, float reach_m) {
+                   FitBegin{{piece_parts_.const_view(), last, pieces_.view()},
+                            {motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()},
+                            {motions_.const_view(), dt_capture_s, last, now, fit_.view()}});
+  const auto gather = [&]<class Step>(const SampleLevel& level, float reach_m, const Step& step) {
     ctx.parallel_for("contact/fit", kFitPoints,
                      FitPoints{previous_m_.const_view(), level.view(), reach_m, s, last, now,
                                fit_.const_view(), fit_points_.view()});
-    ctx.parallel_for("contact/fit_parts", kFitParts,
-                     FitParts{fit_points_.const_view(), last, fit_parts_.view()});
+    ctx.parallel_for("contact/fit_step", 1,
+                     FitStage<Step>{FitParts{fit_points_.const_view(), last, fit_parts_.view()}, step});
   };
-  gather(fine_, 2 * s);
-  ctx.parallel_for("contact/fit_still", kPieces, NoteStill{parts, fit_.view()});
-  gather(fine_, 2 * s);
-  ctx.parallel_for("contact/fit_guess", kPieces, NoteGuess{parts, fit_.view()});
+  gather(fine_, 2 * s, NoteStill{parts, fit_.view()});
+  gather(fine_, 2 * s, NoteGuess{parts, fit_.view()});
   for (int i = 0; i < 5; ++i) {
     const bool far = i < 2;  // first what is 8 spacings off, then exactly
-    gather(far ? coarse_ : fine_, (far ? 8.F : 2.F) * s);
-    ctx.parallel_for("contact/fit_step", kPieces, FitStep{parts, fit_.view()});
+    gather(far ? coarse_ : fine_, (far ? 8.F : 2.F) * s, FitStep{parts, fit_.view()});
   }
-  gather(fine_, 2 * s);
-  ctx.parallel_for("contact/motion", kPieces,
-                   ChooseMotion{parts, now, fit_.const_view(), dt_capture_s, 0.5F * s,
-                                settings_.max_speed_m_s, motions_.view()});
+  gather(fine_, 2 * s,
+         ChooseMotion{parts, now, fit_.const_view(), dt_capture_s, 0.5F * s, settings_.max_speed_m_s,
+                      motions_.view()});
+  ctx.parallel_for("contact/report", kPieces,
+                   NoteReport{motions_.const_view(), now, fine_.view().count, raw_overflow_.const_view(),
+                              fine_.overflow(), coarse_.overflow(), report_.view()});
 }
 
 RealSurfaceReport RealSurface::report(ExecContext& ctx) const {
-  RealSurfaceReport report;
-  report.samples = to_host(ctx, fine_.view().count)[0];
-  report.dropped_raw_samples = to_host(ctx, raw_overflow_.const_view())[0];
-  report.dropped_samples = to_host(ctx, fine_.overflow())[0] + to_host(ctx, coarse_.overflow())[0];
-  report.pieces = to_host(ctx, pieces_.const_view())[0];
-  const std::vector<SurfaceMotion> motions = to_host(ctx, motions_.const_view());
-  std::copy(motions.begin(), motions.end(), report.motions.begin());
-  return report;
+  return to_host(ctx, report_.const_view())[0];
 }
 
 }  // namespace tactus

@@ -3,8 +3,6 @@
 /// made afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
 /// What hangs together through shared vertices moves as one; two hands, or a hand and a tool, each for
 /// itself.
-#include <array>
-
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/contact/sample_level.h"
 
@@ -27,15 +25,6 @@ struct SurfaceMeshView {
   View<const Vec3f> normals;    ///< unit, outward, one per vertex; empty: the triangles' are used
   View<const Vec3i> triangles;  ///< counter-clockwise from outside; those of one piece share vertices
   Count triangle_count = 0;
-};
-
-/// What is reported of a surface, read when the caller synchronises anyway.
-struct RealSurfaceReport {
-  Index samples = 0;
-  Index dropped_raw_samples = 0,
-        dropped_samples = 0;                     ///< > 0: overflow; raise max_raw_samples or max_samples
-  SurfacePieces pieces;                          ///< the largest, at most kPieces
-  std::array<SurfaceMotion, kPieces> motions{};  ///< of each; what is too small moves as the first
 };
 
 class RealSurface {
@@ -81,6 +70,7 @@ class RealSurface {
   Buffer<PieceSums> piece_parts_;
   Buffer<SurfacePieces> pieces_, last_pieces_;
   Buffer<SurfaceMotion> motions_;
+  Buffer<RealSurfaceReport> report_;
 };
 
 }  // namespace tactus

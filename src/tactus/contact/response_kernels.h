@@ -24,23 +24,23 @@ struct ContactNodes {
   /// One per contact node, or empty. With it, a node that the body springs back into a thin real object
   /// (deeper than its nearest side, in one substep) is first held on the side where it was.
   View<ContactMemory> memory = {};
+  Index first_record = 0;  ///< each body's records are its own: the sum of the nodes of those before
 };
 
-/// What one node did in one correction.
+/// What one node, or all, did since the frame began.
 struct ContactRecord {
   Vec3f impulse_N_s;   ///< on the real object
-  Vec3f moment_N_m_s;  ///< of that impulse about the real object's centre of gravity
-  float depth_m;       ///< how far it was corrected
-  Index touches;       ///< 1: in contact
-};
-
-/// Sums since the last reset.
-struct ContactTotals {
-  Vec3f impulse_N_s;      ///< on the real object
-  Vec3f moment_N_m_s;     ///< about its centre of gravity at the time
-  float max_depth_m = 0;  ///< largest correction
-  Index contacts = 0;     ///< nodes in contact, summed over corrections
-  Index rescued = 0;      ///< nodes that were deeper than 2 spacings
+  Vec3f moment_N_m_s;  ///< of that impulse about the real object's centre of gravity at the time
+  float max_depth_m;   ///< largest correction
+  Index contacts;      ///< corrections in which the node was in contact
+  Index rescued;       ///< nodes that were deeper than 2 spacings
+  TACTUS_HD void add(const ContactRecord& r) {
+    impulse_N_s += r.impulse_N_s;
+    moment_N_m_s += r.moment_N_m_s;
+    max_depth_m = max(max_depth_m, r.max_depth_m);
+    contacts += r.contacts;
+    rescued += r.rescued;
+  }
 };
 
 /// The motion of a piece of the surface at one time, worked out once for all nodes.
@@ -65,34 +65,49 @@ struct SurfacePoses {
   TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyPiece; }
 };
 
-/// Thread k: piece k.
+/// When in a frame the surface is met, relative to its capture. To end on what was measured, dt_frame_s is
+/// the time between the last capture and this one (one frame of delay, no guess); to predict, 0.
+struct ContactTimes {
+  float dt_s = 0;        ///< of a substep [s]
+  Index substeps = 0;    ///< of the frame
+  float dt_frame_s = 0;  ///< how long before its capture the frame's substeps begin [s]
+  /// After so many substeps.
+  TACTUS_HD float after_s(Index steps) const { return dt_s * static_cast<float>(steps) - dt_frame_s; }
+};
+
+/// Thread kPieces j + k: piece k after first + j substeps.
 struct PoseSurface {
   View<const SurfaceMotion> motion;
   View<const SurfacePieces> pieces;
-  float time_s;
-  View<SurfacePoses> poses;
-  TACTUS_HD void operator()(Index k) const {
+  ContactTimes times;
+  Index first;
+  View<SurfacePoses> poses;  ///< that of n substeps: n modulo their number
+  TACTUS_HD void operator()(Index i) const {
     const SurfacePieces& all = pieces[0];
-    SurfacePoses& out = poses[0];
+    const Index k = i % kPieces, steps = first + i / kPieces;
+    SurfacePoses& out = poses[steps % poses.size()];
+    const float time_s = times.after_s(steps);
     if (k < all.count) {
       const SurfaceMotion& m = motion[k];
-      out.piece[k] = {m, all.piece[k], m.turn(time_s), center(k)};
+      out.piece[k] = {m, all.piece[k], m.turn(time_s), center(k, time_s)};
     }
     if (k != 0) return;
     out.count = all.count;
-    out.center_m = center(0);
+    out.center_m = center(0, time_s);
     if (all.count == 1) return;
     float area = 0;
     Vec3f x{};
     for (Index j = 0; j < all.count; ++j) {
       area += motion[j].area_m2;
-      x += motion[j].area_m2 * center(j);
+      x += motion[j].area_m2 * center(j, time_s);
     }
     if (area > 0.F) out.center_m = x / area;
   }
 
  private:
-  TACTUS_HD Vec3f center(Index k) const { return motion[k].center_m + time_s * motion[k].velocity_m_s; }
+  TACTUS_HD Vec3f center(Index k, float time_s) const {
+    return motion[k].center_m + time_s * motion[k].velocity_m_s;
+  }
 };
 
 /// Surface near a point: averages [P 20] over the samples of the near side within the reach.
@@ -114,7 +129,7 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Index piec
   Index nearest = -1, in_reach = 0;
   const float reach2 = reach_m * reach_m;
   float nearest_d2 = reach2;
-  samples.cells.for_each_slot(p_m, [&](Index k) {
+  samples.for_each_near(p_m, [&](Index k) {
     const Vec3f d = p_m - samples.x_m[k];
     const float d2 = dot(d, d);
     if (!(d2 < reach2) || !samples.is_of(piece, k)) return;
@@ -143,7 +158,7 @@ TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Index piec
   if (in_reach <= kKept) {
     for (Index j = 0; j < in_reach; ++j) add(kept[j]);
   } else {
-    samples.cells.for_each_slot(p_m, add);
+    samples.for_each_near(p_m, add);
   }
   if (!(weight > 0.F)) return near;
   near.x_m = p_m + offset / weight;
@@ -177,16 +192,17 @@ struct ContactResponse {
   float dt_s;  ///< since the last correction: how far the surface carried what touched it
   View<ContactRecord> records;
   TACTUS_HD void operator()(Index c) const {
-    ContactRecord record{};
     const Index i = body.nodes[c];
-    if (body.fixed.empty() || body.fixed[i] == 0) {
-      ContactMemory memory = body.memory.empty() ? ContactMemory{} : body.memory[c];
-      const SurfacePoses& all = poses[0];
-      if (memory.touched != 0) hold(i, memory, record);
-      for (Index k = 0; k < all.count; ++k) respond(i, all.piece[k], all.own(k), memory, record);
-      if (!body.memory.empty()) body.memory[c] = memory;
-    }
-    records[c] = record;
+    if (!body.fixed.empty() && body.fixed[i] != 0) return;
+    ContactRecord record{};
+    ContactMemory memory = body.memory.empty() ? ContactMemory{} : body.memory[c];
+    const Index touched_before = memory.touched;
+    const SurfacePoses& all = poses[0];
+    if (touched_before != 0) hold(i, memory, record);
+    for (Index k = 0; k < all.count; ++k) respond(i, all.piece[k], all.own(k), memory, record);
+    if (touched_before == 0 && record.contacts == 0) return;  // most nodes write nothing
+    if (!body.memory.empty()) body.memory[c] = memory;
+    records[c].add(record);
   }
 
  private:
@@ -200,8 +216,8 @@ struct ContactResponse {
     const Vec3f impulse = body.mass_kg[i] * (v - v_new);
     record.impulse_N_s += impulse;
     record.moment_N_m_s += cross(x - poses[0].center_m, impulse);
-    record.depth_m = max(record.depth_m, depth_m);
-    record.touches = 1;
+    record.max_depth_m = max(record.max_depth_m, depth_m);
+    record.contacts = 1;
   }
 
   /// Keeps a node that touched from going back through the plane on which it touched, which moves with its
@@ -229,7 +245,7 @@ struct ContactResponse {
     const Vec3f p = now.to_capture(body.x_m[i]);
     NearSurface near;
     // The average plane is less than half the reach off the nearest sample's.
-    if (own == kAnyPiece || now.piece.may_reach(p, reach_m))
+    if (now.piece.may_reach(p, reach_m))
       near = near_surface(samples, own, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
     const float gap = near.found ? dot(p - near.x_m, near.n) - body.rest_gap_m[i] : 0.5F * reach_m;
     if (gap < 0.F) {
@@ -253,22 +269,22 @@ struct DeepRescue {
   float reach_m, far_reach_m;
   View<ContactRecord> records;
   TACTUS_HD void operator()(Index c) const {
-    ContactRecord record{};
     const Index i = body.nodes[c];
-    if (body.fixed.empty() || body.fixed[i] == 0) {
-      const SurfacePoses& all = poses[0];
-      for (Index k = 0; k < all.count; ++k) rescue(i, all.piece[k], all.own(k), record);
-    }
-    records[c] = record;
+    if (!body.fixed.empty() && body.fixed[i] != 0) return;
+    ContactRecord record{};
+    const SurfacePoses& all = poses[0];
+    for (Index k = 0; k < all.count; ++k) rescue(i, all.piece[k], all.own(k), record);
+    if (record.rescued != 0) records[c].add(record);
   }
 
  private:
   TACTUS_HD void rescue(Index i, const SurfacePose& now, Index own, ContactRecord& record) const {
     const Vec3f p = now.to_capture(body.x_m[i]);
-    if (own != kAnyPiece && !now.piece.may_reach(p, reach_m)) return;
+    // What is inside a closed surface is inside its box. Fine samples first: most nodes are near none.
+    if (!now.piece.may_reach(p, reach_m) || has_fine_sample(p, own)) return;
     Index nearest = -1;
     float nearest_d2 = far_reach_m * far_reach_m;
-    coarse.cells.for_each_slot(p, [&](Index k) {
+    coarse.for_each_near(p, [&](Index k) {
       const Vec3f d = p - coarse.x_m[k];
       const float d2 = dot(d, d);
       if (d2 < nearest_d2 && coarse.is_of(own, k)) {
@@ -279,14 +295,14 @@ struct DeepRescue {
     if (nearest < 0) return;
     const Vec3f n = coarse.n[nearest];
     const float gap = dot(p - coarse.x_m[nearest], n) - body.rest_gap_m[i];
-    if (!(gap < 0.F) || has_fine_sample(p, own) || !inside(p, own)) return;
+    if (!(gap < 0.F) || !inside(p, own)) return;
     body.x_m[i] = body.x_m[i] - gap * (now.turn * n);
-    record.depth_m = max(record.depth_m, -gap);
-    record.touches = 1;
+    record.max_depth_m = max(record.max_depth_m, -gap);
+    record.rescued = 1;
   }
   TACTUS_HD bool has_fine_sample(Vec3f p, Index own) const {
     bool found = false;
-    fine.cells.for_each_slot(p, [&](Index k) {
+    fine.for_each_near(p, [&](Index k) {
       const Vec3f d = p - fine.x_m[k];
       found = found || (dot(d, d) < reach_m * reach_m && fine.is_of(own, k));
     });
@@ -304,40 +320,33 @@ struct DeepRescue {
   }
 };
 
-inline constexpr Index kTotalsParts = 64;
-
-/// Sums of 1/64 of the records each, in their order.
-struct TotalsParts {
-  static constexpr int kGrain = 8;
+/// Sums all records by one fixed tree, on every device the same.
+struct SumRecords {
+  static constexpr int kThreads = 256, kStrips = 16, kStrip = kThreads / kStrips;
   View<const ContactRecord> records;
-  View<ContactTotals> parts;
-  TACTUS_HD void operator()(Index p) const {
-    ContactTotals sum;
-    for (Index c = p; c < records.size(); c += kTotalsParts) {
-      const ContactRecord& r = records[c];
-      sum.impulse_N_s += r.impulse_N_s;
-      sum.moment_N_m_s += r.moment_N_m_s;
-      sum.max_depth_m = max(sum.max_depth_m, r.depth_m);
-      sum.contacts += r.touches;
-    }
-    parts[p] = sum;
-  }
-};
-
-struct AddTotals {
-  View<const ContactTotals> parts;
-  View<ContactTotals> totals;
-  bool rescues;
-  TACTUS_HD void operator()(Index) const {
-    ContactTotals sum = totals[0];
-    for (Index p = 0; p < kTotalsParts; ++p) {
-      const ContactTotals& part = parts[p];
-      sum.impulse_N_s += part.impulse_N_s;
-      sum.moment_N_m_s += part.moment_N_m_s;
-      sum.max_depth_m = max(sum.max_depth_m, part.max_depth_m);
-      (rescues ? sum.rescued : sum.contacts) += part.contacts;
-    }
-    totals[0] = sum;
+  View<ContactRecord> total;
+  struct Shared {
+    ContactRecord of_thread[kThreads], of_strip[kStrips];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    b.for_each_thread([&](int t) {
+      ContactRecord sum{};
+      for (Index c = t; c < records.size(); c += kThreads) {
+        if (records[c].contacts + records[c].rescued != 0) sum.add(records[c]);
+      }
+      s.of_thread[t] = sum;
+    });
+    b.for_threads(kStrips, [&](int strip) {
+      ContactRecord sum{};
+      for (int t = strip * kStrip; t < (strip + 1) * kStrip; ++t) sum.add(s.of_thread[t]);
+      s.of_strip[strip] = sum;
+    });
+    b.on_one_thread([&] {
+      ContactRecord sum{};
+      for (const ContactRecord& strip : s.of_strip) sum.add(strip);
+      total[0] = sum;
+    });
   }
 };
 

@@ -10,14 +10,28 @@ namespace tactus {
 inline constexpr Index kNoPiece = -1;   ///< of samples that borrow the first piece's motion
 inline constexpr Index kAnyPiece = -2;  ///< asks for samples whatever they are on
 
+/// Cells of samples are sought in a table of 32^3, so a row of them along x is one word.
+inline constexpr int kCellBits = 5;
+inline constexpr Index kRowCells = 1 << kCellBits, kCellRows = kRowCells * kRowCells;
+
 /// Samples of a closed surface, sorted by cells.
 struct SamplesView {
-  View<const Vec3f> x_m;      ///< position [m]
-  View<const Vec3f> n;        ///< unit normal, outward
-  View<const float> area_m2;  ///< area that the sample stands for [m²]
-  View<const Index> piece;    ///< which separate piece of the surface it is on (piece_kernels.h)
-  CellRanges cells;           ///< runs of samples by cell
-  View<const Index> count;    ///< (1) number of samples
+  View<const Vec3f> x_m;                ///< position [m]
+  View<const Vec3f> n;                  ///< unit normal, outward
+  View<const float> area_m2;            ///< area that the sample stands for [m²]
+  View<const Index> piece;              ///< which separate piece of the surface it is on (piece_kernels.h)
+  CellRanges cells;                     ///< runs of samples by cell
+  View<const std::uint32_t> near_rows;  ///< (kCellRows) see NearRows
+  View<const Index> count;              ///< (1) number of samples
+  /// f(i) for all samples in the 27 cells around p; most points are near none, and that costs one look.
+  template <class F>
+  TACTUS_HD void for_each_near(Vec3f p_m, F&& f) const {
+    if (!cells.grid.holds(p_m)) return;
+    const Vec3i c = cells.grid.cell(p_m);
+    constexpr Index kMask = kRowCells - 1;
+    const std::uint32_t row = near_rows[(c.y & kMask) | (c.z & kMask) << kCellBits];
+    if ((row >> (c.x & kMask) & 1U) != 0) cells.for_each_slot(p_m, f);
+  }
   /// Whether sample i moves with that piece.
   TACTUS_HD bool is_of(Index wanted, Index i) const {
     return wanted == kAnyPiece || max(piece[i], Index(0)) == wanted;
@@ -32,12 +46,10 @@ struct TriangleCuts {
   View<const Vec3f> vertices_m;
   Count vertex_count;
   View<const Vec3i> triangles;
-  Count triangle_count;
   float edge_m;
-  View<Index> cuts;  ///< out (triangles + 1): the last is 0
+  View<Index> cuts;  ///< out
   TACTUS_HD void operator()(Index t) const {
     cuts[t] = 0;
-    if (t >= triangle_count.get()) return;
     const Vec3i v = triangles[t];
     const Index n = vertex_count.get();
     if (v.x < 0 || v.y < 0 || v.z < 0 || v.x >= n || v.y >= n || v.z >= n) return;
@@ -143,7 +155,9 @@ struct SampleLeaders {
     const std::uint64_t mine = labels[slot];
     Index first = mine != SampleLabels::kNone ? 1 : 0;
     if (first != 0) {
-      for (Index s = cells.begin[static_cast<Index>(keys[slot])]; s < slot && first != 0; ++s) {
+      // Backwards: samples of one label mostly follow one another.
+      for (Index s = slot - 1, end = cells.begin[static_cast<Index>(keys[slot])]; s >= end && first != 0;
+           --s) {
         if (labels[s] == mine) first = 0;
       }
     }
@@ -159,6 +173,46 @@ struct LimitCount {
   TACTUS_HD void operator()(Index) const {
     out[0] = min(count[0], capacity);
     overflow[0] = max(Index(0), count[0] - capacity);
+  }
+};
+
+/// The same for the sum of the first `items` counts, `first` being the sums of those before each.
+struct LimitSum {
+  View<const Index> counts, first;
+  Count items;
+  Index capacity;
+  View<Index> out, overflow;
+  TACTUS_HD void operator()(Index) const {
+    const Index last = items.get() - 1, sum = last < 0 ? 0 : first[last] + counts[last];
+    out[0] = min(sum, capacity);
+    overflow[0] = max(Index(0), sum - capacity);
+  }
+};
+
+/// Bit x of row y + 32 z: whether any of the 27 cells around that cell has samples. Block z: the rows of z.
+struct NearRows {
+  static constexpr int kThreads = 3 * kRowCells;
+  View<const Index> end;  ///< of each cell: 0 where there is none
+  View<std::uint32_t> rows;
+  struct Shared {
+    std::uint32_t occupied[kThreads];  ///< rows of layers z - 1, z, z + 1
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    b.for_each_thread([&](int t) {
+      const Index z = (b.index() + t / kRowCells - 1) & (kRowCells - 1),
+                  first = (z * kRowCells + t % kRowCells) * kRowCells;
+      std::uint32_t word = 0;
+      for (Index x = 0; x < kRowCells; ++x) word |= (end[first + x] > 0 ? 1U : 0U) << x;
+      s.occupied[t] = word;
+    });
+    b.for_threads(kRowCells, [&](int y) {
+      std::uint32_t word = 0;
+      for (Index layer = 0; layer < kThreads; layer += kRowCells) {
+        for (Index dy = -1; dy <= 1; ++dy) word |= s.occupied[layer + ((y + dy) & (kRowCells - 1))];
+      }
+      rows[b.index() * kRowCells + y] = word | word << 1 | word >> 31 | word >> 1 | word << 31;
+    });
   }
 };
 

@@ -4,7 +4,7 @@ namespace tactus {
 
 SampleLevel::SampleLevel(Device& device, Index max_in, Index max_out, float cell_m, int subcells)
     : subcells_(static_cast<float>(subcells)),
-      list_(device, max_in, cell_m),
+      list_(device, max_in, cell_m, kCellBits),
       labels_(device, max_in),
       flags_(device, max_in),
       leaders_(device, max_in),
@@ -17,18 +17,18 @@ SampleLevel::SampleLevel(Device& device, Index max_in, Index max_out, float cell
       x_m_(device, max_out),
       n_(device, max_out),
       area_m2_(device, max_out),
-      keys_(device, max_out) {}
+      keys_(device, max_out),
+      near_rows_(device, kCellRows) {}
 
 void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n,
                         View<const float> area_m2, View<const Index> piece, Count count) {
   list_.build(ctx, x_m, count);
   const CellListView cells = list_.view();
-  const Index slots = list_.max_particles();
-  ctx.parallel_for("contact/labels", slots,
+  ctx.parallel_for("contact/labels", count,
                    SampleLabels{list_.grid(), subcells_, cells.order, list_.keys(), x_m, n, labels_.view()});
-  ctx.parallel_for("contact/leaders", slots,
+  ctx.parallel_for("contact/leaders", count,
                    SampleLeaders{cells.ranges, list_.keys(), labels_.const_view(), flags_.view()});
-  ctx.compact("contact/leaders", flags_.const_view(), leaders_.view(), leader_count_.view());
+  ctx.compact("contact/leaders", count, flags_.const_view(), leaders_.view(), leader_count_.view());
   ctx.parallel_for("contact/limit", 1,
                    LimitCount{leader_count_.const_view(), x_m_.size(), count_.view(), overflow_.view()});
   ctx.parallel_for(
@@ -37,6 +37,7 @@ void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3
                    n, area_m2, piece, x_m_.view(), n_.view(), area_m2_.view(), piece_.view(), keys_.view()});
   // Leaders are in the order of slots, so what is merged is already sorted by cells.
   find_cell_ranges(ctx, keys_.const_view(), this->count(), list_.grid(), begin_.view(), end_.view());
+  ctx.parallel_for("contact/near_rows", kRowCells, NearRows{end_.const_view(), near_rows_.view()});
 }
 
 SamplesView SampleLevel::view() const {
@@ -45,6 +46,7 @@ SamplesView SampleLevel::view() const {
           area_m2_.const_view(),
           piece_.const_view(),
           {list_.grid(), begin_.const_view(), end_.const_view()},
+          near_rows_.const_view(),
           count_.const_view()};
 }
 

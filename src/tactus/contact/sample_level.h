@@ -28,7 +28,7 @@ class SampleLevel {
   Buffer<Index> flags_, leaders_, leader_count_, count_, overflow_, begin_, end_, piece_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
-  Buffer<std::uint32_t> keys_;
+  Buffer<std::uint32_t> keys_, near_rows_;
 };
 
 }  // namespace tactus

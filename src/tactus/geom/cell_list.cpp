@@ -29,11 +29,12 @@ void CellList::build(ExecContext& ctx, View<const Vec3f> x_m, Count count) {
     throw Error("cell list: " + std::to_string(count.capacity) + " particles, but room for " +
                 std::to_string(max_particles()) + " and " + std::to_string(x_m.size()) + " positions");
   }
-  const Index n = max_particles();
-  ctx.parallel_for("cell_list/keys", n, CellKeys{grid_, x_m, count, keys_.view(), order_.view()});
-  ctx.sort_pairs("cell_list/sort", keys_.view(), order_.view(), keys_scratch_.view(), order_scratch_.view(),
-                 3 * grid_.bits + 1);
-  find_cell_ranges(ctx, keys_.const_view(), n, grid_, begin_.view(), end_.view());
+  // A GPU sorts all there is room for (sort_pairs), so there what is behind the count needs the last key.
+  const Count keyed = ctx.device().is_cuda() ? Count(max_particles()) : count;
+  ctx.parallel_for("cell_list/keys", keyed, CellKeys{grid_, x_m, count, keys_.view(), order_.view()});
+  ctx.sort_pairs("cell_list/sort", count, keys_.view(), order_.view(), keys_scratch_.view(),
+                 order_scratch_.view(), 3 * grid_.bits + 1);
+  find_cell_ranges(ctx, keys_.const_view(), count, grid_, begin_.view(), end_.view());
 }
 
 void find_cell_ranges(ExecContext& ctx, View<const std::uint32_t> keys, Count count, const CellGrid& grid,

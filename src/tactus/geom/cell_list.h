@@ -32,7 +32,7 @@ class CellList {
   Index max_particles() const { return order_.size(); }
   const CellGrid& grid() const { return grid_; }
   CellListView view() const { return {{grid_, begin_.const_view(), end_.const_view()}, order_.const_view()}; }
-  /// Cell of each slot, ascending; grid().cell_count() behind the last particle. (max_particles)
+  /// Cell of each of the first `count` slots, ascending; grid().cell_count() for those that are in no cell.
   View<const std::uint32_t> keys() const { return keys_.const_view(); }
 
  private:

@@ -17,6 +17,11 @@ constexpr int kFewest = 12;
 /// Points that are read too far leave the object at its back, and only where it is thin or seen at a slant:
 /// fewer do, but then none comes in for them.
 constexpr double kLostBehind = 0.03;
+/// How far a point may project beside a silhouette [px]: its border is given to whole pixels, so 1. With
+/// more, masks that are too small lose nothing; the last is what none is beyond.
+constexpr int kBorder = 1, kMasksOff[] = {kBorder, 3, 5}, kMasksFarOff = 7;
+/// What is named must explain all points but this share.
+constexpr double kUnexplained = 0.03;
 
 struct Ray {
   Vec3d direction;  ///< unit, world
@@ -63,14 +68,15 @@ class Judge {
   }
 
   int samples() const { return static_cast<int>(count_); }
-  int inside(const Reading& reading) const {
-    return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_,
-                                          [&](const Ray& ray) { return is_inside(ray, reading); }));
+  int inside(const Reading& reading, int border_px = kBorder) const {
+    return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_, [&](const Ray& ray) {
+      return is_inside(ray, reading, border_px);
+    }));
   }
   /// Points that `reading` puts inside and kAsGiven doesn't.
   int gained(const Reading& reading) const {
     return static_cast<int>(std::count_if(rays_.begin(), rays_.begin() + count_, [&](const Ray& ray) {
-      return is_inside(ray, reading) && !is_inside(ray, kAsGiven);
+      return is_inside(ray, reading, kBorder) && !is_inside(ray, kAsGiven, kBorder);
     }));
   }
   /// By how much that reading is longer, on average over the points that it puts inside.
@@ -78,7 +84,7 @@ class Judge {
     double sum = 0;
     int n = 0;
     for (std::size_t i = 0; i < count_; ++i) {
-      if (!is_inside(rays_[i], reading)) continue;
+      if (!is_inside(rays_[i], reading, kBorder)) continue;
       sum += reading.scale(rays_[i]);
       ++n;
     }
@@ -86,11 +92,12 @@ class Judge {
   }
 
  private:
-  bool is_inside(const Ray& ray, const Reading& reading) const {
+  bool is_inside(const Ray& ray, const Reading& reading, int border_px) const {
     const double scale = reading.scale(ray);
     // Noise puts half of the points before the surface, where no silhouette need hold them.
     for (const double sigmas : {0.0, 1.0, 2.0}) {
-      if (is_inside(eye_ + scale * (ray.distance_m + sigmas * sigma_m_) * ray.direction)) return true;
+      if (is_inside(eye_ + scale * (ray.distance_m + sigmas * sigma_m_) * ray.direction, border_px))
+        return true;
     }
     return false;
   }
@@ -103,7 +110,7 @@ class Judge {
     return static_cast<double>(*middle) / (0.6745 * std::sqrt(6.0));
   }
   static bool is_distance(float e) { return (e > 0) & (e <= std::numeric_limits<float>::max()); }
-  bool is_inside(Vec3d p) const {
+  bool is_inside(Vec3d p, int border_px) const {
     const auto between = [](double x, float low, float high) {
       return x >= static_cast<double>(low) && x <= static_cast<double>(high);
     };
@@ -116,15 +123,15 @@ class Judge {
       if (at.z_m <= 0) continue;
       const double u = std::floor(at.u_px + 0.5), v = std::floor(at.v_px + 0.5);
       if (u < 0 || v < 0 || u >= cameras_[c].width_px || v >= cameras_[c].height_px) continue;
-      if (!near_silhouette(silhouettes_[c], static_cast<Index>(u), static_cast<Index>(v))) return false;
+      if (!near_silhouette(silhouettes_[c], static_cast<Index>(u), static_cast<Index>(v), border_px))
+        return false;
     }
     return true;
   }
-  /// One pixel of tolerance: the points of the contour lie on its border.
-  static bool near_silhouette(const BitMask& mask, Index u, Index v) {
+  static bool near_silhouette(const BitMask& mask, Index u, Index v, int border_px) {
     if (mask(u, v)) return true;
-    for (Index y = std::max(v - 1, 0); y <= std::min(v + 1, mask.height_px - 1); ++y) {
-      for (Index x = std::max(u - 1, 0); x <= std::min(u + 1, mask.width_px - 1); ++x) {
+    for (Index y = std::max(v - border_px, 0); y <= std::min(v + border_px, mask.height_px - 1); ++y) {
+      for (Index x = std::max(u - border_px, 0); x <= std::min(u + border_px, mask.width_px - 1); ++x) {
         if (mask(x, y)) return true;
       }
     }
@@ -140,29 +147,50 @@ class Judge {
   std::size_t count_ = 0;
 };
 
+bool is_better(int n, int other, double lost = kLost) {
+  return n - other >= std::max(kFewest + 0.0, lost * n);
+}
+
+/// Whether z was taken for radial distance: points lie before the surface by 1/cos of their ray's angle from
+/// the optical axis. So do those of right depth where masks are too small (a poor segmentation), and the
+/// farther out the more, as contours are there. But with masks that much wider they lie inside as they are,
+/// and longer rays never bring in all: those next to a contour pass beside the mask. So there must be a width
+/// at which `bent` explains nearly all points and `straight` far fewer; where the same stretch everywhere
+/// explains nearly as many, twice as far.
+bool is_bent(const Judge& judge, const Reading& straight, const Reading& bent) {
+  if (!is_better(judge.inside(bent), judge.inside(straight))) return false;
+  const int all = std::max(judge.inside(straight, kMasksFarOff), judge.inside(bent, kMasksFarOff));
+  const Reading stretched{"", judge.mean_stretch(bent), 0};
+  for (const int border_px : kMasksOff) {
+    const int n = judge.inside(bent, border_px);
+    if (n < (1 - kUnexplained) * all) continue;
+    const int alike = judge.inside(stretched, border_px);
+    const double lost = alike <= (1 - kUnexplained) * n ? kLost : 2 * kLost;
+    return alike <= n && is_better(n, judge.inside(straight, border_px), lost);
+  }
+  return false;
+}
+
 /// The reading under which far more points lie inside; nullptr: none.
 const Reading* much_better(const Judge& judge, int as_given) {
-  static constexpr Reading kReadings[] = {
-      {"millimetres given as metres", 1e-3, 0},
-      {"kilometres given as metres", 1e3, 0},
-      {"z (distance along the optical axis) given as radial distance", 1, -1},
-      {"z in millimetres given as radial distance in metres", 1e-3, -1}};
-  const auto is_better = [as_given](int n) { return n - as_given >= std::max(kFewest + 0.0, kLost * n); };
-  if (!is_better(judge.samples())) return nullptr;  // no reading can be much better
-  const Reading* best = nullptr;
+  static constexpr Reading kUnits[] = {{"millimetres given as metres", 1e-3, 0},
+                                       {"kilometres given as metres", 1e3, 0}};
+  static constexpr Reading kBent[] = {{"z (distance along the optical axis) given as radial distance", 1, -1},
+                                      {"z in millimetres given as radial distance in metres", 1e-3, -1}};
+  if (!is_better(judge.samples(), as_given)) return nullptr;  // no reading can be much better
+  const Reading* unit = nullptr;
   int most = as_given;
-  for (const Reading& reading : kReadings) {
+  for (const Reading& reading : kUnits) {
     const int n = judge.inside(reading);
-    if (n > most) {
-      most = n;
-      best = &reading;
-    }
+    if (n <= most || !is_better(n, as_given)) continue;
+    most = n;
+    unit = &reading;
   }
-  if (best == nullptr || !is_better(most)) return nullptr;
-  // Masks that are too small (noise, a poor segmentation) put points before them, too, and any reading that
-  // is a little longer helps: as z it must help more than the same stretch everywhere.
-  const bool bends = best->cosines != 0 && best->factor == 1.0;
-  return bends && judge.inside({"", judge.mean_stretch(*best), 0}) > most ? nullptr : best;
+  const Reading& straight = unit != nullptr ? *unit : kAsGiven;
+  for (const Reading& bent : kBent) {
+    if (bent.factor == straight.factor && is_bent(judge, straight, bent)) return &bent;
+  }
+  return unit;
 }
 
 /// Radial distance taken for z was made too long by 1/cos: points leave the object at its back, and none lies

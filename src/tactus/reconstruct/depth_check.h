@@ -13,12 +13,13 @@ namespace tactus {
 /// outside under any reading. Of about 300 measured pixels, counts the points inside the
 /// workspace and inside every silhouette, as given and as other readings of the same numbers (millimetres,
 /// kilometres, z instead of radial distance, radial distance that was taken for z). A point may lie up to two
-/// standard deviations of the image's own noise behind its distance: noise alone is no wrong unit. Returns ""
-/// when the image as given is at least nearly as good as any other reading; else what it looks like, with the
-/// counts. What lies near the optical axis is the same as z and as radial distance, and what is read too far
-/// shows only where it is thin or slanted enough to leave the hull at its back: nothing is said of a thick or
-/// flat object that faces the camera. Empty images and masks take no part. Allocates nothing; about 40 us
-/// when all is well.
+/// standard deviations of the image's own noise behind its distance: noise alone is no wrong unit; nor are
+/// masks that lost a rim: z is named only where it explains nearly all points and masks that are a few pixels
+/// too small don't. Returns "" when the image as given is at least nearly as good as any other reading; else
+/// what it looks like, with the counts. What lies near the optical axis is the same as z and as radial
+/// distance, and what is read too far shows only where it is thin or slanted enough to leave the hull at its
+/// back: nothing is said of a thick or flat object that faces the camera. Empty images and masks take no
+/// part. Allocates nothing; about 40 us when all is well, 0.3 ms when masks are too small.
 std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
                                 const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m);
 

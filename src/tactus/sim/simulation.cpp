@@ -66,9 +66,12 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       }()),
       contact_(devices.device(0),
                [&] {
-                 Index most = 1;
-                 for (const auto& body : bodies_) most = std::max(most, body->contact_node_count());
-                 return most;
+                 Index nodes = 0;
+                 for (const auto& body : bodies_) {
+                   body->set_first_record(nodes);
+                   nodes += body->contact_node_count();
+                 }
+                 return nodes;
                }(),
                {.restitution = static_cast<float>(scene.contact.restitution),
                 .friction = static_cast<float>(scene.contact.friction)}),
@@ -189,22 +192,23 @@ Simulation::SubstepPlan Simulation::plan_substeps(float dt_s) const {
 /// Without the host: what is recorded is replayed as one graph.
 void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
   const float dt_substep = plan.dt_s / static_cast<float>(plan.count);
-  contact_.begin_frame(ctx);
+  // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
+  contact_.begin_frame(ctx, {.dt_s = dt_substep, .substeps = plan.count, .dt_frame_s = plan.dt_s});
   for (auto& body : bodies_) body->begin_frame(ctx);
   const auto gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2);
   for (auto& body : bodies_) {
-    if (body->contact_node_count() > 0)
-      contact_.rescue(ctx, surface_, body->contact_nodes(), dt_substep - plan.dt_s);
+    if (body->contact_node_count() > 0) contact_.rescue(ctx, surface_, body->contact_nodes());
     if (body->is_untouched()) body->step_frame(dt_substep, gravity_m_s2, plan.count);
   }
   for (int k = 0; k < plan.count; ++k) {
     for (auto& body : bodies_) {
       if (body->is_untouched()) continue;
       body->step(dt_substep, gravity_m_s2, k);
-      if (body->contact_node_count() > 0) body->touch(ctx, contact_, surface_, dt_substep, plan.dt_s, k);
+      if (body->contact_node_count() > 0) body->touch(ctx, contact_, surface_, k);
       body->watch(k, plan.count);
     }
   }
+  contact_.end_frame(ctx);
 }
 
 FrameSnapshot Simulation::snapshot() {

@@ -327,23 +327,18 @@ void SoftBody::step(float dt_s, Vec3f gravity_m_s2, int k) {
   if (!at_rest_) tissue_.substep(step_of(dt_s, gravity_m_s2), k);
 }
 
-void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s,
-                     float dt_frame_s, int k) {
-  // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
-  const auto correct = [&](const ContactNodes& nodes, int steps) {
-    const float after_s = dt_s * static_cast<float>(k + steps) - dt_frame_s;
-    contact.correct(ctx, surface, nodes, after_s, dt_s * static_cast<float>(steps));
-  };
-  if (matching_every() == 1) return correct(contact_nodes(), 1);
+void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, int k) {
+  if (matching_every() == 1) return contact.correct(ctx, surface, contact_nodes(), k);
   const auto part = [&](Index begin, Index end) {
     ContactNodes nodes = contact_nodes();
     nodes.nodes = nodes.nodes.part(begin, end - begin);
     nodes.memory = nodes.memory.part(begin, end - begin);
+    nodes.first_record += begin;
     return nodes;
   };
-  correct(part(0, element_contact_nodes_), 1);
+  contact.correct(ctx, surface, part(0, element_contact_nodes_), k);
   if (k % matching_every() == 0)
-    correct(part(element_contact_nodes_, contact_nodes_.size()), matching_every());
+    contact.correct(ctx, surface, part(element_contact_nodes_, contact_nodes_.size()), k, matching_every());
 }
 
 ContactNodes SoftBody::contact_nodes() {
@@ -354,7 +349,8 @@ ContactNodes SoftBody::contact_nodes() {
           rest_gap_m_.const_view(),
           contact_nodes_.const_view(),
           tissue_.boundary().held(),
-          memory_.view()};
+          memory_.view(),
+          first_record_};
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

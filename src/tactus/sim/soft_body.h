@@ -73,11 +73,12 @@ class SoftBody {
   void step(float dt_s, Vec3f gravity_m_s2, int k);
   /// Contact at its end. Where shape matching goes several substeps at once, the nodes that it alone moves
   /// touch the surface once for all of them, where it will be at their end. Asynchronous.
-  void touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, float dt_s, float dt_frame_s,
-             int k);
+  void touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, int k);
   /// And then: notes nodes that are no longer where anything could be and, after the last substep, how
   /// strained the elements are. Asynchronous.
   void watch(int k, int substeps);
+  /// Where its records of contact begin among those of all bodies.
+  void set_first_record(Index first) { first_record_ = first; }
   /// Substeps of a frame are a multiple of this.
   int matching_every() const { return model().flsm() ? description_.matching_every : 1; }
   /// The nodes as contact sees them.
@@ -116,6 +117,7 @@ class SoftBody {
   bool full_stiffness_;
   Buffer<float> mass_kg_, rest_gap_m_;
   Buffer<Index> contact_nodes_;
+  Index first_record_ = 0;
   Index element_contact_nodes_ = 0;  ///< the first so many; the others only shape matching moves
   Buffer<ContactMemory> memory_;
   DeviceReplay slabs_replay_;

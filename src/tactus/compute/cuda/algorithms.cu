@@ -10,6 +10,16 @@
 #include "tactus/compute/cuda/cuda_check.h"
 
 namespace tactus::cuda {
+namespace {
+
+/// Whether index i is below the count, which only the device may know, and its flag is set.
+struct IsFlagged {
+  const int* flags;
+  Count count;
+  __device__ bool operator()(int i) const { return i < count.get() && flags[i] != 0; }
+};
+
+}  // namespace
 
 std::size_t algorithm_scratch_bytes(int n) {
   std::size_t scan = 0, wide_scan = 0, select = 0, sort = 0;
@@ -19,8 +29,8 @@ std::size_t algorithm_scratch_bytes(int n) {
   std::uint64_t* no_words = nullptr;
   TACTUS_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(nullptr, scan, none, none, n));
   TACTUS_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(nullptr, wide_scan, no_words, no_words, n));
-  TACTUS_CUDA_CHECK(
-      cub::DeviceSelect::Flagged(nullptr, select, thrust::counting_iterator<int>(0), none, none, none, n));
+  TACTUS_CUDA_CHECK(cub::DeviceSelect::If(nullptr, select, thrust::counting_iterator<int>(0), none, none, n,
+                                          IsFlagged{none, n}));
   TACTUS_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(nullptr, sort, keys, values, n));
   return std::max({scan, wide_scan, select, sort});
 }
@@ -40,10 +50,11 @@ void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const
 }
 
 void compact(int ordinal, void* scratch, std::size_t scratch_bytes, const int* flags, int* out,
-             int* out_count, int n, void* stream) {
+             int* out_count, Count count, void* stream) {
   TACTUS_CUDA_CHECK(cudaSetDevice(ordinal));
-  TACTUS_CUDA_CHECK(cub::DeviceSelect::Flagged(scratch, scratch_bytes, thrust::counting_iterator<int>(0),
-                                               flags, out, out_count, n, static_cast<cudaStream_t>(stream)));
+  TACTUS_CUDA_CHECK(cub::DeviceSelect::If(scratch, scratch_bytes, thrust::counting_iterator<int>(0), out,
+                                          out_count, count.capacity, IsFlagged{flags, count},
+                                          static_cast<cudaStream_t>(stream)));
 }
 
 void sort_pairs(int ordinal, void* scratch, std::size_t scratch_bytes, unsigned* keys, int* values,

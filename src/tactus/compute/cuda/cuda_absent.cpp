@@ -28,7 +28,7 @@ void destroy_graph(void*) noexcept {}
 std::size_t algorithm_scratch_bytes(int) { absent(); }
 void exclusive_scan(int, void*, std::size_t, const int*, int*, int, void*) { absent(); }
 void exclusive_scan(int, void*, std::size_t, const std::uint64_t*, std::uint64_t*, int, void*) { absent(); }
-void compact(int, void*, std::size_t, const int*, int*, int*, int, void*) { absent(); }
+void compact(int, void*, std::size_t, const int*, int*, int*, Count, void*) { absent(); }
 void sort_pairs(int, void*, std::size_t, unsigned*, int*, unsigned*, int*, int, int, void*) { absent(); }
 std::string why_not_shared_with_gl(int) { return status_text(); }
 void* register_gl_buffer(int, unsigned) { absent(); }

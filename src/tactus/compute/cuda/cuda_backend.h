@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/compute/device.h"
+#include "tactus/compute/kernel.h"
 
 namespace tactus::cuda {
 
@@ -39,9 +40,9 @@ void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const
                     void* stream);
 void exclusive_scan(int ordinal, void* scratch, std::size_t scratch_bytes, const std::uint64_t* in,
                     std::uint64_t* out, int n, void* stream);
-/// Ascending indices of the non-zero flags.
+/// Ascending indices of the non-zero flags among the first `count`.
 void compact(int ordinal, void* scratch, std::size_t scratch_bytes, const int* flags, int* out,
-             int* out_count, int n, void* stream);
+             int* out_count, Count count, void* stream);
 void sort_pairs(int ordinal, void* scratch, std::size_t scratch_bytes, unsigned* keys, int* values,
                 unsigned* keys2, int* values2, int n, int key_bits, void* stream);
 
