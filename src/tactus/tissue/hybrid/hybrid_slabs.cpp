@@ -8,8 +8,8 @@
 namespace tactus {
 namespace {
 
-/// What a shape-matched node costs over an element, about, on either kind of device.
-constexpr double kMatchedCost = 4;
+/// What a shape-matched node costs over an element: 8 times as much on an H200, 6 on a CPU.
+constexpr double kMatchedCost = 7;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -17,14 +17,16 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
                                const ElementMask& elements, int half_width,
                                std::optional<double> least_elements) {
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
-  bool matches = false;
+  bool has_elements = false, matches = false;
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     const bool element = elements.empty() || elements[c] != 0;
     cost[static_cast<std::size_t>(lattice.cubes[c].z)] += element ? 1 : kMatchedCost;
-    matches = matches || !element;
+    (element ? has_elements : matches) = true;
   }
   const double all = std::accumulate(cost.begin(), cost.end(), 0.0);
-  const double worthwhile = matches ? HybridSlabs::kLeastOfBoth : HybridSlabs::kLeastElements;
+  const double worthwhile = !matches       ? HybridSlabs::kLeastElements
+                            : has_elements ? HybridSlabs::kLeastOfBoth
+                                           : kMatchedCost * HybridSlabs::kLeastMatched;
   const double least_cost = least_elements.value_or(devices.is_cuda() ? worthwhile : 0);
   const int count =
       least_cost > 0

@@ -20,15 +20,16 @@ class HybridSlabs {
  public:
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
   /// @param least_elements as many as these, or matched nodes that cost as much, are in each slab, or there
-  /// are fewer; absent: kLeastElements or kLeastOfBoth on GPUs, none elsewhere
+  /// are fewer; absent: kLeast... on GPUs, none elsewhere
   HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
               std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
               const TledOptions& tled, const FlsmMaterial& flsm,
               std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {});
-  /// With fewer, a second H200 costs more in waiting than it saves: of elements alone, and where shape
-  /// matching takes part, whose substep has more to hide it behind. Between rows of bench/results: n million
-  /// elements take 4 + 49 n us on one and 13 + 24 n us on two, equal at 0.36.
-  static constexpr double kLeastElements = 170000, kLeastOfBoth = 75000;
+  /// With fewer, a second H200 costs more in waiting than it saves. Between rows of bench/results: n million
+  /// elements take 3 + 44 n us on one and 12 + 20 n us on two, equal at 0.4; matched nodes 16 + 443 n and 30
+  /// + 262 n, equal at 0.07; fig20's bodies of both are equal at 70,000 nodes (7:3) and 37,000 (3:7), either
+  /// as much as 0.19 million elements.
+  static constexpr double kLeastElements = 200000, kLeastMatched = 36000, kLeastOfBoth = 97000;
 
   // A frame: all without the host, asynchronous; may be captured (DeviceReplay).
 
