@@ -83,8 +83,7 @@ Result reconstruct(const View& view, Index resolution, bool use_depth = true,
   VisualHull hull(set, view.cameras, {view.workspace_m, resolution}, view.depth_cameras);
   for (int frame = 0; frame < 3; ++frame) {  // a tick without depth in between leaves nothing behind
     hull.upload(view.masks, frame == 1 || !use_depth ? std::vector<DepthImage>() : view.depths_m);
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
   }
   Result result;
   result.report = hull.report();

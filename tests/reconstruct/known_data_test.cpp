@@ -30,8 +30,7 @@ Result hull_of_first_frame(FrameSource& source, Index resolution) {
   VisualHull hull(devices, rig.cameras,
                   {.workspace_m = rig.workspace_m, .resolution = resolution, .slack_px = rig.slack_px});
   hull.upload(frame.silhouettes);
-  hull.carve();
-  hull.extract();
+  hull.reconstruct();
   Result result{hull.download()};
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const BitMask seen = render_silhouette(result.mesh, rig.cameras[c]);

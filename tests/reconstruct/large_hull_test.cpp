@@ -47,8 +47,7 @@ Result sphere_hull(const std::string& devices, Index resolution, Index depth_px 
   // The last frame counts; the one before must neither change it nor be read too late.
   for (const double radius_m : {2 * kRadius_m, kRadius_m}) {
     hull.upload(sphere_silhouettes(cameras, kCenter, radius_m), depths_m);
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
   }
   Result result{hull.download(), hull.report()};
   EXPECT_FALSE(result.report.overflow.has_value());

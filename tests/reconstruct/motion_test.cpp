@@ -199,8 +199,7 @@ class Rebuilt {
   }
   TriangleMesh rebuild(const std::vector<BitMask>& masks) {
     hull_.upload(masks);
-    hull_.carve();
-    hull_.extract();
+    hull_.reconstruct();
     normals_.compute(set_.context(0), hull_.mesh(), hull_.voxel_size_m());
     TriangleMesh result = hull_.download();
     result.normals =

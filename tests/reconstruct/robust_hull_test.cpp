@@ -45,8 +45,7 @@ class Bench {
         scores_(set_.context(0), rig_.cameras, {.workspace_m = rig_.workspace_m}) {}
   TriangleMesh mesh(const std::vector<BitMask>& masks) {
     hull_.upload(masks);
-    hull_.carve();
-    hull_.extract();
+    hull_.reconstruct();
     EXPECT_FALSE(hull_.report().overflow.has_value());
     return hull_.download();
   }

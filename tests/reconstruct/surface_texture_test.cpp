@@ -40,8 +40,7 @@ Textured texture(const std::string& devices, const Stage& stage, Index k, std::o
   for (int frame = 0; frame < 2; ++frame) {  // the second must not depend on the first
     hull.upload(stage.masks());
     paint.upload(ctx, photos.empty() ? stage.photos() : photos);
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
     normals.compute(ctx, hull.mesh(), hull.voxel_size_m());
     paint.shade(ctx, hull.mesh(), normals.view(), eye_m);
   }
@@ -171,8 +170,7 @@ TEST_P(Texture, AtlasOfPhotosShowsThePaint) {
   hull.upload(stage.masks());
   const std::vector<ColorImage> photos = stage.photos();
   paint.upload(ctx, photos);
-  hull.carve();
-  hull.extract();
+  hull.reconstruct();
   normals.compute(ctx, hull.mesh(), hull.voxel_size_m());
   paint.shade(ctx, hull.mesh(), normals.view());
   paint.choose(ctx, hull.mesh(), normals.view());

@@ -52,8 +52,7 @@ TriangleMesh hull_of(const std::string& devices, const std::vector<Camera>& came
   for (int frame = 0; frame < 3;
        ++frame) {  // later frames must not depend on earlier ones (nor on how they are replayed)
     hull.upload(frame == 1 ? std::vector<BitMask>(masks.size()) : masks);
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
   }
   EXPECT_FALSE(hull.report().overflow.has_value());
   return hull.download();
@@ -214,6 +213,19 @@ void apply_remedy(const HullOverflow& overflow, HullOptions& options) {
   option = overflow.wanted;
 }
 
+TEST_P(Hull, HalvesMakeTheSame) {
+  const std::vector<Camera> cameras = ring(5);
+  const std::vector<BitMask> masks = random_silhouettes(cameras, 2);
+  DeviceSet set(GetParam(), 3);
+  VisualHull hull(set, cameras, {kCube, 67});
+  for (int frame = 0; frame < 3; ++frame) {  // the third is replayed
+    hull.upload(masks);
+    hull.carve();
+    hull.extract();
+  }
+  EXPECT_EQ(hull.download().positions_m, hull_of("cpu", cameras, masks, 67).positions_m);
+}
+
 TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
   const std::vector<Camera> cameras = ring(4);
   const std::vector<BitMask> masks = sphere_silhouettes(cameras, {0, 0.5, 0}, 0.3);
@@ -226,8 +238,7 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
   for (int attempt = 0; attempt < 4; ++attempt) {
     VisualHull hull(set, cameras, options);
     hull.upload(masks);
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
     const std::optional<HullOverflow> overflow = hull.report().overflow;
     const TriangleMesh mesh = hull.download();
     EXPECT_NO_THROW(topology(mesh));  // no triangle names a vertex that is not there

@@ -37,8 +37,7 @@ class HandOnDevice {
   void next() {
     ASSERT_EQ(source_.next(frame_), NextFrame::success);
     hull_.upload(frame_.silhouettes);
-    hull_.carve();
-    hull_.extract();
+    hull_.reconstruct();
     devices_.synchronize();
     report_ = hull_.report();
     normals_.compute(ctx(), hull_.mesh(), hull_.voxel_size_m());

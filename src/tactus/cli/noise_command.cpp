@@ -83,8 +83,7 @@ class NoisyRig {
   Quality quality(VisualHull& hull, std::span<const BitMask> masks, std::span<const DepthImage> depths_m,
                   double time_s) const {
     hull.upload(masks, depths_m);
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
     const HullReport report = hull.report();
     if (report.overflow) throw Error("noise: " + report.overflow->text());
     const TriangleMesh mesh = hull.download();

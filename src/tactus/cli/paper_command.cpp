@@ -38,8 +38,7 @@ struct Reconstructed {
     ExecContext& ctx = devices.context(0);
     hull.upload(frame.silhouettes,
                 use_depth ? std::span<const DepthImage>(frame.depths_m) : std::span<const DepthImage>());
-    hull.carve();
-    hull.extract();
+    hull.reconstruct();
     surface = hull.mesh();
     if (smooth > 0) surface = smoothing.smooth(ctx, surface, hull.voxel_size_m(), smooth);
     normals.compute(ctx, surface, hull.voxel_size_m());
