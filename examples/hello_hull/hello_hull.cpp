@@ -18,8 +18,7 @@ int main() {
   tactus::VisualHull hull(devices, source.rig().cameras,
                           {.workspace_m = source.rig().workspace_m, .resolution = 64});
   hull.upload(frame.silhouettes);
-  hull.carve();
-  hull.extract();
+  hull.reconstruct();
   const tactus::TriangleMesh mesh = hull.download();
 
   const double volume_m3 = tactus::volume_m3(mesh), truth_m3 = frame.truth_volume_m3.value_or(0);
