@@ -148,8 +148,8 @@ TEST(HybridSlabs, SmallBodiesAreOnFewerDevices) {
   EXPECT_EQ(slabs({}, 1000), 4);  // of 4,000 elements
   EXPECT_EQ(slabs({}, 1500), 2);
   EXPECT_EQ(slabs({}, 5000), 1);
-  EXPECT_EQ(slabs(none, 9000), 1);
-  EXPECT_EQ(slabs(none, 8000), 2);  // they cost four times as much
+  EXPECT_EQ(slabs(none, 15000), 1);
+  EXPECT_EQ(slabs(none, 14000), 2);  // they cost seven times as much
 }
 
 TEST(SplitByCost, CutsWhereCostsAreEqual) {
