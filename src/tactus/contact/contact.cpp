@@ -5,6 +5,8 @@
 namespace tactus {
 namespace {
 
+/// Substeps of a frame for which one launch poses the surface; those of two launches are kept, as bodies that
+/// are matched seldom look some substeps ahead of the others.
 constexpr Index kPosedAtOnce = 32, kPosesKept = 2 * kPosedAtOnce;
 
 ContactSettings checked(const ContactSettings& s) {

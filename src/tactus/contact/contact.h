@@ -59,8 +59,8 @@ class Contact {
   ContactSettings settings_;
   ContactTimes times_;
   Buffer<ContactRecord> records_, total_;
-  Buffer<SurfacePoses> poses_;  ///< that after n substeps: n modulo their number
-  Index first_posed_ = 0, end_posed_ = 0;
+  Buffer<SurfacePoses> poses_;             ///< that after n substeps: n modulo their number
+  Index first_posed_ = 0, end_posed_ = 0;  ///< substeps of this frame after which the surface is posed
 };
 
 }  // namespace tactus

@@ -2,6 +2,7 @@
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/contact/response_kernels.h"
 #include "tactus/contact/sample_kernels.h"
+#include "tactus/contact/surface_report.h"
 
 TACTUS_CUDA_KERNEL(tactus::TriangleCuts);
 TACTUS_CUDA_KERNEL(tactus::TriangleSamples);

@@ -2,8 +2,6 @@
 /// Rigid motion of each piece of the real surface between two frames: point-to-plane registration (Chen &
 /// Medioni 1992) of the last frame's samples on this frame's, damped so that directions the shape says
 /// nothing about keep the first guess, the difference of the centres of gravity [P 19].
-#include <array>
-
 #include "tactus/contact/piece_kernels.h"
 #include "tactus/geom/cholesky.h"
 
@@ -392,32 +390,6 @@ struct ChooseMotion {
     m.residual_m = rms;
     m.velocity_m_s = (m.center_m - back) / dt_s;
     m.spin_rad_s = (2.F * asin_over_x / dt_s) * half;
-  }
-};
-
-/// What is reported of a surface, read when the caller synchronises anyway.
-struct RealSurfaceReport {
-  Index samples = 0;
-  Index dropped_raw_samples = 0,
-        dropped_samples = 0;                     ///< > 0: overflow; raise max_raw_samples or max_samples
-  SurfacePieces pieces;                          ///< the largest, at most kPieces
-  std::array<SurfaceMotion, kPieces> motions{};  ///< of each; what is too small moves as the first
-};
-
-/// Collects it, so that one copy brings it to the host. Thread k: piece k.
-struct NoteReport {
-  View<const SurfaceMotion> motion;
-  View<const SurfacePieces> pieces;
-  View<const Index> samples, raw_overflow, fine_overflow, coarse_overflow;  ///< (1)
-  View<RealSurfaceReport> report;
-  TACTUS_HD void operator()(Index k) const {
-    RealSurfaceReport& all = report[0];
-    all.motions[static_cast<std::size_t>(k)] = motion[k];
-    if (k != 0) return;
-    all.samples = samples[0];
-    all.dropped_raw_samples = raw_overflow[0];
-    all.dropped_samples = fine_overflow[0] + coarse_overflow[0];
-    all.pieces = pieces[0];
   }
 };
 

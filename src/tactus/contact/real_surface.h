@@ -5,6 +5,7 @@
 /// itself.
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/contact/sample_level.h"
+#include "tactus/contact/surface_report.h"
 
 namespace tactus {
 

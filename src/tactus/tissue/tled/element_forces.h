@@ -83,7 +83,7 @@ struct ElementForces {
 
   struct Shared {
     Index cell[Tiles::kGroups];        ///< of each group's first column, in the lowest layer
-    Index starts_row[Tiles::kGroups];  ///< 1: its first column has none to the left
+    Index starts_row[Tiles::kGroups];  ///< 1: its first column has none to the left in this tile
     Index shares[Tiles::kGroups];      ///< 1: its first column belongs to the tile before
     /// Per node and row of columns: force with signs 1, y. Of odd and even layers: while one is read, the
     /// next is written.

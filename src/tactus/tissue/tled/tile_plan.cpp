@@ -121,7 +121,7 @@ struct Height {
 /// A tile loads one layer more than it walks, and walks one more than it owns: tall ones share most. But a
 /// processor works on `resident` blocks at once, in little more time than on one of them, and all wait for
 /// the one that has most. The steps of b blocks at a time took 1.5, 1.9 and 2.4 us on an H200 for b = 1, 2
-/// and 3.
+/// and 3: fitted to `tactus bench tissue` of 16^3 to 100^3 cubes with `layers` 1 to 32 and `processors` 0.
 Height choose_height(const Masks& masks, Index tiles_per_layer, Index nodes_z, const TileLimits& limits) {
   Height best(nodes_z, limits.layers);
   if (limits.processors == 0) return best;

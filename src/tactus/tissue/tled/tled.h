@@ -98,7 +98,7 @@ class Tled {
   Buffer<tled::Tile> tiles_;
   Buffer<std::uint32_t> active_;
   Buffer<Index> cell_, cube_cell_;
-  Slab own_cubes_;
+  Slab own_cubes_;  ///< those of its layers, as the lattice counts them
   Buffer<tled::CubeExtremes> extremes_;
   Buffer<std::uint16_t> kind_;  ///< over cells, into
   Buffer<tled::Stiffness> kinds_;
