@@ -8,6 +8,8 @@
 #include <span>
 #include <string>
 
+#include "tactus/frame/readback.h"
+#include "tactus/frame/stage.h"
 #include "tactus/geom/camera.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
@@ -88,10 +90,17 @@ class VisualHull {
   void carve();
   /// The second: makes the mesh of what `carve` found. Asynchronous.
   void extract();
+  /// The same as stages of a frame: "hull/upload" calls `upload`, which is to send what is new; then the nodes
+  /// inside every silhouette and not in front of a measured surface are found, and made a mesh.
+  std::vector<Stage> stages(std::function<void()> upload);
+  static constexpr const char* kMesh = "hull/mesh";  ///< what they write
 
   DeviceMesh mesh() const;
   /// Waits for the frame.
   HullReport report();
+  /// Counts of the mesh are read back with the frame's other records; then report() doesn't wait.
+  void add_reports(Readback& readback);
+  HullReport report(const Readback& readback) const;
   /// Waits for the frame and copies its mesh to the host (without normals).
   TriangleMesh download();
 
