@@ -64,8 +64,8 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, const Contac
   ctx.parallel_for(
       "contact/response", body.nodes.size(),
       ContactResponse{surface.samples(), poses_.const_view(), body, 2 * surface.settings().sample_spacing_m,
-                      settings_.restitution, settings_.friction, SubstepsTo{k, steps, times_.dt_s, times_.frame},
-                      records_of(body)});
+                      settings_.restitution, settings_.friction,
+                      SubstepsTo{k, steps, times_.dt_s, times_.frame}, records_of(body)});
 }
 
 void Contact::end_frame(ExecContext& ctx) {
@@ -73,7 +73,10 @@ void Contact::end_frame(ExecContext& ctx) {
 }
 
 ContactReport Contact::report(ExecContext& ctx, float dt_frame_s, int substeps) const {
-  const ContactRecord total = to_host(ctx, total_.const_view())[0];
+  return contact_report(to_host(ctx, total_.const_view())[0], dt_frame_s, substeps);
+}
+
+ContactReport contact_report(const ContactRecord& total, float dt_frame_s, int substeps) {
   ContactReport report;
   report.force_N = total.impulse_N_s / dt_frame_s;
   report.torque_N_m = total.moment_N_m_s / dt_frame_s;

@@ -21,8 +21,9 @@ struct ContactReport {
 };
 
 /// Order in a frame, all on one context and without a read-back:
-///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body contact.rescue(); for each substep
-///   k: integrate; contact.correct(k); contact.end_frame(); and where one synchronises, contact.report(dt).
+///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body contact.rescue(); for each
+///   substep k: integrate; contact.correct(k); contact.end_frame(); and where one synchronises,
+///   contact.report(dt).
 class Contact {
  public:
   /// @param max_contact_nodes of all bodies together: each has its records (ContactNodes::first_record)
@@ -62,5 +63,9 @@ class Contact {
   Buffer<ContactRecord> records_, total_;
   Buffer<SurfacePoses> poses_;  ///< after 1, 2, .. substeps of this frame
 };
+
+/// What there is to report of a frame. @param dt_frame_s what the impulses are divided by @param substeps
+/// calls of `correct`
+ContactReport contact_report(const ContactRecord& total, float dt_frame_s, int substeps);
 
 }  // namespace tactus

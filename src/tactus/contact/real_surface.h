@@ -49,6 +49,8 @@ class RealSurface {
   /// (kPieces) How each piece moves from this frame on.
   View<const SurfaceMotion> motions() const { return motions_.const_view(); }
   const RealSurfaceSettings& settings() const { return settings_; }
+  /// (1) Of the last update.
+  View<const RealSurfaceReport> report_view() const { return report_.const_view(); }
   /// Synchronises.
   RealSurfaceReport report(ExecContext& ctx) const;
 

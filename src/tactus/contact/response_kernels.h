@@ -209,13 +209,13 @@ struct ContactResponse {
   View<const SurfacePoses> poses;  ///< after 1, 2, .. substeps
   ContactNodes body;
   float reach_m, restitution, friction;
-  SubstepsTo now;
+  SubstepsTo since;
   View<ContactRecord> records;
   float dt_s = 0;  ///< since the last correction: how far the surface carried what touched it
   TACTUS_HD void load() {
-    now.load();
-    dt_s = now.dt_s * static_cast<float>(now.steps);
-    poses = poses.part(now.substep + now.steps - 1, 1);
+    since.load();
+    dt_s = since.dt_s * static_cast<float>(since.steps);
+    poses = poses.part(since.substep + since.steps - 1, 1);
   }
   TACTUS_HD void operator()(Index c) const {
     const Index i = body.nodes[c];

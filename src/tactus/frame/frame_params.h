@@ -32,7 +32,7 @@ struct StepTime {
 };
 
 /// More substeps than a frame may have.
-inline constexpr Index kMostSubsteps = 4096;
+inline constexpr Index kMostSubsteps = 10000;
 
 /// A substep is over.
 struct NextSubstep {

@@ -33,7 +33,8 @@ class Readback {
   template <class T>
   std::vector<T> get(const Place& place) const {
     std::vector<T> records(static_cast<std::size_t>(place.count));
-    if (!records.empty()) std::memcpy(records.data(), words(place), sizeof(T) * records.size());
+    if (!records.empty())
+      std::memcpy(static_cast<void*>(records.data()), words(place), sizeof(T) * records.size());
     return records;
   }
 

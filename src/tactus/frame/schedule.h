@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tactus/base/timing.h"
+#include "tactus/compute/time_stamp.h"
 #include "tactus/frame/frame_on_devices.h"
 #include "tactus/frame/stage.h"
 #include "tactus/multi_device/device_replay.h"

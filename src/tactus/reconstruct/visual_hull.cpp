@@ -311,9 +311,8 @@ HullReport VisualHull::report(const Readback& readback) const {
 HullReport VisualHull::report() {
   Impl& m = *impl_;
   std::vector<PartCounts> counts;
-  m.devices.for_each_part([&](ExecContext& ctx, int p) {
-    counts.push_back(to_host(ctx, m.part(p).counts.const_view())[0]);
-  });
+  m.devices.for_each_part(
+      [&](ExecContext& ctx, int p) { counts.push_back(to_host(ctx, m.part(p).counts.const_view())[0]); });
   m.devices.synchronize();
   return m.report_of(counts);
 }

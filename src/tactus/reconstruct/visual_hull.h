@@ -90,8 +90,8 @@ class VisualHull {
   void carve();
   /// The second: makes the mesh of what `carve` found. Asynchronous.
   void extract();
-  /// The same as stages of a frame: "hull/upload" calls `upload`, which is to send what is new; then the nodes
-  /// inside every silhouette and not in front of a measured surface are found, and made a mesh.
+  /// The same as stages of a frame: "hull/upload" calls `upload`, which is to send what is new; then the
+  /// nodes inside every silhouette and not in front of a measured surface are found, and made a mesh.
   std::vector<Stage> stages(std::function<void()> upload);
   static constexpr const char* kMesh = "hull/mesh";  ///< what they write
 
