@@ -19,6 +19,7 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   options.resolution = scene.reconstruction.resolution;
   options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
   options.tolerated_views = scene.reconstruction.tolerated_views;
+  options.min_views = scene.reconstruction.min_views;
   options.max_active_bricks = scene.reconstruction.max_active_bricks;
   options.max_vertices = scene.reconstruction.max_vertices;
   options.max_triangles = scene.reconstruction.max_triangles;
@@ -53,6 +54,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     : devices_(devices),
       scene_(scene),
       hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
+      hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
+                  hull_.voxel_size_m()),
       normals_(devices.device(0), hull_.mesh().positions_m.size()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
@@ -106,6 +109,11 @@ void Simulation::add_stages() {
   const View<const FrameParams> frame = schedule_.frame().view(0);
   for (Stage& stage : hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); }))
     schedule_.add(std::move(stage));
+  schedule_.add({.name = "hull/check",
+                 .timed_as = "check",
+                 .rate = Rate::capture,
+                 .reads = {VisualHull::kMesh},
+                 .submit = [this, &ctx](BlockPlace) { hull_check_.measure(ctx, hull_.mesh()); }});
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
                  .rate = Rate::capture,
@@ -158,6 +166,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   if (frame != nullptr) {
     incoming_ = frame;
     masks_ = silhouettes(*frame, report.notices);
+    hull_check_.prepare(frame->silhouettes);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
   }
@@ -182,6 +191,8 @@ void Simulation::collect(const FrameTimes& times, StepReport& report) {
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
+  if (incoming_ != nullptr) warn("hull.check", hull_check_.tell(devices_.context(0)));
+  incoming_ = nullptr;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   if (const Index dropped = surface.dropped_raw_samples + surface.dropped_samples; dropped > 0) {
     warn("surface.overflow", std::to_string(dropped) + " samples of the real surface were dropped",

@@ -6,6 +6,7 @@
 
 #include "tactus/base/timing.h"
 #include "tactus/frame/schedule.h"
+#include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -82,6 +83,7 @@ class Simulation {
   DeviceSet& devices_;
   Scene scene_;
   VisualHull hull_;
+  HullCheck hull_check_;
   SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
