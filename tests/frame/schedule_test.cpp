@@ -8,6 +8,7 @@
 #include "tactus/frame/readback.h"
 
 namespace tactus {
+using test::message_of;
 namespace {
 
 /// Notes the names of stages as they are submitted.
@@ -78,7 +79,9 @@ TEST(Schedule, AnyNumberOfSubstepsRunsEachStageAtItsRate) {
       EXPECT_EQ(std::count(log.names.begin(), log.names.end(), "each"), units * every);
       EXPECT_EQ(std::count(log.names.begin(), log.names.end(), "some"), units);
     }
-    if (every > 1) EXPECT_THROW(schedule.run({.gravity_m_s2 = {}, .substeps = every + 1}, false), Error);
+    if (every > 1) {
+      EXPECT_THROW(schedule.run({.gravity_m_s2 = {}, .substeps = every + 1}, false), Error);
+    }
   }
 }
 

@@ -70,9 +70,11 @@ void Schedule::close() {
   }
   const After after = find_edges();
   crosses_.assign(stages_.size(), 0);
+  // Substeps follow one another, so a stage also waits for those that come after it in the last substep.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    for (const std::size_t before : after[i])
-      if (stages_[before].devices != stages_[i].devices) crosses_[i] = 1;
+    for (const std::size_t before : after[i]) {
+      if (stages_[before].devices != stages_[i].devices) crosses_[i] = crosses_[before] = 1;
+    }
   }
   for (const Rate rate : kAllRates) order(rate, after);
 }
