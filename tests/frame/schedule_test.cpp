@@ -14,7 +14,7 @@ namespace {
 /// Notes the names of stages as they are submitted.
 struct Log {
   std::vector<std::string> names;
-  Stage stage(std::string name, Rate rate = Rate::frame, int every = 1) {
+  Stage stage(std::string name, Rate rate = Rate::end, int every = 1) {
     return {
         .name = name, .timed_as = "all", .rate = rate, .every = every, .submit = [this, name](BlockPlace) {
           names.push_back(name);
@@ -91,7 +91,7 @@ TEST(Schedule, WithoutNewImagesNothingIsReconstructed) {
   Log log;
   schedule.add(log.stage("upload", Rate::upload));
   schedule.add(log.stage("hull", Rate::capture));
-  schedule.add(log.stage("bodies", Rate::frame));
+  schedule.add(log.stage("bodies", Rate::end));
   schedule.close();
   schedule.run({}, true);
   schedule.run({}, false);

@@ -12,13 +12,14 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& conta
   tissue_.add_reports(readback);
   schedule.add({.name = stage("begin"),
                 .timed_as = "begin",
-                .rate = Rate::frame,
+                .rate = Rate::before,
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
                 .submit = [this, &ctx](BlockPlace) { begin_stage(ctx); }});
   schedule.add({.name = stage("step"),
                 .timed_as = "bodies",
                 .rate = Rate::substep,
+                .period = matching_every(),
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
                 .submit = [this, step](BlockPlace at) { tissue_.substep(step, at.substep, at.count); }});
@@ -34,7 +35,7 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& conta
                   .submit = [this](BlockPlace at) { tissue_.watch(at.substep, at.count); }});
   schedule.add({.name = stage("end"),
                 .timed_as = "end",
-                .rate = Rate::end,
+                .rate = Rate::after,
                 .devices = stage_devices(),
                 .writes = {stage("report")},
                 .updates = {nodes_resource()},
@@ -63,7 +64,7 @@ void SoftBody::add_contact_stages(Schedule& schedule, Contact& contact, const Re
   const Index count = contact_node_count();
   schedule.add({.name = stage("rescue"),
                 .timed_as = "begin",
-                .rate = Rate::frame,
+                .rate = Rate::before,
                 .updates = {nodes_resource(), "contact/records"},
                 .reads = {"contact/poses"},
                 .submit = [this, &ctx, &contact, &surface, count](BlockPlace) {

@@ -129,14 +129,14 @@ void Simulation::add_stages() {
   schedule_.add(
       {.name = "contact/begin",
        .timed_as = "begin",
-       .rate = Rate::frame,
+       .rate = Rate::before,
        .writes = {"contact/poses", "contact/records"},
        .submit = [this, &ctx, frame](BlockPlace) { contact_.begin_frame(ctx, surface_, {.frame = frame}); }});
   for (auto& body : bodies_)
     body->add_stages(schedule_, readback_, contact_, surface_, vec_cast<float>(scene_.gravity_m_s2));
   schedule_.add({.name = "contact/end",
                  .timed_as = "end",
-                 .rate = Rate::end,
+                 .rate = Rate::after,
                  .writes = {"contact/report"},
                  .submit = [this, &ctx](BlockPlace) { contact_.end_frame(ctx); }});
   hull_.add_reports(readback_);
