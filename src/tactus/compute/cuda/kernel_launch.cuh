@@ -15,6 +15,7 @@ namespace tactus {
 template <int kThreads>
 class CudaBlock {
  public:
+  static constexpr bool kIsLoop = false;
   template <class T>
   struct PerThread {
     T value;
@@ -94,6 +95,7 @@ class CudaBlock {
 template <int kThreads>
 class CudaLanes {
  public:
+  static constexpr bool kIsLoop = false;
   template <class T>
   using PerThread = typename CudaBlock<kThreads>::template PerThread<T>;
   __device__ explicit CudaLanes(Index index) : index_(index) {}
