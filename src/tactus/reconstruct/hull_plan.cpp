@@ -5,6 +5,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
+#include "tactus/reconstruct/view_count_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {
@@ -17,15 +18,8 @@ constexpr std::int64_t kManyBlocks = 8448;
 constexpr Index kMostElements = ((std::int64_t{1} << 31) - 1) / 3;
 
 HullCamera device_camera(const Camera& camera, Vec3d origin_m, double voxel_size_m) {
-  const Mat3d KR = camera.intrinsics() * camera.T_cam_world.R;
-  const Vec3d Kt = camera.intrinsics() * camera.T_cam_world.t + KR * origin_m;
   HullCamera out{};
-  for (int i = 0; i < 3; ++i) {
-    out.row[i] = vec_cast<float>(voxel_size_m * KR.row[i]);
-    out.offset[i] = static_cast<float>(Kt[i]);
-  }
-  out.width_px = camera.width_px;
-  out.height_px = camera.height_px;
+  set_projection(out, camera, origin_m, voxel_size_m);
   return out;
 }
 
@@ -33,8 +27,9 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
   const Vec3f extent = options.workspace_m.extent();
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
   if (rig.size() > kMaxCameras)
-    throw Error(std::to_string(rig.size()) + " cameras: at most " + std::to_string(kMaxCameras) +
-                " are possible");
+    throw Error(std::to_string(rig.size()) + " cameras: the visual hull takes at most " +
+                std::to_string(kMaxCameras) +
+                " (kernels keep them as bits of a word); leave some out of the rig file");
   if (!(extent.x > 0 && extent.y > 0 && extent.z > 0))
     throw Error("the workspace is empty: its max must exceed its min on every axis");
   if (options.resolution <= 0 || options.resolution > kMostVoxels) {
@@ -49,6 +44,10 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
   if (options.tolerated_views < 0 || options.tolerated_views > most_tolerated) {
     throw usage_error("tolerated views " + std::to_string(options.tolerated_views) + ": expected 0 to " +
                       std::to_string(most_tolerated) + " with " + std::to_string(rig.size()) + " cameras");
+  }
+  if (options.min_views < 0 || options.min_views > kMaxCameras) {
+    throw usage_error("min_views " + std::to_string(options.min_views) + ": expected 0 to " +
+                      std::to_string(kMaxCameras));
   }
   const auto check_room = [](Index value, Index most, const char* name) {
     if (value < 0 || value > most)
@@ -74,6 +73,23 @@ HullCapacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_
   c.vertices = or_from_area(options.max_vertices, 2.5 * area + 20000, 2e8);
   c.triangles = or_from_area(options.max_triangles, 2.0 * c.vertices, kMostElements);
   return c;
+}
+
+/// Lists the blocks that too few cameras see whole.
+void find_unseen_blocks(Index min_views, HullPlan& plan) {
+  for (const HullCamera& c : plan.silhouettes.cameras) plan.views.push_back(c);
+  for (const DepthCamera& c : plan.depth.cameras) plan.views.push_back(c.image);
+  plan.min_views = std::min(min_views, static_cast<Index>(plan.views.size()) - 1);
+  if (plan.min_views <= 0) return;
+  const ViewCounter counter{{plan.views.data(), static_cast<Index>(plan.views.size())}, plan.min_views};
+  plan.unseen_block_bits.resize(static_cast<std::size_t>(ceil_div(plan.grid.block_count(), 32)));
+  for (Index block = 0; block < plan.grid.block_count(); ++block) {
+    const Vec3i first = kBrick * kBlockBricks * plan.grid.block_at(block);
+    if (counter.ask(first, kBrick * kBlockBricks).is_all_seen(plan.min_views)) continue;
+    plan.unseen_blocks.push_back(block);
+    plan.unseen_block_bits[static_cast<std::size_t>(block >> 5)] |= 1U << (block & 31);
+  }
+  if (plan.unseen_blocks.empty()) plan.min_views = 0;
 }
 
 }  // namespace
@@ -108,6 +124,7 @@ HullPlan plan_hull(std::span<const Camera> cameras, const HullOptions& options,
   plan.tiles = layer * bricks.z;
   const Vec3i regions = plan.grid.regions();
   if (plan.blocks > kManyBlocks) plan.regions = regions.x * regions.y * regions.z;
+  if (plan.tiles * kTileBricks < std::int64_t{1} << 31) find_unseen_blocks(options.min_views, plan);
   plan.capacity = plan_capacity(options, plan.voxels, plan.tiles * kTileBricks);
   return plan;
 }
