@@ -23,10 +23,10 @@ struct CellHash {
   CellIds ids = CellIds::linear;
 
   /// Size of the table for so many particles, a power of two: at about eight particles in a cell, one number
-  /// in eight is taken.
+  /// in six to twelve is taken.
   TACTUS_HD static constexpr Index table_size(Index particles) {
     Index size = Index(1) << kLeastBits;
-    while (size < particles && size < (Index(1) << 30)) size *= 2;
+    while (size < particles - particles / 4) size *= 2;
     return size;
   }
   /// False for NaN, infinity, and what is too far for integer cells.

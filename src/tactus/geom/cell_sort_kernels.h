@@ -58,6 +58,9 @@ struct SpreadIds {
   }
 };
 
+/// How many ids are compared at once; so many places follow the last id.
+inline constexpr Index kRankLanes = 16;
+
 /// Each particle to its slot: after those of its cell with lower ids (of equal ones, in order of arrival).
 struct RankInCell {
   View<const std::uint32_t> cell, arrival;
@@ -72,8 +75,15 @@ struct RankInCell {
     const Index first = begin[number], last = begin[number + 1];
     const Index place = first + static_cast<Index>(arrival[i]), mine = cell_ids[place];
     Index slot = first;
-    for (Index other = first; other < last; ++other)
-      slot += cell_ids[other] < mine || (cell_ids[other] == mine && other < place) ? 1 : 0;
+    for (Index chunk = first; chunk < last; chunk += kRankLanes) {
+      Index lower = 0;
+#pragma omp simd reduction(+ : lower)
+      for (Index t = 0; t < kRankLanes; ++t) {
+        const Index other = chunk + t, limit = mine + (other < place ? 1 : 0);
+        lower += (other < last ? 1 : 0) & (cell_ids[other] < limit ? 1 : 0);
+      }
+      slot += lower;
+    }
     order[slot] = i;
     particles[slot] = {x_m[i], mine};
   }

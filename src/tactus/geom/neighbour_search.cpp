@@ -31,7 +31,7 @@ NeighbourSearch::NeighbourSearch(Device& device, const NeighbourSearchOptions& o
       table_size_(device, 1),
       placed_(device, 1),
       groups_(device, 1),
-      cell_ids_(device, options.max_particles),
+      cell_ids_(device, options.max_particles + kRankLanes),
       order_(device, options.max_particles),
       particles_(device, options.max_particles),
       scan_(device, begin_.size() - 1) {}
