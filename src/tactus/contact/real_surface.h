@@ -6,6 +6,7 @@
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/contact/sample_level.h"
 #include "tactus/contact/surface_report.h"
+#include "tactus/contact/surface_triangles.h"
 
 namespace tactus {
 
@@ -42,6 +43,11 @@ class RealSurface {
   SamplesView samples() const { return fine_.view(); }
   /// Few samples for what is far: one for each cube of 4 s and direction; cells of 8 s.
   SamplesView coarse_samples() const { return coarse_.view(); }
+  /// What decides whether a point touches.
+  SurfaceTrianglesView triangles() const {
+    return {balls_.const_view(), corners_.const_view(), triangle_piece_.const_view(),
+            fine_.input_cells().ranges, fine_.view().near_rows};
+  }
   /// (1) The separate pieces.
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
   /// (kPieces) How each piece moves from this frame on.
@@ -62,7 +68,9 @@ class RealSurface {
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
-  Buffer<Index> root_, piece_number_;
+  Buffer<Index> root_, triangle_, piece_number_, triangle_piece_;
+  Buffer<TriangleBall> balls_;
+  Buffer<TriangleCorners> corners_;
   Buffer<std::uint32_t> parent_, piece_samples_, candidates_, candidate_count_;
   SampleLevel fine_, coarse_;
   Buffer<Vec3f> previous_m_;
