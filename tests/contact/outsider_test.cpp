@@ -29,11 +29,12 @@ double pressed_ball_N(float h, float points_per_spacing) {
   const Vec3i cubes{static_cast<Index>(std::lround(0.12F / h)), static_cast<Index>(std::lround(0.06F / h)),
                     static_cast<Index>(std::lround(0.12F / h))};
   const float half = 0.5F * h * static_cast<float>(cubes.x), top = h * static_cast<float>(cubes.y);
-  test::SoftThing block = test::soft_box(ctx, {-half, 0, -half}, cubes, h,
-                                         {.points_per_spacing = points_per_spacing},
-                                         [](Vec3f p) { return p.y < 1e-5F; });
+  test::SoftThing block =
+      test::soft_box(ctx, {-half, 0, -half}, cubes, h, {.points_per_spacing = points_per_spacing},
+                     [](Vec3f p) { return p.y < 1e-5F; });
   test::SoftScene scene(ctx, block, h, {.friction = 0});
-  scene.show(test::transformed(test::unit_sphere(48), {Mat3f::identity(), {0, top + radius - depth, 0}}, radius));
+  scene.show(
+      test::transformed(test::unit_sphere(32), {Mat3f::identity(), {0, top + radius - depth, 0}}, radius));
   const float dt = 0.9F * block.solver.stable_step_s();
   for (int f = 0; f < 20; ++f) scene.run(static_cast<int>(0.05F / dt), dt, {}, 30);
   const ContactReport report = scene.run(10, dt, {}, 30);
@@ -41,11 +42,13 @@ double pressed_ball_N(float h, float points_per_spacing) {
 }
 
 TEST(Outsider, HertzTry) {
-  for (const float points : {1.F, 2.F, 3.F, 4.F}) {
-    for (const float h : {0.01F, 0.006F, 0.004F, 0.0025F}) {
-      const double want = layer_force_N(10000, 0.45, 0.05, 0.002, static_cast<double>(h) * std::lround(0.06F / h));
+  for (const float points : {2.F}) {
+    for (const float h : {0.01F, 0.006F}) {
+      const double want =
+          layer_force_N(10000, 0.45, 0.05, 0.002, static_cast<double>(h) * std::lround(0.06F / h));
       const double got = pressed_ball_N(h, points);
       std::printf("points %g h %g: %.4f N of %.4f: %+.1f %%\n", points, h, got, want, 100 * (got / want - 1));
+      std::fflush(stdout);
     }
   }
 }

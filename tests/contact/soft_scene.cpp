@@ -4,7 +4,8 @@ namespace tactus::test {
 namespace {
 
 FlsmMaterial matched_material(const SoftMaterial& m, float density) {
-  return {.young_Pa = m.elastic.young_Pa, .density_kg_m3 = density, .half_width = 1, .damping_ratio = m.damping};
+  return {
+      .young_Pa = m.elastic.young_Pa, .density_kg_m3 = density, .half_width = 1, .damping_ratio = m.damping};
 }
 
 RealSurfaceSettings roomy(float spacing_m) {

@@ -80,8 +80,10 @@ struct SurfaceTrianglesView {
       nearest.see(offset, d2, side, n);
       if (dot(n, facing) > 0.F) held.see(offset, d2, side, n);
       const float side_before = dot(before_m - t.a, n);
-      if (side < 0.F && side_before >= 0.F && way > 0.F) {
-        const float share = side_before / (side_before - side);
+      // What touched was put on the surface, to rounding.
+      const float slack = dot(n, facing) > 0.F ? 0.02F * reach_m : 0.F;
+      if (side < 0.F && side_before >= -slack && side < side_before) {
+        const float share = max(side_before, 0.F) / (max(side_before, 0.F) - side);
         const Vec3f through = before_m + share * (p_m - before_m);
         if (share < first_crossing && holds(t, n, through)) {
           first_crossing = share;
@@ -103,27 +105,21 @@ struct SurfaceTrianglesView {
     return dot(cross(t.b - t.a, p - t.a), n) >= 0.F && dot(cross(t.c - t.b, p - t.b), n) >= 0.F &&
            dot(cross(t.a - t.c, p - t.c), n) >= 0.F;
   }
-  /// f(slot) for the slots of the rows of three cells round p that come within reach_m, which f may shorten.
+  /// f(slot) for the slots of the 27 cells round p that come within reach_m, which f may shorten.
   template <class F>
   TACTUS_HD void for_each_slot_within(Vec3f p_m, const float& reach_m, F&& f) const {
     const CellGrid& grid = cells.grid;
     if (!grid.holds(p_m)) return;
     const Vec3i c = grid.cell(p_m);
-    const Vec3f in = grid.inverse_cell_1_m * p_m - vec_cast<float>(c);  // 0..1
-    for (int row = 0; row < 9; ++row) {  // its own row first, so that the others are often too far
-      const int order_z = row / 3, order_y = row % 3;
-      const Index dz = order_z == 0 ? 0 : 2 * order_z - 3, dy = order_y == 0 ? 0 : 2 * order_y - 3;
-      const float far_z = dz == 0  ? 0.F
-                          : dz < 0 ? in.z
-                                   : 1.F - in.z,
-                  far_y = dy == 0  ? 0.F
-                          : dy < 0 ? in.y
-                                   : 1.F - in.y;
-      if (far_z * far_z + far_y * far_y > sqr(grid.inverse_cell_1_m * reach_m + kLargestBall)) continue;
-      for (Index x = c.x - 1; x <= c.x + 1; ++x) {
-        const Index w = grid.wrapped({x, c.y + dy, c.z + dz});
-        for (Index s = cells.begin[w], end = cells.end[w]; s < end; ++s) f(s);
-      }
+    const Vec3f in = grid.inverse_cell_1_m * p_m - vec_cast<float>(c);           // 0..1
+    const auto step = [](int order) { return order == 0 ? 0 : 2 * order - 3; };  // 0, -1, 1: its own first
+    const auto far2 = [](Index d, float at) { return d == 0 ? 0.F : sqr(d < 0 ? at : 1.F - at); };
+    for (int order = 0; order < 27; ++order) {
+      const Index dx = step(order % 3), dy = step(order / 3 % 3), dz = step(order / 9);
+      const float most = grid.inverse_cell_1_m * reach_m + kLargestBall;
+      if (far2(dx, in.x) + far2(dy, in.y) + far2(dz, in.z) > sqr(most)) continue;
+      const Index w = grid.wrapped({c.x + dx, c.y + dy, c.z + dz});
+      for (Index s = cells.begin[w], end = cells.end[w]; s < end; ++s) f(s);
     }
   }
   /// A piece of a triangle lies within that much of its middle, in cells: 2/3 of edges of 1.25 spacings,
