@@ -61,7 +61,7 @@ PushResult push(ExecContext& ctx, const Push& scene) {
                                                   : test::transformed(test::box(half, 14 + f), T));
     surface.update(ctx, mesh.view(), kDt);
     nodes.begin_frame(ctx);
-    contact.begin_frame(kFrame);
+    contact.begin_frame(ctx, surface, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) {
         nodes.v[i] += (kSubstep * scene.spring_1_s2) * (rest[i] - nodes.x[i]);
@@ -116,7 +116,7 @@ TEST(Contact, RestingForAMinuteNeitherCreepsNorChatters) {
     const test::DeviceMesh mesh(ctx, test::transformed(test::unit_sphere(20), {turn, {}}, radius));
     surface.update(ctx, mesh.view(), kDt);
     nodes.begin_frame(ctx);
-    contact.begin_frame(kFrame);
+    contact.begin_frame(ctx, surface, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) {
         const Vec3f force = 400.F * (rest[i] - nodes.x[i]) - 20.F * nodes.v[i] + Vec3f{0, -9.81F, 0};
@@ -167,7 +167,7 @@ Touched touch_plate(const ContactSettings& settings, Vec3f plate_velocity,
   nodes.fixed.back() = 1;
   Contact contact(ctx.device(), settings);
   nodes.begin_frame(ctx);
-  contact.begin_frame(one_at(0));
+  contact.begin_frame(ctx, surface, one_at(0));
   nodes.correct(ctx, contact, surface, 0);
   if (report != nullptr) *report = nodes.report(ctx, kDt, 1);
   return {nodes.x, nodes.v};
@@ -226,7 +226,7 @@ TEST(Contact, EachPlateDragsWhatTouchesIt) {
     nodes.v.assign(2, {0, -1, 0});
     Contact contact(ctx.device(), {.restitution = 0, .friction = 10});
     nodes.begin_frame(ctx);
-    contact.begin_frame(one_at(t));
+    contact.begin_frame(ctx, surface, one_at(t));
     nodes.correct(ctx, contact, surface, 0);
     for (std::size_t k = 0; k < 2; ++k) {
       // As above; the top is where it was, so its error is the velocity's over half a frame.
@@ -275,7 +275,7 @@ TEST(Contact, DeepNodesAreRescuedAndOutsideOnesAreNot) {
   test::Nodes nodes(x);
   Contact contact(ctx.device());
   nodes.begin_frame(ctx);
-  contact.begin_frame(one_at(0));
+  contact.begin_frame(ctx, surface, one_at(0));
   nodes.correct(ctx, contact, surface, 0, true);
   EXPECT_EQ(nodes.report(ctx, kDt, 1).rescued, 20);
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -302,7 +302,7 @@ TEST(Contact, WhatSpringsThroughAPlateIsHeldOnItsSide) {
     test::Nodes nodes({{0, -0.9F * half, 0}});
     nodes.v[0] = {0, 0.2F * half / dt, 0};
     nodes.begin_frame(ctx);
-    contact.begin_frame({.dt_s = dt, .substeps = 9, .dt_frame_s = 9 * dt});
+    contact.begin_frame(ctx, surface, {.dt_s = dt, .substeps = 9, .dt_frame_s = 9 * dt});
     nodes.correct(ctx, contact, surface, 0);
     EXPECT_NEAR(nodes.x[0].y, -half, 1e-6F);
     for (const float to : {0.5F * half, 2 * half}) {
@@ -340,7 +340,7 @@ TEST_P(ContactOn, WhatIsOutsideChangesNothing) {
     test::Nodes nodes(x, 1e-3F);
     Contact contact(ctx.device());
     nodes.begin_frame(ctx);
-    contact.begin_frame(one_at(0));
+    contact.begin_frame(ctx, surface, one_at(0));
     nodes.correct(ctx, contact, surface, 0, true);
     Index moved = 0;
     for (std::size_t i = 0; i + 1 < x.size(); ++i) {
@@ -378,7 +378,7 @@ TEST_P(ContactOn, WhatArrivesWithinAFrameTouches) {
     Contact contact(ctx.device());
     test::Nodes node(std::vector<Vec3f>(1));
     node.begin_frame(ctx);
-    contact.begin_frame(kFrame);
+    contact.begin_frame(ctx, moving, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       node.correct(ctx, contact, moving, k, k == 0);
       if (k + 1 < kSubsteps) {
@@ -393,7 +393,7 @@ TEST_P(ContactOn, WhatArrivesWithinAFrameTouches) {
 
     test::Nodes jumps(std::vector<Vec3f>{{0, -0.13F, 0}});
     jumps.begin_frame(ctx);
-    contact.begin_frame(kFrame);
+    contact.begin_frame(ctx, still, kFrame);
     jumps.correct(ctx, contact, still, 0, true);
     EXPECT_EQ(jumps.x[0], (Vec3f{0, -0.13F, 0}));
     jumps.x[0] = {};
@@ -416,7 +416,7 @@ TEST(Contact, FramesOfManySubstepsMeetTheSurfaceWhereItIs) {
   const SurfaceMotion motion = surface.report(ctx).motions[0];
   const ContactTimes times{.dt_s = kDt / kMany, .substeps = kMany, .dt_frame_s = kDt};
   Contact contact(ctx.device());
-  contact.begin_frame(times);
+  contact.begin_frame(ctx, surface, times);
   for (Index k = 0; k < kMany; ++k) {
     for (const Index steps : {Index{1}, kEvery}) {
       if (k % steps != 0) continue;

@@ -85,7 +85,8 @@ void SoftScene::show(const TriangleMesh& mesh, float dt_s) {
 
 ContactReport SoftScene::run(int substeps, float dt_s, Vec3f gravity_m_s2, float drag_per_s, bool moving) {
   const float frame_s = dt_s * static_cast<float>(substeps);
-  contact.begin_frame({.dt_s = dt_s, .substeps = substeps, .dt_frame_s = moving ? frame_s : 0.F});
+  contact.begin_frame(ctx, surface,
+                      {.dt_s = dt_s, .substeps = substeps, .dt_frame_s = moving ? frame_s : 0.F});
   body.points.begin_frame(ctx);
   contact.rescue(ctx, surface, body.points, body.nodes());
   for (int k = 0; k < substeps; ++k) {

@@ -17,10 +17,12 @@ inline constexpr Index kOwners = kPieces + kMaxObstacles;
 
 /// Where a body's nodes are, on the device; one entry per node.
 struct ContactNodes {
-  View<Vec3f> x_m;            ///< positions, world [m]
-  View<Vec3f> v_m_s;          ///< velocities [m/s]
-  View<const float> mass_kg;  ///< [kg], > 0
-  View<const Index> held;     ///< != 0: contact doesn't move the node; or empty
+  View<Vec3f> x_m;                 ///< positions, world [m]
+  View<Vec3f> v_m_s;               ///< velocities [m/s]
+  View<const float> mass_kg;       ///< [kg], > 0
+  View<const Index> held;          ///< != 0: contact doesn't move the node; or empty
+  View<const Index> stopped = {};  ///< (1) != 0: contact leaves the body alone; or empty
+  TACTUS_HD bool has_stopped() const { return !stopped.empty() && stopped[0] != 0; }
   TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] != 0; }
 };
 

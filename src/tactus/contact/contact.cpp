@@ -5,10 +5,6 @@
 namespace tactus {
 namespace {
 
-/// Substeps of a frame for which one launch poses the surface; those of two launches are kept, as bodies that
-/// are matched seldom look some substeps ahead of the others.
-constexpr Index kPosedAtOnce = 32, kPosesKept = 2 * kPosedAtOnce;
-
 ContactSettings checked(const ContactSettings& s) {
   if (!(s.restitution >= 0 && s.restitution <= 1))
     throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
@@ -37,31 +33,22 @@ TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, c
 }  // namespace
 
 Contact::Contact(Device& device, const ContactSettings& settings)
-    : settings_(checked(settings)), poses_(device, kPosesKept) {}
+    : settings_(checked(settings)), poses_(device, kMostSubsteps) {}
 
-/// Of the surface after so many substeps. One launch poses it for many.
-View<const SurfacePoses> Contact::pose(ExecContext& ctx, const RealSurface& surface, Index steps) {
-  if (steps < first_posed_ || steps >= end_posed_) {
-    const Index end = max(min(steps + kPosedAtOnce, times_.substeps + 1), steps + 1);
-    const bool follows = steps >= end_posed_ && steps < end_posed_ + kPosedAtOnce;
-    const Index begin = follows ? end_posed_ : steps;
-    ctx.parallel_for("contact/pose", kPieces * (end - begin),
-                     PoseSurface{surface.motions(), surface.pieces(), times_, begin, poses_.view()});
-    first_posed_ = follows ? max(first_posed_, end - kPosesKept) : begin;
-    end_posed_ = end;
-  }
-  return poses_.const_view().part(steps % kPosesKept, 1);
-}
-
-void Contact::begin_frame(const ContactTimes& times) {
+void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times) {
   times_ = times;
-  first_posed_ = end_posed_ = 1;
+  if (times.substeps > kMostSubsteps) {
+    throw Error("contact: " + std::to_string(times.substeps) + " substeps, expected at most " +
+                std::to_string(kMostSubsteps));
+  }
+  ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
+                   PoseSurface{surface.motions(), surface.pieces(), times, poses_.view()});
 }
 
 void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& points,
                      const ContactNodes& nodes) {
   check(points, nodes);
-  const View<const SurfacePoses> poses = pose(ctx, surface, 1);
+  const View<const SurfacePoses> poses = poses_.const_view();
   const TouchingPoints body = touching_points(surface, points, nodes);
   ctx.parallel_for("contact/rescue", points.count(),
                    DeepRescue{{surface.triangles(), surface.coarse_samples(), poses, {}},
@@ -74,7 +61,7 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& p
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                       BodyPoints& points, const ContactNodes& nodes, Index k, Index steps, PointRange part) {
   check(points, nodes);
-  const View<const SurfacePoses> poses = pose(ctx, surface, k + steps);
+  const View<const SurfacePoses> poses = poses_.const_view();
   TouchingPoints body = touching_points(surface, points, nodes);
   body.first = part.first;
   const Index end = min(part.end, points.count());
@@ -83,7 +70,7 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
                                 body,
                                 settings_.restitution,
                                 settings_.friction,
-                                times_.dt_s * static_cast<float>(steps)});
+                                SubstepsTo{k, steps, times_.dt_s, times_.frame}});
   ctx.parallel_for("contact/apply", body.table.nodes.size(), ApplyContacts{body, end, poses, 0});
 }
 

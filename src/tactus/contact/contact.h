@@ -46,7 +46,7 @@ struct PointRange {
 };
 
 /// Order in a frame, all on one context and without a read-back:
-///   surface.update(mesh, dt); contact.begin_frame(times); for each body points.begin_frame(),
+///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),
 ///   contact.rescue(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
 ///   and where one synchronises, report_contact().
 class Contact {
@@ -54,7 +54,8 @@ class Contact {
   /// @throws Error naming the setting that is out of range.
   explicit Contact(Device& device, const ContactSettings& settings = {});
 
-  void begin_frame(const ContactTimes& times);
+  /// Finds where the surface is after each substep. @throws Error for more than kMostSubsteps.
+  void begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times);
   /// Moves points that lie deeper than 2 spacings (up to 8) in the real object to its surface, for each body
   /// once a frame before its first `correct`, as the surface is after the first substep: where it came from
   /// nowhere. Velocities stay.
@@ -62,17 +63,15 @@ class Contact {
   /// Points that are inside go back to the surface; an approaching velocity is reflected with e and its
   /// tangential part limited by μ. Points that nothing is near cost little more than reading where they are.
   /// @param k substep at whose begin the points were corrected last @param steps after it, >= 1: where they
-  /// meet the surface now @param part of the points, when not all take part
+  /// meet the surface now; k is the device's when the times are @param part of the points, when not all take
+  /// part
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1, PointRange part = {});
 
  private:
-  View<const SurfacePoses> pose(ExecContext& ctx, const RealSurface& surface, Index steps);
-
   ContactSettings settings_;
   ContactTimes times_;
-  Buffer<SurfacePoses> poses_;             ///< that after n substeps: n modulo their number
-  Index first_posed_ = 0, end_posed_ = 0;  ///< substeps of this frame after which the surface is posed
+  Buffer<SurfacePoses> poses_;  ///< after 1, 2, .. substeps of this frame
 };
 
 /// What a body did over the frame that ended. Synchronises. @param dt_frame_s what the impulses are divided

@@ -32,3 +32,4 @@ TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::FindContacts);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
+TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);

@@ -2,6 +2,7 @@
 /// What contact does to the points of a body's surface, and through them to its nodes.
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/obstacles.h"
+#include "tactus/frame/frame_params.h"
 
 namespace tactus {
 
@@ -33,37 +34,53 @@ struct ContactTimes {
   float dt_s = 0;        ///< of a substep [s]
   Index substeps = 0;    ///< of the frame
   float dt_frame_s = 0;  ///< how long before its capture the frame's substeps begin [s]
+  /// When given, the others are read from here when the kernels run.
+  View<const FrameParams> frame = {};
+  TACTUS_HD void load() {
+    if (frame.empty()) return;
+    dt_s = frame[0].dt_s;
+    substeps = frame[0].substeps;
+    dt_frame_s = -frame[0].surface_age_s;
+  }
   /// After so many substeps.
   TACTUS_HD float after_s(Index steps) const { return dt_s * static_cast<float>(steps) - dt_frame_s; }
 };
 
-/// Thread kPieces j + k: piece k after first + j substeps.
+/// From the substep at whose begin points were corrected last to when they are corrected now.
+struct SubstepsTo {
+  Index substep = 0;  ///< or, with `frame`, the device's
+  Index steps = 1;
+  float dt_s = 0;
+  View<const FrameParams> frame = {};
+  TACTUS_HD void load() {
+    if (frame.empty()) return;
+    substep = frame[0].substep;
+    dt_s = frame[0].dt_s;
+  }
+};
+
+/// Thread i: all pieces after i + 1 substeps.
 struct PoseSurface {
+  static constexpr int kGrain = 16;
   View<const SurfaceMotion> motion;
   View<const SurfacePieces> pieces;
   ContactTimes times;
-  Index first;
-  View<SurfacePoses> poses;  ///< that of n substeps: n modulo their number
+  View<SurfacePoses> poses;
+  TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index i) const {
     const SurfacePieces& all = pieces[0];
-    const Index k = i % kPieces, steps = first + i / kPieces;
-    SurfacePoses& out = poses[steps % poses.size()];
-    const float time_s = times.after_s(steps);
-    if (k < all.count) {
-      const SurfaceMotion& m = motion[k];
-      out.piece[k] = {m, all.piece[k], m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
-    }
-    if (k != 0) return;
-    out.count = all.count;
-    out.reference_m = motion[0].center_m;
-    if (all.count == 1) return;
+    SurfacePoses& out = poses[i];
+    const float time_s = times.after_s(i + 1);
     float area = 0;
     Vec3f x{};
-    for (Index j = 0; j < all.count; ++j) {
-      area += motion[j].area_m2;
-      x += motion[j].area_m2 * motion[j].center_m;
+    for (Index k = 0; k < all.count; ++k) {
+      const SurfaceMotion& m = motion[k];
+      out.piece[k] = {m, all.piece[k], m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
+      area += m.area_m2;
+      x += m.area_m2 * m.center_m;
     }
-    if (area > 0.F) out.reference_m = x / area;
+    out.count = all.count;
+    out.reference_m = all.count > 1 && area > 0.F ? x / area : motion[0].center_m;
   }
 };
 
@@ -83,7 +100,7 @@ TACTUS_HD inline Vec3f touch_kick(Vec3f rel, Vec3f n, float restitution, float f
 struct Boundaries {
   SurfaceTrianglesView surface;
   SamplesView coarse;              ///< of the real surface
-  View<const SurfacePoses> poses;  ///< (1)
+  View<const SurfacePoses> poses;  ///< after 1, 2, .. substeps
   View<const Obstacle> obstacles;
 };
 
@@ -132,8 +149,15 @@ struct FindContacts {
   Boundaries boundaries;
   TouchingPoints body;
   float restitution, friction;
-  float dt_s;  ///< since the last correction
+  SubstepsTo now;
+  float dt_s = 0;  ///< since the last correction
+  TACTUS_HD void load() {
+    now.load();
+    dt_s = now.dt_s * static_cast<float>(now.steps);
+    boundaries.poses = boundaries.poses.part(now.substep + now.steps - 1, 1);
+  }
   TACTUS_HD void operator()(Index thread) const {
+    if (body.nodes.has_stopped()) return;
     const Index i = body.first + thread;
     const bool touched = body.state.touching[i] != 0;
     const Vec3f leader = body.nodes.x_m[body.table.leaders[i]];
@@ -181,14 +205,14 @@ struct FindContacts {
   }
   TACTUS_HD void see_piece(const SurfacePoses& all, Index k, Vec3f x, Vec3f v, Vec3f facing,
                            Deepest& deepest) const {
-    const SurfacePose& now = all.piece[k];
-    const Vec3f p = now.to_capture(x);
-    if (!now.piece.may_reach(p, body.reach_m) || !boundaries.surface.may_be_near(p)) return;
-    const Vec3f velocity = now.velocity_at(x);
-    const Mat3f back = transpose(now.turn);
+    const SurfacePose& pose = all.piece[k];
+    const Vec3f p = pose.to_capture(x);
+    if (!pose.piece.may_reach(p, body.reach_m) || !boundaries.surface.may_be_near(p)) return;
+    const Vec3f velocity = pose.velocity_at(x);
+    const Mat3f back = transpose(pose.turn);
     const SurfaceGap g = boundaries.surface.gap(all.own(k), p, p - dt_s * (back * (v - velocity)),
                                                 body.reach_m, back * facing);
-    if (g.inside) deepest.see(g.gap_m, now.turn * g.n, velocity, k);
+    if (g.inside) deepest.see(g.gap_m, pose.turn * g.n, velocity, k);
   }
   TACTUS_HD void see_obstacle(Index k, Vec3f x, Vec3f v, Vec3f facing, Deepest& deepest) const {
     const SurfaceGap g = boundaries.obstacles[k].gap(x, x - dt_s * v, body.reach_m, facing);
@@ -223,7 +247,7 @@ struct ApplyContacts {
   Index is_rescue;  ///< != 0: counts as that, not as contact
   TACTUS_HD void operator()(Index c) const {
     const Index node = body.table.nodes[c];
-    if (body.state.node_weight[node] == 0U) return;
+    if (body.state.node_weight[node] == 0U || body.nodes.has_stopped()) return;
     const bool held = body.nodes.is_held(node);
     Vec3f impulse{}, push{};
     for (Index e = body.table.first[c], end = body.table.first[c + 1]; e < end; ++e) {

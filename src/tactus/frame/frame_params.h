@@ -29,10 +29,18 @@ struct StepTime {
   }
 };
 
+/// More substeps than a frame may have.
+inline constexpr Index kMostSubsteps = 4096;
+
 /// A substep is over.
 struct NextSubstep {
   View<FrameParams> frame;
   TACTUS_HD void operator()(Index) const { frame[0].substep += 1; }
 };
+
+/// How many substeps the frame has, for launches over them.
+inline Count substep_count(View<const FrameParams> frame) {
+  return {View<const Index>(&frame.data()->substeps, 1), kMostSubsteps};
+}
 
 }  // namespace tactus
