@@ -34,6 +34,7 @@ struct PointContact {
   float depth_m;     ///< how far it was inside
   Index owner = -1;  ///< of what it touches
   Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
+  Vec3f held_m;      ///< where friction holds it; moves along with what it touches
 };
 
 /// What one point, or all, did to an owner since the frame began.
@@ -86,8 +87,8 @@ struct PointTable {
 
 /// What contact keeps of one body.
 struct PointState {
-  View<Index> touching;             ///< per point: 1 while it touches
-  View<PointContact> contact;       ///< per point, where it touches
+  View<Index> touching;        ///< per point: 1 while it touches; 2 .. kLingering: so many corrections after
+  View<PointContact> contact;  ///< per point, where it touches
   View<std::uint32_t> node_weight;  ///< per node of the body: sum of the weights of touching points
   View<Index> recorded;             ///< per point: corrections of this frame that are in its record
   View<ContactRecord> records;      ///< per point

@@ -93,9 +93,9 @@ struct Obstacle {
 struct ObstacleDescription {
   std::string name;
   ObstacleKind kind = ObstacleKind::plane;
-  Rigidf T_world_obstacle;
+  Rigidf T_world_obstacle{};
   Vec3f half_m{0.5F, 0.05F, 0.5F};  ///< box
-  TriangleMesh mesh;                ///< closed, in the obstacle's coordinates
+  TriangleMesh mesh{};              ///< closed, in the obstacle's coordinates
 };
 
 class Obstacles {

@@ -129,17 +129,22 @@ struct TouchingPoints {
     }
     return false;
   }
-  /// Notes whether point i touches, and with it the weights of its nodes.
+  /// Notes whether point i touches (1), and with it the weights of its nodes.
   TACTUS_HD void set_touching(Index i, const EmbeddedPoint& p, Index touching) const {
-    if (state.touching[i] == touching) return;
+    const bool touched = state.touching[i] == 1, touches = touching == 1;
     state.touching[i] = touching;
+    if (touched == touches) return;
     for (int k = 0; k < 8; ++k) {
       if (p.weight[k] == 0.F) continue;
       const std::uint32_t weight = PointWeights::quantized(p.weight[k]);
-      atomic_add(state.node_weight[p.node[k]], touching != 0 ? weight : 0U - weight);
+      atomic_add(state.node_weight[p.node[k]], touches ? weight : 0U - weight);
     }
   }
 };
+
+/// A point remembers what it touched for so many corrections, less one: what rests leaves the surface for a
+/// substep now and then, by rounding or because it swings, and must not creep with each time.
+inline constexpr Index kLingering = 8;
 
 /// Finds what each point of a body touches at the end of a substep, and how its position and velocity are to
 /// change. Works in the frame of each piece of the surface at its capture: a point is taken back by the
@@ -159,7 +164,8 @@ struct FindContacts {
   TACTUS_HD void operator()(Index thread) const {
     if (body.nodes.has_stopped()) return;
     const Index i = body.first + thread;
-    const bool touched = body.state.touching[i] != 0;
+    const Index touching = body.state.touching[i];
+    const bool touched = touching != 0;
     const Vec3f leader = body.nodes.x_m[body.table.leaders[i]];
     const SurfacePoses& all = boundaries.poses[0];
     const bool near = touched || near_surface(all, leader) || near_obstacle(leader);
@@ -172,8 +178,11 @@ struct FindContacts {
       for (Index k = 0; k < all.count; ++k) see_piece(all, k, x, v, facing, deepest);
       for (Index k = 0; k < boundaries.obstacles.size(); ++k) see_obstacle(k, x, v, facing, deepest);
     }
-    if (deepest.owner >= 0) touch(i, x, v, touched, deepest);
-    body.set_touching(i, p, deepest.owner >= 0 ? 1 : 0);
+    if (deepest.owner >= 0)
+      touch(i, x, v, touching, deepest);
+    else if (touched)
+      linger(body.state.contact[i], all);
+    body.set_touching(i, p, deepest.owner >= 0 ? 1 : touched && touching < kLingering ? touching + 1 : 0);
   }
 
  private:
@@ -218,15 +227,24 @@ struct FindContacts {
     const SurfaceGap g = boundaries.obstacles[k].gap(x, x - dt_s * v, body.reach_m, facing);
     if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
   }
-  /// The normal part of the position goes to the surface whatever the velocity; the tangential part follows
-  /// what friction does to the velocity, or what rests would creep by dt² g tan(..) a substep. Restitution is
-  /// for what arrives: what touched already is carried.
-  TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, bool touched, const Deepest& deepest) const {
-    const Vec3f n = deepest.n;
-    const Vec3f kick = touch_kick(v - deepest.velocity_m_s, n, touched ? 0.F : restitution, friction);
-    const Vec3f slide = kick - dot(kick, n) * n;
-    const Vec3f push = dt_s * slide - deepest.gap_m * n;
-    body.state.contact[i] = {x + push, push, kick, -deepest.gap_m, deepest.owner, n};
+  /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back
+  /// to where the point was held, at most by mu times how deep it went: Coulomb's law for positions, without
+  /// which what rests creeps. Restitution is for what arrives: what touched already is carried.
+  TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
+    const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
+    const float depth = -deepest.gap_m;
+    PointContact& contact = body.state.contact[i];
+    const bool same = touching != 0 && contact.owner == deepest.owner;
+    const Vec3f held = same ? contact.held_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
+    const Vec3f away = x - held, slide = away - dot(away, n) * n;
+    const float distance = length(slide), most = friction * depth;
+    const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
+    const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);
+    contact = {x + push, push, kick, depth, deepest.owner, n, x + push};
+  }
+  TACTUS_HD void linger(PointContact& contact, const SurfacePoses& all) const {
+    if (contact.owner < all.count)
+      contact.held_m += dt_s * all.piece[contact.owner].velocity_at(contact.held_m);
   }
 };
 
@@ -252,7 +270,7 @@ struct ApplyContacts {
     Vec3f impulse{}, push{};
     for (Index e = body.table.first[c], end = body.table.first[c + 1]; e < end; ++e) {
       const Index i = body.table.incident[e] / 8, corner = body.table.incident[e] % 8;
-      if (i < body.first || i >= end_point || body.state.touching[i] == 0) continue;
+      if (i < body.first || i >= end_point || body.state.touching[i] != 1) continue;
       const EmbeddedPoint& p = body.table.points[i];
       const float mass = 1.F / inverse_mass(p);
       const PointContact& contact = body.state.contact[i];
@@ -308,7 +326,7 @@ struct DeepRescue {
   float far_reach_m;
   TACTUS_HD void operator()(Index thread) const {
     const Index i = body.first + thread;
-    if (body.state.touching[i] != 0) {  // of the last correction: not to be done again
+    if (body.state.touching[i] == 1) {  // of the last correction: not to be done again
       PointContact& contact = body.state.contact[i];
       contact.push_m = contact.kick_m_s = {};
     }
@@ -344,7 +362,7 @@ struct DeepRescue {
     const float gap = dot(p - coarse.x_m[nearest], coarse.n[nearest]);
     if (!(gap < 0.F) || !inside(p, own)) return;
     const Vec3f n = now.turn * coarse.n[nearest], push = -gap * n;
-    body.state.contact[i] = {x + push, push, {}, -gap, k, n};
+    body.state.contact[i] = {x + push, push, {}, -gap, k, n, x + push};
     body.set_touching(i, point, 1);
   }
   TACTUS_HD bool has_fine_sample(Vec3f p, Index own) const {
