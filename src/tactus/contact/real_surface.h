@@ -3,7 +3,7 @@
 /// made afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
 /// What hangs together through shared vertices moves as one; two hands, or a hand and a tool, each for
 /// itself.
-#include "tactus/contact/motion_kernels.h"
+#include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/sample_level.h"
 #include "tactus/contact/surface_report.h"
 #include "tactus/contact/surface_triangles.h"
@@ -16,8 +16,8 @@ struct RealSurfaceSettings {
   Index max_vertices = 1 << 17, max_triangles = 1 << 18;  ///< of the meshes that come
   Index max_raw_samples = 1 << 18;  ///< samples before thinning: triangles, each cut to edges <= 1.25 s
   Index max_samples = 1 << 16;      ///< after thinning, about 3 for each s² of surface
-  float max_speed_m_s =
-      5;  ///< a piece whose centre is faster is an error of reconstruction, taken as standing still
+  /// A piece whose centre is faster is an error of reconstruction, and touches nothing in that frame.
+  float max_speed_m_s = 5;
 };
 
 /// A mesh on the device. Counts may be known on the device only; capacities are the views' sizes.
@@ -78,7 +78,7 @@ class RealSurface {
   Buffer<float> dt_capture_s_;
   Buffer<Vec3f> previous_m_;
   Buffer<FitState> fit_;
-  Buffer<FitSums> fit_points_, fit_parts_;
+  Buffer<FitSums> fit_points_;
   Buffer<PieceSums> piece_parts_;
   Buffer<SurfacePieces> pieces_, last_pieces_;
   Buffer<SurfaceMotion> motions_;

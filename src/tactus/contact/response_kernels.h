@@ -12,6 +12,10 @@ struct SurfacePose {
   SurfacePiece piece;
   Mat3f turn;      ///< R(w t)
   Vec3f center_m;  ///< c + v t
+  /// False only where nothing of it is within reach_m of a point, taken to its capture.
+  TACTUS_HD bool may_touch(Vec3f p_capture_m, float reach_m) const {
+    return motion.source != MotionSource::too_fast && piece.may_reach(p_capture_m, reach_m);
+  }
   /// Where the material that is at p_m now was at the surface's capture.
   TACTUS_HD Vec3f to_capture(Vec3f p_m) const { return motion.center_m + transpose(turn) * (p_m - center_m); }
   TACTUS_HD Vec3f velocity_at(Vec3f p_m) const {
@@ -202,7 +206,7 @@ struct FindContacts {
     bool near = false;
     for (Index k = 0; k < all.count && !near; ++k) {
       const Vec3f p = all.piece[k].to_capture(x);
-      near = all.piece[k].piece.may_reach(p, body.margin_m) && boundaries.coarse.may_be_near(p);
+      near = all.piece[k].may_touch(p, body.margin_m) && boundaries.coarse.may_be_near(p);
     }
     return near;
   }
@@ -216,7 +220,7 @@ struct FindContacts {
                            Deepest& deepest) const {
     const SurfacePose& pose = all.piece[k];
     const Vec3f p = pose.to_capture(x);
-    if (!pose.piece.may_reach(p, body.reach_m) || !boundaries.surface.may_be_near(p)) return;
+    if (!pose.may_touch(p, body.reach_m) || !boundaries.surface.may_be_near(p)) return;
     const Vec3f velocity = pose.velocity_at(x);
     const Mat3f back = transpose(pose.turn);
     const SurfaceGap g = boundaries.surface.gap(all.own(k), p, p - dt_s * (back * (v - velocity)),
@@ -335,7 +339,7 @@ struct DeepRescue {
     for (Index k = 0; k < all.count; ++k) {
       const Vec3f near = all.piece[k].to_capture(leader);
       // What is inside a closed surface is inside its box.
-      if (all.piece[k].piece.may_reach(near, body.margin_m) && boundaries.coarse.may_be_near(near))
+      if (all.piece[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
         rescue(i, all, k);
     }
   }
@@ -346,7 +350,7 @@ struct DeepRescue {
     const SurfacePose& now = all.piece[k];
     const Vec3f x = body.position(point), p = now.to_capture(x);
     const Index own = all.own(k);
-    if (!now.piece.may_reach(p, 0.F) || !body.moves(point) || has_fine_sample(p, own)) return;
+    if (!now.may_touch(p, 0.F) || !body.moves(point) || has_fine_sample(p, own)) return;
     const SamplesView& coarse = boundaries.coarse;
     Index nearest = -1;
     float nearest_d2 = far_reach_m * far_reach_m;
