@@ -49,7 +49,7 @@ void RunSummary::add(const StepReport& report) {
   rescued += report.contact.rescued;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
-  note(report.status);
+  for (const Notice& notice : report.notices) note(notice.message());
 }
 
 void RunSummary::note(const std::string& status) {

@@ -70,6 +70,7 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
             r.repair_masks);
   v.integer({"tolerated_views", "keep what up to so many views carve (k-of-n hull)"}, r.tolerated_views,
             {"", 0, 7});
+  v.integer({"min_views", "space that fewer cameras look at is outside"}, r.min_views, {"", 0, 32});
   v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
          r.depth_jump_m, positive("m", 100));
   const Range room{"", 0, 1 << 30};
@@ -376,6 +377,8 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {
+  v.real({"max_dt_s", "no frame simulates more time, however late its images come"}, f.max_dt_s,
+         positive("s", 1));
   v.real_or_auto({"dt_s", "simulated time per frame"}, f.dt_s, positive("s", 1),
                  "the time between frames of the source");
   v.integer_or_auto({"substeps", "steps of the bodies per frame"}, f.substeps, {"", 1, 10000},
