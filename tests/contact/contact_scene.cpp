@@ -105,7 +105,7 @@ void Nodes::begin_frame(ExecContext& ctx) {
 
 ContactReport Nodes::report(ExecContext& ctx, float dt_frame_s, int substeps) {
   points.end_frame(ctx);
-  return report_contact(ctx, points, dt_frame_s, substeps);
+  return contact_report(to_host(ctx, points.totals()), dt_frame_s, substeps);
 }
 
 void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue,

@@ -94,7 +94,7 @@ ContactReport SoftScene::run(int substeps, float dt_s, Vec3f gravity_m_s2, float
     contact.correct(ctx, surface, obstacles.view(), body.points, body.nodes(), k);
   }
   body.points.end_frame(ctx);
-  return report_contact(ctx, body.points, frame_s, substeps);
+  return contact_report(to_host(ctx, body.points.totals()), frame_s, substeps);
 }
 
 }  // namespace tactus::test

@@ -82,10 +82,10 @@ void ContactReport::add(const ContactReport& body) {
   rescued += body.rescued;
 }
 
-ContactReport report_contact(ExecContext& ctx, const BodyPoints& points, float dt_frame_s, int substeps) {
+ContactReport contact_report(std::span<const ContactRecord> totals, float dt_frame_s, int substeps) {
   ContactReport report;
   Index contacts = 0;
-  for (const ContactRecord& total : to_host(ctx, points.totals())) {
+  for (const ContactRecord& total : totals) {
     if (total.contacts + total.rescued == 0) continue;
     report.owners.push_back({total.owner, total.impulse_N_s / dt_frame_s, total.moment_N_m_s / dt_frame_s,
                              total.impulse_N_s, total.max_depth_m, total.contacts});

@@ -2,6 +2,7 @@
 /// Contact of bodies with the real surface and with what stands still. One-way: nothing moves those; what is
 /// done to them is reported.
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "tactus/contact/body_points.h"
@@ -74,8 +75,8 @@ class Contact {
   Buffer<SurfacePoses> poses_;  ///< after 1, 2, .. substeps of this frame
 };
 
-/// What a body did over the frame that ended. Synchronises. @param dt_frame_s what the impulses are divided
-/// by
-ContactReport report_contact(ExecContext& ctx, const BodyPoints& points, float dt_frame_s, int substeps);
+/// What a body did over the frame that ended. @param totals BodyPoints::totals(), on the host @param
+/// dt_frame_s what the impulses are divided by @param substeps calls of `correct`
+ContactReport contact_report(std::span<const ContactRecord> totals, float dt_frame_s, int substeps);
 
 }  // namespace tactus

@@ -54,6 +54,8 @@ class RealSurface {
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
   /// (kPieces) How each piece moves from this frame on.
   View<const SurfaceMotion> motions() const { return motions_.const_view(); }
+  /// (1) Of the last update.
+  View<const RealSurfaceReport> report_view() const { return report_.const_view(); }
   const RealSurfaceSettings& settings() const { return settings_; }
   /// Synchronises.
   RealSurfaceReport report(ExecContext& ctx) const;

@@ -196,10 +196,10 @@ enum class ObstacleShape : std::uint8_t { plane, box, mesh };
 struct ObstacleSetting {
   std::string name;
   ObstacleShape kind = ObstacleShape::plane;
-  PlacementDescription placement;     ///< a plane is y = 0 of its own coordinates and solid below
-  Vec3d size_m = {1, 0.1, 1};         ///< box, centred on the obstacle's origin
-  std::string path;                   ///< mesh: the file, resolved
-  double unit_m = 1;                  ///< mesh: metres per unit of length in the file
+  PlacementDescription placement;  ///< a plane is y = 0 of its own coordinates and solid below
+  Vec3d size_m = {1, 0.1, 1};      ///< box, centred on the obstacle's origin
+  std::string path;                ///< mesh: the file, resolved
+  double unit_m = 1;               ///< mesh: metres per unit of length in the file
 };
 
 struct ContactDescription {
