@@ -51,11 +51,13 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& p
   const View<const SurfacePoses> poses = poses_.const_view();
   const TouchingPoints body = touching_points(surface, points, nodes);
   ctx.parallel_for("contact/rescue", points.count(),
-                   DeepRescue{{surface.triangles(), surface.coarse_samples(), poses, {}},
+                   DeepRescue{times_,
+                              {surface.triangles(), surface.coarse_samples(), poses, {}},
                               surface.samples(),
                               body,
                               4 * body.reach_m});
-  ctx.parallel_for("contact/apply", body.table.nodes.size(), ApplyContacts{body, points.count(), poses, 1});
+  ctx.parallel_for("contact/apply", body.table.nodes.size(),
+                   ApplyContacts{body, points.count(), poses, 1, times_});
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
@@ -71,7 +73,7 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
                                 settings_.restitution,
                                 settings_.friction,
                                 SubstepsTo{k, steps, times_.dt_s, times_.frame}});
-  ctx.parallel_for("contact/apply", body.table.nodes.size(), ApplyContacts{body, end, poses, 0});
+  ctx.parallel_for("contact/apply", body.table.nodes.size(), ApplyContacts{body, end, poses, 0, times_});
 }
 
 void ContactReport::add(const ContactReport& body) {

@@ -266,10 +266,12 @@ struct ApplyContacts {
   TouchingPoints body;
   Index end_point;  ///< points body.first .. end_point take part
   View<const SurfacePoses> poses;
-  Index is_rescue;  ///< != 0: counts as that, not as contact
+  Index is_rescue;     ///< != 0: counts as that, not as contact
+  ContactTimes times;  ///< nothing moves in a frame without substeps
+  TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index c) const {
     const Index node = body.table.nodes[c];
-    if (body.state.node_weight[node] == 0U || body.nodes.has_stopped()) return;
+    if (body.state.node_weight[node] == 0U || body.nodes.has_stopped() || times.substeps == 0) return;
     const bool held = body.nodes.is_held(node);
     Vec3f impulse{}, push{};
     for (Index e = body.table.first[c], end = body.table.first[c + 1]; e < end; ++e) {
@@ -324,11 +326,14 @@ struct ApplyContacts {
 /// (Barill et al. 2018).
 struct DeepRescue {
   static constexpr int kGrain = 64;
+  ContactTimes times;  ///< a frame without substeps has no pose of the surface
   Boundaries boundaries;
   SamplesView fine;
   TouchingPoints body;
   float far_reach_m;
+  TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index thread) const {
+    if (times.substeps == 0 || body.nodes.has_stopped()) return;
     const Index i = body.first + thread;
     if (body.state.touching[i] == 1) {  // of the last correction: not to be done again
       PointContact& contact = body.state.contact[i];
