@@ -8,12 +8,13 @@
 #include "tactus/frame/readback.h"
 
 namespace tactus {
+using test::message_of;
 namespace {
 
 /// Notes the names of stages as they are submitted.
 struct Log {
   std::vector<std::string> names;
-  Stage stage(std::string name, Rate rate = Rate::frame, int every = 1) {
+  Stage stage(std::string name, Rate rate = Rate::end, int every = 1) {
     return {
         .name = name, .timed_as = "all", .rate = rate, .every = every, .submit = [this, name](BlockPlace) {
           names.push_back(name);
@@ -78,7 +79,9 @@ TEST(Schedule, AnyNumberOfSubstepsRunsEachStageAtItsRate) {
       EXPECT_EQ(std::count(log.names.begin(), log.names.end(), "each"), units * every);
       EXPECT_EQ(std::count(log.names.begin(), log.names.end(), "some"), units);
     }
-    if (every > 1) EXPECT_THROW(schedule.run({.gravity_m_s2 = {}, .substeps = every + 1}, false), Error);
+    if (every > 1) {
+      EXPECT_THROW(schedule.run({.gravity_m_s2 = {}, .substeps = every + 1}, false), Error);
+    }
   }
 }
 
@@ -88,7 +91,7 @@ TEST(Schedule, WithoutNewImagesNothingIsReconstructed) {
   Log log;
   schedule.add(log.stage("upload", Rate::upload));
   schedule.add(log.stage("hull", Rate::capture));
-  schedule.add(log.stage("bodies", Rate::frame));
+  schedule.add(log.stage("bodies", Rate::end));
   schedule.close();
   schedule.run({}, true);
   schedule.run({}, false);

@@ -15,6 +15,7 @@ struct RunSummary {
   double max_force_N = 0, max_correction_m = 0;
   std::vector<std::string> statuses;
   std::vector<std::vector<BodyContact>> contacts;                ///< per frame
+  std::vector<Notice> notices;  ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
   std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body
   std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;  ///< per frame, body and moved region
@@ -22,6 +23,7 @@ struct RunSummary {
   void add(const StepReport& report);
   /// Keeps a status once.
   void note(const std::string& status);
+  void note(const Notice& notice);
 };
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,

@@ -10,7 +10,8 @@
 namespace tactus {
 namespace {
 
-constexpr Rate kAllRates[] = {Rate::upload, Rate::capture, Rate::frame, Rate::substep, Rate::end};
+constexpr Rate kAllRates[] = {Rate::upload,  Rate::capture, Rate::before,
+                              Rate::substep, Rate::after,   Rate::end};
 
 bool names(const std::vector<Resource>& resources, const Resource& resource) {
   return std::find(resources.begin(), resources.end(), resource) != resources.end();
@@ -30,12 +31,14 @@ const char* rate_text(Rate rate) {
       return "new images: upload";
     case Rate::capture:
       return "new images: reconstruct";
-    case Rate::frame:
-      return "every frame, before the substeps";
+    case Rate::before:
+      return "before the substeps";
     case Rate::substep:
       return "every substep";
+    case Rate::after:
+      return "after the substeps";
     case Rate::end:
-      return "every frame, after the substeps";
+      return "end of every frame";
   }
   return "";
 }
@@ -56,7 +59,7 @@ void Schedule::close() {
   unit_ = 1;
   std::set<Resource> known;
   for (const Stage& stage : stages_) {
-    if (stage.rate == Rate::substep) unit_ = std::lcm(unit_, stage.every);
+    if (stage.rate == Rate::substep) unit_ = std::lcm(unit_, std::lcm(stage.every, stage.period));
     known.insert(stage.writes.begin(), stage.writes.end());
     known.insert(stage.updates.begin(), stage.updates.end());
   }
@@ -70,9 +73,11 @@ void Schedule::close() {
   }
   const After after = find_edges();
   crosses_.assign(stages_.size(), 0);
+  // Substeps follow one another, so a stage also waits for those that come after it in the last substep.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    for (const std::size_t before : after[i])
-      if (stages_[before].devices != stages_[i].devices) crosses_[i] = 1;
+    for (const std::size_t before : after[i]) {
+      if (stages_[before].devices != stages_[i].devices) crosses_[i] = crosses_[before] = 1;
+    }
   }
   for (const Rate rate : kAllRates) order(rate, after);
 }
@@ -187,7 +192,7 @@ void Schedule::submit_block(int units) {
 bool Schedule::replays() const { return devices_.is_cuda() && recorded_ && !is_profiling(devices_); }
 
 void Schedule::record() {
-  for (const Rate rate : {Rate::capture, Rate::frame, Rate::end}) {
+  for (const Rate rate : {Rate::capture, Rate::before, Rate::after, Rate::end}) {
     Segment& s = segment(rate);
     if (!s.groups.empty()) s.graph.record(devices_, [&] { submit_groups(s); });
   }
@@ -216,7 +221,7 @@ void Schedule::run_segment(Rate rate) {
 }
 
 void Schedule::run_substeps(int substeps) {
-  if (substeps == 0 || segment(Rate::substep).groups.empty()) return;
+  if (segment(Rate::substep).groups.empty()) return;
   if (substeps % unit_ != 0)
     throw Error(std::to_string(substeps) + " substeps, expected a multiple of " + std::to_string(unit_));
   substeps_begin_.take(devices_.context(0));
@@ -246,8 +251,11 @@ void Schedule::run(const FrameParams& params, bool has_new_images) {
     run_segment(Rate::capture);
     ran_with_images_ = true;
   }
-  run_segment(Rate::frame);
-  run_substeps(params.substeps);
+  if (params.substeps > 0) {
+    run_segment(Rate::before);
+    run_substeps(params.substeps);
+    run_segment(Rate::after);
+  }
   run_segment(Rate::end);
 }
 

@@ -17,9 +17,10 @@ namespace tactus {
 ///   schedule.close();               // @throws Error for what can't be ordered
 ///   per frame: schedule.run(params, has_new_images); schedule.finish(timings);
 ///
-/// A frame is: stages of rates upload and capture (when there are new images), frame, n times substep, end.
-/// On a GPU, the second frame with images is recorded: one graph for each rate, and for substeps one for each
-/// power of two up to 16 units (a unit is the least common multiple of the stages' `every`). Any number of
+/// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
+/// (when n > 0); end. On a GPU, the second frame with images is recorded: one graph for each rate, and for
+/// substeps one for each power of two up to 16 units. A unit is as many substeps as all stages' `every` and
+/// `period` divide. Any number of
 /// substeps is a few launches of these, so nothing is recorded anew when it changes.
 class Schedule {
  public:

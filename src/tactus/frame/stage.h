@@ -13,11 +13,12 @@ using Resource = std::string;
 enum class Rate {
   upload,   ///< when new images came; never recorded, since what it copies from changes
   capture,  ///< when new images came: what is made of them
-  frame,    ///< once a frame, before the substeps
+  before,   ///< once before a frame's substeps, when it has any
   substep,  ///< in every substep, or in every `every`-th
-  end,      ///< once a frame, after the substeps
+  after,    ///< once after a frame's substeps, when it has any
+  end,      ///< at the end of every frame
 };
-inline constexpr int kRates = 5;
+inline constexpr int kRates = 6;
 const char* rate_text(Rate rate);
 
 /// Which devices of the set a stage submits to. A stage for all of them orders its own parts.
@@ -32,8 +33,9 @@ struct BlockPlace {
 struct Stage {
   std::string name;      ///< unique: "contact/correct"
   std::string timed_as;  ///< the row of the report in which its time counts: "bodies"
-  Rate rate = Rate::frame;
-  int every = 1;  ///< rate substep: it runs in substeps 0, every, 2 every, ...
+  Rate rate = Rate::end;
+  int every = 1;   ///< rate substep: it runs in substeps 0, every, 2 every, ...
+  int period = 1;  ///< rate substep: what it does repeats after so many substeps
   StageDevices devices = StageDevices::first;
   // Of one rate, stages run in this order for each resource: those that read what is left of the last frame
   // or substep, those that write it, those that update it (in the order in which they were added), those

@@ -12,13 +12,14 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& conta
   tissue_.add_reports(readback);
   schedule.add({.name = stage("begin"),
                 .timed_as = "begin",
-                .rate = Rate::frame,
+                .rate = Rate::before,
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
                 .submit = [this, &ctx](BlockPlace) { begin_stage(ctx); }});
   schedule.add({.name = stage("step"),
                 .timed_as = "bodies",
                 .rate = Rate::substep,
+                .period = matching_every(),
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
                 .submit = [this, step](BlockPlace at) { tissue_.substep(step, at.substep, at.count); }});
@@ -34,7 +35,7 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& conta
                   .submit = [this](BlockPlace at) { tissue_.watch(at.substep, at.count); }});
   schedule.add({.name = stage("end"),
                 .timed_as = "end",
-                .rate = Rate::end,
+                .rate = Rate::after,
                 .devices = stage_devices(),
                 .writes = {stage("report")},
                 .updates = {nodes_resource()},
@@ -64,7 +65,7 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
   const Resource records = stage("contact records");
   schedule.add({.name = stage("rescue"),
                 .timed_as = "begin",
-                .rate = Rate::frame,
+                .rate = Rate::before,
                 .updates = {nodes_resource(), records},
                 .reads = {"contact/poses"},
                 .submit = [this, &ctx, &contact, &surface](BlockPlace) {
@@ -91,7 +92,7 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
   }
   schedule.add({.name = stage("contact sums"),
                 .timed_as = "end",
-                .rate = Rate::end,
+                .rate = Rate::after,
                 .writes = {stage("contact report")},
                 .updates = {records},
                 .submit = [this, &ctx](BlockPlace) { points_.end_frame(ctx); }});

@@ -6,6 +6,9 @@
 namespace tactus {
 
 enum class Severity { info, warning, error };
+inline const char* severity_text(Severity severity) {
+  return severity == Severity::info ? "info" : severity == Severity::warning ? "warning" : "error";
+}
 
 struct Notice {
   std::string code;  ///< stable, for programs: "hull.overflow"

@@ -140,7 +140,7 @@ void Simulation::add_stages() {
   schedule_.add(
       {.name = "contact/begin",
        .timed_as = "begin",
-       .rate = Rate::frame,
+       .rate = Rate::before,
        .writes = {"contact/poses"},
        .submit = [this, &ctx, frame](BlockPlace) { contact_.begin_frame(ctx, surface_, {.frame = frame}); }});
   for (auto& body : bodies_)
