@@ -15,7 +15,7 @@ struct RunSummary {
   double max_force_N = 0, max_correction_m = 0;
   std::vector<std::string> statuses;
   std::vector<std::vector<BodyContact>> contacts;                ///< per frame
-  std::vector<Notice> notices;  ///< each once, at most 1000
+  std::vector<Notice> notices;                                   ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
   std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body
   std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;  ///< per frame, body and moved region

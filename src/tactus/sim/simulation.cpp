@@ -183,7 +183,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
                 frame != nullptr);
   schedule_.finish(timings_);
   collect(times, report);
-  if (frame != nullptr) timings_.add("capture to end of frame", captured_s_, now_s());
+  if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
   return report;
 }
 
