@@ -107,7 +107,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
   for (const BodyDescription& body : scene.bodies) {
-    if (body.fixed.empty() && body.moved.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+    if (body.fixed.empty() && body.moved.empty() && scene.obstacles.empty() &&
+        dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   add_stages();
