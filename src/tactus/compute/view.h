@@ -3,7 +3,6 @@
 #if defined(__CUDACC__)
 #include <cstdio>
 #endif
-#include <bit>
 #include <type_traits>
 
 #include "tactus/base/hd.h"
@@ -33,10 +32,7 @@ class View {
   /// Of what nobody writes while the kernel runs: a GPU may read it ahead of anything written before.
   TACTUS_HD constexpr std::remove_const_t<T> constant(Index i) const requires std::is_const_v<T> {
 #if defined(__CUDA_ARCH__) && !defined(TACTUS_CHECKED)
-    if constexpr (sizeof(T) == 16 && alignof(T) == 16 && std::is_class_v<T>)  // in one load
-      return std::bit_cast<std::remove_const_t<T>>(__ldg(reinterpret_cast<const uint4*>(data_ + i)));
-    else
-      return __ldg(data_ + i);
+    return __ldg(data_ + i);
 #else
     return (*this)[i];
 #endif
