@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that are missing. Elsewhere: names what is needed and goes on.
 set -euo pipefail
-packages=(cmake ninja-build g++ ccache git python3 libtbb-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
+packages=(cmake ninja-build g++ ccache git python3 libtbb-dev libspdlog-dev libyaml-cpp-dev libpugixml-dev libtomlplusplus-dev nlohmann-json3-dev libcli11-dev
   libopencv-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev libgtest-dev)
 if ! command -v apt-get >/dev/null; then
   echo "No apt-get here: make sure that the equivalents of these are installed: ${packages[*]}" >&2

@@ -3,7 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "tactus/rig/camera_file.h"
+#include "tactus/geom/image.h"
+#include "tactus/geom/lens.h"
 
 namespace tactus {
 
