@@ -161,6 +161,8 @@ DepthRecording read_depth_camera(const YamlMapping& y, CameraReader& reader) {
   if (distance != "z" && distance != "radial")
     y.fail("distance", "'" + distance + "', expected z (along the optical axis) or radial");
   r.encoding.is_radial = distance == "radial";
+  if (const std::string error = reader.data(y, "error_table"); !error.empty())
+    r.encoding.error = read_depth_error(error);
   return r;
 }
 

@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
+#include "tactus/rig/calibrate/bundle.h"
 #include "tactus/rig/calibration_files/formats.h"
 #include "tactus/rig/numbered_files.h"
 
@@ -143,22 +144,32 @@ const FileCamera& camera_of(const CalibrationData& data, const std::string& name
   return *found;
 }
 
+void check_written_format(const std::string& format) {
+  if (find_format(format, "--to").write != nullptr) return;
+  std::string written;
+  for (const Format* f : kFormats) {
+    if (f->write != nullptr) written += (written.empty() ? "" : ", ") + std::string(f->name);
+  }
+  throw usage_error("--to '" + format + "' is only read; written are: " + written);
+}
+
 void write_calibration_file(const std::string& path, const std::string& format,
                             std::span<const FileCamera> cameras) {
-  const Format& to = find_format(format, "--to");
-  if (to.write == nullptr) {
-    std::string written;
-    for (const Format* f : kFormats) {
-      if (f->write != nullptr) written += (written.empty() ? "" : ", ") + std::string(f->name);
-    }
-    throw usage_error("--to '" + format + "' is only read; written are: " + written);
-  }
+  check_written_format(format);
   for (const FileCamera& c : cameras) {
-    if (!c.has_pose)
+    if (!c.has_pose && format != "opencv")
       throw usage_error("camera '" + c.calibrated.camera.name +
-                        "' has no pose: a lens alone can't be converted");
+                        "' has no pose: only opencv files hold a lens alone");
   }
-  to.write(path, cameras);
+  find_format(format, "--to").write(path, cameras);
+}
+
+std::vector<std::string> missing_parts() {
+  std::vector<std::string> parts;
+  for (const std::string& part : {toml_missing(), calibration_missing(), charuco_missing()}) {
+    if (!part.empty()) parts.push_back(part);
+  }
+  return parts;
 }
 
 std::vector<CalibrationFormatInfo> calibration_formats() {

@@ -52,6 +52,9 @@ const FileCamera& camera_of(const CalibrationData& data, const std::string& name
 void write_calibration_file(const std::string& path, const std::string& format,
                             std::span<const FileCamera> cameras);
 
+/// @throws usage Error as write_calibration_file for a format that can't be written.
+void check_written_format(const std::string& format);
+
 /// What is known of a format, for help and documents.
 struct CalibrationFormatInfo {
   std::string name, of;  ///< "kalibr", "Kalibr camchain YAML (...)"
@@ -59,5 +62,8 @@ struct CalibrationFormatInfo {
   std::string asks;  ///< what the file leaves open: "unit", "unit, image size", ""
 };
 std::vector<CalibrationFormatInfo> calibration_formats();
+
+/// What this build can't do for want of a library, a sentence each, with the Debian package; empty when all is there.
+std::vector<std::string> missing_parts();
 
 }  // namespace tactus

@@ -160,10 +160,11 @@ std::string opencv_text(const FileCamera& c) {
   if (c.calibrated.lens.model == LensModel::fisheye) text += "fisheye_model: 1\n";
   std::vector<double> d = coefficients(c.calibrated.lens);
   if (d.empty()) d.resize(5);
+  text += matrix("CameraMatrix", 3, 3, row_major(camera.intrinsics())) +
+          matrix("DistortionCoeffs", static_cast<int>(d.size()), 1, d);
+  if (!c.has_pose) return text;
   const Vec3d t = camera.T_cam_world.t;
-  return text + matrix("CameraMatrix", 3, 3, row_major(camera.intrinsics())) +
-         matrix("DistortionCoeffs", static_cast<int>(d.size()), 1, d) +
-         matrix("RotationValues", 3, 3, row_major(camera.T_cam_world.R)) +
+  return text + matrix("RotationValues", 3, 3, row_major(camera.T_cam_world.R)) +
          matrix("TranslationValues", 3, 1, std::vector{t.x, t.y, t.z});
 }
 
