@@ -260,8 +260,8 @@ TEST_F(CalibrationFiles, NamesWhatItCanNotRead) {
     return message_of([&] { read_calibration_file(path("changed"), answers); });
   };
   const std::string at = path("changed");
-  EXPECT_EQ(changed("camchain.yaml", "camera_model: pinhole", "camera_model: omni").substr(0, at.size() + 48),
-            at + ":2: 'cam0.camera_model': 'omni', expected pinhole");
+  EXPECT_TRUE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: omni")
+                  .starts_with(at + ":2: 'cam0.camera_model': 'omni', expected pinhole: "));
   for (const std::string model : {"ds", "eucm"})
     EXPECT_NE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: " + model)
                   .find("'" + model + "', expected pinhole"),

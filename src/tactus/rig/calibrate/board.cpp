@@ -19,7 +19,7 @@ const std::vector<std::string> kDictionaries{
     "4X4_50",  "4X4_100", "4X4_250",  "4X4_1000", "5X5_50",  "5X5_100", "5X5_250",  "5X5_1000",      "6X6_50",
     "6X6_100", "6X6_250", "6X6_1000", "7X7_50",   "7X7_100", "7X7_250", "7X7_1000", "ARUCO_ORIGINAL"};
 
-std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey) {
+std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
   std::vector<cv::Point2f> found;
   const cv::Size size(board.columns, board.rows);
   if (!cv::findChessboardCorners(
@@ -33,7 +33,7 @@ std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& gr
       nearest = std::min(
           nearest, static_cast<double>(std::hypot(found[i].x - found[i - 1].x, found[i].y - found[i - 1].y)));
   }
-  const int half = std::clamp(static_cast<int>(nearest / 2 - 1), 2, 11);
+  const int half = window_px > 0 ? window_px : std::clamp(static_cast<int>(nearest / 2 - 1), 2, 11);
   cv::cornerSubPix(grey, found, {half, half}, {-1, -1},
                    cv::TermCriteria(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 50, 0.001));
   std::vector<BoardCorner> corners;
@@ -56,7 +56,8 @@ std::vector<BoardCorner> detect_charuco(const Board& board, const cv::Mat& grey)
   cv::aruco::detectMarkers(grey, dictionary, markers, ids);
   if (ids.empty()) return {};
   cv::Mat px, corner_ids;
-  cv::aruco::interpolateCornersCharuco(markers, ids, grey, charuco, px, corner_ids);
+  cv::aruco::interpolateCornersCharuco(markers, ids, grey, charuco, px, corner_ids, cv::noArray(),
+                                       cv::noArray(), 1);
   std::vector<BoardCorner> corners;
   for (int i = 0; i < corner_ids.rows; ++i) {
     const auto& p = px.at<cv::Point2f>(i);
@@ -103,10 +104,10 @@ Board parse_board(const std::string& text, double square_m, double marker_m, boo
   return board;
 }
 
-std::vector<BoardCorner> detect_board(const Board& board, const Image<std::uint8_t>& picture) {
+std::vector<BoardCorner> detect_board(const Board& board, const Image<std::uint8_t>& picture, int window_px) {
   cv::Mat grey(picture.height_px, picture.width_px, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data()));
   if (board.inverted) grey = 255 - grey;
-  if (board.kind == BoardKind::chessboard) return detect_chessboard(board, grey);
+  if (board.kind == BoardKind::chessboard) return detect_chessboard(board, grey, window_px);
 #ifdef TACTUS_WITH_ARUCO
   return detect_charuco(board, grey);
 #else

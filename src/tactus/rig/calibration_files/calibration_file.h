@@ -63,7 +63,8 @@ struct CalibrationFormatInfo {
 };
 std::vector<CalibrationFormatInfo> calibration_formats();
 
-/// What this build can't do for want of a library, a sentence each, with the Debian package; empty when all is there.
+/// What this build can't do for want of a library, a sentence each, with the Debian package; empty when all
+/// is there.
 std::vector<std::string> missing_parts();
 
 }  // namespace tactus

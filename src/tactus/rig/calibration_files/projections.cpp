@@ -87,6 +87,9 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
     cameras.push_back(std::move(c));
     name.clear();
   }
+  if (!input.text.ends_with('\n') && !cameras.empty())
+    throw Error(input.path +
+                ": the last line has no end; the file may be cut short (else end it with a newline)");
   if (!name.empty() && filled == 0)
     throw Error(input.path + ": no matrix after '" + name + "'; the file is cut short");
   if (filled != 0)
