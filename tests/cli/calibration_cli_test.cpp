@@ -23,12 +23,14 @@ TEST_F(CalibrationProgram, ConvertsAndShows) {
   ASSERT_EQ(run_tactus("synth hand --out " + path("set") + " --frames 1 --no-colors").code, 0);
   std::string files;
   for (int i = 0; i < 8; ++i) files += path("set/cameras/cam" + std::to_string(i) + ".yaml") + " ";
-  const Outcome converted = run_tactus("calibration convert " + files + path("rig.json") + " --to multical --unit-m 1");
+  const Outcome converted =
+      run_tactus("calibration convert " + files + path("rig.json") + " --to multical --unit-m 1");
   ASSERT_EQ(converted.code, 0) << converted.text;
   const Outcome shown = run_tactus("calibration show " + path("rig.json") + " --unit-m 1");
   EXPECT_EQ(shown.code, 0);
   EXPECT_TRUE(has(shown.text, "multical, 8 cameras")) << shown.text;
-  expect_refused("calibration show " + path("rig.json"), 2, {"multical files do not say their unit of length; give --unit-m"});
+  expect_refused("calibration show " + path("rig.json"), 2,
+                 {"multical files do not say their unit of length; give --unit-m"});
   expect_refused("calibration convert " + path("rig.json") + " " + path("x") + " --to qualisys --unit-m 1", 2,
                  {"--to 'qualisys' is only read; written are: "});
   expect_refused("calibration convert " + path("rig.json") + " " + path("x") + " --to kalibre --unit-m 1", 2,
@@ -68,7 +70,8 @@ TEST_F(CalibrationProgram, IntrinsicsOfOpenCvsBoards) {
   const std::string folder = data_folder() + "/opencv_boards";
   if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "no opencv_boards: set TACTUS_DATA";
   const std::string verb = "calibrate intrinsics '" + folder + "/left%02d.jpg' --square-mm 25 ";
-  const Outcome o = run_tactus(verb + "--board chessboard:9x6 --out " + path("left.yaml") + " --report " + path("left.html"));
+  const Outcome o = run_tactus(verb + "--board chessboard:9x6 --out " + path("left.yaml") + " --report " +
+                               path("left.html"));
   ASSERT_EQ(o.code, 0) << o.text;
   EXPECT_TRUE(has(o.text, "board in 13 of 13 pictures")) << o.text;
   const CalibrationData data = read_calibration_file(path("left.yaml"));

@@ -24,7 +24,8 @@ struct BackgroundOptions {
   double brightest = 1.25;       ///< brightness ratios above are foreground
   double noise = 16;  ///< a darker or brighter pixel within this distance is background [grey levels]
   int open_px = 1, close_px = 3;
-  int largest_hole_px = 150;  ///< smaller holes are filled [pixels]
+  int largest_hole_px =
+      1500;  ///< smaller holes are filled [pixels]: shadows on an opaque object; larger ones are seen through
 };
 
 /// Per-pixel mean of the empty room.

@@ -43,8 +43,8 @@ struct BoardView {
   std::vector<BoardCorner> corners;
 };
 
-/// Corners of the board in a grey picture, to a fraction of a pixel; none where it isn't seen. A chessboard is
-/// seen whole or not at all.
+/// Corners of the board in a grey picture, to a fraction of a pixel; none where it isn't seen. A chessboard
+/// is seen whole or not at all.
 /// @param window_px half the window in which a chessboard's corner is refined; 0: what the squares around it
 /// allow, at most 11  @throws Error for ChArUco where Tactus was built without OpenCV's aruco.
 std::vector<BoardCorner> detect_board(const Board& board, const Image<std::uint8_t>& grey, int window_px = 0);

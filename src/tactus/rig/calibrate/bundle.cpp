@@ -309,11 +309,31 @@ class Bundle {
     double sum = 0;
     for (const double r : residuals) sum += r * r;
     const double variance = sum / std::max(1.0, static_cast<double>(residuals.size()) - n - 6.0 * boards);
-    const Eigen::MatrixXd covariance = variance * S.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+    // Turns: from differences of the vector to the small turn that follows R. Near half a turn they differ
+    // much.
+    Eigen::MatrixXd D = Eigen::MatrixXd::Identity(n, n);
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      if (pose_begin[c] >= 0) D.block<3, 3>(pose_begin[c], pose_begin[c]) = turn_by_vector(state_.cameras[c]);
+    }
+    const Eigen::MatrixXd covariance =
+        D * (variance * S.ldlt().solve(Eigen::MatrixXd::Identity(n, n))) * D.transpose();
     out.camera_parameters = n;
     out.covariance.assign(covariance.data(), covariance.data() + covariance.size());
     for (std::size_t c = 0; c < cameras_.size(); ++c)
       out.deviations.push_back(deviations(covariance, c, intrinsics_begin[c], pose_begin[c]));
+  }
+
+  /// d with R(v + dv) = R(d dv) R(v), by first differences.
+  static Eigen::Matrix3d turn_by_vector(const std::array<double, 6>& pose) {
+    const Mat3d R = unpacked(pose).R;
+    Eigen::Matrix3d by;
+    for (int k = 0; k < 3; ++k) {
+      std::array<double, 6> p = pose;
+      p[static_cast<std::size_t>(k)] += 1e-6;
+      const Vec3d turn = 1e6 * vector_of_rotation(unpacked(p).R * transpose(R));
+      for (int i = 0; i < 3; ++i) by(i, k) = turn[i];
+    }
+    return by;
   }
 
   /// Schur complement of J^T J on the first n columns; the others are independent blocks of 6.
@@ -367,9 +387,11 @@ class Bundle {
       const Rigidd T = unpacked(state_.cameras[c]);
       Eigen::Matrix<double, 3, 6> D;
       for (int k = 0; k < 6; ++k) {
-        std::array<double, 6> p = state_.cameras[c];
-        p[static_cast<std::size_t>(k)] += 1e-7;
-        const Vec3d by = 1e7 * (inverse(unpacked(p)).t - inverse(T).t);
+        Rigidd moved = T;
+        Vec3d turn;
+        (k < 3 ? turn[k] : moved.t[k - 3]) += 1e-7;
+        moved.R = rotation_from_vector(turn) * T.R;
+        const Vec3d by = 1e7 * (inverse(moved).t - inverse(T).t);
         for (int i = 0; i < 3; ++i) D(i, k) = by[i];
       }
       const Eigen::Matrix3d center = D * covariance.block<6, 6>(pose, pose) * D.transpose();

@@ -42,8 +42,8 @@ struct BundleResult {
   double rms_px = 0;
   std::int64_t corners = 0;  ///< that were used
   /// Covariance of the free parameters of all cameras, row by row; order: per camera the refined intrinsics
-  /// (fx fy cx cy lens), and from the second camera on rotation (vector, camera's frame) and translation of
-  /// T_cam_world.
+  /// (fx fy cx cy lens), and from the second camera on the small turn d (R becomes R(d) R) and the
+  /// translation of T_cam_world.
   std::vector<double> covariance;
   Index camera_parameters = 0;
 };
