@@ -13,7 +13,9 @@ struct FrameParams {
   float surface_age_s = 0;
   Vec3f gravity_m_s2;
   Index substeps = 0;  ///< of this frame
-  Index substep = 0;   ///< that runs now, 0 .. substeps - 1
+  /// Done before the block of substeps that runs. A kernel recorded as substep k of a block works on substep
+  /// `done` + k.
+  Index done = 0;
 };
 
 /// Step and gravity of a substep: as the host gave them or, with `frame`, as they are on the device when the
@@ -34,10 +36,11 @@ struct StepTime {
 /// More substeps than a frame may have.
 inline constexpr Index kMostSubsteps = 10000;
 
-/// A substep is over.
-struct NextSubstep {
+/// A block of substeps is over.
+struct EndBlock {
   View<FrameParams> frame;
-  TACTUS_HD void operator()(Index) const { frame[0].substep += 1; }
+  Index substeps;
+  TACTUS_HD void operator()(Index) const { frame[0].done += substeps; }
 };
 
 /// How many substeps the frame has, for launches over them.
