@@ -192,7 +192,7 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
 void HybridSlabs::look(int k, int every) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (frame_ != nullptr)
-      parts_[p]->look(frame_->view(static_cast<int>(p)), every);
+      parts_[p]->look(k, frame_->view(static_cast<int>(p)), every);
     else
       parts_[p]->look(k);
   }
@@ -204,7 +204,7 @@ void HybridSlabs::watch(int k, int count) {
 }
 
 void HybridSlabs::end_frame(int count) {
-  look(count - 1, 1);
+  look(frame_ != nullptr ? 0 : count - 1, 1);
   for (auto& part : parts_) {
     part->watch.summarise(part->ctx);
     part->ctx.record(part->moved);

@@ -49,8 +49,8 @@ class HybridSlabs {
   /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
   /// matched_every.
   void substep(const HybridStep& step, int k, int count);
-  /// After substep k of the frame's `count`: notes which nodes diverged. With follow(), the device knows both
-  /// numbers. The last look is end_frame's.
+  /// After substep k of the frame's `count`, or with follow(), of a block: notes which nodes diverged. The
+  /// last look is end_frame's.
   void watch(int k, int count);
   /// Diverged nodes are looked for after so many substeps: of elements alone four, as a look costs a
   /// twentieth of such a substep.
@@ -99,8 +99,8 @@ class HybridSlabs {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
     void look(int k) { watch.look(ctx, own(state.x_m), own(state.v_m_s), k); }
-    void look(View<const FrameParams> frame, int every) {
-      watch.look(ctx, own(state.x_m), own(state.v_m_s), frame, every);
+    void look(int k, View<const FrameParams> frame, int every) {
+      watch.look(ctx, own(state.x_m), own(state.v_m_s), k, frame, every);
     }
     Index first_own() const { return tissue.window().held.begin + tissue.window().own.begin; }
     ExecContext& ctx;
