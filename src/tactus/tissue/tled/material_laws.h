@@ -4,7 +4,8 @@
 ///
 /// A law is
 ///   static Law of(const TledOptions&)        its constants of the whole body
-///   stress(F, mu, lambda)                    first Piola-Kirchhoff stress P = dW/dF, for kernels
+///   stress(F, mu, lambda)                    first Piola-Kirchhoff stress P = dW/dF, for kernels; linear in
+///                                            mu and lambda, of any sign
 ///   energy(F, mu, lambda)                    W [J/m^3], on the host in double; linear in mu and lambda
 ///   added_stiffness_Pa(mu)                   beyond 3 lambda + 2 mu, for the stable step
 /// P does not invert F, and keeps pushing back through J = det F <= 0: 1/J is replaced by 1/max(J, 0.1).
@@ -23,6 +24,13 @@ struct GradientColumns {
 
 TACTUS_HD inline Vec3f fused_cross(Vec3f a, Vec3f b) {
   return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
+}
+
+TACTUS_HD inline float fused_dot(Vec3f a, Vec3f b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
+
+/// a + s b.
+TACTUS_HD inline Vec3f fused_add(Vec3f a, float s, Vec3f b) {
+  return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)};
 }
 
 TACTUS_HD inline GradientColumns cofactor(const GradientColumns& F) {
@@ -51,7 +59,7 @@ struct NeoHookean {
   static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
-    const float J = dot(F.x, cof.x);
+    const float J = fused_dot(F.x, cof.x);
     return combine(mu, F, lambda * (J - 1.F) - mu / max(J, kSmallestJ), cof);
   }
   double energy(const Mat3d& F, double mu, double lambda) const {
@@ -77,8 +85,8 @@ struct IsochoricNeoHookean {
   static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
-    const float J = dot(F.x, cof.x), safe = max(J, kSmallestJ), r = inverse_cbrt(safe);
-    const float shape = mu * r * r, trace = dot(F.x, F.x) + dot(F.y, F.y) + dot(F.z, F.z);
+    const float J = fused_dot(F.x, cof.x), safe = max(J, kSmallestJ), r = inverse_cbrt(safe);
+    const float shape = mu * r * r, trace = fused_dot(F.x, F.x) + fused_dot(F.y, F.y) + fused_dot(F.z, F.z);
     const float bulk = fma(0.6666666667F, mu, lambda);
     return combine(shape, F, bulk * (J - 1.F) - shape * trace / (3.F * safe), cof);
   }

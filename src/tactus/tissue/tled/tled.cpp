@@ -214,7 +214,8 @@ template <class Sink>
 void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   with_law(options_, [&]<class Law>(const Law& law) {
-    const tled::OnePointCube<Law> elastic{law, gradient, area};
+    const tled::OnePointCube<Law> elastic{
+        law, gradient, area, tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / 6};
     if (relaxes()) {
       tled::RelaxingCube<Law> cube{.elastic = elastic,
                                    .before = history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
