@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "support/message_of.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tissue/tled_bodies.h"
 
@@ -57,6 +58,43 @@ TEST(OutsiderTorsion, ABarTwistsAsInCalculiX) {
                 100 * (t.torque_N_m / 3.703e-3 - 1), 100 * t.hourglass_share);
     EXPECT_NEAR(t.torque_N_m, 3.703e-3, 0.05 * 3.703e-3) << across;
     EXPECT_LT(t.hourglass_share, 0.10) << across;
+  }
+}
+
+/// Cubes that resist shear more than swelling: at 0.95 of the step that is reported, the scheme keeps kinetic
+/// energy below 1 / (1 - 0.95^2) = 10.3 times what was put in, with a margin 12; what is unstable overflows.
+TEST(OutsiderNegativePoisson, ReportedStepsAreStable) {
+  DeviceSet set("cpu");
+  ExecContext& ctx = set.context(0);
+  const TledOptions options{.law = MaterialLaw::isochoric_neo_hookean, .damping_ratio = 0};
+  for (const float poisson : {-0.1F, -0.3F, -0.5F, -0.9F}) {
+    const ElasticMaterial m{.young_Pa = 3000, .poisson = poisson};
+    for (const CubeLattice& lattice : {box({1, 1, 1}), box({1, 1, 12}), box({6, 6, 6})}) {
+      Tled tled(ctx, lattice, {&m, 1}, {}, options);
+      for (const bool measured : {false, true}) {
+        if (measured) tled.measure_stable_step(ctx, lattice, 100);
+        const std::vector<Vec3f> x = shaken(lattice, 1e-3F * kH, 2);
+        std::vector<Vec3f> v(x.size());
+        for (std::size_t i = 0; i < x.size(); ++i)
+          v[i] = 100.F * (x[i] - lattice.rest_m(static_cast<Index>(i)));
+        BodyState body = rest_state(ctx, lattice);
+        body.v_m_s = to_device(ctx, v);
+        const double energy = kinetic_J(ctx, lattice, body);
+        tled.step(ctx, body, {0.95F * tled.stable_step_s(), {}}, 3000);
+        EXPECT_LT(kinetic_J(ctx, lattice, body), 12 * energy) << poisson << ' ' << lattice.cube_count();
+      }
+    }
+  }
+}
+
+/// Their energy falls without bound as J grows: no step is stable for long.
+TEST(OutsiderNegativePoisson, LawsWithoutALeastEnergyRefuse) {
+  DeviceSet set("cpu");
+  const ElasticMaterial m{.poisson = -0.3F};
+  for (const MaterialLaw law : {MaterialLaw::neo_hookean, MaterialLaw::transversely_isotropic}) {
+    EXPECT_EQ(test::message_of([&] { Tled(set.context(0), box({2, 2, 2}), {&m, 1}, {}, {.law = law}); }),
+              "Poisson's ratio is -0.3, expected 0 or more with this law, as its energy has no least value "
+              "below; law isochoric_neo_hookean takes -1 to 0.5");
   }
 }
 

@@ -27,7 +27,9 @@ struct HybridStep {
   int matched_every = 1;
   /// When given, dt_s and gravity are read from here when the kernels run: of the device that they run on.
   View<const FrameParams> frame = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
+  /// One: how fast the body turns as a whole, which is not damped; none: it does not.
+  View<const Vec3f> spin_rad_s = {};
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, spin_rad_s}; }
 };
 
 /// What of a step concerns the elements.

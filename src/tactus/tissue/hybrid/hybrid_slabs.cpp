@@ -47,7 +47,9 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
       beside(context.device()),
       tissue(std::move(model)),
       boundary(ctx, lattice, conditions, tissue.window()),
-      watch(ctx, tissue.window().own.count()) {
+      watch(ctx, tissue.window().own.count()),
+      motion(ctx, lattice, {first_own(), first_own() + tissue.window().own.count()}),
+      spin_rad_s(to_device(ctx, std::vector<Vec3f>(1))) {
   const std::vector<Vec3f> rest = lattice.rest_positions_m();
   const Slab window = tissue.window().held;
   const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
@@ -60,7 +62,10 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
                          const FlsmMaterial& flsm, std::optional<double> least_elements,
                          const BoundaryConditions& conditions)
-    : devices_(devices), motion_count_(conditions.motions.size()), has_boundary_(!conditions.empty()) {
+    : devices_(devices),
+      motion_count_(conditions.motions.size()),
+      has_boundary_(!conditions.empty()),
+      is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.end(), [](auto f) { return f == 0; })) {
   const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
@@ -190,6 +195,7 @@ void HybridSlabs::step(const HybridStep& step, int count) {
 HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const {
   HybridStep own = step;
   if (frame_ != nullptr) own.frame = frame_->view(static_cast<int>(part));
+  if (is_free_) own.spin_rad_s = parts_[part]->spin_rad_s.const_view();
   return own;
 }
 
@@ -267,7 +273,10 @@ void HybridSlabs::watch(int k, int count) {
 
 void HybridSlabs::end_frame(int count) {
   look(count - 1, 1);
-  for (auto& part : parts_) part->ctx.record(part->moved);
+  for (auto& part : parts_) {
+    part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
+    part->ctx.record(part->moved);
+  }
   if (model().has_elements()) {
     for_each_pull([&](std::size_t p) { pull(p); });
     for (auto& part : parts_) part->tissue.find_extremes(part->ctx, part->state);
@@ -298,6 +307,18 @@ tled::CubeExtremes HybridSlabs::extremes() {
   for (std::size_t p = 1; p < parts_.size(); ++p)
     worst = tled::FindExtremes::worse(worst, parts_[p]->tissue.extremes(parts_[p]->ctx));
   return worst;
+}
+
+RigidMotion HybridSlabs::rigid_motion() {
+  std::vector<MotionSums> sums;
+  for (auto& part : parts_) part->motion.read(part->ctx, sums);
+  return tactus::rigid_motion(sums);
+}
+
+void HybridSlabs::set_spin(Vec3d spin_rad_s) {
+  if (!is_free_) return;
+  spin_rad_s_ = {vec_cast<float>(spin_rad_s)};
+  for (auto& part : parts_) part->ctx.upload(std::span<const Vec3f>(spin_rad_s_), part->spin_rad_s.view());
 }
 
 std::vector<Vec3d> HybridSlabs::motion_forces_N(double dt_frame_s) {

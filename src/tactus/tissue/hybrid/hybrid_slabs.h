@@ -8,6 +8,7 @@
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
 #include "tactus/tissue/hybrid/hybrid_kernels.h"
+#include "tactus/tissue/rigid_motion.h"
 
 namespace tactus {
 
@@ -64,6 +65,11 @@ class HybridSlabs {
   WatchRecord watched();
   /// At the last end_frame. Synchronizes.
   tled::CubeExtremes extremes();
+  /// Of the whole body, at the last end_frame; the same on any number of devices. Synchronizes.
+  RigidMotion rigid_motion();
+  /// How fast the body turns as a whole in the coming frame: this turning is not damped (tissue/rigid_motion.h
+  /// finds it). Of a body with fixed nodes nothing happens. Asynchronous.
+  void set_spin(Vec3d spin_rad_s);
   /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);
   /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
@@ -108,6 +114,8 @@ class HybridSlabs {
     Hybrid tissue;
     Boundary boundary;
     BodyWatch watch;
+    MotionMeter motion;
+    Buffer<Vec3f> spin_rad_s;      ///< one
     BodyState state;               ///< of the window
     std::array<Ghosts, 2> ghosts;  ///< below and above; none without nodes
     Event pulled, moved, interior_moved;
@@ -131,7 +139,8 @@ class HybridSlabs {
   DeviceSet& devices_;
   std::vector<std::unique_ptr<Part>> parts_;
   std::size_t motion_count_;
-  bool has_boundary_, shares_nodes_ = false;
+  bool has_boundary_, is_free_, shares_nodes_ = false;
+  std::array<Vec3f, 1> spin_rad_s_{};  ///< what is sent to the devices
   const FrameOnDevices* frame_ = nullptr;
   BodyState body_;  ///< x and v, of several parts
   Event stored_;

@@ -8,6 +8,7 @@
 ///                                            mu and lambda, of any sign
 ///   energy(F, mu, lambda)                    W [J/m^3], on the host in double; linear in mu and lambda
 ///   added_stiffness_Pa(mu)                   beyond 3 lambda + 2 mu, for the stable step
+///   least_poisson                            below, its energy has no least value
 /// P does not invert F, and keeps pushing back through J = det F <= 0: 1/J is replaced by 1/max(J, 0.1).
 #include <algorithm>
 #include <cmath>
@@ -52,9 +53,11 @@ inline double trace_C(const Mat3d& F) {
   return dot(F.row[0], F.row[0]) + dot(F.row[1], F.row[1]) + dot(F.row[2], F.row[2]);
 }
 
-/// W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J - 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
+/// With lambda < 0 the last term falls without bound as J grows. W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J -
+/// 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
 struct NeoHookean {
   float unused = 0;
+  static constexpr float least_poisson = 0;
   static NeoHookean of(const TledOptions&) { return {}; }
   static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
@@ -81,6 +84,7 @@ TACTUS_HD inline float inverse_cbrt(float x) {
 /// W = mu/2 (J^-2/3 tr C - 3) + K/2 (J - 1)^2 with K = lambda + 2/3 mu: volume and shape apart.
 struct IsochoricNeoHookean {
   float unused = 0;
+  static constexpr float least_poisson = -1;
   static IsochoricNeoHookean of(const TledOptions&) { return {}; }
   static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
@@ -101,6 +105,7 @@ struct IsochoricNeoHookean {
 struct TransverselyIsotropic {
   Vec3f fibre{1, 0, 0};  ///< a, unit, rest frame
   float ratio = 0;       ///< fibre stiffness over mu
+  static constexpr float least_poisson = 0;
   static TransverselyIsotropic of(const TledOptions& o) {
     return {normalized(o.fibre, Vec3f{1, 0, 0}), o.fibre_ratio};
   }

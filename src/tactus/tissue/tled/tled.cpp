@@ -22,6 +22,20 @@ float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
   return mu * (3 * lambda + 2 * mu) / (lambda + mu);
 }
 
+/// Of a cube that swells (3 lambda + 2 mu), is sheared (2 mu, more if lambda < 0) or bends (E / 3, less):
+/// times 4 / (rho h^2) the largest eigenvalue.
+float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options) {
+  const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
+  return std::max(3 * m.lambda_Pa(), 0.F) + 2 * m.mu_Pa() + added;
+}
+
+void check_law(const ElasticMaterial& m, const TledOptions& options) {
+  const float least = with_law(options, [](const auto& law) { return law.least_poisson; });
+  if (m.poisson < least)
+    throw Error("Poisson's ratio is " + number_text(m.poisson) + ", expected 0 or more with this law, as its " +
+                "energy has no least value below; law isochoric_neo_hookean takes -1 to 0.5");
+}
+
 /// Cubes of the same material and fill are of one kind; kind 0 is no cube.
 struct Kinds {
   std::vector<tled::Stiffness> stiffness;
@@ -129,11 +143,11 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   }
   for (const ElasticMaterial& m : materials) {
     check_material(m);
-    const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
     undamped_step_s = std::min(
-        undamped_step_s,
-        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + added)));
+        undamped_step_s, lattice.spacing_m * std::sqrt(m.density_kg_m3 / largest_stiffness_Pa(m, options)));
   }
+  for (std::size_t c = 0; c < material.size(); ++c)
+    if (material[c] != kNoElement) check_law(materials[material[c]], options);
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 

@@ -17,7 +17,9 @@ struct TledStep {
   float drag_per_s = 0;  ///< damps all motion, falling, too: for settling only
   /// When given, dt_s and gravity are read from here when the kernels run.
   View<const FrameParams> frame = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
+  /// One: how fast the body turns as a whole, which is not damped; none: it does not.
+  View<const Vec3f> spin_rad_s = {};
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, spin_rad_s}; }
 };
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
