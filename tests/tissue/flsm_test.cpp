@@ -81,8 +81,9 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
     // Weight: one over the largest variance along any direction, by iterating the matrix on a vector.
     Mat3d covariance{};
     for (const Index i : region[at(r)])
-      covariance = covariance + outer(double{lattice.node_mass_kg[at(i)]} / holders[at(i)] / mass * (rest(i) - c0),
-                                      rest(i) - c0);
+      covariance =
+          covariance +
+          outer(double{lattice.node_mass_kg[at(i)]} / holders[at(i)] / mass * (rest(i) - c0), rest(i) - c0);
     Vec3d axis{0.6, 0.5, 0.4};
     double spread = 0;
     for (int k = 0; k < 2000; ++k) {

@@ -92,7 +92,9 @@ TEST(OutsiderNegativePoisson, LawsWithoutALeastEnergyRefuse) {
   DeviceSet set("cpu");
   const ElasticMaterial m{.poisson = -0.3F};
   for (const MaterialLaw law : {MaterialLaw::neo_hookean, MaterialLaw::transversely_isotropic}) {
-    EXPECT_EQ(test::message_of([&] { Tled(set.context(0), box({2, 2, 2}), {&m, 1}, {}, {.law = law}); }),
+    EXPECT_EQ(test::message_of([&] {
+                Tled(set.context(0), box({2, 2, 2}), {&m, 1}, {}, {.law = law});
+              }),
               "Poisson's ratio is -0.3, expected 0 or more with this law, as its energy has no least value "
               "below; law isochoric_neo_hookean takes -1 to 0.5");
   }

@@ -20,7 +20,8 @@ CubeLattice bar(float angle_rad) {
     const Vec3f q = back * p;
     return max(abs(q.x) - 10 * kH, max(abs(q.y), abs(q.z)) - 2 * kH);
   };
-  return lattice_from_sdf(distance, {{-11 * kH, -11 * kH, -3 * kH}, {11 * kH, 11 * kH, 3 * kH}}, {.spacing_m = kH});
+  return lattice_from_sdf(distance, {{-11 * kH, -11 * kH, -3 * kH}, {11 * kH, 11 * kH, 3 * kH}},
+                          {.spacing_m = kH});
 }
 
 /// Settled under forces per mass of the ends, which are in balance.
@@ -69,13 +70,14 @@ double tension(float angle_rad, int w) {
   for (Index i = 0; i < lattice.node_count(); ++i) {
     const float s = dot(axis, lattice.rest_m(i));
     if (std::abs(s) <= 5 * kH)
-      strain.add(double{lattice.node_mass_kg[at(i)]}, double{s}, double{dot(axis, x[at(i)] - lattice.rest_m(i))});
+      strain.add(double{lattice.node_mass_kg[at(i)]}, double{s},
+                 double{dot(axis, x[at(i)] - lattice.rest_m(i))});
   }
   return 0.02 / strain.of();
 }
 
-/// A plate of 16 x 4 x 16 cubes, its faces pulled apart along themselves: stress over shear of its middle, over
-/// G = E / (2 (1 + 0.45)).
+/// A plate of 16 x 4 x 16 cubes, its faces pulled apart along themselves: stress over shear of its middle,
+/// over G = E / (2 (1 + 0.45)).
 double shear(int w) {
   const CubeLattice lattice = box({16, 4, 16}, kH, {-8 * kH, -2 * kH, -8 * kH});
   const float stress_Pa = 100;
@@ -97,13 +99,14 @@ double shear(int w) {
   return double{stress_Pa} / (along.of() + across.of()) / (double{kYoung} / 2.9);
 }
 
-/// Found: +18, +39, +73 % in tension (w = 1, 2, 3), +47 to +87 % turned by 45 degrees, +30 to +113 % in shear.
+/// Found: +18, +39, +73 % in tension (w = 1, 2, 3), +47 to +87 % turned by 45 degrees, +30 to +113 % in
+/// shear.
 TEST(OutsiderMatching, IsAsStiffAsItsMaterial) {
   for (const int w : {1, 2, 3}) {
     const double straight = tension(0, w), turned = tension(0.25F * kPi, w), odd = tension(0.3F, w),
                  sheared = shear(w);
-    std::printf("w %d: tension %.3f, turned by 45 degrees %.3f, by 17 degrees %.3f; shear %.3f\n", w, straight,
-                turned, odd, sheared);
+    std::printf("w %d: tension %.3f, turned by 45 degrees %.3f, by 17 degrees %.3f; shear %.3f\n", w,
+                straight, turned, odd, sheared);
     EXPECT_NEAR(straight, 1, 0.15) << w;
     EXPECT_NEAR(turned, 1, 0.15) << w;
     EXPECT_NEAR(odd, 1, 0.15) << w;

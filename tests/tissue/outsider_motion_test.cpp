@@ -46,20 +46,23 @@ double loss_of_turning(const CubeLattice& lattice, const ElementMask& elements, 
 }
 
 /// Damping is for what deforms. Found with damping 0.3: 0.988 -> 0.901 of the turns a second for elements,
-/// 0.962 -> 0.679 for shape matching. Float velocities of 1 m/s round by 6e-8 a substep, at random: 1e-6.
+/// 0.962 -> 0.679 for shape matching, 4.04 -> 1.97 of the five of elements. The regions' rotations are float:
+/// their rounding turns a free body of shape matching by some 2e-3 rad/s in 9 s, whatever its spin.
 TEST(OutsiderRotation, IsNotDamped) {
   const CubeLattice plate = box({6, 6, 3});
   const ElementMask matched(plate.cubes.size(), 0);
   ElementMask both = matched;
   for (std::size_t c = 0; c < both.size(); ++c) both[c] = plate.cubes[c].x < 3 ? 1 : 0;
   for (const double turns_per_s : {1.0, 5.0}) {
-    const double e = loss_of_turning(plate, {}, turns_per_s), m = loss_of_turning(plate, matched, turns_per_s),
+    const double e = loss_of_turning(plate, {}, turns_per_s),
+                 m = loss_of_turning(plate, matched, turns_per_s),
                  b = loss_of_turning(plate, both, turns_per_s);
-    std::printf("%g turns a second: elements lose %.2e, shape matching %.2e, both %.2e in 9 s\n", turns_per_s, e,
-                m, b);
+    std::printf("%g turns a second: elements lose %.2e, shape matching %.2e, both %.2e in 9 s\n", turns_per_s,
+                e, m, b);
+    const double most = turns_per_s > 1 ? 1e-4 : 5e-4;
     EXPECT_LT(std::abs(e), 1e-4);
-    EXPECT_LT(std::abs(m), 1e-4);
-    EXPECT_LT(std::abs(b), 1e-4);
+    EXPECT_LT(std::abs(m), most);
+    EXPECT_LT(std::abs(b), most);
   }
 }
 
@@ -70,8 +73,8 @@ TEST(OutsiderRotation, TheSpinIsTheSameOnAnyNumberOfDevices) {
 }
 
 /// A beam that swings widely, undamped, for 60 s; its strain asks for a number of substeps that changes from
-/// frame to frame. Energy at the scheme's half steps: kinetic energies of before and after a substep differ by
-/// the force's work, so means over a second are compared.
+/// frame to frame. Energy at the scheme's half steps: kinetic energies of before and after a substep differ
+/// by the force's work, so means over a second are compared.
 double energy_drift(bool seldom) {
   CubeLattice lattice = box({10, 2, 2}, 0.01F);
   lattice.fix_half_space({0.001F, 0, 0}, {1, 0, 0});
@@ -127,7 +130,8 @@ TEST(OutsiderEnergy, TheNumberOfSubstepsChangesSeldom) {
   EXPECT_EQ(choice.of_frame(18, 2000), 18);
   for (int k = 0; k < 500; ++k) EXPECT_EQ(choice.of_frame(18 + k % 4, 2000), 18 + std::min(k, 3));
   EXPECT_EQ(choice.of_frame(100000, 2000), 2000);
-  for (int k = 0; k + 1 < SubstepChoice::kFramesOfFewer; ++k) EXPECT_EQ(choice.of_frame(20 + k % 3, 2000), 2000);
+  for (int k = 0; k + 1 < SubstepChoice::kFramesOfFewer; ++k)
+    EXPECT_EQ(choice.of_frame(20 + k % 3, 2000), 2000);
   EXPECT_EQ(choice.of_frame(20, 2000), 22);
 }
 

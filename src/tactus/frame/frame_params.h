@@ -24,8 +24,8 @@ struct StepTime {
   Vec3f gravity_m_s2;
   View<const FrameParams> frame = {};
   View<const Vec3f> body_spin_rad_s = {};  ///< one; none: the body does not turn
-  /// Velocities belong to the middle of substeps: from one middle to the next, forces act for the mean of both
-  /// steps. Else energy changes with every change of the step.
+  /// Velocities belong to the middle of substeps: from one middle to the next, forces act for the mean of
+  /// both steps. Else energy changes with every change of the step.
   float kick_s = 0;
   Vec3f spin_rad_s{};
   TACTUS_HD void load() {
@@ -36,6 +36,11 @@ struct StepTime {
     }
     const bool changed = !frame.empty() && frame[0].substep == 0 && frame[0].dt_before_s > 0;
     kick_s = changed ? 0.5F * (frame[0].dt_before_s + dt_s) : dt_s;
+  }
+  /// By how much x + ahead v of a turning body is turned; v, of the middle of the last step of dt, also
+  /// points outwards by spin dt / 2.
+  TACTUS_HD Vec3f turn_rad(float ahead_s, float dt_s_of_v) const {
+    return (ahead_s / (1 + 0.5F * ahead_s * dt_s_of_v * dot(spin_rad_s, spin_rad_s))) * spin_rad_s;
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
+#include <algorithm>
 #include <string>
 
 #include "tactus/contact/contact.h"
@@ -23,8 +24,16 @@ class SoftBody {
   Index contact_node_count() const { return contact_nodes_.size(); }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
-  /// Substeps for which the body is stable as strained as it was at the end of the last frame.
-  int substeps_for(float dt_frame_s) const { return model().substeps_for(dt_frame_s, strain_.speed_ratio); }
+  /// Substeps for which the body is stable as strained as it was at the end of the last frame; if strain asks
+  /// for more than kMostSubsteps, only as many.
+  int substeps_for(float dt_frame_s) const {
+    return std::max(model().substeps_for(dt_frame_s), std::min(needed_substeps(dt_frame_s), kMostSubsteps));
+  }
+  int needed_substeps(float dt_frame_s) const {
+    return model().substeps_for(dt_frame_s, strain_.speed_ratio);
+  }
+  /// Of a crushed body's frame: so it ends.
+  static constexpr int kMostSubsteps = 2000;
   /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
@@ -102,6 +111,9 @@ class SoftBody {
   HybridStep step_of(float dt_s, Vec3f gravity_m_s2) const;
   int watch_every(int substeps) const;
   void choose_contact_nodes(ExecContext& ctx, float sample_spacing_m);
+  void warn_of_many_substeps(float dt_frame_s);
+  /// "" or why the body's state is none that its material could reach.
+  std::string impossible_state() const;
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -109,9 +121,11 @@ class SoftBody {
   TledOptions element_options_;
   DeviceSet& devices_;
   HybridSlabs tissue_;
-  bool at_rest_ = false, warned_of_softness_ = false;
+  bool at_rest_ = false, warned_of_softness_ = false, warned_of_substeps_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   WatchRecord watched_;
+  RigidMotion motion_;
+  double largest_energy_J_ = 0;  ///< that its material could hold: Young's modulus times volume
   Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
   bool full_stiffness_;

@@ -12,7 +12,7 @@ namespace tactus {
 
 struct RigidMotion {
   double mass_kg = 0, kinetic_J = 0;
-  Vec3d center_m, velocity_m_s;  ///< of the centre of mass
+  Vec3d center_m, velocity_m_s;    ///< of the centre of mass
   Vec3d angular_momentum_kg_m2_s;  ///< about the centre of mass
   Mat3d inertia_kg_m2;             ///< about the centre of mass
   /// The turn with this angular momentum; 0 for a body without inertia about some axis.

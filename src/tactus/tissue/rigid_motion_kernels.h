@@ -36,7 +36,8 @@ struct MotionBlock {
   Index begin = 0, end = 0;
 };
 
-/// Sums over blocks of nodes. Blocks never cross layers, so slabs of layers have the blocks of the whole body.
+/// Sums over blocks of nodes. Blocks never cross layers, so slabs of layers have the blocks of the whole
+/// body.
 struct SumMotion {
   static constexpr int kThreads = 16, kNodes = 256;
   View<const Vec3f> x_m, v_m_s;

@@ -5,8 +5,8 @@
 namespace tactus {
 
 /// Every change of the step costs or adds a little energy, and what is recorded for one number of substeps
-/// has to be recorded anew for another. So the number grows when it must, and shrinks when much fewer would do
-/// for long.
+/// has to be recorded anew for another. So the number grows when it must, and shrinks when much fewer would
+/// do for long.
 ///
 ///   SubstepChoice choice;
 ///   const int count = choice.of_frame(body.substeps_for(dt_frame_s), most);

@@ -140,12 +140,11 @@ void Flsm::step(ExecContext& ctx, BodyState& state, const FlsmStep& step) {
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
   compute_goals(ctx, state, step);
-  ctx.parallel_for(
-      "flsm/integrate", node_count(),
-      flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
-                      goal_sum_.const_view(), cell_.const_view(), inverse_weight_.const_view(), held_.const_view(),
-                      mass_kg_.const_view(), fixed_.const_view(), grid_.cells, step.time(), pace(step),
-                      step.drag_per_s});
+  ctx.parallel_for("flsm/integrate", node_count(),
+                   flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
+                                   goal_sum_.const_view(), cell_.const_view(), inverse_weight_.const_view(),
+                                   held_.const_view(), mass_kg_.const_view(), fixed_.const_view(),
+                                   grid_.cells, step.time(), pace(step), step.drag_per_s});
 }
 
 std::vector<Vec3d> Flsm::goals_m(ExecContext& ctx) const {

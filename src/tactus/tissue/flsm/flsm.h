@@ -33,7 +33,7 @@ struct FlsmStep {
 
 /// What compute_goals left, for solvers that go on with it.
 struct FlsmGoals {
-  View<const Index> cell;                   ///< per node
+  View<const Index> cell;             ///< per node
   View<const double> sum_m;           ///< 3 fields over cells: weighted sum of T_r x0_i over i's regions
   View<const double> inverse_weight;  ///< per node: 1 / sum of those weights
   Index cells = 0;

@@ -175,8 +175,8 @@ struct FitRegions {
   View<const float> turn_m;         ///< 1 field: weight times spacing; 0: no node
   View<const double> center;        ///< 3 fields [spacings]
   View<float> quaternion;           ///< 4 fields w x y z, kept from step to step
-  View<float> rotation;        ///< out: 9 fields, column by column, times weight and spacing; 0: no node
-  View<double> translation_m;  ///< out: 3 fields, times the weight
+  View<float> rotation;             ///< out: 9 fields, column by column, times weight and spacing; 0: no node
+  View<double> translation_m;       ///< out: 3 fields, times the weight
   Index cells;
   double inverse_spacing_per_m;
   int iterations;
@@ -373,13 +373,15 @@ struct Integrate {
   float drag_per_s;
   float dt_s = 0, kick_s = 0;
   float stiffness_per_s = 0;           ///< kappa / dt
-  float damping_time_s = 0, drag = 1;   ///< drag: share of the velocity that it leaves
+  float damping_time_s = 0, drag = 1;  ///< drag: share of the velocity that it leaves
+  Vec3f turn_rad{};
   TACTUS_HD void load() {
     time.load();
     dt_s = pace.dt_s(time);
     kick_s = time.kick_s * static_cast<float>(pace.substeps);
     stiffness_per_s = pace.kappa(dt_s) / sqr(dt_s) * kick_s;
     damping_time_s = pace.damping_time_s(dt_s);
+    turn_rad = time.turn_rad(damping_time_s, dt_s);
     drag = 1 / (1 + dt_s * drag_per_s);
   }
   TACTUS_HD void operator()(Index i) const {
@@ -391,10 +393,9 @@ struct Integrate {
           static_cast<double>(xa) + static_cast<double>(damping_time_s) * static_cast<double>(va);
       return static_cast<float>(goal_sum_m[a * cells + d] * n - ahead);
     };
-    const Vec3f to_goal = turned_back({pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)},
-                                      damping_time_s * time.spin_rad_s);
-    const Vec3f dv = (held[i] * stiffness_per_s) * to_goal +
-                     kick_s * (time.gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
+    const Vec3f to_goal = turned_back({pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)}, turn_rad);
+    const Vec3f dv =
+        (held[i] * stiffness_per_s) * to_goal + kick_s * (time.gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt_s * next;

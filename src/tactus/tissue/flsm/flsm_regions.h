@@ -33,8 +33,8 @@ struct FlsmOffset {
 /// to. Reach is symmetric: i is in region r exactly when r is in region i.
 struct FlsmRegions {
   int half_width = 1;
-  /// Spread that gives omega: omega^2 = E / (rho sigma^2). A region of spread s^2 (the largest variance of its
-  /// nodes along any direction) resists strain with its weight times rho omega^2 s^2, so weights are
+  /// Spread that gives omega: omega^2 = E / (rho sigma^2). A region of spread s^2 (the largest variance of
+  /// its nodes along any direction) resists strain with its weight times rho omega^2 s^2, so weights are
   /// proportional to 1 / s^2: what is cut off at an end is as stiff as what is whole.
   double sigma2_m2 = 0;
   FlsmGrid grid;

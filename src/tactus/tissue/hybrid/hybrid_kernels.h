@@ -77,12 +77,15 @@ struct Integrate {
   float stiffness_per_s = 0;         ///< kappa / dt_matched
   float damping_time_s = 0;          ///< of shape matching
   float drag = 1, drag_matched = 1;  ///< shares of the velocity that drag leaves
+  Vec3f elements_turn_rad{}, matched_turn_rad{};
   TACTUS_HD void load() {
     time.load();
     dt_matched_s = pace.dt_s(time);
     kick_matched_s = time.kick_s * static_cast<float>(pace.substeps);
     stiffness_per_s = pace.kappa(dt_matched_s) / sqr(dt_matched_s) * kick_matched_s;
     damping_time_s = pace.damping_time_s(dt_matched_s);
+    elements_turn_rad = time.turn_rad(elements_damping_time_s, time.dt_s);
+    matched_turn_rad = time.turn_rad(damping_time_s, dt_matched_s);
     drag = 1 / (1 + time.dt_s * drag_per_s);
     drag_matched = 1 / (1 + dt_matched_s * drag_per_s);
   }
@@ -104,12 +107,11 @@ struct Integrate {
     const Index d = element_cell[i], matched = matched_node[i];
     const float dt = alone ? dt_matched_s : time.dt_s, kick = alone ? kick_matched_s : time.kick_s;
     const Vec3f f = turned_back({f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]},
-                                elements_damping_time_s * time.spin_rad_s) +
+                                elements_turn_rad) +
                     f_ext_N[i];
     Vec3f dv = kick * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
     if (matched >= 0 && new_goals)
-      dv += (matched_share[i] * stiffness_per_s) *
-            turned_back(to_goal(matched, x, v), damping_time_s * time.spin_rad_s);
+      dv += (matched_share[i] * stiffness_per_s) * turned_back(to_goal(matched, x, v), matched_turn_rad);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt * next;

@@ -67,8 +67,8 @@ class HybridSlabs {
   tled::CubeExtremes extremes();
   /// Of the whole body, at the last end_frame; the same on any number of devices. Synchronizes.
   RigidMotion rigid_motion();
-  /// How fast the body turns as a whole in the coming frame: this turning is not damped (tissue/rigid_motion.h
-  /// finds it). Of a body with fixed nodes nothing happens. Asynchronous.
+  /// How fast the body turns as a whole in the coming frame: this turning is not damped
+  /// (tissue/rigid_motion.h finds it). Of a body with fixed nodes nothing happens. Asynchronous.
   void set_spin(Vec3d spin_rad_s);
   /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);

@@ -53,8 +53,8 @@ inline double trace_C(const Mat3d& F) {
   return dot(F.row[0], F.row[0]) + dot(F.row[1], F.row[1]) + dot(F.row[2], F.row[2]);
 }
 
-/// With lambda < 0 the last term falls without bound as J grows. W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J -
-/// 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
+/// With lambda < 0 the last term falls without bound as J grows. W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J
+/// - 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
 struct NeoHookean {
   float unused = 0;
   static constexpr float least_poisson = 0;

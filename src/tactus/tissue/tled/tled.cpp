@@ -32,7 +32,8 @@ float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options)
 void check_law(const ElasticMaterial& m, const TledOptions& options) {
   const float least = with_law(options, [](const auto& law) { return law.least_poisson; });
   if (m.poisson < least)
-    throw Error("Poisson's ratio is " + number_text(m.poisson) + ", expected 0 or more with this law, as its " +
+    throw Error("Poisson's ratio is " + number_text(m.poisson) +
+                ", expected 0 or more with this law, as its " +
                 "energy has no least value below; law isochoric_neo_hookean takes -1 to 0.5");
 }
 
@@ -317,7 +318,8 @@ tled::CubeExtremes Tled::extremes(ExecContext& ctx) const {
 
 int Tled::substeps_for(float dt_frame_s, float speed_ratio) const {
   require(dt_frame_s > 0, "frame time [s]", dt_frame_s, "a positive number");
-  return std::max(1, static_cast<int>(std::ceil(dt_frame_s / stable_step_s_ * std::max(1.F, speed_ratio))));
+  const float needed = std::ceil(dt_frame_s / stable_step_s_ * std::max(1.F, speed_ratio));
+  return static_cast<int>(std::clamp(needed, 1.F, 1e9F));
 }
 
 std::vector<Vec3f> Tled::forces_N(ExecContext& ctx) const {

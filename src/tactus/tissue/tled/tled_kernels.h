@@ -96,11 +96,11 @@ struct MoveNodes {
   Index cells;
   StepTime time;
   float drag_per_s, damping_time_s;
-  float drag = 1;      ///< share of the velocity that drag leaves
+  float drag = 1;    ///< share of the velocity that drag leaves
   Vec3f turn_rad{};  ///< of the body in damping_time
   TACTUS_HD void load() {
     time.load();
-    turn_rad = damping_time_s * time.spin_rad_s;
+    turn_rad = time.turn_rad(damping_time_s, time.dt_s);
     drag = 1 / (1 + time.dt_s * drag_per_s);
   }
   struct Node {
