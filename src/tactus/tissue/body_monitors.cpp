@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tactus/tissue/rigid_motion.h"
 #include "tactus/tissue/tled/cube_forces.h"
 
 namespace tactus {
@@ -69,12 +70,12 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
                           std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
                           std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
   BodyMonitors m;
-  for (std::size_t i = 0; i < x_m.size(); ++i) {
-    const Vec3d v = vec_cast<double>(v_m_s[i]);
-    const auto mass = static_cast<double>(lattice.node_mass_kg[i]);
-    m.kinetic_J += 0.5 * mass * dot(v, v);
-    m.momentum_kg_m_s += mass * v;
-  }
+  MotionSums nodes;
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    nodes.add_node(double{lattice.node_mass_kg[i]}, vec_cast<double>(x_m[i]), vec_cast<double>(v_m_s[i]));
+  m.kinetic_J = nodes.kinetic_J;
+  m.momentum_kg_m_s = nodes.momentum_kg_m_s;
+  m.angular_momentum_kg_m2_s = rigid_motion({&nodes, 1}).angular_momentum_kg_m2_s;
   const auto h = static_cast<double>(lattice.spacing_m);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     Vec3d x[8];
