@@ -246,9 +246,12 @@ std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
   }
   for (std::size_t k = 0; k < shape_.loads.size(); ++k)
     add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
+  // What holds a body far away is no cause of what happens here.
   std::vector<Index> fixed, touched;
   for (Index i = 0; i < lattice.node_count(); ++i)
-    if (lattice.fixed[static_cast<std::size_t>(i)] != 0) fixed.push_back(i);
+    if (lattice.fixed[static_cast<std::size_t>(i)] != 0 &&
+        length(lattice.rest_m(i) - p_m) < 3.5F * lattice.spacing_m)
+      fixed.push_back(i);
   add(fixed, "'fixed' holds it");
   const std::vector<Index> near = to_host(ctx, contact_nodes_.const_view());
   const std::vector<ContactMemory> memory = to_host(ctx, memory_.const_view());
