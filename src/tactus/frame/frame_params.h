@@ -23,6 +23,7 @@ struct StepTime {
   float dt_s = 0;
   Vec3f gravity_m_s2;
   View<const FrameParams> frame = {};
+  View<const Index> stopped = {};          ///< (1) != 0: time stands still, and what would move stays
   View<const Vec3f> body_spin_rad_s = {};  ///< one; none: the body does not turn
   /// Velocities belong to the middle of substeps: from one middle to the next, forces act for the mean of
   /// both steps. Else energy changes with every change of the step.
@@ -31,7 +32,7 @@ struct StepTime {
   TACTUS_HD void load() {
     if (!body_spin_rad_s.empty()) spin_rad_s = body_spin_rad_s[0];
     if (!frame.empty()) {
-      dt_s = frame[0].dt_s;
+      dt_s = !stopped.empty() && stopped[0] != 0 ? 0.F : frame[0].dt_s;
       gravity_m_s2 = frame[0].gravity_m_s2;
     }
     const bool changed = !frame.empty() && frame[0].substep == 0 && frame[0].dt_before_s > 0;
@@ -42,6 +43,7 @@ struct StepTime {
   TACTUS_HD Vec3f turn_rad(float ahead_s, float dt_s_of_v) const {
     return (ahead_s / (1 + 0.5F * ahead_s * dt_s_of_v * dot(spin_rad_s, spin_rad_s))) * spin_rad_s;
   }
+  TACTUS_HD bool stands_still() const { return dt_s == 0.F; }
 };
 
 /// A force that was found where a body will be a little later, which has turned by a small angle until then.
@@ -52,10 +54,18 @@ TACTUS_HD inline Vec3f turned_back(Vec3f force, Vec3f angle_rad) {
           fma(a.y, f.x, fma(-a.x, f.y, f.z))};
 }
 
+/// More substeps than a frame may have.
+inline constexpr Index kMostSubsteps = 10000;
+
 /// A substep is over.
 struct NextSubstep {
   View<FrameParams> frame;
   TACTUS_HD void operator()(Index) const { frame[0].substep += 1; }
 };
+
+/// How many substeps the frame has, for launches over them.
+inline Count substep_count(View<const FrameParams> frame) {
+  return {View<const Index>(&frame.data()->substeps, 1), kMostSubsteps};
+}
 
 }  // namespace tactus

@@ -2,7 +2,7 @@
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
 #include "tactus/tissue/rigid_motion_kernels.h"
-#include "tactus/tissue/watch_kernels.h"
+#include "tactus/tissue/summary_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::flsm::LoadNodes);
 TACTUS_CUDA_KERNEL(tactus::flsm::RowSums);
@@ -18,3 +18,5 @@ TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);
 TACTUS_CUDA_KERNEL(tactus::SumMotion);
 TACTUS_CUDA_KERNEL(tactus::WatchNodes);
 TACTUS_CUDA_KERNEL(tactus::ClearRecords);
+TACTUS_CUDA_KERNEL(tactus::SummariseWatch);
+TACTUS_CUDA_KERNEL(tactus::SummariseExtremes);

@@ -58,9 +58,4 @@ void MotionMeter::measure(ExecContext& ctx, View<const Vec3f> x_m, View<const Ve
                    SumMotion{x_m, v_m_s, mass_kg_.const_view(), blocks_.const_view(), sums_.view()});
 }
 
-void MotionMeter::read(ExecContext& ctx, std::vector<MotionSums>& sums) const {
-  const std::vector<MotionSums> own = to_host(ctx, sums_.const_view());
-  sums.insert(sums.end(), own.begin(), own.end());
-}
-
 }  // namespace tactus

@@ -24,15 +24,15 @@ struct RigidMotion {
 /// @param sums in the order of the body's nodes
 RigidMotion rigid_motion(std::span<const MotionSums> sums);
 
-/// Sums of one device's nodes: measure, then read.
+/// Sums of one device's nodes.
 class MotionMeter {
  public:
   /// @param nodes that move on this device
   MotionMeter(ExecContext& ctx, const CubeLattice& lattice, Slab nodes);
   /// Asynchronous. @param x_m,v_m_s of those nodes
   void measure(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s);
-  /// Appends what was measured last. Synchronizes.
-  void read(ExecContext& ctx, std::vector<MotionSums>& sums) const;
+  /// What was measured last, in the order of the nodes.
+  View<const MotionSums> sums() const { return sums_.const_view(); }
 
  private:
   Buffer<float> mass_kg_;

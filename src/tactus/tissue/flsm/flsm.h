@@ -26,9 +26,10 @@ struct FlsmStep {
   int rotation_iterations = 2;
   /// When given, dt_s and gravity are read from here when the kernels run.
   View<const FrameParams> frame = {};
+  View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
   /// One: how fast the body turns as a whole, which is not damped; none: it does not.
   View<const Vec3f> spin_rad_s = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame, spin_rad_s}; }
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s}; }
 };
 
 /// What compute_goals left, for solvers that go on with it.

@@ -34,6 +34,7 @@ FlsmStep matching_step(const HybridStep& step) {
           .gravity_m_s2 = step.gravity_m_s2,
           .full_stiffness = step.full_stiffness,
           .frame = step.frame,
+          .stopped = step.stopped,
           .spin_rad_s = step.spin_rad_s};
 }
 
@@ -44,6 +45,7 @@ TledStep elements_step(const HybridStep& step) {
           .gravity_m_s2 = step.gravity_m_s2,
           .drag_per_s = step.drag_per_s,
           .frame = step.frame,
+          .stopped = step.stopped,
           .spin_rad_s = step.spin_rad_s};
 }
 
@@ -226,9 +228,9 @@ void Hybrid::find_extremes(ExecContext& ctx, const BodyState& state) {
   if (has_elements_) tled_.find_extremes(ctx, state);
 }
 
-tled::CubeExtremes Hybrid::extremes(ExecContext& ctx) const {
+tled::CubeExtremes Hybrid::in_body(const tled::CubeExtremes& found) const {
   if (!has_elements_) return {1, 0, 1, 0, 0};
-  return tled::FindExtremes::counted_from(first_cube_, tled_.extremes(ctx));
+  return tled::FindExtremes::counted_from(first_cube_ + tled_.first_own_cube(), found);
 }
 
 }  // namespace tactus

@@ -112,7 +112,8 @@ struct Integrate {
     Vec3f dv = kick * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
     if (matched >= 0 && new_goals)
       dv += (matched_share[i] * stiffness_per_s) * turned_back(to_goal(matched, x, v), matched_turn_rad);
-    const Vec3f next = fixed[i] != 0 ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
+    const Vec3f next =
+        fixed[i] != 0 || time.stands_still() ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt * next;
   }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "tactus/frame/frame_on_devices.h"
+#include "tactus/frame/readback.h"
 #include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
@@ -61,12 +62,17 @@ class HybridSlabs {
   /// begin_substeps, one block, end_substeps; watched if the body is moved or loaded.
   void step(const HybridStep& step, int count = 1);
 
-  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Synchronizes.
-  WatchRecord watched();
-  /// At the last end_frame. Synchronizes.
-  tled::CubeExtremes extremes();
-  /// Of the whole body, at the last end_frame; the same on any number of devices. Synchronizes.
-  RigidMotion rigid_motion();
+  /// What end_frame leaves for the host is read back with the frame's other records.
+  void add_reports(Readback& readback);
+  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Without a readback, the
+  /// devices are asked, which synchronizes.
+  WatchRecord watched(const Readback* readback = nullptr);
+  /// How strained the elements were at the last end_frame; likewise.
+  tled::CubeExtremes extremes(const Readback* readback = nullptr);
+  /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
+  void stop();
+  /// Of the whole body, at the last end_frame; the same on any number of devices; likewise.
+  RigidMotion rigid_motion(const Readback* readback = nullptr);
   /// How fast the body turns as a whole in the coming frame: this turning is not damped
   /// (tissue/rigid_motion.h finds it). Of a body with fixed nodes nothing happens. Asynchronous.
   void set_spin(Vec3d spin_rad_s);
@@ -119,6 +125,8 @@ class HybridSlabs {
     BodyState state;               ///< of the window
     std::array<Ghosts, 2> ghosts;  ///< below and above; none without nodes
     Event pulled, moved, interior_moved;
+    Buffer<Index> stopped;  ///< (1)
+    Readback::Place watch_report, motion_report, extremes_report;
   };
   template <class F>
   void for_neighbours(std::size_t part, F&& body);

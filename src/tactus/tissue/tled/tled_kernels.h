@@ -115,7 +115,7 @@ struct MoveNodes {
     const float w = node.inverse_mass_per_kg;
     const Vec3f v = node.v_m_s, f_now = turned_back(f, turn_rad);
     const Vec3f a = fused_add(time.gravity_m_s2 + node.push_m_s2, w, f_now);
-    const Vec3f next = w > 0 ? drag * fused_add(v, time.kick_s, a) : Vec3f{};
+    const Vec3f next = w > 0 && !time.stands_still() ? drag * fused_add(v, time.kick_s, a) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
     store_vector(next_ahead_m, cells, cell,
                  node.ahead_m + fused_add(damping_time_s * (next - v), time.dt_s, next));
