@@ -45,7 +45,9 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
       beside(context.device()),
       tissue(std::move(model)),
       boundary(ctx, lattice, conditions, tissue.window()),
-      watch(ctx, tissue.window().own.count()) {
+      watch(ctx, tissue.window().own.count()),
+      motion(ctx, lattice, {first_own(), first_own() + tissue.window().own.count()}),
+      spin_rad_s(to_device(ctx, std::vector<Vec3f>(1))) {
   const std::vector<Vec3f> rest = lattice.rest_positions_m();
   const Slab window = tissue.window().held;
   const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
@@ -59,7 +61,10 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
                          const FlsmMaterial& flsm, std::optional<double> least_elements,
                          const BoundaryConditions& conditions)
-    : devices_(devices), motion_count_(conditions.motions.size()), has_boundary_(!conditions.empty()) {
+    : devices_(devices),
+      motion_count_(conditions.motions.size()),
+      has_boundary_(!conditions.empty()),
+      is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.end(), [](auto f) { return f == 0; })) {
   const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
@@ -127,6 +132,7 @@ HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const 
     own.frame = frame_->view(static_cast<int>(part));
     own.stopped = parts_[part]->stopped.const_view();
   }
+  if (is_free_) own.spin_rad_s = parts_[part]->spin_rad_s.const_view();
   return own;
 }
 
@@ -206,6 +212,7 @@ void HybridSlabs::watch(int k, int count) {
 void HybridSlabs::end_frame(int count) {
   look(frame_ != nullptr ? 0 : count - 1, 1);
   for (auto& part : parts_) {
+    part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
     part->watch.summarise(part->ctx);
     part->ctx.record(part->moved);
   }
@@ -233,6 +240,7 @@ void HybridSlabs::add_reports(Readback& readback) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
+    part.motion_report = readback.add(part.motion.sums(), static_cast<int>(p));
     part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
   }
 }
@@ -255,6 +263,22 @@ tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
     worst = tled::FindExtremes::worse(worst, part->tissue.in_body(own));
   }
   return worst;
+}
+
+RigidMotion HybridSlabs::rigid_motion(const Readback* readback) {
+  std::vector<MotionSums> sums;
+  for (auto& part : parts_) {
+    const std::vector<MotionSums> own = readback != nullptr ? readback->get<MotionSums>(part->motion_report)
+                                                            : to_host(part->ctx, part->motion.sums());
+    sums.insert(sums.end(), own.begin(), own.end());
+  }
+  return tactus::rigid_motion(sums);
+}
+
+void HybridSlabs::set_spin(Vec3d spin_rad_s) {
+  if (!is_free_) return;
+  spin_rad_s_ = {vec_cast<float>(spin_rad_s)};
+  for (auto& part : parts_) part->ctx.upload(std::span<const Vec3f>(spin_rad_s_), part->spin_rad_s.view());
 }
 
 void HybridSlabs::stop() {
