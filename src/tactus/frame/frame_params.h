@@ -27,6 +27,7 @@ struct StepTime {
   View<const FrameParams> frame = {};
   View<const Index> stopped = {};          ///< (1) != 0: time stands still, and what would move stays
   View<const Vec3f> body_spin_rad_s = {};  ///< one; none: the body does not turn
+  Index in_block = 0;                      ///< with `frame`: which substep of its block
   /// Velocities belong to the middle of substeps: from one middle to the next, forces act for the mean of
   /// both steps. Else energy changes with every change of the step.
   float kick_s = 0;
@@ -37,7 +38,7 @@ struct StepTime {
       dt_s = !stopped.empty() && stopped[0] != 0 ? 0.F : frame[0].dt_s;
       gravity_m_s2 = frame[0].gravity_m_s2;
     }
-    const bool changed = !frame.empty() && frame[0].substep == 0 && frame[0].dt_before_s > 0;
+    const bool changed = !frame.empty() && frame[0].done + in_block == 0 && frame[0].dt_before_s > 0;
     kick_s = changed ? 0.5F * (frame[0].dt_before_s + dt_s) : dt_s;
   }
   /// By how much x + ahead v of a turning body is turned; v, of the middle of the last step of dt, also

@@ -35,7 +35,8 @@ FlsmStep matching_step(const HybridStep& step) {
           .full_stiffness = step.full_stiffness,
           .frame = step.frame,
           .stopped = step.stopped,
-          .spin_rad_s = step.spin_rad_s};
+          .spin_rad_s = step.spin_rad_s,
+          .in_block = step.in_block};
 }
 
 }  // namespace
@@ -46,7 +47,8 @@ TledStep elements_step(const HybridStep& step) {
           .drag_per_s = step.drag_per_s,
           .frame = step.frame,
           .stopped = step.stopped,
-          .spin_rad_s = step.spin_rad_s};
+          .spin_rad_s = step.spin_rad_s,
+          .in_block = step.in_block};
 }
 
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched) {

@@ -30,7 +30,8 @@ struct HybridStep {
   View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
   /// One: how fast the body turns as a whole, which is not damped; none: it does not.
   View<const Vec3f> spin_rad_s = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s}; }
+  Index in_block = 0;  ///< with `frame`: which substep of its block
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s, in_block}; }
 };
 
 /// What of a step concerns the elements.

@@ -126,8 +126,9 @@ void HybridSlabs::step(const HybridStep& step, int count) {
   end_substeps(count);
 }
 
-HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const {
+HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part, int k) const {
   HybridStep own = step;
+  own.in_block = k;
   if (frame_ != nullptr) {
     own.frame = frame_->view(static_cast<int>(part));
     own.stopped = parts_[part]->stopped.const_view();
@@ -145,14 +146,14 @@ void HybridSlabs::end_substeps(int count) {
   if (!stays_in_cells()) return;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    part.tissue.tled().store(part.ctx, part.state, count, on_part({}, p).frame);
+    part.tissue.tled().store(part.ctx, part.state, count, on_part({}, p, 0).frame);
   }
 }
 
 void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
   if (parts_.size() == 1) {
     Part& only = *parts_.front();
-    return only.tissue.tled().move(only.ctx, elements_step(on_part(step, 0)), k, Tled::Tiles::all);
+    return only.tissue.tled().move(only.ctx, elements_step(on_part(step, 0, k)), k, Tled::Tiles::all);
   }
   if (k == 0) {
     for (auto& part : parts_) {
@@ -165,7 +166,7 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
   cell_halo_->finish(cells(k));
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    const TledStep tled = elements_step(on_part(step, p));
+    const TledStep tled = elements_step(on_part(step, p, k));
     // Each half reads what the other moved in the last substep, and overwrites what it read then.
     part.beside.wait(part.moved);
     part.ctx.wait(part.interior_moved);
@@ -185,7 +186,7 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
   node_halo_->finish(nodes());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    const HybridStep own = on_part(step, p);
+    const HybridStep own = on_part(step, p, k);
     part.boundary.load(part.ctx, part.state, own.time());
     part.tissue.sum_forces(part.ctx, part.state, own, k);
     node_halo_->await_readers(static_cast<int>(p), nodes());

@@ -146,7 +146,7 @@ class HybridSlabs {
   void substep_in_cells(const HybridStep& step, int k, int count);
   void look(int k, int every);
   /// As one device reads it.
-  HybridStep on_part(const HybridStep& step, std::size_t part) const;
+  HybridStep on_part(const HybridStep& step, std::size_t part, int k) const;
   std::vector<Vec3f> all_of(Buffer<Vec3f> BodyState::*field);
 
   DeviceSet& devices_;
