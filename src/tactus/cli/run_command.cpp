@@ -161,7 +161,7 @@ void run(const RunOptions& options) {
   std::optional<RunPictures> pictures;
   if (options.view == "file")
     pictures.emplace(scene, source->rig(), simulation.hull().voxel_size_m(), stem,
-                     scene.source.fps.value_or(30));
+                     source->fps().value_or(30));
 
   if (pictures && scene.view.show_models) {
     std::vector<std::vector<std::uint8_t>> element_triangles;

@@ -45,7 +45,9 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.path({"path",
           "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},
          s.path);
-  v.frames({"frames", "`A-B`, both included; `A-` to the end; `A` alone"}, s.frames);
+  static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
+                                    std::to_string(kSyntheticFrames) + " frames; `A` alone";
+  v.frames({"frames", frames.c_str()}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
                  "the recording's own; 30 for `synthetic`");
   v.boolean({"moving", "whether the synthetic figure moves"}, s.moving);

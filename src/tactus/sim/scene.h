@@ -18,6 +18,9 @@ struct BoxRegion {
   Vec3d min_m, max_m;
 };
 
+/// Frames that a synthetic source gives when nothing says where it ends: ten seconds at its 30 per second.
+inline constexpr int kSyntheticFrames = 300;
+
 /// Frames `first` to `last`, both included; without `last`, to the end of the recording.
 struct FrameRange {
   int first = 0;
