@@ -288,5 +288,52 @@ TEST_F(ProgramTest, NoiseCostsAccuracy) {
   expect_refused("noise spere", 2, {"unknown figure 'spere'; did you mean 'sphere'?"});
 }
 
+/// A folder as an Azure Kinect's capture is kept: a pinhole of 640x576 pixels, f 504 px, before a wall.
+class KinectInput : public ProgramTest {
+ protected:
+  void write_capture(double wall_m) const {
+    fs::create_directories(path("kinect"));
+    write_image(path("kinect/depth.png"), cv::Mat(576, 640, CV_16U, cv::Scalar(1000 * wall_m)));
+    write_image(path("kinect/color.png"), cv::Mat(720, 1280, CV_8UC3, cv::Scalar(200, 100, 50)));
+    const auto camera = [](const std::string& purpose, const std::string& pinhole) {
+      return R"({"Purpose":"CALIBRATION_CameraPurpose)" + purpose + R"(","Intrinsics":{"ModelParameters":[)" +
+             pinhole +
+             R"(,0,0,0,0,0,0,0,0,0,0]},"Rt":{"Rotation":[1,0,0,0,1,0,0,0,1],"Translation":[0,0,0]}})";
+    };
+    // Of the sensors' sizes: 1024x1024, of which 640x576 from (192, 180); 4096x3072.
+    write("kinect/calibration.json", R"({"CalibrationInformation":{"Cameras":[)" +
+                                         camera("Depth", "0.5,0.45703125,0.4921875,0.4921875") + "," +
+                                         camera("PhotoVideo", "0.5,0.5,0.478125,0.6375") + "]}}");
+  }
+  std::string reconstruct(const std::string& more) const {
+    return "reconstruct --source kinect " + path("kinect") + " --resolution 80 --devices cpu --json " +
+           path("out.json") + " " + more;
+  }
+};
+
+TEST_F(KinectInput, DepthAloneMakesWhatLiesBehindTheMeasuredSurface) {
+  write_capture(1.5);
+  const Outcome o = run_tactus(reconstruct("--workspace=-1.6,-1.4,-2.3,1.6,1.4,-0.4"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json frame = read_json("out.json")["frames"][0];
+  // The pyramid of 636x572 pixels (two are lost at each border) between 1.5 m and 2.3 m. Voxels of 4 cm: the
+  // wall is met exactly, the far end, where the workspace ends, to half a voxel: 0.02 m of 0.8 at an area
+  // (2.3^2 of a mean of 3.7 m^2) of 1.4 times the mean.
+  const double behind = 636 / 504.0 * 572 / 504.0 * (2.3 * 2.3 * 2.3 - 1.5 * 1.5 * 1.5) / 3;
+  EXPECT_NEAR(frame["volume_m3"].get<double>() / behind, 1, 0.036);
+  EXPECT_EQ(frame["boundary_edges"], 0);
+  EXPECT_EQ(frame["euler"], 2);
+  EXPECT_TRUE(has(frame["status"], "one depth camera and no silhouettes")) << frame["status"];
+  EXPECT_FALSE(has(o.text, "radial")) << o.text;
+}
+
+TEST_F(KinectInput, WorkspacesThatHoldNothingAreRefused) {
+  write_capture(3);
+  expect_refused(reconstruct(""), 1, {"depth.png", "no point of it lies in the workspace", "z -2.3 to -0.3"});
+  expect_refused(reconstruct("--workspace=-1,-1,-2,1,1,1"), 2,
+                 {"ends at z = 1 m", "expected at most -0.1 m"});
+  expect_refused(reconstruct("--workspace=-9,-9,-4,9,9,-0.2"), 2, {"too wide for how near it comes"});
+}
+
 }  // namespace
 }  // namespace tactus::test

@@ -196,8 +196,8 @@ TEST_F(BadFrames, TheRateIsTheRecordingsOwnUnlessToldOtherwise) {
   const auto second_frame = [&](const std::string& more, std::optional<double> fps) {
     DataOptions options;
     options.fps = fps;
-    const auto source = open_videos(
-        rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"}}, more), options);
+    const auto source =
+        open_videos(rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"}}, more), options);
     FrameSet frame;
     for (int tick = 0; tick < 2; ++tick) EXPECT_EQ(source->next(frame), NextFrame::success);
     EXPECT_DOUBLE_EQ(1 / frame.time_s, source->fps().value_or(0));

@@ -347,7 +347,8 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("what", options->what, "folder, rig file, or figure")->required();
   command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
       ->capture_default_str();
-  command->add_option("--frames", options->frames, "A-B, A- (to the end; synthetic: 300 frames) or A (default: the first; videos: all)");
+  command->add_option("--frames", options->frames,
+                      "A-B, A- (to the end; synthetic: 300 frames) or A (default: the first; videos: all)");
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->add_option("--mesh", options->mesh_path,

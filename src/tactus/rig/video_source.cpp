@@ -97,7 +97,8 @@ class VideoSource final : public FrameSource {
                            lengths_.empty() ? "" : " (" + lengths_ + ")");
     tick_ = window_.first;
     const double own_fps = readers_.front()->video.get(cv::CAP_PROP_FPS);  // 0, or odd, in damaged headers
-    fps_ = options.fps.value_or(file_.frames_per_s.value_or(own_fps >= 0.001 && own_fps <= 1e5 ? own_fps : 30));
+    fps_ =
+        options.fps.value_or(file_.frames_per_s.value_or(own_fps >= 0.001 && own_fps <= 1e5 ? own_fps : 30));
     for (const auto& r : readers_) {
       for (int i = 0; i < tick_; ++i) r->video.grab();
     }
