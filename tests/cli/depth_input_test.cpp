@@ -220,20 +220,16 @@ TEST_F(DepthInput, PhotosOfAnotherSizeThanTheMasks) {
   EXPECT_EQ(run_tactus(verb + " --texture 1").code, 0);
 }
 
-TEST_F(DepthInput, CapacitiesThatAreTooSmallAreAStatus) {
+TEST_F(DepthInput, CapacitiesThatAreTooSmallAreRefused) {
   synth("sphere");
-  std::string text;
   for (const char* flag : {"--max-vertices", "--max-triangles", "--max-active-bricks"}) {
-    const nlohmann::json f = frame(std::string(flag) + " 90", &text);
     const std::string told = ", room for 90: raise " + std::string(flag) + " to ";
-    EXPECT_TRUE(has(text, told)) << text;
-    EXPECT_TRUE(has(f["status"], told)) << f["status"];
-    fs::remove(path("out.json"));
+    const std::string text = run_tactus(reconstruct(std::string(flag) + " 90")).text;
+    expect_refused(reconstruct(std::string(flag) + " 90"), 1, {told, "its mesh would be open"});
     expect_refused(reconstruct(std::string(flag) + " -3"), 2,
                    {std::string(flag) + " -3: expected 1 to 2^30"});
     // What the remedy says cures it.
-    const std::string status = f["status"];
-    const std::string remedy = status.substr(status.find(told) + told.size());
+    const std::string remedy = text.substr(text.find(told) + told.size());
     EXPECT_EQ(frame(std::string(flag) + " " + remedy.substr(0, remedy.find(' ')))["status"], "") << flag;
   }
   expect_refused(reconstruct("--depth-jump-m 0"), 2, {"--depth-jump-m", "expected > 0 to 100 m"});
@@ -256,6 +252,13 @@ TEST_F(DepthInput, AHoleInOneMaskIsNamedAndRepaired) {
   ASSERT_EQ(repaired["repairs"].size(), 1U);
   EXPECT_EQ(repaired["repairs"][0]["camera"], "cam3");
   EXPECT_TRUE(has(repaired["status"], "px of the mask of camera 'cam3' were filled")) << repaired["status"];
+  // The mesh agrees with the repaired masks, and not with the mask that came: both are told.
+  EXPECT_LT(repaired["iou_min"].get<double>(), repaired["repaired"]["iou_min"].get<double>() - 0.01);
+  EXPECT_EQ(repaired["views"][3]["iou"], repaired["iou_min"]);
+  EXPECT_GT(repaired["views"][3]["iou_repaired"].get<double>(), repaired["iou_min"].get<double>() + 0.01);
+  EXPECT_FALSE(repaired["views"][2].contains("iou_repaired"));
+  EXPECT_FALSE(harmed.contains("repaired"));
+  EXPECT_TRUE(has(repaired["status"], "IoU with the repaired masks")) << repaired["status"];
   EXPECT_GT(frame("--tolerate-views 1")["volume_m3"].get<double>(), whole);
   fs::remove(path("out.json"));
   expect_refused(reconstruct("--tolerate-views 8"), 2, {"tolerated views 8: expected 0 to 7 with 8 cameras"});

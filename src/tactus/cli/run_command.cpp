@@ -119,8 +119,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     if (explainer) explainer->add(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
-    const bool keep_meshes =
-        scene.output.mesh_every > 0 && (summary.frames - 1) % scene.output.mesh_every == 0;
+    const bool keep_meshes = scene.output.mesh_every > 0 && !report.hull.overflow &&
+                             (summary.frames - 1) % scene.output.mesh_every == 0;
     if (pictures != nullptr || keep_meshes) {
       FrameSnapshot snapshot = simulation.snapshot();
       if (keep_meshes) write_meshes(snapshot, scene, stem, frame.tick);
@@ -183,6 +183,11 @@ void run(const RunOptions& options) {
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
   print_table(simulation);
   if (pictures) std::printf("\npictures: %s.mp4, %s.png\n", stem.c_str(), stem.c_str());
+  if (summary.open_frames > 0)
+    throw Error(
+        std::to_string(summary.open_frames) + " of " + std::to_string(summary.frames) +
+        " frames had too little room for the real surface: it was open, and no mesh of it was written "
+        "(the warnings above name the keys to raise)");
 }
 
 }  // namespace

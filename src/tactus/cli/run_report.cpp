@@ -49,6 +49,7 @@ void RunSummary::add(const StepReport& report) {
   rescued += report.contact.rescued;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
+  if (report.hull.overflow) ++open_frames;
   note(report.status);
 }
 
@@ -66,11 +67,9 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
                          {"p99", simulation.timings().percentile_ms(stage, 99)}};
   }
-  json["counters"] = {{"bad_frames", summary.bad_frames},
-                      {"substeps", summary.substeps},
-                      {"max_vertices", summary.max_vertices},
-                      {"max_triangles", summary.max_triangles},
-                      {"rescued_nodes", summary.rescued}};
+  json["counters"] = {{"bad_frames", summary.bad_frames},       {"open_frames", summary.open_frames},
+                      {"substeps", summary.substeps},           {"max_vertices", summary.max_vertices},
+                      {"max_triangles", summary.max_triangles}, {"rescued_nodes", summary.rescued}};
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const SoftBody& body = *simulation.bodies()[b];
     json["bodies"].push_back({{"name", body.name()},

@@ -11,6 +11,7 @@ namespace tactus {
 /// What the run found over all its frames.
 struct RunSummary {
   int frames = 0, bad_frames = 0, substeps = 0;
+  int open_frames = 0;  ///< whose surface had too little room: it is not closed
   Index max_vertices = 0, max_triangles = 0, rescued = 0;
   double max_force_N = 0, max_correction_m = 0;
   std::vector<std::string> statuses;
