@@ -2,6 +2,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <sstream>
 
 #include "cli/program.h"
 
@@ -311,6 +312,31 @@ TEST_F(Cli, RunsAScene) {
             json["probes"]["top"][0][1].get<double>());  // nothing holds it: it falls
   for (const char* stage : {"hull", "mesh", "surface", "bodies", "embed", "frame"})
     EXPECT_GT(json["ms"][stage]["p99"].get<double>(), 0) << stage;
+}
+
+TEST_F(Cli, AFigureThatNothingEndsEndsAfterTheDocumentedFrames) {
+  const Outcome from_5 =
+      run_tactus("reconstruct sphere --frames 5- --resolution 8 --devices cpu --json " + path("f.json"));
+  ASSERT_EQ(from_5.code, 0) << from_5.text;
+  const nlohmann::json frames = read_json("f.json")["frames"];
+  EXPECT_EQ(frames.size(), 300U);
+  EXPECT_EQ(frames[0]["tick"], 5);
+}
+
+/// Of the scenes that need no data: each is read, its bodies are made and its probes lie in them.
+TEST_F(Cli, EverySceneOfTheRepositoryStarts) {
+  int started = 0;
+  for (const auto& entry : fs::directory_iterator(TACTUS_SOURCE_DIR "/scenes")) {
+    std::stringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    if (text.str().find("kind: videos") != std::string::npos ||
+        text.str().find("$TACTUS_DATA/") != std::string::npos)
+      continue;
+    const Outcome o = run_tactus("run " + entry.path().string() + " --devices cpu --view none --frames 1");
+    EXPECT_EQ(o.code, 0) << entry.path() << ": " << o.text;
+    ++started;
+  }
+  EXPECT_GE(started, 4);
 }
 
 TEST_F(Cli, QuietAndVerboseChangeWhatIsToldNotTheResult) {

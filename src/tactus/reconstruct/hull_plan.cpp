@@ -33,8 +33,9 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
   const Vec3f extent = options.workspace_m.extent();
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
   if (rig.size() > kMaxCameras)
-    throw Error(std::to_string(rig.size()) + " cameras: at most " + std::to_string(kMaxCameras) +
-                " are possible");
+    throw Error(
+        std::to_string(rig.size()) + " cameras, expected at most " + std::to_string(kMaxCameras) +
+        ": take some out of the rig, best those that see the object from nearly the same side as others");
   if (!(extent.x > 0 && extent.y > 0 && extent.z > 0))
     throw Error("the workspace is empty: its max must exceed its min on every axis");
   if (options.resolution <= 0 || options.resolution > kMostVoxels) {
