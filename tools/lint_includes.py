@@ -9,10 +9,10 @@ import tempfile
 L0 = {"base"}
 L1 = L0 | {"compute"}
 GEOM = L1 | {"multi_device"}
-L2 = GEOM | {"geom"}
+L2 = GEOM | {"geom", "frame"}
 SIM = L2 | {"rig", "reconstruct", "tissue", "contact"}
 ALLOWED = {
-    "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM,
+    "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM, "frame": GEOM,
     "rig": L2, "reconstruct": L2, "tissue": L2, "contact": L2,
     "sim": SIM, "io": SIM | {"sim"}, "view": L2,
     "cli": SIM | {"sim", "io", "view", "bench"},

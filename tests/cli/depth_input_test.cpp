@@ -198,7 +198,7 @@ TEST_F(DepthInput, MistakesInARigFileAreRefusedWithTheLine) {
                                                {"'depth': expected the 16-bit PNG of the distances"},
                                                {"'calibration': camera 'tof' has none"},
                                                {"'cam3' stands here a second time"},
-                                               {"data/cameras/tof.yaml: ", "principal point", "64x200"}};
+                                               {"data/cameras/tof.yaml: ", "images of 200x200", "64x200"}};
   for (std::size_t i = 0; i < std::size(changes); ++i) {
     change_rig(changes[i].first, changes[i].second);
     expect_refused(reconstruct(), i + 1 == std::size(changes) ? 1 : 2, messages[i]);

@@ -358,7 +358,24 @@ TEST(SceneFile, NotYaml) {
 
 TEST(SceneFile, SecondDocumentIsRefused) {
   EXPECT_EQ(error_of("source: {kind: synthetic}\n---\nname: b\n"),
-            "scenes/x.yaml:3: a second YAML document begins, expected one scene a file");
+            "scenes/x.yaml:2: a second YAML document begins, expected one");
+}
+
+/// yaml-cpp made empty documents of ", x" until the memory was full.
+TEST(SceneFile, WhatYamlCppCannotEndIsRefused) {
+  EXPECT_EQ(error_of(", x"), "scenes/x.yaml:1: not valid YAML: ', x' belongs to no key and no list");
+  EXPECT_EQ(error_of("source: {kind: synthetic}\n, x\n").substr(0, 17), "scenes/x.yaml:2: ");
+  const auto repeated = [](const std::string& text, int count) {
+    std::string all;
+    for (int i = 0; i < count; ++i) all += text;
+    return all;
+  };
+  EXPECT_EQ(error_of(repeated("[", 100000)), "scenes/x.yaml:1: nested more than 64 deep");
+  EXPECT_EQ(error_of(repeated("- ", 100000)), "scenes/x.yaml:1: nested more than 64 deep");
+  EXPECT_EQ(error_of("bodies: &a [" + repeated("*a,", 1001) + "]"),
+            "scenes/x.yaml:1: more than 1000 aliases");
+  EXPECT_EQ(error_of("[" + repeated("1,", 100001) + "]"), "scenes/x.yaml:1: more than 100000 values");
+  EXPECT_EQ(error_of(repeated("#\n", 600000)), "scenes/x.yaml: 1.2 MB of YAML, expected at most 1.0 MB");
 }
 
 TEST(SceneFile, DamagedTextNeverEscapesAsAnotherException) {

@@ -27,7 +27,7 @@ std::string capture() {
 /// Fraction of a pinhole image's distorted position, written down again: Brown-Conrady with a rational radial
 /// part.
 Vec2<double> distort(const CalibratedCamera& c, double x, double y) {
-  const auto& d = c.distortion;  // k1 k2 p1 p2 k3 k4 k5 k6
+  const auto& d = c.lens.k;  // k1 k2 p1 p2 k3 k4 k5 k6
   const double r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
   const double radial = (1 + d[0] * r2 + d[1] * r4 + d[4] * r6) / (1 + d[5] * r2 + d[6] * r4 + d[7] * r6);
   return {c.camera.fx_px * (x * radial + 2 * d[2] * x * y + d[3] * (r2 + 2 * x * x)) + c.camera.cx_px,
@@ -46,7 +46,7 @@ TEST(Kinect, FactoryCalibrationIsThatOfTheVendorsLibrary) {
   };
   expect(k.depth.camera, 504.61, 504.73, 332.78, 348.83);
   expect(k.color.camera, 611.80, 611.93, 639.30, 365.85);
-  EXPECT_EQ(k.depth.distortion.size(), 8U);
+  EXPECT_EQ(coefficients(k.depth.lens).size(), 8U);
   EXPECT_NEAR(length(k.color.camera.center_world() - k.depth.camera.center_world()), 0.0324, 1e-4);
 }
 

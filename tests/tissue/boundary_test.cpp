@@ -40,7 +40,7 @@ struct Bar {
   void run(DrivenNodes& driven, int steps, float dt_s, float drag_per_s = 0) {
     for (int k = 0; k < steps; ++k) {
       model->step(ctx(), state, {.dt_s = dt_s, .gravity_m_s2 = {}, .drag_per_s = drag_per_s});
-      driven.move(ctx(), state, held.view(), dt_s);
+      driven.move(ctx(), state, held.view(), {.dt_s = dt_s, .gravity_m_s2 = {}});
     }
   }
   std::vector<Vec3f> x_m() { return to_host(ctx(), state.x_m.const_view()); }
@@ -276,7 +276,7 @@ std::vector<Vec3f> forces_N(Bar& bar, const SurfaceLoad& load, const Mat3f& F, i
   std::vector<Vec3f> x = bar.lattice.rest_positions_m();
   for (Vec3f& p : x) p = F * p;
   bar.state.x_m = to_device(bar.ctx(), x);
-  for (int k = 0; k < steps; ++k) loads.apply(bar.ctx(), bar.state, 0.1F);
+  for (int k = 0; k < steps; ++k) loads.apply(bar.ctx(), bar.state, {.dt_s = 0.1F, .gravity_m_s2 = {}});
   return to_host(bar.ctx(), bar.state.f_ext_N.const_view());
 }
 
@@ -359,7 +359,7 @@ TEST(Loads, TractionStretchesTheBarAsTheClosedForm) {
   SurfaceLoads loads(bar.ctx(), bar.lattice, mesh, std::span(&load, 1), all_nodes(bar.lattice));
   const float dt_s = bar.model->stable_step_s();
   for (int k = 0; k < static_cast<int>(1 / dt_s); ++k) {
-    loads.apply(bar.ctx(), bar.state, dt_s);
+    loads.apply(bar.ctx(), bar.state, {.dt_s = dt_s, .gravity_m_s2 = {}});
     bar.model->step(bar.ctx(), bar.state, {.dt_s = dt_s, .gravity_m_s2 = {}, .drag_per_s = 50});
   }
   const std::vector<Vec3f> x = bar.x_m();

@@ -43,7 +43,7 @@ void expect_closed_form(const TledOptions& options, const Mat3f& F, float dt_s) 
   state.x_m = to_device(ctx, x);
   double time_s = 0;
   for (int k = 1; k <= 2000 && time_s < 1.5; ++k) {
-    relaxing.compute_forces(ctx, state, dt_s);
+    relaxing.compute_forces(ctx, state, {.dt_s = dt_s, .gravity_m_s2 = {}});
     time_s = k * static_cast<double>(dt_s);
     if (k % 97 != 1) continue;
     const Vec3f now = relaxing.forces_N(ctx)[0];
@@ -85,7 +85,7 @@ TEST(Relaxation, HistoryTurnsWithTheBody) {
   BodyState state = rest_state(ctx, lattice);
   const Mat3f F{{{1.1F, 0.3F, 0}, {0, 0.9F, 0.1F}, {0, 0, 1}}}, R{{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}};
   state.x_m = to_device(ctx, moved(lattice, F));
-  tled.compute_forces(ctx, state, 0.2F);
+  tled.compute_forces(ctx, state, {.dt_s = 0.2F, .gravity_m_s2 = {}});
   tled.compute_forces(ctx, state);
   const std::vector<Vec3f> before = tled.forces_N(ctx);
   state.x_m = to_device(ctx, moved(lattice, R * F));

@@ -107,10 +107,10 @@ Played on_one_cpu(const Column& column, const Case& c) {
   for (int frame = 0; frame < kFrames; ++frame) {
     boundary.begin_frame(ctx);
     for (int k = 0; k < c.substeps; ++k) {
-      boundary.load(ctx, state, step.dt_s);
+      boundary.load(ctx, state, step.time());
       body.sum_forces(ctx, state, step, k);
       body.move(ctx, state, step, k);
-      boundary.move(ctx, state, step.dt_s);
+      boundary.move(ctx, state, step.time());
     }
     auto& forces = played.forces_N.emplace_back(column.motions.size());
     boundary.driven().add_mean_forces_N(ctx, double{step.dt_s} * c.substeps, forces);

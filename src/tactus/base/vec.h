@@ -31,6 +31,7 @@ struct Vec3 {
 };
 
 using Vec2f = Vec2<float>;
+using Vec2d = Vec2<double>;
 using Vec2i = Vec2<Index>;
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;

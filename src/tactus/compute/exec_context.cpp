@@ -245,6 +245,12 @@ void ExecContext::synchronize() {
   if (device_.is_cuda()) cuda::synchronize(device_.ordinal(), stream_);
 }
 
+void ExecContext::synchronize(const Event& event) {
+  if (queue_ >= 0) return device_.scheduler()->drain(queue_);
+  if (device_.is_cuda() && event.impl().cuda_event != nullptr)
+    cuda::synchronize_event(device_.ordinal(), event.impl().cuda_event);
+}
+
 Graph ExecContext::capture(const std::function<void()>& body) {
   Graph graph;
   if (device_.is_cuda()) {

@@ -40,8 +40,8 @@ void run_on_cpu(Count count, const K& kernel) {
   cpu_for_ranges(
       count.get(), grain_of<K>(),
       [](void* data, Index first, Index last) {
-        const K k =
-            *static_cast<const K*>(data);  // a local copy: lets the compiler keep pointers in registers
+        K k = *static_cast<const K*>(data);  // a local copy: lets the compiler keep pointers in registers
+        if constexpr (LoadingKernel<K>) k.load();
         if constexpr (BlockKernel<K>) {
           typename K::Shared shared;
           for (Index i = first; i < last; ++i) k(CpuBlock<K::kThreads>(i), shared);
@@ -167,6 +167,9 @@ class ExecContext {
   void wait(const Event& event);
   /// Waits until everything submitted so far is done. @throws Error on a device failure.
   void synchronize();
+  /// Waits until what was submitted before the event was last recorded, to this context, is done; at once
+  /// when it never was.
+  void synchronize(const Event& event);
 
   /// Records what `body` submits to this context; nothing runs. Run the body once before (scratch is sized
   /// then).

@@ -19,6 +19,10 @@
 /// Block offers: `b.index()`, `b.for_each_thread(f)` (all threads must reach it) and, for values kept between
 /// two phases, `typename Block::template PerThread<T>`. Kernel headers hold maths only; the folder's
 /// kernels.cu lists the structs so that nvcc makes them, too.
+///
+/// A kernel may have `TACTUS_HD void load()`. It is called on a copy of the kernel before the call operator,
+/// once a thread on a GPU and once a range of indices on a CPU: there the kernel reads numbers that change
+/// between launches of a recording (frame/frame_params.h) into its members.
 #include "tactus/compute/view.h"
 
 namespace tactus {
@@ -126,6 +130,10 @@ class CpuBlock {
 template <class K>
 concept ForKernel = requires(const K k, Index i) {
   k(i);
+};
+template <class K>
+concept LoadingKernel = requires(K k) {
+  k.load();
 };
 template <class K>
 concept BlockKernel = requires {

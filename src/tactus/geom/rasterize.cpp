@@ -142,13 +142,12 @@ struct Projected {
 };
 
 std::vector<Projected> project_all(const TriangleMesh& mesh, const Camera& camera, const Planes& planes) {
-  const Mat3d M = camera.intrinsics() * camera.T_cam_world.R;
-  const Vec3d t = camera.intrinsics() * camera.T_cam_world.t;
+  const Projection K = projection(camera);
   std::vector<Projected> result(mesh.positions_m.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.size(), 4096), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       Projected& p = result[i];
-      p.view = M * vec_cast<double>(mesh.positions_m[i]) + t;
+      p.view = K.M * vec_cast<double>(mesh.positions_m[i]) + K.t;
       p.inside = true;
       for (int k = 0; k < Planes::kCount; ++k) p.inside = p.inside && planes.distance(k, p.view) >= 0;
       p.fixed = p.inside ? to_fixed(p.view) : Fixed{0, 0};

@@ -10,8 +10,9 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
 #include "tactus/io/field_visitor.h"
-#include "tactus/io/safe_file.h"
+#include "tactus/rig/yaml_document.h"
 
 namespace tactus {
 namespace {
@@ -282,17 +283,7 @@ class MappingReader : public FieldVisitor {
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& path) {
-  YAML::Node root;
-  try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (!documents.empty()) root = documents.front();
-    if (documents.size() > 1) {
-      throw usage_error(path + ":" + std::to_string(documents[1].Mark().line + 1) +
-                        ": a second YAML document begins, expected one scene a file");
-    }
-  } catch (const YAML::Exception& e) {
-    throw usage_error(path + ":" + std::to_string(e.mark.line + 1) + ": not valid YAML: " + e.msg);
-  }
+  const YAML::Node root = parse_yaml(text, path);
   if (!root.IsMap()) {
     throw usage_error(path + ":1: the file is " + value_text(root) +
                       ", expected a mapping of keys such as 'source:' and 'bodies:'");
@@ -303,6 +294,6 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   return scene;
 }
 
-Scene read_scene(const std::string& path) { return parse_scene(read_text_file(path), path); }
+Scene read_scene(const std::string& path) { return parse_scene(read_file(path, kMaxYamlBytes), path); }
 
 }  // namespace tactus

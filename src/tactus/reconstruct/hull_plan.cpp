@@ -17,15 +17,8 @@ constexpr std::int64_t kManyBlocks = 8448;
 constexpr Index kMostElements = ((std::int64_t{1} << 31) - 1) / 3;
 
 HullCamera device_camera(const Camera& camera, Vec3d origin_m, double voxel_size_m) {
-  const Mat3d KR = camera.intrinsics() * camera.T_cam_world.R;
-  const Vec3d Kt = camera.intrinsics() * camera.T_cam_world.t + KR * origin_m;
   HullCamera out{};
-  for (int i = 0; i < 3; ++i) {
-    out.row[i] = vec_cast<float>(voxel_size_m * KR.row[i]);
-    out.offset[i] = static_cast<float>(Kt[i]);
-  }
-  out.width_px = camera.width_px;
-  out.height_px = camera.height_px;
+  set_projection(out, camera, origin_m, voxel_size_m);
   return out;
 }
 
@@ -33,9 +26,9 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
   const Vec3f extent = options.workspace_m.extent();
   if (rig.empty()) throw Error("the rig has no cameras: a visual hull needs at least one silhouette");
   if (rig.size() > kMaxCameras)
-    throw Error(
-        std::to_string(rig.size()) + " cameras, expected at most " + std::to_string(kMaxCameras) +
-        ": take some out of the rig, best those that see the object from nearly the same side as others");
+    throw Error(std::to_string(rig.size()) + " cameras: the visual hull takes at most " +
+                std::to_string(kMaxCameras) +
+                " (kernels keep them as bits of a word); leave some out of the rig file");
   if (!(extent.x > 0 && extent.y > 0 && extent.z > 0))
     throw Error("the workspace is empty: its max must exceed its min on every axis");
   if (options.resolution <= 0 || options.resolution > kMostVoxels) {

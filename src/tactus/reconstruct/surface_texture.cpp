@@ -23,17 +23,10 @@ void check_k(Index k, std::size_t cameras) {
 }
 
 TextureCamera device_camera(const Camera& camera) {
-  const Mat3d KR = camera.intrinsics() * camera.T_cam_world.R;
-  const Vec3d Kt = camera.intrinsics() * camera.T_cam_world.t;
   TextureCamera out{};
-  for (int i = 0; i < 3; ++i) {
-    out.row[i] = vec_cast<float>(KR.row[i]);
-    out.offset[i] = static_cast<float>(Kt[i]);
-  }
+  set_projection(out, camera);
   out.eye_m = vec_cast<float>(camera.center_world());
   out.axis = vec_cast<float>(camera.axis_world());
-  out.width_px = camera.width_px;
-  out.height_px = camera.height_px;
   return out;
 }
 

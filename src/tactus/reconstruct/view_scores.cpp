@@ -25,15 +25,8 @@ ViewScores::ViewScores(ExecContext& ctx, std::span<const Camera> cameras, const 
   Index words = 0;
   for (const Camera& camera : cameras) {
     check_camera(camera);
-    const Mat3d KR = camera.intrinsics() * camera.T_cam_world.R;
-    const Vec3d Kt = camera.intrinsics() * camera.T_cam_world.t;
     ScoreCamera c{};
-    for (int i = 0; i < 3; ++i) {
-      c.row[i] = vec_cast<float>(KR.row[i]);
-      c.offset[i] = static_cast<float>(Kt[i]);
-    }
-    c.width_px = camera.width_px;
-    c.height_px = camera.height_px;
+    set_projection(c, camera);
     c.begin = words;
     c.row_words = ceil_div(camera.width_px, 32);
     words += c.row_words * c.height_px;

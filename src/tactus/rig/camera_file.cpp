@@ -84,7 +84,8 @@ CalibratedCamera read_calibration(const std::string& file, const CalibrationNode
   check_intrinsics(K, file, nodes.intrinsics);
   const cv::Mat d = matrix(store, file, nodes.distortion);
   const auto n = d.total();
-  expect(n == 4 || n == 5 || n == 8, file, nodes.distortion, d, "4, 5 or 8 coefficients");
+  expect(n == 2 || n == 4 || n == 5 || n == 8 || n == 12 || n == 14, file, nodes.distortion, d,
+         "2, 4, 5, 8, 12 or 14 coefficients");
   cv::Mat R = matrix(store, file, nodes.rotation);
   expect(R.total() == 3 || (R.rows == 3 && R.cols == 3), file, nodes.rotation, R, "3x1 or 3x3");
   if (R.total() == 3) cv::Rodrigues(R.clone(), R);
@@ -104,21 +105,13 @@ CalibratedCamera read_calibration(const std::string& file, const CalibrationNode
     for (int j = 0; j < 3; ++j) c.T_cam_world.R(i, j) = R.at<double>(i, j);
     c.T_cam_world.t[i] = unit_m * t.ptr<double>()[i];
   }
-  for (std::size_t i = 0; i < n; ++i) result.distortion.push_back(d.ptr<double>()[i]);
   try {
+    result.lens = make_lens(LensModel::brown, {d.ptr<double>(), n});
     check_camera(c);
-    check_principal_point(c);
   } catch (const Error& e) {
     throw Error(file + ": " + e.what());
   }
   return result;
-}
-
-void check_principal_point(const Camera& c) {
-  if (c.cx_px >= 0 && c.cx_px <= c.width_px && c.cy_px >= 0 && c.cy_px <= c.height_px) return;
-  throw Error("camera '" + c.name + "': principal point (" + std::to_string(c.cx_px) + ", " +
-              std::to_string(c.cy_px) + ") lies outside the image of " + std::to_string(c.width_px) + "x" +
-              std::to_string(c.height_px) + "; the calibration belongs to another image size");
 }
 
 ColorImage read_photo(const std::string& file) {
@@ -158,41 +151,6 @@ Image<std::uint8_t> read_mask(const std::string& file, Index width_px, Index hei
     for (int x = 0; x < value.cols; ++x) result(x, y) = value.at<std::uint8_t>(y, x) >= 128 ? 255 : 0;
   }
   return result;
-}
-
-struct Undistortion::Maps {
-  cv::Mat xy, fraction;
-};
-
-Undistortion::Undistortion(const CalibratedCamera& calibrated) : maps_(std::make_unique<Maps>()) {
-  const Camera& c = calibrated.camera;
-  const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, 0, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
-  cv::initUndistortRectifyMap(K, calibrated.distortion, cv::Mat(), K, {c.width_px, c.height_px}, CV_16SC2,
-                              maps_->xy, maps_->fraction);
-}
-Undistortion::~Undistortion() = default;
-Undistortion::Undistortion(Undistortion&&) noexcept = default;
-
-void Undistortion::mask(const std::uint8_t* bytes, Image<std::uint8_t>& scratch, BitMask& result) const {
-  const cv::Size size = maps_->xy.size();
-  if (scratch.width_px != size.width || scratch.height_px != size.height) {
-    scratch = Image<std::uint8_t>(size.width, size.height);
-  }
-  cv::Mat to(size, CV_8U, scratch.pixels.data());
-  cv::remap(cv::Mat(size, CV_8U, const_cast<std::uint8_t*>(bytes)), to, maps_->xy, maps_->fraction,
-            cv::INTER_LINEAR);
-  pack_mask(scratch.pixels.data(), size.width, size.height, result);
-}
-
-void Undistortion::color(const std::uint8_t* bgr, ColorImage& result) const {
-  const cv::Size size = maps_->xy.size();
-  if (result.width_px != size.width || result.height_px != size.height) {
-    result = ColorImage(size.width, size.height);
-  }
-  cv::Mat to(size, CV_8UC3, result.pixels.data());
-  cv::remap(cv::Mat(size, CV_8UC3, const_cast<std::uint8_t*>(bgr)), to, maps_->xy, maps_->fraction,
-            cv::INTER_LINEAR);
-  cv::cvtColor(to, to, cv::COLOR_BGR2RGB);
 }
 
 }  // namespace tactus

@@ -30,8 +30,9 @@ void write_calibration(const std::string& file, const Camera& c) {
   try {
     cv::FileStorage store(file, cv::FileStorage::WRITE);
     if (!store.isOpened()) throw Error(file + ": can't be written");
-    store << "CameraMatrix" << K << "DistortionCoeffs" << cv::Mat::zeros(5, 1, CV_64F) << "RotationValues"
-          << R << "TranslationValues" << t;
+    store << "image_width" << c.width_px << "image_height" << c.height_px << "CameraMatrix" << K
+          << "DistortionCoeffs" << cv::Mat::zeros(5, 1, CV_64F) << "RotationValues" << R
+          << "TranslationValues" << t;
   } catch (const cv::Exception&) {
     throw Error(file + ": can't be written");
   }

@@ -7,7 +7,8 @@
 
 namespace tactus {
 
-/// OpenCV YAML with the default CalibrationNodes, metres, no distortion. @throws Error naming the file.
+/// OpenCV YAML with the default CalibrationNodes and the image size, metres, no distortion. @throws Error
+/// naming the file.
 void write_calibration(const std::string& file, const Camera& camera);
 /// 8-bit PNG, 255 inside. @throws Error naming the file.
 void write_mask(const std::string& file, const BitMask& mask);

@@ -1,7 +1,6 @@
 #include "tactus/rig/depth_images.h"
 
 #include <cmath>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tactus/base/error.h"
@@ -18,19 +17,17 @@ struct DepthUndistortion::Map {
 DepthUndistortion::DepthUndistortion(const CalibratedCamera& calibrated, const DepthEncoding& encoding)
     : map_(std::make_unique<Map>()) {
   const Camera& c = calibrated.camera;
-  const cv::Mat K = (cv::Mat_<double>(3, 3) << c.fx_px, c.skew_px, c.cx_px, 0, c.fy_px, c.cy_px, 0, 0, 1);
-  cv::Mat u, v;
-  cv::initUndistortRectifyMap(K, calibrated.distortion, cv::Mat(), K, {c.width_px, c.height_px}, CV_32FC1, u,
-                              v);
+  const double limit = calibrated.lens.limit();
   map_->width_px = c.width_px;
   map_->height_px = c.height_px;
   for (Index y = 0; y < c.height_px; ++y) {
     for (Index x = 0; x < c.width_px; ++x) {
       const double ry = (y - c.cy_px) / c.fy_px, rx = (x - c.cx_px - c.skew_px * ry) / c.fx_px;
       const double radius2 = rx * rx + ry * ry;
-      const bool known = encoding.metric_radius <= 0 || radius2 <= sqr(encoding.metric_radius);
-      const long su = std::lround(u.at<float>(y, x)), sv = std::lround(v.at<float>(y, x));
-      const bool seen = known && su >= 0 && sv >= 0 && su < c.width_px && sv < c.height_px;
+      const auto at = photo_pixel(calibrated, c, {static_cast<double>(x), static_cast<double>(y)}, limit);
+      const bool known = at && (encoding.metric_radius <= 0 || radius2 <= sqr(encoding.metric_radius));
+      const long su = known ? std::lround(at->x) : -1, sv = known ? std::lround(at->y) : -1;
+      const bool seen = su >= 0 && sv >= 0 && su < c.width_px && sv < c.height_px;
       map_->source.push_back(seen ? static_cast<std::int32_t>(sv * c.width_px + su) : -1);
       map_->radial_per_unit.push_back(
           static_cast<float>(encoding.unit_m * (encoding.is_radial ? 1 : std::sqrt(1 + radius2))));

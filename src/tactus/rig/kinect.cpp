@@ -54,7 +54,7 @@ CalibratedCamera read_camera(const nlohmann::json& json, const std::string& what
   const Mat3d R_cam_depth{{{R[0], R[1], R[2]}, {R[3], R[4], R[5]}, {R[6], R[7], R[8]}}};
   const Mat3d R_depth_world{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
   camera.T_cam_world = {R_cam_depth * R_depth_world, {t[0], t[1], t[2]}};
-  out.distortion = {p[4], p[5], p[13], p[12], p[6], p[7], p[8], p[9]};
+  out.lens = make_lens(LensModel::brown, std::vector{p[4], p[5], p[13], p[12], p[6], p[7], p[8], p[9]});
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include "tactus/rig/frame_window.h"
 #include "tactus/rig/numbered_files.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/undistortion.h"
 
 namespace tactus {
 namespace {
@@ -79,13 +80,13 @@ class MaskSource final : public FrameSource {
 
  private:
   Image<std::uint8_t> read(std::size_t i) const {
-    const Camera& c = file_.rig.cameras[i];
+    const Camera& c = file_.calibrated[i].camera;
     return read_mask(masks_[i].file(tick_), c.width_px, c.height_px);
   }
 
   /// Photos come as cameras deliver them, blue first.
   void read_color(std::size_t i, ColorImage& color) {
-    const Camera& c = file_.rig.cameras[i];
+    const Camera& c = file_.calibrated[i].camera;
     const std::string path = photos_[i].file(tick_);
     ColorImage photo = read_photo(path);
     if (photo.width_px != c.width_px || photo.height_px != c.height_px)

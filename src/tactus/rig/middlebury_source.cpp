@@ -129,7 +129,6 @@ class MiddleburySource final : public FrameSource {
     camera.height_px = photos_.back().height_px;
     try {
       check_camera(camera);
-      check_principal_point(camera);
     } catch (const Error& e) {
       throw Error(where + ": " + e.what());
     }

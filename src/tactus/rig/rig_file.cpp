@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/rig/numbered_files.h"
 #include "tactus/rig/yaml_reader.h"
 
@@ -98,7 +99,17 @@ class CameraReader {
     });
     c.camera.name = name;
     c.camera.T_cam_world.R = c.camera.T_cam_world.R * R_world_up_;
+    warn_of_principal_point(c.camera);
     return c;
+  }
+  /// Cropped pictures have it outside; but so has a calibration of larger pictures.
+  void warn_of_principal_point(const Camera& c) const {
+    if (c.cx_px >= -0.5 && c.cx_px <= c.width_px - 0.5 && c.cy_px >= -0.5 && c.cy_px <= c.height_px - 0.5)
+      return;
+    log_warning(path_ + ": camera '" + c.name + "': the principal point (" + number_text(c.cx_px) + ", " +
+                number_text(c.cy_px) + ") lies outside the image of " + std::to_string(c.width_px) + "x" +
+                std::to_string(c.height_px) +
+                " pixels: right for cropped pictures, else the calibration belongs to another image size");
   }
   std::string data(const YamlMapping& y, const char* key) const {
     std::string found;
@@ -165,14 +176,14 @@ RigFile read_rig_file(const std::string& path) {
                                "background", "calibration_nodes", "cameras", "depth_cameras"});
   RigFile file;
   read_world(yaml, file);
-  const Vec2i size = image_size(yaml);
   CameraReader reader(path, yaml);
-  const auto cameras =
-      yaml.children("cameras", {"name", "video", "empty_room", "mask", "photo", "calibration"});
+  const auto cameras = yaml.children(
+      "cameras", {"name", "video", "empty_room", "mask", "photo", "calibration", "image_size_px"});
   if (cameras.empty()) yaml.fail("cameras", "no camera, expected at least one");
   for (const YamlMapping& y : cameras) {
-    file.calibrated.push_back(reader.read(y, size));
-    file.rig.cameras.push_back(file.calibrated.back().camera);
+    file.calibrated.push_back(reader.read(y, image_size(y.has("image_size_px") ? y : yaml)));
+    for_camera(path, file.calibrated.back().camera.name,
+               [&] { file.rig.cameras.push_back(undistorted_camera(file.calibrated.back())); });
     file.videos.push_back(reader.data(y, "video"));
     file.backgrounds.push_back(reader.data(y, "empty_room"));
     file.masks.push_back(reader.data(y, "mask"));

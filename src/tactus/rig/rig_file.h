@@ -13,8 +13,9 @@
 namespace tactus {
 
 struct RigFile {
-  Rig rig;  ///< world +Y up, metres
-  std::vector<CalibratedCamera> calibrated;
+  Rig rig;  ///< world +Y up, metres; its cameras are the undistorted ones
+  std::vector<CalibratedCamera>
+      calibrated;  ///< the same cameras with their lenses and the size of their photos
   std::vector<std::string> videos, backgrounds, masks,
       photos;                          ///< one per camera, "" where not given
   std::vector<DepthRecording> depths;  ///< `rig` has no depth cameras until a source reads them

@@ -10,6 +10,7 @@
 #include "tactus/rig/frame_window.h"
 #include "tactus/rig/numbered_files.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/undistortion.h"
 
 namespace tactus {
 namespace {

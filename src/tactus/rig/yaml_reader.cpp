@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/yaml_document.h"
 
 namespace tactus {
 namespace {
@@ -35,13 +36,7 @@ YamlMapping::YamlMapping(const YAML::Node& node, std::string file, const std::ve
 }
 
 YamlMapping YamlMapping::load(const std::string& file, const std::vector<std::string>& known) {
-  try {
-    return {YAML::LoadFile(file), file, known};
-  } catch (const YAML::BadFile&) {
-    throw Error(file + ": can't be read");
-  } catch (const YAML::ParserException& e) {
-    throw usage_error(place(file, e.mark) + e.msg);
-  }
+  return {load_yaml(file), file, known};
 }
 
 void YamlMapping::fail(const std::string& key, const std::string& what) const {

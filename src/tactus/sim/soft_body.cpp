@@ -81,6 +81,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       full_stiffness_(body.material.kappa == Stiffness::paper) {
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
+  if (body.contact) tissue_.share_nodes();
   if (body.contact) choose_contact_nodes(devices.context(0), sample_spacing_m);
 }
 
@@ -324,7 +325,7 @@ void SoftBody::step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps) {
 }
 
 void SoftBody::step(float dt_s, Vec3f gravity_m_s2, int k) {
-  if (!at_rest_) tissue_.substep(step_of(dt_s, gravity_m_s2), k);
+  if (!at_rest_) tissue_.substep(step_of(dt_s, gravity_m_s2), k, k + 1);
 }
 
 void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, int k) {

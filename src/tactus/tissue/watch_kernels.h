@@ -1,7 +1,6 @@
 #pragma once
 /// Which nodes of a body are no longer where anything could be.
-#include "tactus/base/vec.h"
-#include "tactus/compute/kernel.h"
+#include "tactus/frame/frame_params.h"
 
 namespace tactus {
 
@@ -31,7 +30,16 @@ struct WatchNodes {
   static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
   View<const Vec3f> x_m, v_m_s;
   View<WatchRecord> records;
-  Index substep;
+  Index substep;  ///< or, with `frame`, the device's
+  View<const FrameParams> frame = {};
+  Index every = 1;  ///< with `frame`: only after so many substeps, and after the last
+  TACTUS_HD void load() {
+    // After the frame's last substep the device has counted on.
+    if (!frame.empty()) substep = min(frame[0].substep, frame[0].substeps - 1);
+  }
+  TACTUS_HD bool looks() const {
+    return frame.empty() || (substep + 1) % every == 0 || substep + 1 == frame[0].substeps;
+  }
   struct Shared {
     float speed2[kThreads];  ///< of bad nodes larger than any other
     WatchRecord of_strip[kStrips];
@@ -39,6 +47,7 @@ struct WatchNodes {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    if (!looks()) return;
     constexpr float kLimit = kMost * kMost, kBad = 4.F * kLimit;
     const Index first = b.index() * kThreads;
     const int count = min(Index{kThreads}, x_m.size() - first);

@@ -87,17 +87,16 @@ void GlPhotos::set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, 
   cameras_.clear();
   for (Camera c : photos.cameras) {
     c.T_cam_world.R = c.T_cam_world.R * R_mesh_world;
-    const Mat3d KR = c.intrinsics() * c.T_cam_world.R;
-    const Vec3d Kt = c.intrinsics() * c.T_cam_world.t;
+    const Projection p = projection(c);
     const float texel = texels[cameras_.size()];
     DeviceCamera d{};
     const auto put = [](float(&to)[4], Vec3d v, double w) {
       for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
       to[3] = static_cast<float>(w);
     };
-    put(d.row_u, KR.row[0], Kt.x);
-    put(d.row_v, KR.row[1], Kt.y);
-    put(d.row_z, KR.row[2], Kt.z);
+    put(d.row_u, p.M.row[0], p.t.x);
+    put(d.row_v, p.M.row[1], p.t.y);
+    put(d.row_z, p.M.row[2], p.t.z);
     put(d.eye, c.center_world(), live >> cameras_.size() & 1U);
     put(d.axis, c.axis_world(), 1.0 / static_cast<double>(texel));
     d.photo_width = static_cast<float>(c.width_px);

@@ -19,6 +19,7 @@ void destroy_event(void*) noexcept {}
 void record_event(int, void*, void*) { absent(); }
 void wait_event(int, void*, void*) { absent(); }
 void synchronize(int, void*) { absent(); }
+void synchronize_event(int, void*) { absent(); }
 void copy(int, void*, const void*, std::size_t, void*) { absent(); }
 void fill(int, void*, unsigned char, std::size_t, void*) { absent(); }
 void begin_capture(int, void*) { absent(); }

@@ -134,6 +134,10 @@ void synchronize(int ordinal, void* stream) {
   use(ordinal);
   TACTUS_CUDA_CHECK(cudaStreamSynchronize(as_stream(stream)));
 }
+void synchronize_event(int ordinal, void* event) {
+  use(ordinal);
+  TACTUS_CUDA_CHECK(cudaEventSynchronize(as_event(event)));
+}
 void copy(int ordinal, void* to, const void* from, std::size_t bytes, void* stream) {
   use(ordinal);
   TACTUS_CUDA_CHECK(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, as_stream(stream)));

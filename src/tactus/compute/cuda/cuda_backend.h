@@ -26,6 +26,7 @@ void destroy_event(void* event) noexcept;
 void record_event(int ordinal, void* event, void* stream);
 void wait_event(int ordinal, void* stream, void* event);
 void synchronize(int ordinal, void* stream);
+void synchronize_event(int ordinal, void* event);
 void copy(int ordinal, void* to, const void* from, std::size_t bytes, void* stream);
 void fill(int ordinal, void* what, unsigned char byte, std::size_t bytes, void* stream);
 

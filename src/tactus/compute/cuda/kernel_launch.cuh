@@ -112,11 +112,24 @@ namespace detail {
 template <class K, std::size_t kSize, std::size_t kAlign>
 void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel);
 
+/// The kernel as its threads use it: what it loads is the same for all of them.
+template <class K>
+__device__ __forceinline__ decltype(auto) loaded(const K& kernel) {
+  if constexpr (LoadingKernel<K>) {
+    K copy = kernel;
+    copy.load();
+    return copy;
+  } else {
+    return (kernel);
+  }
+}
+
 template <class K>
 __global__ void __launch_bounds__(256) for_kernel(const __grid_constant__ K kernel, Count count) {
   const Index n = count.get();
   const Index stride = static_cast<Index>(gridDim.x * blockDim.x);
-  for (Index i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x); i < n; i += stride) kernel(i);
+  const auto& k = loaded(kernel);
+  for (Index i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x); i < n; i += stride) k(i);
 }
 
 /// Blocks of a kernel that a multiprocessor should hold at once, at the price of registers: what waits for
@@ -134,8 +147,9 @@ __global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
     block_kernel(const __grid_constant__ K kernel, Count count) {
   __shared__ typename K::Shared shared;
   const Index n = count.get();
+  const auto& k = loaded(kernel);
   for (Index i = static_cast<Index>(blockIdx.x); i < n; i += static_cast<Index>(gridDim.x)) {
-    kernel(CudaBlock<K::kThreads>(i), shared);
+    k(CudaBlock<K::kThreads>(i), shared);
   }
 }
 
@@ -147,9 +161,10 @@ __global__ void __launch_bounds__(kLanesThreads) lanes_kernel(const __grid_const
   static_assert(kBlocks * K::kThreads == kLanesThreads);
   typename K::Shared shared;
   const Index n = count.get();
+  const auto& k = loaded(kernel);
   const auto first = static_cast<Index>(blockIdx.x * kBlocks + threadIdx.x / K::kThreads);
   for (Index i = first; i < n; i += static_cast<Index>(gridDim.x) * kBlocks)
-    kernel(CudaLanes<K::kThreads>(i), shared);
+    k(CudaLanes<K::kThreads>(i), shared);
 }
 
 /// Launches are sized for the capacity; where the count is only known on the device, a few blocks per

@@ -15,9 +15,9 @@ struct BoundaryConditions {
 
 /// Those of one body, for the nodes that move on one device. A substep:
 ///
-///   boundary.load(ctx, state, dt_s);
+///   boundary.load(ctx, state, time);
 ///   tissue.substep(ctx, state, ..);
-///   boundary.move(ctx, state, dt_s);
+///   boundary.move(ctx, state, time);
 class Boundary {
  public:
   /// @throws Error as DrivenNodes and SurfaceLoads.
@@ -26,8 +26,10 @@ class Boundary {
 
   /// Forces of those who move it count from here. Asynchronous, as the next two.
   void begin_frame(ExecContext& ctx) { driven_.begin_frame(ctx); }
-  void load(ExecContext& ctx, BodyState& state, float dt_s) { loads_.apply(ctx, state, dt_s); }
-  void move(ExecContext& ctx, BodyState& state, float dt_s) { driven_.move(ctx, state, held_.view(), dt_s); }
+  void load(ExecContext& ctx, BodyState& state, const StepTime& time) { loads_.apply(ctx, state, time); }
+  void move(ExecContext& ctx, BodyState& state, const StepTime& time) {
+    driven_.move(ctx, state, held_.view(), time);
+  }
 
   const DrivenNodes& driven() const { return driven_; }
   const SurfaceLoads& loads() const { return loads_; }

@@ -93,11 +93,11 @@ void DrivenNodes::begin_frame(ExecContext& ctx) {
   if (!empty()) ctx.fill_bytes(impulse_N_s_.view(), 0);
 }
 
-void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, float dt_s) {
+void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time) {
   if (empty()) return;
-  ctx.parallel_for("driven/step", 1,
-                   boundary::StepMotions{motions_.const_view(), keys_.const_view(), clock_s_.view(),
-                                         steps_.view(), static_cast<double>(dt_s)});
+  ctx.parallel_for(
+      "driven/step", 1,
+      boundary::StepMotions{motions_.const_view(), keys_.const_view(), clock_s_.view(), steps_.view(), time});
   ctx.parallel_for("driven/move", nodes_.size(),
                    boundary::MoveDriven{nodes_.const_view(), motion_.const_view(), rest_m_.const_view(),
                                         mass_kg_.const_view(), motions_.const_view(), steps_.const_view(),

@@ -21,7 +21,7 @@ struct NodeMotion {
 /// Moves nodes of one body, whatever its solver, on the device and without the host. After each substep:
 ///
 ///   tissue.step(ctx, state, ..);            // as if they were free
-///   driven.move(ctx, state, held, dt_s);
+///   driven.move(ctx, state, held, time);
 ///
 /// Elements and regions see position and velocity of these nodes in the next substep, so what they do to the
 /// body (viscous forces included) is what a free node in that motion would.
@@ -38,7 +38,7 @@ class DrivenNodes {
   /// Forces count from here. Asynchronous.
   void begin_frame(ExecContext& ctx);
   /// The end of a substep. @param held per node of the state: 1 as long as it is driven. Asynchronous.
-  void move(ExecContext& ctx, BodyState& state, View<Index> held, float dt_s);
+  void move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time);
   /// Adds what each motion did to its nodes here, mean since begin_frame [N]: reaction, weight and inertia.
   /// Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
   void add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const;

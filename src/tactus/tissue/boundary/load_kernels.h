@@ -1,5 +1,6 @@
 #pragma once
 /// Forces on the surface of a body.
+#include "tactus/frame/frame_params.h"
 #include "tactus/tissue/boundary/time_curve.h"
 #include "tactus/tissue/embed_kernels.h"
 
@@ -27,9 +28,10 @@ struct StepLoads {
   View<const LoadKey> keys;
   View<double> clock_s;
   View<float> factor;
-  double dt_s;
+  StepTime time;
+  TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index) const {
-    const double now_s = clock_s[0] + 0.5 * dt_s;
+    const double dt_s = static_cast<double>(time.dt_s), now_s = clock_s[0] + 0.5 * dt_s;
     for (Index i = 0; i < curves.size(); ++i) {
       const CurvePlace p = place_on_curve(keys, curves[i].begin, curves[i].end, now_s);
       const double from = keys[p.before].factor;

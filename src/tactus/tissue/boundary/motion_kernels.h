@@ -1,5 +1,6 @@
 #pragma once
 /// Nodes that follow a given motion: p(t) = pivot + R(axis, angle(t)) (rest - pivot) + displacement(t).
+#include "tactus/frame/frame_params.h"
 #include "tactus/tissue/boundary/time_curve.h"
 
 namespace tactus::boundary {
@@ -34,7 +35,8 @@ struct StepMotions {
   View<const MotionKey> keys;
   View<double> clock_s;
   View<MotionStep> steps;
-  double dt_s;
+  StepTime time;
+  TACTUS_HD void load() { time.load(); }
 
   TACTUS_HD MotionKey at(const Motion& m, double time_s) const {
     const CurvePlace p = place_on_curve(keys, m.begin, m.end, time_s);
@@ -49,7 +51,7 @@ struct StepMotions {
     return rotation_matrix(axis_angle(axis, static_cast<float>(angle_rad - kTurn * turns)));
   }
   TACTUS_HD void operator()(Index) const {
-    const double begin_s = clock_s[0], end_s = begin_s + dt_s;
+    const double dt_s = static_cast<double>(time.dt_s), begin_s = clock_s[0], end_s = begin_s + dt_s;
     for (Index i = 0; i < motions.size(); ++i) {
       const Motion& m = motions[i];
       const MotionKey from = at(m, begin_s), to = at(m, end_s);
@@ -58,7 +60,7 @@ struct StepMotions {
       steps[i] = {.shift_m = vec_cast<float>(to.displacement_m),
                   .turn = turned(m.axis, to.angle_rad),
                   .velocity_m_s = vec_cast<float>((1 / dt_s) * (to.displacement_m - from.displacement_m)),
-                  .spin_rad_s = (2.F * half / static_cast<float>(dt_s)) * m.axis,
+                  .spin_rad_s = (2.F * half / time.dt_s) * m.axis,
                   .half_turn = turned(m.axis, from.angle_rad + 0.5 * angle),
                   .released = begin_s + 0.5 * dt_s >= m.release_s ? 1 : 0};
     }

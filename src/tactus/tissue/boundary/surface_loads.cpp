@@ -142,11 +142,11 @@ SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const T
   shares_ = to_device(ctx, shares);
 }
 
-void SurfaceLoads::apply(ExecContext& ctx, BodyState& state, float dt_s) {
+void SurfaceLoads::apply(ExecContext& ctx, BodyState& state, const StepTime& time) {
   if (empty()) return;
-  ctx.parallel_for("loads/step", 1,
-                   boundary::StepLoads{curves_.const_view(), keys_.const_view(), clock_s_.view(),
-                                       factor_.view(), static_cast<double>(dt_s)});
+  ctx.parallel_for(
+      "loads/step", 1,
+      boundary::StepLoads{curves_.const_view(), keys_.const_view(), clock_s_.view(), factor_.view(), time});
   ctx.parallel_for("loads/cubes", loaded_.size(),
                    boundary::LoadCubes{loaded_.const_view(), factor_.const_view(), state.x_m.const_view(),
                                        part_force_N_.view(), gradient_per_m_});

@@ -33,7 +33,7 @@ class SurfaceLoads {
   /// Nodes of the body that share the k-th load, ascending.
   const std::vector<Index>& nodes_of(std::size_t load) const { return nodes_of_[load]; }
   /// External forces of the coming substep. Asynchronous.
-  void apply(ExecContext& ctx, BodyState& state, float dt_s);
+  void apply(ExecContext& ctx, BodyState& state, const StepTime& time);
 
  private:
   std::vector<std::vector<Index>> nodes_of_;

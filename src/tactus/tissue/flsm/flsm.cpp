@@ -5,7 +5,6 @@
 #include <string>
 
 #include "tactus/base/error.h"
-#include "tactus/tissue/flsm/flsm_kernels.h"
 
 namespace tactus {
 namespace {
@@ -82,16 +81,6 @@ int Flsm::substeps_for(float dt_frame_s) const {
   return std::max(1, static_cast<int>(std::ceil(omega_ * dt_frame_s)));
 }
 
-float Flsm::kappa(const FlsmStep& step) const {
-  return step.full_stiffness ? 1.F : std::min(1.F, sqr(omega_ * step.dt_s));
-}
-
-// 2 ratio / omega of the stiffness that is really applied, sqrt(kappa) / dt: a fixed time would make short
-// steps at full stiffness unstable (the limit is kappa (1 + 2 time / dt) <= 4).
-float Flsm::damping_time_s(const FlsmStep& step) const {
-  return 2 * material_.damping_ratio * step.dt_s / std::sqrt(kappa(step));
-}
-
 void Flsm::sum_over_regions(ExecContext& ctx) {
   const Index n = grid_.cells;
   const int w = material_.half_width;
@@ -131,7 +120,7 @@ void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmSte
   ctx.parallel_for(
       "flsm/load", node_count(),
       flsm::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), shared_mass_kg_.const_view(),
-                      cell_.const_view(), loaded_.view(), grid_.cells, damping_time_s(step)});
+                      cell_.const_view(), loaded_.view(), grid_.cells, step.time(), pace(step)});
   sum_over_regions(ctx);
   ctx.parallel_for(
       "flsm/fit", node_rows_.size(),
@@ -153,8 +142,8 @@ void Flsm::step(ExecContext& ctx, BodyState& state, const FlsmStep& step) {
       "flsm/integrate", node_count(),
       flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
                       goal_sum_.const_view(), cell_.const_view(), inverse_region_nodes_.const_view(),
-                      mass_kg_.const_view(), fixed_.const_view(), grid_.cells, step.gravity_m_s2, step.dt_s,
-                      kappa(step) / step.dt_s, damping_time_s(step), 1 / (1 + step.dt_s * step.drag_per_s)});
+                      mass_kg_.const_view(), fixed_.const_view(), grid_.cells, step.time(), pace(step),
+                      step.drag_per_s});
 }
 
 std::vector<Vec3d> Flsm::goals_m(ExecContext& ctx) const {

@@ -1,7 +1,7 @@
 #pragma once
 /// Fast lattice shape matching (Rivers & James 2007; [P 9-14]) with a material's stiffness.
 #include "tactus/tissue/body_state.h"
-#include "tactus/tissue/flsm/flsm_regions.h"
+#include "tactus/tissue/flsm/flsm_kernels.h"
 
 namespace tactus {
 
@@ -18,11 +18,15 @@ struct FlsmMaterial {
 
 /// What may change from substep to substep.
 struct FlsmStep {
-  float dt_s = 0.001F;
+  float dt_s = 0.001F;  ///< of a substep
+  Index substeps = 1;   ///< that this step covers
   Vec3f gravity_m_s2{0, -9.81F, 0};
   float drag_per_s = 0;         ///< damps all motion, falling, too: for settling only
   bool full_stiffness = false;  ///< kappa = 1, the paper's choice: stiffness then depends on dt
   int rotation_iterations = 2;
+  /// When given, dt_s and gravity are read from here when the kernels run.
+  View<const FrameParams> frame = {};
+  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
 };
 
 /// What compute_goals left, for solvers that go on with it.
@@ -62,9 +66,10 @@ class Flsm {
     return {cell_.const_view(), goal_sum_.const_view(), inverse_region_nodes_.const_view(), grid_.cells};
   }
 
-  /// min(1, (omega dt)^2), or 1.
-  float kappa(const FlsmStep& step) const;
-  float damping_time_s(const FlsmStep& step) const;
+  /// What depends on the length of a step.
+  flsm::Pace pace(const FlsmStep& step) const {
+    return {omega_, material_.damping_ratio, step.full_stiffness ? 1 : 0, step.substeps};
+  }
   float omega_per_s() const { return omega_; }
   double sigma2_m2() const { return sigma2_; }
   /// Young's modulus that a substep of dt really gives: E, or E / (omega dt)^2 where kappa is cut off at 1.

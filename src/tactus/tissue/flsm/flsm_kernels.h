@@ -8,13 +8,27 @@
 /// (one value enters, one leaves), in chunks of fixed place, so the bits don't depend on who computes what;
 /// along x, where lanes lie side by side, they are added directly. Sums are double: A_r is right to float32
 /// round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre off the origin).
-#include "tactus/compute/kernel.h"
+#include "tactus/frame/frame_params.h"
 #include "tactus/tissue/flsm/flsm_regions.h"
 #include "tactus/tissue/flsm/region_rotation.h"
 
 namespace tactus::flsm {
 
 inline constexpr int kLanes = FlsmGrid::kLanes;
+
+/// How stiff and how damped a step of shape matching is: both depend on its length.
+struct Pace {
+  float omega_per_s, damping_ratio;
+  Index full_stiffness;  ///< 1: kappa = 1, the paper's choice
+  Index substeps;        ///< that one step of shape matching covers
+  TACTUS_HD float dt_s(const StepTime& substep) const { return substep.dt_s * static_cast<float>(substeps); }
+  TACTUS_HD float kappa(float dt_s) const {
+    return full_stiffness != 0 ? 1.F : min(1.F, sqr(omega_per_s * dt_s));
+  }
+  /// 2 ratio / omega of the stiffness that is really applied, sqrt(kappa) / dt: a fixed time would make short
+  /// steps at full stiffness unstable (the limit is kappa (1 + 2 time / dt) <= 4).
+  TACTUS_HD float damping_time_s(float dt_s) const { return 2 * damping_ratio * dt_s / sqrt(kappa(dt_s)); }
+};
 
 /// m~ (x + damping_time v): what is summed over regions. [ours] Goals of the positions a little ahead damp
 /// whatever is not rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.
@@ -24,7 +38,13 @@ struct LoadNodes {
   View<const Index> cell;
   View<double> out;  ///< 3 fields
   Index cells;
-  float damping_time_s;
+  StepTime time;
+  Pace pace;
+  float damping_time_s = 0;
+  TACTUS_HD void load() {
+    time.load();
+    damping_time_s = pace.damping_time_s(pace.dt_s(time));
+  }
   TACTUS_HD void operator()(Index i) const {
     const Vec3f x = x_m[i], v = v_m_s[i];
     const double m = shared_mass_kg[i], t = static_cast<double>(damping_time_s);
@@ -347,9 +367,18 @@ struct Integrate {
   View<const float> mass_kg;
   View<const Index> fixed;
   Index cells;
-  Vec3f gravity_m_s2;
-  float dt_s, stiffness_per_s;  ///< kappa / dt
-  float damping_time_s, drag;   ///< drag: 1 / (1 + dt drag_per_s)
+  StepTime time;
+  Pace pace;
+  float drag_per_s;
+  float dt_s = 0, stiffness_per_s = 0;  ///< kappa / dt
+  float damping_time_s = 0, drag = 1;   ///< drag: share of the velocity that it leaves
+  TACTUS_HD void load() {
+    time.load();
+    dt_s = pace.dt_s(time);
+    stiffness_per_s = pace.kappa(dt_s) / dt_s;
+    damping_time_s = pace.damping_time_s(dt_s);
+    drag = 1 / (1 + dt_s * drag_per_s);
+  }
   TACTUS_HD void operator()(Index i) const {
     const Index d = cell[i];
     const Vec3f x = x_m[i], v = v_m_s[i];
@@ -360,7 +389,7 @@ struct Integrate {
       return static_cast<float>(goal_sum_m[a * cells + d] * n - ahead);
     };
     const Vec3f to_goal{pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)};
-    const Vec3f dv = stiffness_per_s * to_goal + dt_s * (gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
+    const Vec3f dv = stiffness_per_s * to_goal + dt_s * (time.gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt_s * next;

@@ -29,10 +29,21 @@ std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const El
 }
 
 FlsmStep matching_step(const HybridStep& step) {
-  return {.dt_s = step.dt_s * static_cast<float>(step.matched_every), .full_stiffness = step.full_stiffness};
+  return {.dt_s = step.dt_s,
+          .substeps = step.matched_every,
+          .gravity_m_s2 = step.gravity_m_s2,
+          .full_stiffness = step.full_stiffness,
+          .frame = step.frame};
 }
 
 }  // namespace
+
+TledStep elements_step(const HybridStep& step) {
+  return {.dt_s = step.dt_s,
+          .gravity_m_s2 = step.gravity_m_s2,
+          .drag_per_s = step.drag_per_s,
+          .frame = step.frame};
+}
 
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched) {
   if (axis < 0 || axis > 2) throw Error("axis " + std::to_string(axis) + ": expected 0 (x), 1 (y) or 2 (z)");
@@ -152,10 +163,7 @@ int Hybrid::most_matched_every(float dt_s) const {
 
 void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count) {
   check_step(step, count);
-  if (!flsm_)
-    return tled_.step(ctx, state,
-                      {.dt_s = step.dt_s, .gravity_m_s2 = step.gravity_m_s2, .drag_per_s = step.drag_per_s},
-                      count);
+  if (!flsm_) return tled_.step(ctx, state, elements_step(step), count);
   for (int k = 0; k < count; ++k) {
     sum_forces(ctx, state, step, k);
     move(ctx, state, step, k);
@@ -163,7 +171,7 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, in
 }
 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k) {
-  if (has_elements_) tled_.compute_forces(ctx, state, step.dt_s);
+  if (has_elements_) tled_.compute_forces(ctx, state, step.time());
   if (!flsm_ || k % step.matched_every != 0) return;
   ctx.parallel_for(
       "hybrid/gather", matched_nodes_.size(),
@@ -173,34 +181,29 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridSt
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k) {
-  const FlsmStep matching = matching_step(step);
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
   const auto own = [&](auto view) { return view.part(window_.own.begin, window_.own.count()); };
-  const auto drag = [&](float dt_s) { return 1 / (1 + dt_s * step.drag_per_s); };
-  ctx.parallel_for("hybrid/integrate", window_.own.count(),
-                   hybrid::Integrate{.x_m = own(state.x_m.view()),
-                                     .v_m_s = own(state.v_m_s.view()),
-                                     .f_ext_N = own(state.f_ext_N.const_view()),
-                                     .f_int_N = tled_.force_fields_N(),
-                                     .element_cell = own(tled_.cell()),
-                                     .matched_node = own(matched_node_.const_view()),
-                                     .matched_cell = goals.cell,
-                                     .goal_sum_m = goals.sum_m,
-                                     .inverse_region_nodes = goals.inverse_region_nodes,
-                                     .matched_share = own(matched_share_.const_view()),
-                                     .inverse_mass_per_kg = own(inverse_mass_per_kg_.const_view()),
-                                     .fixed = own(fixed_.const_view()),
-                                     .only_matched = own(only_matched_.const_view()),
-                                     .element_cells = tled_.cells(),
-                                     .matched_cells = goals.cells,
-                                     .gravity_m_s2 = step.gravity_m_s2,
-                                     .dt_s = step.dt_s,
-                                     .dt_matched_s = matching.dt_s,
-                                     .stiffness_per_s = flsm_ ? flsm_->kappa(matching) / matching.dt_s : 0,
-                                     .damping_time_s = flsm_ ? flsm_->damping_time_s(matching) : 0,
-                                     .drag = drag(step.dt_s),
-                                     .drag_matched = drag(matching.dt_s),
-                                     .new_goals = k % step.matched_every == 0});
+  ctx.parallel_for(
+      "hybrid/integrate", window_.own.count(),
+      hybrid::Integrate{.x_m = own(state.x_m.view()),
+                        .v_m_s = own(state.v_m_s.view()),
+                        .f_ext_N = own(state.f_ext_N.const_view()),
+                        .f_int_N = tled_.force_fields_N(),
+                        .element_cell = own(tled_.cell()),
+                        .matched_node = own(matched_node_.const_view()),
+                        .matched_cell = goals.cell,
+                        .goal_sum_m = goals.sum_m,
+                        .inverse_region_nodes = goals.inverse_region_nodes,
+                        .matched_share = own(matched_share_.const_view()),
+                        .inverse_mass_per_kg = own(inverse_mass_per_kg_.const_view()),
+                        .fixed = own(fixed_.const_view()),
+                        .only_matched = own(only_matched_.const_view()),
+                        .element_cells = tled_.cells(),
+                        .matched_cells = goals.cells,
+                        .time = step.time(),
+                        .pace = flsm_ ? flsm_->pace(matching_step(step)) : flsm::Pace{0, 0, 1, 1},
+                        .drag_per_s = step.drag_per_s,
+                        .new_goals = k % step.matched_every == 0});
 }
 
 float Hybrid::stable_step_s() const {

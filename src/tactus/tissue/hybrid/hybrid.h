@@ -25,7 +25,13 @@ struct HybridStep {
   /// moves go that far at once, those of both get its pull in equal parts, so that momentum is kept. No more
   /// than Hybrid::most_matched_every, or the material is softer than it should be.
   int matched_every = 1;
+  /// When given, dt_s and gravity are read from here when the kernels run: of the device that they run on.
+  View<const FrameParams> frame = {};
+  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
 };
+
+/// What of a step concerns the elements.
+TledStep elements_step(const HybridStep& step);
 
 /// Solver of one body, or of some layers of it, on one device. Between two steps anyone may change x and v
 /// (contact does). Either model may be empty.

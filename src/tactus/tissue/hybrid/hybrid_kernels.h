@@ -1,7 +1,8 @@
 #pragma once
 /// Where finite elements and shape matching meet: nodes that both move.
 #include "tactus/base/vec.h"
-#include "tactus/compute/kernel.h"
+#include "tactus/frame/frame_params.h"
+#include "tactus/tissue/flsm/flsm_kernels.h"
 #include "tactus/tissue/vector_fields.h"
 
 namespace tactus::hybrid {
@@ -68,12 +69,22 @@ struct Integrate {
   View<const float> inverse_mass_per_kg;
   View<const Index> fixed, only_matched;
   Index element_cells, matched_cells;
-  Vec3f gravity_m_s2;
-  float dt_s, dt_matched_s;
-  float stiffness_per_s;     ///< kappa / dt_matched
-  float damping_time_s;      ///< of shape matching
-  float drag, drag_matched;  ///< 1 / (1 + dt drag_per_s)
+  StepTime time;
+  flsm::Pace pace;
+  float drag_per_s;
   bool new_goals;
+  float dt_matched_s = 0;
+  float stiffness_per_s = 0;         ///< kappa / dt_matched
+  float damping_time_s = 0;          ///< of shape matching
+  float drag = 1, drag_matched = 1;  ///< shares of the velocity that drag leaves
+  TACTUS_HD void load() {
+    time.load();
+    dt_matched_s = pace.dt_s(time);
+    stiffness_per_s = pace.kappa(dt_matched_s) / dt_matched_s;
+    damping_time_s = pace.damping_time_s(dt_matched_s);
+    drag = 1 / (1 + time.dt_s * drag_per_s);
+    drag_matched = 1 / (1 + dt_matched_s * drag_per_s);
+  }
 
   TACTUS_HD Vec3f to_goal(Index matched, Vec3f x, Vec3f v) const {
     const Index d = matched_cell[matched];
@@ -90,10 +101,10 @@ struct Integrate {
     if (alone && !new_goals) return;
     const Vec3f x = x_m[i], v = v_m_s[i];
     const Index d = element_cell[i], matched = matched_node[i];
-    const float dt = alone ? dt_matched_s : dt_s;
+    const float dt = alone ? dt_matched_s : time.dt_s;
     const Vec3f f =
         Vec3f{f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]} + f_ext_N[i];
-    Vec3f dv = dt * (gravity_m_s2 + inverse_mass_per_kg[i] * f);
+    Vec3f dv = dt * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
     if (matched >= 0 && new_goals) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;

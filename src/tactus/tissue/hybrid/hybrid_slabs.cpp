@@ -179,68 +179,95 @@ void HybridSlabs::begin_frame() {
 
 void HybridSlabs::step(const HybridStep& step, int count) {
   for (auto& part : parts_) part->tissue.check_step(step, count);
-  if (parts_.size() > 1 && stays_in_cells()) return step_cells(step, count);
-  Part& first = *parts_.front();
-  if (stays_in_cells()) return first.tissue.step(first.ctx, first.state, step, count);
+  begin_substeps();
   for (int k = 0; k < count; ++k) {
-    substep(step, k);
+    substep(step, k, count);
     if (has_boundary_) watch(k, count);
   }
+  end_substeps(count);
 }
 
-void HybridSlabs::step_cells(const HybridStep& step, int count) {
-  const TledStep tled{.dt_s = step.dt_s, .gravity_m_s2 = step.gravity_m_s2, .drag_per_s = step.drag_per_s};
-  for (auto& part : parts_) {
-    part->tissue.tled().load(part->ctx, part->state);
-    part->ctx.record(part->moved);
-    part->beside.wait(part->moved);
-    part->beside.record(part->interior_moved);
+HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const {
+  HybridStep own = step;
+  if (frame_ != nullptr) own.frame = frame_->view(static_cast<int>(part));
+  return own;
+}
+
+void HybridSlabs::begin_substeps() {
+  if (!stays_in_cells()) return;
+  for (auto& part : parts_) part->tissue.tled().load(part->ctx, part->state);
+}
+
+void HybridSlabs::end_substeps(int count) {
+  if (!stays_in_cells()) return;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    part.tissue.tled().store(part.ctx, part.state, count, on_part({}, p).frame);
   }
-  for (int k = 0; k < count; ++k) {
-    for_each_pull([&](std::size_t p) { pull_positions(p, k); });
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      Part& part = *parts_[p];
-      // Each half reads what the other moved in the last substep, and overwrites what it read then.
-      part.beside.wait(part.moved);
-      part.ctx.wait(part.interior_moved);
-      for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
-      part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::edges);
-      part.ctx.record(part.moved);
-      part.tissue.tled().move(part.beside, tled, k, Tled::Tiles::interior);
-      part.beside.record(part.interior_moved);
+}
+
+void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
+  if (parts_.size() == 1) {
+    Part& only = *parts_.front();
+    return only.tissue.tled().move(only.ctx, elements_step(on_part(step, 0)), k, Tled::Tiles::all);
+  }
+  if (k == 0) {
+    for (auto& part : parts_) {
+      part->ctx.record(part->moved);
+      part->beside.wait(part->moved);
+      part->beside.record(part->interior_moved);
     }
   }
-  for (auto& part : parts_) {
-    part->ctx.wait(part->interior_moved);
-    part->tissue.tled().store(part->ctx, part->state, count);
+  for_each_pull([&](std::size_t p) { pull_positions(p, k); });
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    const TledStep tled = elements_step(on_part(step, p));
+    // Each half reads what the other moved in the last substep, and overwrites what it read then.
+    part.beside.wait(part.moved);
+    part.ctx.wait(part.interior_moved);
+    for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
+    part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::edges);
+    part.ctx.record(part.moved);
+    part.tissue.tled().move(part.beside, tled, k, Tled::Tiles::interior);
+    part.beside.record(part.interior_moved);
+    if (k + 1 == count) part.ctx.wait(part.interior_moved);
   }
 }
 
-void HybridSlabs::substep(const HybridStep& step, int k) {
+void HybridSlabs::substep(const HybridStep& step, int k, int count) {
+  if (stays_in_cells()) return substep_in_cells(step, k, count);
   if (k == 0)
     for (auto& part : parts_) part->ctx.record(part->moved);
   for_each_pull([&](std::size_t p) { pull(p); });
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    part.boundary.load(part.ctx, part.state, step.dt_s);
-    part.tissue.sum_forces(part.ctx, part.state, step, k);
+    const HybridStep own = on_part(step, p);
+    part.boundary.load(part.ctx, part.state, own.time());
+    part.tissue.sum_forces(part.ctx, part.state, own, k);
     for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
-    part.tissue.move(part.ctx, part.state, step, k);
-    part.boundary.move(part.ctx, part.state, step.dt_s);
+    part.tissue.move(part.ctx, part.state, own, k);
+    part.boundary.move(part.ctx, part.state, own.time());
     part.ctx.record(part.moved);
   }
 }
 
+void HybridSlabs::look(int k, int every) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    if (frame_ != nullptr)
+      parts_[p]->look(frame_->view(static_cast<int>(p)), every);
+    else
+      parts_[p]->look(k);
+  }
+}
+
 void HybridSlabs::watch(int k, int count) {
-  if (k + 1 < count && (k + 1) % watch_every() == 0)
-    for (auto& part : parts_) part->look(k);
+  if (stays_in_cells()) return;
+  if (frame_ != nullptr || (k + 1 < count && (k + 1) % watch_every() == 0)) look(k, watch_every());
 }
 
 void HybridSlabs::end_frame(int count) {
-  for (auto& part : parts_) {
-    part->look(count - 1);
-    part->ctx.record(part->moved);
-  }
+  look(count - 1, 1);
+  for (auto& part : parts_) part->ctx.record(part->moved);
   if (model().has_elements()) {
     for_each_pull([&](std::size_t p) { pull(p); });
     for (auto& part : parts_) part->tissue.find_extremes(part->ctx, part->state);

@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 
+#include "tactus/frame/frame_on_devices.h"
 #include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
@@ -31,22 +32,33 @@ class HybridSlabs {
   /// cost as much as 0.26 and 0.19 million elements.
   static constexpr double kLeastElements = 200000, kLeastMatched = 36000, kLeastOfBoth = 110000;
 
-  // A frame: all without the host, asynchronous; may be captured (DeviceReplay).
+  // A frame is begin_frame, begin_substeps, blocks of substeps, end_substeps, end_frame. All of them are
+  // asynchronous and need no host; each, and each block, may be recorded on its own (DeviceReplay).
 
-  /// Forces of those who move the body, and its watch, begin anew.
+  /// From now on, kernels read the step, gravity, and number of a substep from here.
+  void follow(const FrameOnDevices& frame) { frame_ = &frame; }
+  /// Others change the nodes after each substep, as contact does.
+  void share_nodes() { shares_nodes_ = true; }
+  /// Clears the forces of those who move the body, and what was watched.
   void begin_frame();
-  /// So many substeps, watched if the body is moved or loaded.
-  void step(const HybridStep& step, int count = 1);
-  /// Or one by one, k from 0, for those who do more to its nodes after each and then watch().
-  void substep(const HybridStep& step, int k);
-  /// After substep k of `count`: notes which nodes are no longer where anything could be. The last is
-  /// end_frame's.
+  /// Nodes that nobody else changes go to where elements step them.
+  void begin_substeps();
+  /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
+  /// matched_every.
+  void substep(const HybridStep& step, int k, int count);
+  /// After substep k of the frame's `count`: notes which nodes diverged. With follow(), the device knows both
+  /// numbers. The last look is end_frame's.
   void watch(int k, int count);
-  /// So many substeps are looked at together: of elements alone four, as looking costs a twentieth of such a
-  /// step.
+  /// Diverged nodes are looked for after so many substeps: of elements alone four, as a look costs a
+  /// twentieth of such a substep.
   int watch_every() const { return model().flsm() ? 1 : 4; }
-  /// Watches the last substep, looks how strained the elements are, and brings all nodes to the first device.
+  /// And come back. `count` substeps were made; with follow(), the device knows.
+  void end_substeps(int count);
+  /// Watches the last substep, measures how strained the elements are, and brings all nodes to the first
+  /// device.
   void end_frame(int count);
+  /// begin_substeps, one block, end_substeps; watched if the body is moved or loaded.
+  void step(const HybridStep& step, int count = 1);
 
   /// What was noted since begin_frame; the earliest bad node, of several the lowest. Synchronizes.
   WatchRecord watched();
@@ -87,6 +99,9 @@ class HybridSlabs {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
     void look(int k) { watch.look(ctx, own(state.x_m), own(state.v_m_s), k); }
+    void look(View<const FrameParams> frame, int every) {
+      watch.look(ctx, own(state.x_m), own(state.v_m_s), frame, every);
+    }
     Index first_own() const { return tissue.window().held.begin + tissue.window().own.begin; }
     ExecContext& ctx;
     ExecContext beside;  ///< for the interior
@@ -106,14 +121,18 @@ class HybridSlabs {
   void pull_positions(std::size_t part, int k);
   hybrid::PullNodes::Neighbour nodes_of(std::size_t neighbour, Slab nodes) const;
   /// Whether nodes are in cells from the first substep to the last.
-  bool stays_in_cells() const { return !has_boundary_ && !model().flsm(); }
-  void step_cells(const HybridStep& step, int count);
+  bool stays_in_cells() const { return !has_boundary_ && !shares_nodes_ && !model().flsm(); }
+  void substep_in_cells(const HybridStep& step, int k, int count);
+  void look(int k, int every);
+  /// As one device reads it.
+  HybridStep on_part(const HybridStep& step, std::size_t part) const;
   std::vector<Vec3f> all_of(Buffer<Vec3f> BodyState::*field);
 
   DeviceSet& devices_;
   std::vector<std::unique_ptr<Part>> parts_;
   std::size_t motion_count_;
-  bool has_boundary_;
+  bool has_boundary_, shares_nodes_ = false;
+  const FrameOnDevices* frame_ = nullptr;
   BodyState body_;  ///< x and v, of several parts
   Event stored_;
 };

@@ -5,7 +5,7 @@
 /// gradients, and four hourglass modes, orthogonal because all cubes are cubes. Forces come back the same
 /// way. Every `force` is always inlined: a loop over lanes with a call in it doesn't vectorise, and g++ calls
 /// what is large or used by several kernels.
-#include "tactus/compute/view.h"
+#include "tactus/frame/frame_params.h"
 #include "tactus/tissue/tled/material_laws.h"
 
 namespace tactus::tled {
@@ -64,6 +64,16 @@ struct EightPointCube {
   }
 };
 
+/// 1 - exp(-x), x >= 0: a series where x is small, doubled up by 1 - exp(-2 x) = t (2 - t).
+TACTUS_HD inline float faded_share(double x) {
+  int doublings = 0;
+  for (x = min(x, 64.0); x > 0.125; x *= 0.5) ++doublings;
+  double sum = 0;
+  for (int n = 9; n > 0; --n) sum = x / n * (1 - sum);  // x - x^2/2! + x^3/3! ...: the rest is below 1e-15
+  for (; doublings > 0; --doublings) sum = sum * (2 - sum);
+  return static_cast<float>(sum);
+}
+
 /// A cube whose shear stress fades (Taylor et al. 2009). S = S_law - sum g_n with g_n' = (share_n S_shear -
 /// g_n) / time_n, S_shear being the second Piola-Kirchhoff stress that mu gives: it does not turn with the
 /// body. A step takes g_n + fade_n (share_n S_shear - g_n), fade_n = 1 - exp(-dt / time_n): exact for a held
@@ -75,7 +85,14 @@ struct RelaxingCube {
   View<const float> before;  ///< g_n: xx, yy, zz, yz, zx, xy per term [Pa]; kFields fields over cells
   View<float> after;         ///< out
   Index cells;
-  float share[kTerms], fade[kTerms];
+  StepTime time;
+  float share[kTerms], relaxation_s[kTerms];
+  float fade[kTerms] = {};
+  TACTUS_HD void load() {
+    time.load();
+    for (Index n = 0; n < kTerms; ++n)
+      fade[n] = faded_share(static_cast<double>(time.dt_s) / static_cast<double>(relaxation_s[n]));
+  }
 
   TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of, Index cell) const {
     CubeModes f = elastic.force(u, of, cell);

@@ -100,6 +100,11 @@ struct ElementForces {
     PerThread<Index> kind;         ///< of the next cube, where looked up
   };
 
+  TACTUS_HD void load() {
+    if constexpr (LoadingKernel<Cube>) cube.load();
+    sink.load();
+  }
+
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Tile tile = tiles[b.index()];

@@ -31,5 +31,6 @@ using OnGpu = KernelsOf<Law, TilesOnGpu>;
 TACTUS_CUDA_KERNEL(tactus::tled::LoadPositions);
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);
 TACTUS_CUDA_KERNEL(tactus::tled::StoreNodes);
+TACTUS_CUDA_KERNEL(tactus::tled::KeepHistory);
 TACTUS_MATERIAL_LAWS(TACTUS_ROW)
 TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);

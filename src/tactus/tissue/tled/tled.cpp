@@ -192,10 +192,10 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
     launch(tled::TilesOnCpu{}, tled::StiffnessFields{stiffness_.const_view(), grid_.cells});
 }
 
-void Tled::compute_forces(ExecContext& ctx, const BodyState& state, float dt_s) {
+void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
-  sum_forces(ctx, Tiles::all, 0, dt_s, tled::StoreForces{f_N_.view(), grid_.cells});
-  if (dt_s > 0) keep_history(ctx, 1);
+  sum_forces(ctx, Tiles::all, 0, time, tled::StoreForces{f_N_.view(), grid_.cells});
+  if (time.dt_s > 0 || !time.frame.empty()) keep_history(ctx, 1);
 }
 
 tled::LoadPositions Tled::load_positions(const BodyState& state) {
@@ -211,7 +211,7 @@ void Tled::load(ExecContext& ctx, const BodyState& state) {
 }
 
 template <class Sink>
-void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink) {
+void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   with_law(options_, [&]<class Law>(const Law& law) {
     const tled::OnePointCube<Law> elastic{law, gradient, area};
@@ -220,11 +220,12 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Si
                                    .before = history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
                                    .after = history_Pa_[static_cast<std::size_t>((k + 1) % 2)].view(),
                                    .cells = grid_.cells,
+                                   .time = time,
                                    .share = {},
-                                   .fade = {}};
+                                   .relaxation_s = {}};
       for (std::size_t n = 0; n < options_.relaxation.size(); ++n) {
         cube.share[n] = options_.relaxation[n].share;
-        cube.fade[n] = static_cast<float>(-std::expm1(-double{dt_s} / double{options_.relaxation[n].time_s}));
+        cube.relaxation_s[n] = options_.relaxation[n].time_s;
       }
       return launch_forces(ctx, which, k, cube, sink);
     }
@@ -234,8 +235,10 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Si
   });
 }
 
-void Tled::keep_history(ExecContext& ctx, int count) {
-  if (relaxes() && count % 2 == 1) ctx.copy(history_Pa_[1].const_view(), history_Pa_[0].view());
+void Tled::keep_history(ExecContext& ctx, int count, View<const FrameParams> frame) {
+  if (relaxes() && (count % 2 == 1 || !frame.empty()))
+    ctx.parallel_for("tled/keep_history", history_Pa_[0].size(),
+                     tled::KeepHistory{history_Pa_[1].const_view(), history_Pa_[0].view(), {count, frame}});
 }
 
 void Tled::check_step(float dt_s) const {
@@ -256,24 +259,30 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
 }
 
 void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
-  sum_forces(ctx, which, k, step.dt_s,
+  sum_forces(ctx, which, k, step.time(),
              tled::MoveNodes{.ahead_m = ahead_m(k),
                              .push_m_s2 = push_m_s2_.const_view(),
                              .inverse_mass_per_kg = inverse_mass_per_kg_.const_view(),
                              .v_m_s = v_m_s_.view(),
                              .next_ahead_m = ahead_m(k + 1),
                              .cells = grid_.cells,
-                             .gravity_m_s2 = step.gravity_m_s2,
-                             .dt_s = step.dt_s,
-                             .drag = 1 / (1 + step.dt_s * step.drag_per_s),
+                             .time = step.time(),
+                             .drag_per_s = step.drag_per_s,
                              .damping_time_s = damping_time_s_});
 }
 
-void Tled::store(ExecContext& ctx, BodyState& state, int count) {
+void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame) {
   ctx.parallel_for("tled/store", node_count(),
-                   tled::StoreNodes{ahead_m(count), v_m_s_.const_view(), cell_.const_view(), state.x_m.view(),
-                                    state.v_m_s.view(), grid_.cells, damping_time_s_});
-  keep_history(ctx, count);
+                   tled::StoreNodes{ahead_m(0),
+                                    ahead_m(1),
+                                    {count, frame},
+                                    v_m_s_.const_view(),
+                                    cell_.const_view(),
+                                    state.x_m.view(),
+                                    state.v_m_s.view(),
+                                    grid_.cells,
+                                    damping_time_s_});
+  keep_history(ctx, count, frame);
 }
 
 void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {

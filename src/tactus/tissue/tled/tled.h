@@ -15,6 +15,9 @@ struct TledStep {
   float dt_s = 1e-4F;
   Vec3f gravity_m_s2{0, -9.81F, 0};
   float drag_per_s = 0;  ///< damps all motion, falling, too: for settling only
+  /// When given, dt_s and gravity are read from here when the kernels run.
+  View<const FrameParams> frame = {};
+  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
 };
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
@@ -31,9 +34,9 @@ class Tled {
        std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {},
        std::optional<Slab> own = std::nullopt);
 
-  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. dt_s: what relaxes does so
-  /// for this long; 0: not at all. Asynchronous.
-  void compute_forces(ExecContext& ctx, const BodyState& state, float dt_s = 0);
+  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. What relaxes does so for a
+  /// step of `time`; without one not at all. Asynchronous.
+  void compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time = {});
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
   /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous. Between calls,
@@ -50,7 +53,8 @@ class Tled {
   };
   void load(ExecContext& ctx, const BodyState& state);
   void move(ExecContext& ctx, const TledStep& step, int k, Tiles which);
-  void store(ExecContext& ctx, BodyState& state, int count);
+  /// @param frame when given, it says how many moves there were
+  void store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame = {});
   /// Where move(k) finds positions ahead [m]: three fields over cells.
   View<float> ahead_m(int k) { return ahead_m_[static_cast<std::size_t>(k % 2)].view(); }
 
@@ -80,15 +84,15 @@ class Tled {
   Index cells() const { return grid_.cells; }
 
  private:
-  /// Reads what move k - 1 left, for a substep of dt_s.
+  /// Reads what move k - 1 left.
   template <class Sink>
-  void sum_forces(ExecContext& ctx, Tiles which, int k, float dt_s, const Sink& sink);
+  void sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink);
   template <class Cube, class Sink>
   void launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube, const Sink& sink);
   tled::StiffnessKinds kinds() const { return {kind_.const_view(), kinds_.const_view()}; }
   tled::LoadPositions load_positions(const BodyState& state);
   /// What the last of `count` moves left of the history is where the first looks for it.
-  void keep_history(ExecContext& ctx, int count);
+  void keep_history(ExecContext& ctx, int count, View<const FrameParams> frame = {});
   bool relaxes() const { return options_.faded_share() > 0; }
 
   TledOptions options_;

@@ -1,7 +1,7 @@
 #pragma once
 /// Total Lagrangian explicit dynamics on a lattice of congruent cubes [P 3-7]: nodes come into cells,
 /// internal forces move them there (element_forces.h), and they go back.
-#include "tactus/compute/kernel.h"
+#include "tactus/frame/frame_params.h"
 #include "tactus/tissue/tled/element_forces.h"
 #include "tactus/tissue/vector_fields.h"
 
@@ -35,17 +35,44 @@ struct LoadNodes {
   }
 };
 
+/// How many moves there were, as the host gave it or, with `frame`, as the device knows it.
+struct MoveCount {
+  Index count = 0;
+  View<const FrameParams> frame = {};
+  TACTUS_HD void load() {
+    if (!frame.empty()) count = frame[0].substeps;
+  }
+  TACTUS_HD bool is_odd() const { return (count & 1) != 0; }
+};
+
 /// And back. What is fixed has not moved.
 struct StoreNodes {
-  View<const float> ahead_m, v_m_s;  ///< 3 fields each
+  View<const float> after_even_m, after_odd_m;  ///< positions ahead after so many moves, 3 fields each
+  MoveCount moves;
+  View<const float> v_m_s;  ///< 3 fields
   View<const Index> cell;
   View<Vec3f> x_out_m, v_out_m_s;
   Index cells;
   float damping_time_s;
+  TACTUS_HD void load() {
+    moves.load();
+    if (moves.is_odd()) after_even_m = after_odd_m;
+  }
   TACTUS_HD void operator()(Index i) const {
     const Vec3f v = vector_at(v_m_s, cells, cell[i]);
-    x_out_m[i] = vector_at(ahead_m, cells, cell[i]) - damping_time_s * v;
+    x_out_m[i] = vector_at(after_even_m, cells, cell[i]) - damping_time_s * v;
     v_out_m_s[i] = v;
+  }
+};
+
+/// The history that an odd number of moves left is where the next frame's first move reads it.
+struct KeepHistory {
+  View<const float> after_odd_Pa;
+  View<float> history_Pa;
+  MoveCount moves;
+  TACTUS_HD void load() { moves.load(); }
+  TACTUS_HD void operator()(Index i) const {
+    if (moves.is_odd()) history_Pa[i] = after_odd_Pa[i];
   }
 };
 
@@ -54,6 +81,7 @@ struct StoreNodes {
 struct StoreForces {
   View<float> f_N;  ///< 3 fields
   Index cells;
+  TACTUS_HD void load() {}
   struct Node {};
   TACTUS_HD Node read(Index) const { return {}; }
   TACTUS_HD void operator()(Index cell, Vec3f f, Node) const { store_vector(f_N, cells, cell, f); }
@@ -66,8 +94,13 @@ struct MoveNodes {
   View<const float> ahead_m, push_m_s2, inverse_mass_per_kg;  ///< 3, 3, 1 fields; mass 0: fixed, or no node
   View<float> v_m_s, next_ahead_m;                            ///< 3 fields each
   Index cells;
-  Vec3f gravity_m_s2;
-  float dt_s, drag, damping_time_s;  ///< drag: 1 / (1 + dt drag_per_s)
+  StepTime time;
+  float drag_per_s, damping_time_s;
+  float drag = 1;  ///< share of the velocity that drag leaves
+  TACTUS_HD void load() {
+    time.load();
+    drag = 1 / (1 + time.dt_s * drag_per_s);
+  }
   struct Node {
     float inverse_mass_per_kg;
     Vec3f v_m_s, push_m_s2, ahead_m;
@@ -78,10 +111,10 @@ struct MoveNodes {
   }
   TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node) const {
     const float w = node.inverse_mass_per_kg;
-    const Vec3f v = node.v_m_s, dv = dt_s * (gravity_m_s2 + node.push_m_s2 + w * f);
+    const Vec3f v = node.v_m_s, dv = time.dt_s * (time.gravity_m_s2 + node.push_m_s2 + w * f);
     const Vec3f next = w > 0 ? drag * (v + dv) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
-    store_vector(next_ahead_m, cells, cell, node.ahead_m + (dt_s * next + damping_time_s * (next - v)));
+    store_vector(next_ahead_m, cells, cell, node.ahead_m + (time.dt_s * next + damping_time_s * (next - v)));
   }
 };
 

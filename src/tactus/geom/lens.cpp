@@ -1,0 +1,220 @@
+#include "tactus/geom/lens.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+constexpr std::size_t kBrownCounts[] = {2, 4, 5, 8, 12, 14};
+
+/// Ideal radius to distorted radius, and its derivative.
+struct Radial {
+  double value, slope;
+};
+
+Radial brown_radial(const std::array<double, 14>& k, double r) {
+  const double q = r * r;
+  const double above = 1 + q * (k[0] + q * (k[1] + q * k[4])), below = 1 + q * (k[5] + q * (k[6] + q * k[7]));
+  // Derivatives by r of both polynomials.
+  const double above_r = 2 * r * (k[0] + q * (2 * k[1] + q * 3 * k[4]));
+  const double below_r = 2 * r * (k[5] + q * (2 * k[6] + q * 3 * k[7]));
+  return {r * above / below, above / below + r * (above_r * below - above * below_r) / (below * below)};
+}
+
+Radial fisheye_radial(const std::array<double, 14>& k, double r) {
+  const double theta = std::atan(r), q = theta * theta;
+  const double value = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
+  const double by_theta = 1 + q * (3 * k[0] + q * (5 * k[1] + q * (7 * k[2] + q * 9 * k[3])));
+  return {value, by_theta / (1 + r * r)};
+}
+
+Radial radial(const Lens& lens, double r) {
+  if (lens.model == LensModel::brown) return brown_radial(lens.k, r);
+  if (lens.model == LensModel::fisheye) return fisheye_radial(lens.k, r);
+  return {r, 1};
+}
+
+/// The plane of the sensor, tilted about x and then y, seen from the pinhole.
+Vec2d tilt(Vec2d p, double tau_x, double tau_y) {
+  if (tau_x == 0 && tau_y == 0) return p;
+  const double cx = std::cos(tau_x), sx = std::sin(tau_x), cy = std::cos(tau_y), sy = std::sin(tau_y);
+  const Mat3d R =
+      Mat3d{{{cy, 0, -sy}, {0, 1, 0}, {sy, 0, cy}}} * Mat3d{{{1, 0, 0}, {0, cx, sx}, {0, -sx, cx}}};
+  const Mat3d onto{{{R(2, 2), 0, -R(0, 2)}, {0, R(2, 2), -R(1, 2)}, {0, 0, 1}}};
+  const Vec3d q = onto * (R * Vec3d{p.x, p.y, 1});
+  return {q.x / q.z, q.y / q.z};
+}
+
+Vec2d distort_brown(const std::array<double, 14>& k, Vec2d p) {
+  const double r2 = p.x * p.x + p.y * p.y, r4 = r2 * r2;
+  const double scale =
+      (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
+  const double x = p.x * scale + 2 * k[2] * p.x * p.y + k[3] * (r2 + 2 * p.x * p.x) + k[8] * r2 + k[9] * r4;
+  const double y = p.y * scale + k[2] * (r2 + 2 * p.y * p.y) + 2 * k[3] * p.x * p.y + k[10] * r2 + k[11] * r4;
+  return tilt({x, y}, k[12], k[13]);
+}
+
+Vec2d distort_fisheye(const std::array<double, 14>& k, Vec2d p) {
+  const double r = std::hypot(p.x, p.y);
+  if (r < 1e-12) return p;  // theta / r is 1 - r^2 / 3
+  return fisheye_radial(k, r).value / r * p;
+}
+
+}  // namespace
+
+Vec2d Lens::distort(Vec2d ideal) const {
+  if (model == LensModel::brown) return distort_brown(k, ideal);
+  if (model == LensModel::fisheye) return distort_fisheye(k, ideal);
+  return ideal;
+}
+
+double Lens::limit() const {
+  if (model == LensModel::none) return std::numeric_limits<double>::infinity();
+  // 84 degrees off the axis: no pinhole picture reaches farther. The step is finer than any fold of 14
+  // coefficients.
+  constexpr double kMostRadius = 10, kStep = 1.0 / 512;
+  for (double r = kStep; r < kMostRadius; r += kStep) {
+    const Radial at = radial(*this, r);
+    if (!(at.slope > 0) || !(at.value > 0)) return r - kStep;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+std::optional<Vec2d> Lens::undistort(Vec2d distorted) const {
+  if (model == LensModel::none) return distorted;
+  // Newton's method with central differences, from the radius whose image has the right length.
+  const double wanted = std::hypot(distorted.x, distorted.y);
+  double r = wanted;
+  for (int i = 0; i < 50; ++i) {
+    const Radial at = radial(*this, r);
+    if (!(at.slope > 1e-6)) break;
+    const double step = (at.value - wanted) / at.slope;
+    r = std::max(0.0, r - std::clamp(step, -0.2, 0.2));
+    if (std::abs(step) < 1e-14) break;
+  }
+  Vec2d p = wanted > 0 ? r / wanted * distorted : distorted;
+  for (int i = 0; i < 100; ++i) {
+    const Vec2d off = distort(p) - distorted;
+    const double d = 1e-6;
+    const Vec2d by_x = 0.5 / d * (distort({p.x + d, p.y}) - distort({p.x - d, p.y}));
+    const Vec2d by_y = 0.5 / d * (distort({p.x, p.y + d}) - distort({p.x, p.y - d}));
+    const double det = by_x.x * by_y.y - by_y.x * by_x.y;
+    if (!(std::abs(det) > 1e-9)) return {};
+    const Vec2d step{(off.x * by_y.y - off.y * by_y.x) / det, (off.y * by_x.x - off.x * by_x.y) / det};
+    p = p - step;
+    if (!std::isfinite(p.x + p.y)) return {};
+    if (std::hypot(step.x, step.y) < 1e-13) break;
+  }
+  const Vec2d off = distort(p) - distorted;
+  if (std::hypot(off.x, off.y) > 1e-12 || std::hypot(p.x, p.y) > limit()) return {};
+  return p;
+}
+
+Lens make_lens(LensModel model, std::span<const double> coefficients) {
+  const std::size_t n = coefficients.size();
+  const bool right = model == LensModel::none    ? n == 0
+                     : model == LensModel::brown ? n == 0 || std::ranges::count(kBrownCounts, n) > 0
+                                                 : n == 4;
+  if (!right) {
+    throw Error("a lens '" + lens_name(model) + "' with " + std::to_string(n) + " coefficients, expected " +
+                (model == LensModel::brown ? "2, 4, 5, 8, 12 or 14 (k1 k2 p1 p2 k3 ...)"
+                                           : (model == LensModel::fisheye ? "4 (k1 k2 k3 k4)" : "none")));
+  }
+  Lens lens;
+  if (n == 0) return lens;
+  lens.model = model;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!std::isfinite(coefficients[i]))
+      throw Error("coefficient " + std::to_string(i + 1) + " of the lens is not a finite number");
+    lens.k[i] = coefficients[i];
+  }
+  return lens;
+}
+
+std::vector<double> coefficients(const Lens& lens) {
+  if (lens.model == LensModel::none) return {};
+  if (lens.model == LensModel::fisheye) return {lens.k.begin(), lens.k.begin() + 4};
+  std::size_t used = lens.k.size();
+  while (used > 0 && lens.k[used - 1] == 0) --used;
+  for (const std::size_t n : kBrownCounts) {
+    if (n >= std::max<std::size_t>(used, 4))
+      return {lens.k.begin(), lens.k.begin() + static_cast<std::ptrdiff_t>(n)};
+  }
+  return {lens.k.begin(), lens.k.end()};
+}
+
+std::string lens_name(LensModel model) {
+  return model == LensModel::none ? "none" : (model == LensModel::brown ? "brown" : "fisheye");
+}
+
+namespace {
+
+/// Pixels of ideal or distorted coordinates, and back.
+Vec2d to_px(const Camera& c, Vec2d p) {
+  return {c.fx_px * p.x + c.skew_px * p.y + c.cx_px, c.fy_px * p.y + c.cy_px};
+}
+Vec2d from_px(const Camera& c, Vec2d px) {
+  const double y = (px.y - c.cy_px) / c.fy_px;
+  return {(px.x - c.cx_px - c.skew_px * y) / c.fx_px, y};
+}
+
+}  // namespace
+
+Pixel project(const CalibratedCamera& calibrated, Vec3d p_world) {
+  const Vec3d p = calibrated.camera.T_cam_world * p_world;
+  const Vec2d px = to_px(calibrated.camera, calibrated.lens.distort({p.x / p.z, p.y / p.z}));
+  return {px.x, px.y, p.z};
+}
+
+std::optional<Vec2d> photo_pixel(const CalibratedCamera& calibrated, const Camera& pinhole, Vec2d pinhole_px,
+                                 double lens_limit) {
+  const Vec2d ideal = from_px(pinhole, pinhole_px);
+  if (std::hypot(ideal.x, ideal.y) > lens_limit) return {};
+  return to_px(calibrated.camera, calibrated.lens.distort(ideal));
+}
+
+Camera undistorted_camera(const CalibratedCamera& calibrated) {
+  const Camera& photo = calibrated.camera;
+  if (calibrated.lens.model == LensModel::none) return photo;
+  const double limit = calibrated.lens.limit();
+  const auto empty = [&](Index x, Index y) {
+    const auto at = photo_pixel(calibrated, photo, {static_cast<double>(x), static_cast<double>(y)}, limit);
+    // Half a pixel beyond the last centre is still the last pixel.
+    return !at || at->x < -0.5 || at->y < -0.5 || at->x > photo.width_px - 0.5 ||
+           at->y > photo.height_px - 0.5;
+  };
+  Index left = 0, top = 0, right = photo.width_px, bottom = photo.height_px;
+  while (left < right && top < bottom) {
+    // Share of each border that lies beyond the photo: the worst one gives way.
+    double share[4] = {};
+    for (Index y = top; y < bottom; ++y) {
+      share[0] += empty(left, y) ? 1.0 / (bottom - top) : 0;
+      share[1] += empty(right - 1, y) ? 1.0 / (bottom - top) : 0;
+    }
+    for (Index x = left; x < right; ++x) {
+      share[2] += empty(x, top) ? 1.0 / (right - left) : 0;
+      share[3] += empty(x, bottom - 1) ? 1.0 / (right - left) : 0;
+    }
+    const auto worst = std::max_element(std::begin(share), std::end(share)) - std::begin(share);
+    if (share[worst] == 0) break;
+    Index* const borders[] = {&left, &right, &top, &bottom};
+    *borders[worst] += worst % 2 == 0 ? 1 : -1;
+  }
+  if (left >= right || top >= bottom) {
+    throw Error("camera '" + photo.name + "': its lens (" + lens_name(calibrated.lens.model) +
+                ") leaves nothing of the image of " + std::to_string(photo.width_px) + "x" +
+                std::to_string(photo.height_px) + " pixels");
+  }
+  Camera result = photo;
+  result.cx_px -= left;
+  result.cy_px -= top;
+  result.width_px = right - left;
+  result.height_px = bottom - top;
+  return result;
+}
+
+}  // namespace tactus
