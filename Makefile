@@ -3,6 +3,8 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 DEVICES ?= auto
+# What is left, and for how long it has run.
+export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
 .PHONY: help deps build tests test demo fig14 fig15 bench bundle install format lint clean
 
@@ -16,7 +18,8 @@ build: deps      ## the program, at build/tactus
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
 	cmake --build $(BUILD) -j $(JOBS) --target tactus
 
-tests: deps      ## the program and every test
+tests:           ## the program and every test
+	@tools/install_deps.sh tests
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON
 	cmake --build $(BUILD) -j $(JOBS)
 
@@ -47,8 +50,8 @@ install: build   ## library, headers and program to PREFIX
 format:          ## clang-format all sources
 	git ls-files '*.h' '*.cpp' '*.cu' '*.cuh' | xargs clang-format -i
 
-lint:            ## format, include direction, kernels' rules, headers alone, clang-tidy
-	@tools/lint.sh
+lint:            ## format, includes, headers alone, prose, clang-tidy of what changed (lint ALL=1: of everything)
+	@tools/lint.sh $(if $(ALL),--all)
 
 clean:           ## remove what was built
 	rm -rf $(BUILD) build-tidy build-cpu-asan bundle out

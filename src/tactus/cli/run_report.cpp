@@ -50,7 +50,14 @@ void RunSummary::add(const StepReport& report) {
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
   if (report.hull.overflow) ++open_frames;
+  forces_N.push_back(report.contact.force_N);
   note(report.status);
+}
+
+void RunSummary::add_strain(const Simulation& simulation) {
+  least_volume.resize(simulation.bodies().size(), 1.F);
+  for (std::size_t b = 0; b < least_volume.size(); ++b)
+    least_volume[b] = std::min(least_volume[b], simulation.bodies()[b]->strain().smallest_J);
 }
 
 void RunSummary::note(const std::string& status) {
@@ -80,6 +87,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
                               {"moved", motions_json(summary.motion_forces_N, b, scene.bodies[b].moved)}});
   }
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
+  for (const Vec3f f : summary.forces_N) json["contact"]["force_N"].push_back({f.x, f.y, f.z});
   json["statuses"] = summary.statuses;
   for (std::size_t p = 0; p < scene.probes.size(); ++p) {
     nlohmann::json track = nlohmann::json::array();

@@ -366,10 +366,12 @@ void describe_frame(FieldVisitor& v, FrameDescription& f) {
 }
 
 void describe_view_camera(FieldVisitor& v, ViewCameraDescription& c) {
-  v.vector({"target_m", "what the viewer looks at"}, c.target_m, kPosition);
+  v.vector_or_auto({"target_m", "what the viewer looks at"}, c.target_m, kPosition,
+                   "the middle of workspace and bodies");
   v.vector_or_auto({"eye_m", "where the viewer stands"}, c.eye_m, kPosition,
                    "on the orbit of the next three keys");
-  v.real({"distance_m", "from target to eye"}, c.distance_m, positive("m", 1000));
+  v.real_or_auto({"distance_m", "from target to eye"}, c.distance_m, positive("m", 1000),
+                 "so that workspace and bodies fill the picture");
   v.real({"azimuth_deg", "0: seen from +Z, 90: from +X"}, c.azimuth_deg, {"deg", -360, 360});
   v.real({"elevation_deg", "height of the eye above the horizon"}, c.elevation_deg, {"deg", -89, 89});
   v.real({"field_of_view_deg", "vertical opening of the picture"}, c.field_of_view_deg, {"deg", 5, 120});

@@ -18,6 +18,8 @@ std::vector<std::uint8_t> encode_png(const ColorImage& image);
 /// writable, a folder of that name); leaves nothing behind. For checks before any work is done.
 void check_writable(const std::string& path);
 
+/// A line along the lower border, as high as asked for, or lower where it would not fit between the margins.
+void draw_line_of_text(ColorImage& image, const std::string& text, Index margin_px, float height_px);
 /// Text on a picture, its lower left corner at (x_px, y_px): light with a dark rim, so that it reads on
 /// anything.
 void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px = 16,
