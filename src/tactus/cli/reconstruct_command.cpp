@@ -31,7 +31,7 @@ struct ReconstructOptions {
   int resolution = 100;
   std::optional<int> slack_px;
   std::optional<int> texture;
-  int smooth = 0, tolerated_views = 0, depth_cameras = 1;
+  int smooth = 0, tolerated_views = 0, min_views = 2, depth_cameras = 1;
   int max_vertices = 0, max_triangles = 0, max_active_bricks = 0;
   double depth_jump_m = 0.1;
   bool moving = false, no_depth = false, repair_masks = false;
@@ -208,6 +208,7 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
                    .resolution = options.resolution,
                    .slack_px = options.slack_px.value_or(rig.slack_px),
                    .tolerated_views = options.tolerated_views,
+                   .min_views = options.min_views,
                    .max_active_bricks = options.max_active_bricks,
                    .max_vertices = options.max_vertices,
                    .max_triangles = options.max_triangles,
@@ -440,6 +441,8 @@ void add_reconstruct_command(CLI::App& app) {
   command
       ->add_option("--tolerate-views", options->tolerated_views,
                    "keep what up to so many views carve (k-of-n hull)")
+      ->capture_default_str();
+  command->add_option("--min-views", options->min_views, "space that fewer cameras look at is outside")
       ->capture_default_str();
   command->add_option("--max-vertices", options->max_vertices, "room in the mesh; 0: from the resolution");
   command->add_option("--max-triangles", options->max_triangles, "room in the mesh; 0: twice the vertices");

@@ -23,6 +23,13 @@ TACTUS_HD inline void atomic_add(std::uint32_t& target, std::uint32_t value) {
   __atomic_fetch_add(&target, value, __ATOMIC_RELAXED);
 #endif
 }
+TACTUS_HD inline void atomic_or(std::uint32_t& target, std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  atomicOr(&target, bits);
+#else
+  __atomic_fetch_or(&target, bits, __ATOMIC_RELAXED);
+#endif
+}
 /// Returns what was there before: which of several callers sees which value depends on the order.
 TACTUS_HD inline std::uint32_t atomic_fetch_add(std::uint32_t& target, std::uint32_t value) {
 #if defined(__CUDA_ARCH__)

@@ -2,6 +2,7 @@
 
 #include "tactus/reconstruct/mesh_part_kernels.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
+#include "tactus/reconstruct/view_count_kernels.h"
 
 namespace tactus {
 namespace {
@@ -65,6 +66,11 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, HullRole its_rol
               [&]<class T>(Buffer<T>& buffer, std::int64_t count) { buffer = Buffer<T>(device, count); });
   masks.set_up(ctx, plan.silhouettes);
   cases = to_device(ctx, make_marching_cubes_table());
+  if (plan.min_views > 0) {
+    views = to_device(ctx, plan.views);
+    unseen_blocks = to_device(ctx, plan.unseen_blocks);
+    unseen_block_bits = to_device(ctx, plan.unseen_block_bits);
+  }
   range = Buffer<PartRange>(device, 1);
   asked_blocks = Buffer<Index>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
@@ -111,11 +117,34 @@ void HullPart::classify(ExecContext& ctx, const HullPlan& plan) {
                                   tiles.view(), tile_first.view(), block_cameras.view(), in.asked.view()});
 }
 
+void HullPart::vote_views(ExecContext& ctx, const HullPlan& plan) {
+  if (plan.min_views == 0) return;
+  const HullPart& in = *this;
+  ctx.parallel_for("hull/views", in.unseen_blocks.size(),
+                   VoteViews{plan.grid,
+                             {in.views.view(), plan.min_views},
+                             in.unseen_blocks.view(),
+                             tiles.view(),
+                             tile_first.view()});
+}
+
+void HullPart::clear_unseen(ExecContext& ctx, const HullPlan& plan, Count carved_bricks) {
+  if (plan.min_views == 0) return;
+  const HullPart& in = *this;
+  ctx.parallel_for("hull/clear_unseen", carved_bricks,
+                   ClearUnseen{plan.grid,
+                               {in.views.view(), plan.min_views},
+                               in.unseen_block_bits.view(),
+                               in.bricks.view(),
+                               rows.view()});
+}
+
 void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
   const HullPart& in = *this;
   const bool has_depth = !plan.depth.empty();
   prepare(ctx, plan);
   classify(ctx, plan);
+  vote_views(ctx, plan);
   if (has_depth) depth.vote(ctx, plan.grid, tiles.view(), tile_first.view());
   ctx.exclusive_scan("hull/scan_tiles", in.tile_first.view(), tile_first.view());
   ctx.parallel_for("hull/assign_slots", in.tiles.size(),
@@ -129,6 +158,7 @@ void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
     ctx.parallel_for("hull/signs", carved_bricks, signs);
   else
     ctx.parallel_for("hull/tolerant_signs", carved_bricks, TolerantSigns{signs, plan.tolerated});
+  clear_unseen(ctx, plan, carved_bricks);
   if (!has_depth) return;
   branch->join(ctx);
   depth.sign(ctx, carved_bricks, table(plan), rows.view());

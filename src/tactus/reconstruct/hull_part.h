@@ -27,6 +27,9 @@ struct HullPart {
   Buffer<CellCase> cases;
   Buffer<std::uint32_t> tiles, block_cameras;
   Buffer<Index> tile_first, bricks;
+  Buffer<HullCamera> views;  ///< as the plan's, and so the next two
+  Buffer<Index> unseen_blocks;
+  Buffer<std::uint32_t> unseen_block_bits;
   Buffer<Index> asked, asked_blocks;  ///< regions that are not outside, and how many blocks they have
   Buffer<PartRange> range;
   Buffer<std::uint8_t> rows;
@@ -66,6 +69,9 @@ struct HullPart {
   bool keeps_triangles() const { return role.number == 0 || role.is_apart(); }
   void prepare(ExecContext& ctx, const HullPlan& plan);
   void classify(ExecContext& ctx, const HullPlan& plan);
+  /// Nothing where enough cameras see all.
+  void vote_views(ExecContext& ctx, const HullPlan& plan);
+  void clear_unseen(ExecContext& ctx, const HullPlan& plan, Count carved_bricks);
   void fetch_ghosts(ExecContext& ctx, const Parts<HullPart>& all);
   void emit_vertices(ExecContext& ctx, const HullPlan& plan, HullPart& first);
   void emit_triangles(ExecContext& ctx, const HullPlan& plan, HullPart& first);

@@ -5,6 +5,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
+#include "tactus/reconstruct/view_count_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {
@@ -44,6 +45,10 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
     throw usage_error("tolerated views " + std::to_string(options.tolerated_views) + ": expected 0 to " +
                       std::to_string(most_tolerated) + " with " + std::to_string(rig.size()) + " cameras");
   }
+  if (options.min_views < 0 || options.min_views > kMaxCameras) {
+    throw usage_error("min_views " + std::to_string(options.min_views) + ": expected 0 to " +
+                      std::to_string(kMaxCameras));
+  }
   const auto check_room = [](Index value, Index most, const char* name) {
     if (value < 0 || value > most)
       throw usage_error(std::string(name) + " " + std::to_string(value) +
@@ -68,6 +73,23 @@ HullCapacity plan_capacity(const HullOptions& options, Vec3i voxels, std::int64_
   c.vertices = or_from_area(options.max_vertices, 2.5 * area + 20000, 2e8);
   c.triangles = or_from_area(options.max_triangles, 2.0 * c.vertices, kMostElements);
   return c;
+}
+
+/// Lists the blocks that too few cameras see whole.
+void find_unseen_blocks(Index min_views, HullPlan& plan) {
+  for (const HullCamera& c : plan.silhouettes.cameras) plan.views.push_back(c);
+  for (const DepthCamera& c : plan.depth.cameras) plan.views.push_back(c.image);
+  plan.min_views = std::min(min_views, static_cast<Index>(plan.views.size()) - 1);
+  if (plan.min_views <= 0) return;
+  const ViewCounter counter{{plan.views.data(), static_cast<Index>(plan.views.size())}, plan.min_views};
+  plan.unseen_block_bits.resize(static_cast<std::size_t>(ceil_div(plan.grid.block_count(), 32)));
+  for (Index block = 0; block < plan.grid.block_count(); ++block) {
+    const Vec3i first = kBrick * kBlockBricks * plan.grid.block_at(block);
+    if (counter.ask(first, kBrick * kBlockBricks).is_all_seen(plan.min_views)) continue;
+    plan.unseen_blocks.push_back(block);
+    plan.unseen_block_bits[static_cast<std::size_t>(block >> 5)] |= 1U << (block & 31);
+  }
+  if (plan.unseen_blocks.empty()) plan.min_views = 0;
 }
 
 }  // namespace
@@ -102,6 +124,7 @@ HullPlan plan_hull(std::span<const Camera> cameras, const HullOptions& options,
   plan.tiles = layer * bricks.z;
   const Vec3i regions = plan.grid.regions();
   if (plan.blocks > kManyBlocks) plan.regions = regions.x * regions.y * regions.z;
+  if (plan.tiles * kTileBricks < std::int64_t{1} << 31) find_unseen_blocks(options.min_views, plan);
   plan.capacity = plan_capacity(options, plan.voxels, plan.tiles * kTileBricks);
   return plan;
 }

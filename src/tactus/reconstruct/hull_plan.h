@@ -24,6 +24,10 @@ struct HullPlan {
   std::int64_t blocks = 0, tiles = 0;  ///< as the grid says, also where that is too many to be indexed
   Index regions = 0;                   ///< that are sorted before their blocks; 0: all blocks are asked
   Index tolerated = 0;                 ///< views
+  Index min_views = 0;                 ///< fewer see nothing; 0 also where every block is seen by enough
+  std::vector<HullCamera> views;       ///< those that count: of silhouettes and of depth
+  std::vector<Index> unseen_blocks;    ///< too few see all of them; ...
+  std::vector<std::uint32_t> unseen_block_bits;  ///< ... the same, a bit per block
   Vec3i voxels{};
   float voxel_size_m = 0;
   Vec3f origin_m;  ///< of padded node 0

@@ -2,12 +2,14 @@
 #include "tactus/reconstruct/atlas_kernels.h"
 #include "tactus/reconstruct/depth_mesh_kernels.h"
 #include "tactus/reconstruct/depth_seam_kernels.h"
+#include "tactus/reconstruct/hull_check_kernels.h"
 #include "tactus/reconstruct/mesh_kernels.h"
 #include "tactus/reconstruct/mesh_part_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 #include "tactus/reconstruct/smoothing_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
+#include "tactus/reconstruct/view_count_kernels.h"
 #include "tactus/reconstruct/view_score_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
@@ -45,6 +47,9 @@ TACTUS_CUDA_KERNEL(tactus::FillColors);
 TACTUS_CUDA_KERNEL(tactus::ChooseTrianglePhotos);
 TACTUS_CUDA_KERNEL(tactus::BlameSamples);
 TACTUS_CUDA_KERNEL(tactus::CountBlame);
+TACTUS_CUDA_KERNEL(tactus::VoteViews);
+TACTUS_CUDA_KERNEL(tactus::ClearUnseen);
+TACTUS_CUDA_KERNEL(tactus::MarkTiles);
 TACTUS_CUDA_KERNEL(tactus::PrepareDepth);
 TACTUS_CUDA_KERNEL(tactus::FindHoles);
 TACTUS_CUDA_KERNEL(tactus::FadeDepth);

@@ -26,6 +26,11 @@ struct HullOptions {
   /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
   /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
   Index tolerated_views = 0;
+  /// Space that fewer cameras look at is outside, 0 to 32; at most one less than there are cameras (with those
+  /// of depth) counts. Two is the least with which a point has a bound along every ray: what one camera alone
+  /// sees is a cone that ends at the workspace, a phantom. Three would cut what four cameras in a half circle
+  /// see of a room. A camera that missed the tick still counts.
+  Index min_views = 2;
   /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report says
   /// what to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices share the
   /// work, those near a border count twice. 0: from the resolution, enough for several times the sides of the

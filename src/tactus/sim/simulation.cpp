@@ -20,6 +20,7 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   options.resolution = scene.reconstruction.resolution;
   options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
   options.tolerated_views = scene.reconstruction.tolerated_views;
+  options.min_views = scene.reconstruction.min_views;
   options.max_active_bricks = scene.reconstruction.max_active_bricks;
   options.max_vertices = scene.reconstruction.max_vertices;
   options.max_triangles = scene.reconstruction.max_triangles;
@@ -59,6 +60,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     : devices_(devices),
       scene_(scene),
       hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
+      hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
+                  hull_.voxel_size_m()),
       normals_(devices.device(0), hull_.mesh().positions_m.size()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
@@ -126,6 +129,8 @@ StepReport Simulation::step(const FrameSet& frame, double dt_s) {
   if (const auto& overflow = report.hull.overflow; overflow && report.status.empty())
     report.status = overflow->text("reconstruction." + overflow->option);
   if (report.status.empty()) report.status = report.hull.depth;
+  if (const std::string news = hull_check_.tell(devices_.context(0)); report.status.empty())
+    report.status = news;
   const RealSurfaceReport surface = surface_.report(devices_.context(0));
   if (report.status.empty() && surface.dropped_raw_samples + surface.dropped_samples > 0) {
     report.status = std::to_string(surface.dropped_raw_samples + surface.dropped_samples) +
@@ -161,6 +166,7 @@ void Simulation::reconstruct(const FrameSet& frame, StepReport& report) {
   stage("upload", [&] { hull_.upload(masks, depths(frame)); });
   stage("hull", [&] { hull_.carve(); });
   stage("mesh", [&] { hull_.extract(); });
+  stage("check", [&] { hull_check_.submit(devices_.context(0), hull_.mesh(), frame.silhouettes); });
 }
 
 void Simulation::touch(double dt_s, StepReport& report) {

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "tactus/base/timing.h"
+#include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -34,6 +35,7 @@ struct FrameSnapshot {
 ///   upload     silhouettes to the devices                              writes masks
 ///   hull       classification, signs of nodes          reads masks     writes signs
 ///   mesh       marching cubes on the silhouettes       reads signs     writes real mesh
+///   check      what the masks say about the mesh       reads real mesh
 ///   surface    samples and velocity of the real mesh   reads real mesh writes samples
 ///   bodies     substeps of forces, integration and contact             writes nodes
 ///   embed      seen surfaces follow the nodes          reads nodes     writes surfaces
@@ -44,7 +46,8 @@ class Simulation {
   /// @throws Error naming what is wrong with rig, body or material.
   Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets);
 
-  /// One frame. dt_s: time since the last frame's capture; 0 for the first.
+  /// One frame. @throws Error when nothing can be right with rig or masks and no frame before was well.
+  /// dt_s: time since the last frame's capture; 0 for the first.
   StepReport step(const FrameSet& frame, double dt_s);
   /// Copies what is to be seen to the host. Synchronizes.
   FrameSnapshot snapshot();
@@ -87,6 +90,7 @@ class Simulation {
   DeviceSet& devices_;
   Scene scene_;
   VisualHull hull_;
+  HullCheck hull_check_;
   SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired

@@ -1,0 +1,70 @@
+#pragma once
+/// What a finished hull says about the rig and the masks it was made of: the measurements, and the verdict.
+///
+/// The hull lies inside the cone of every silhouette, so its projection hardly leaves a mask, and what counts
+/// is recall: the share of a mask that the projected hull covers. A mask that is too large loses recall in
+/// its own view alone. A hole, a wrong pose or a late camera takes from the hull and so from the recall of
+/// all the other views.
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tactus/geom/camera.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+struct ViewQuality {
+  bool is_used = false;  ///< a mask was there, and large enough to be judged
+  double recall = 1;     ///< share of the mask that the projected hull covers, 0 to 1
+  double iou = 1;        ///< of the mask and the projected hull
+};
+
+struct HullQuality {
+  Index vertices = 0;
+  bool something_seen = false;  ///< most masks show something where the workspace is
+  double on_faces = 0;          ///< share of the surface that lies on the faces of the workspace
+  std::vector<ViewQuality> views;
+};
+
+enum class HullFault : std::uint8_t {
+  empty,             ///< the masks show something, the hull is empty
+  fills_workspace,   ///< nothing was carved away
+  covers_no_view,    ///< nearly nothing of what the masks show is left
+  cut_by_workspace,  ///< the surface ends at the faces of the workspace
+  view_differs,      ///< one mask is not explained as the others are
+  body_seen_by_few,  ///< a separate piece that few cameras see
+};
+
+struct HullFinding {
+  HullFault fault = HullFault::empty;
+  int camera = -1;        ///< of view_differs
+  bool is_fatal = false;  ///< nothing can be right
+  std::string text;       ///< what, how much, what to do
+};
+
+/// Limits of the verdict. Recall of healthy rigs is 0.95 to 1 in every view (docs/robustness.md).
+struct HullLimits {
+  double fatal_recall = 0.5;      ///< no view reaches it: nothing can be right
+  double fatal_on_faces = 0.6;    ///< of the surface: the hull is the workspace
+  double on_faces = 0.1;          ///< of the surface: the hull is cut
+  double recall_drop = 0.06;      ///< below the median of all views, ...
+  double drop_in_deviations = 5;  ///< ... and that many median absolute deviations
+};
+
+/// @param workspace_m that the hull was made in, for the texts
+std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQuality& quality,
+                                    const Box3f& workspace_m, const HullLimits& limits = {});
+
+/// Pieces of the mesh of which more than half is seen by fewer than `few` cameras, while another piece is
+/// seen by more. Host; for meshes that are there anyway.
+std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras, const TriangleMesh& mesh,
+                                                 Index few);
+/// Fewer cameras than this are few: half of them, at least three where there are so many.
+Index few_cameras(std::size_t cameras);
+
+bool any_fatal(std::span<const HullFinding> findings);
+/// "a; b"
+std::string findings_text(std::span<const HullFinding> findings);
+
+}  // namespace tactus
