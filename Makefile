@@ -6,7 +6,7 @@ DEVICES ?= auto
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build tests test demo fig14 fig15 bench bundle install format lint clean
+.PHONY: help deps build tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -41,10 +41,13 @@ bench: build     ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
 	$(BUILD)/tactus bench all --devices $(DEVICES) --json out/bench.json
 
-bundle: tests    ## bundle/ with two relocatable archives: tactus-device (GPU tests, bench) and tactus (all)
+bundle: build    ## bundle/ with a .deb and an archive of the program, for machines without a compiler
+	@tools/make_package.sh $(BUILD) bundle
+
+testbundle: tests ## bundle/ with two relocatable archives to test elsewhere: tactus-device (GPU tests, bench) and tactus (all)
 	@tools/make_bundle.sh $(BUILD) bundle
 
-install: build   ## library, headers and program to PREFIX
+install: build   ## program, completion, scenes, library and headers to PREFIX
 	cmake --install $(BUILD) --prefix $(PREFIX)
 
 format:          ## clang-format all sources

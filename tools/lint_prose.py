@@ -30,7 +30,7 @@ def sentences(text: str) -> list[str]:
         blocks[-1] += " " + line.strip()
     found = []
     for block in blocks:
-        found += [s.strip() for s in re.split(r"(?<=[.!?:;])\s+", block) if s.strip()]
+        found += [s.strip() for s in re.split(r"(?<=[.!?])\s+", block) if s.strip()]
     return found
 
 

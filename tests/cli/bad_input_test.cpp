@@ -85,6 +85,21 @@ TEST_F(BadInput, SurfacesThatNeedMoreRoomAreClosedOrRefused) {
   EXPECT_FALSE(fs::exists(path("out/s-real-00000.ply")));
 }
 
+/// The test's videos have 25 frames a second, and so has the film of a run, whose scene says nothing.
+TEST_F(BadInput, FilmsHaveTheRateOfTheRecording) {
+  for (const char* name : {"a.avi", "b.avi"}) write_video(path(name), Scene::object, 3);
+  write_video(path("room.avi"), Scene::empty_room, 2);
+  rig({{.name = "left", .video = "a.avi", .empty_room = "room.avi"},
+       {.name = "right", .video = "b.avi", .empty_room = "room.avi"}});
+  write("s.yaml",
+        "source: {kind: videos, path: rig.yaml}\nreconstruction: {resolution: 16}\nview: {size_px: [64, "
+        "48]}\n");
+  const Outcome o = run_tactus("run " + path("s.yaml") + " --devices cpu --out " + path("out"));
+  if (o.code == 1 && has(o.text, "OpenGL")) GTEST_SKIP() << "no pictures here: " << o.text;
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_NEAR(cv::VideoCapture(path("out/s.mp4"), cv::CAP_FFMPEG).get(cv::CAP_PROP_FPS), 25, 0.01);
+}
+
 TEST_F(BadInput, PhotographsThatAreNotThere) {
   write_picture(path("m.png"), 255);
   rig({{.name = "left", .mask = "m.png"}});

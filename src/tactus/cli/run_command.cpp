@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -185,7 +186,8 @@ void run(const RunOptions& options) {
   std::optional<RunPictures> pictures;
   if (options.view == "file") check_opengl();
   if (options.view == "file")
-    pictures.emplace(scene, source->rig(), simulation, stem, source->fps().value_or(30));
+    pictures.emplace(scene, source->rig(), simulation, stem,
+                     std::clamp(source->fps().value_or(30), 1.0, 240.0));  // what films can have
 
   if (pictures && scene.view.show_models) {
     std::vector<std::vector<std::uint8_t>> element_triangles;
