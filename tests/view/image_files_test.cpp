@@ -130,7 +130,9 @@ TEST_F(ImageFiles, LongLinesAreNotClipped) {
     }
     // The rim of the letters is up to 2 px wide, and OpenCV rounds each letter's place.
     EXPECT_LE(last, width - 16 + 3);
-    if (width <= 640) EXPECT_GE(last, width - 16 - 20);
+    if (width <= 640) {
+      EXPECT_GE(last, width - 16 - 20);
+    }
   }
 }
 
