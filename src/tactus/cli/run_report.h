@@ -18,6 +18,7 @@ struct RunSummary {
   std::vector<float>
       least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements
   std::vector<std::string> statuses;
+  std::vector<Notice> notices;                                   ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
   std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body
   std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;  ///< per frame, body and moved region
@@ -27,6 +28,7 @@ struct RunSummary {
   void add_strain(const Simulation& simulation);
   /// Keeps a status once.
   void note(const std::string& status);
+  void note(const Notice& notice);
 };
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,

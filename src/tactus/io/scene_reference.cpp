@@ -124,7 +124,7 @@ void write_synthetic_rig(std::ostream& out) {
       << number_text(options.ring_radius_m) << " m around the middle of the workspace, at heights of "
       << number_text(options.low_m) << " and " << number_text(options.high_m)
       << " m in turn. Figures stand in the\nworkspace; `scale` works about the point (0, 0.5, 0), and "
-         "`offset_m` moves what it gives. Sizes at `scale: 1` [m],\nover a whole movement where it moves:\n\n"
+         "`offset_m` moves what it gives. Boxes that hold them at\n`scale: 1` [m], over a whole movement where they move:\n\n"
          "| | x | y | z |\n|---|---|---|---|\n| workspace | "
       << box_text(rig.workspace_m) << " |\n";
   for (const std::string& name : figure_names()) {
@@ -152,9 +152,9 @@ void write_scene_reference(std::ostream& out) {
          "Bodies touch the real surface, and nothing else: they pass through one another, through themselves "
          "and\n"
          "through the floor. Hold what shall not fall with `fixed`.\n";
-  write_synthetic_rig(out);
   Scene scene;
   ReferenceWriter(out, "").write([&](FieldVisitor& v) { describe_scene(v, scene); });
+  write_synthetic_rig(out);
 }
 
 }  // namespace tactus

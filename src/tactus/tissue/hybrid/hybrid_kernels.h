@@ -106,7 +106,8 @@ struct Integrate {
         Vec3f{f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]} + f_ext_N[i];
     Vec3f dv = dt * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
     if (matched >= 0 && new_goals) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
-    const Vec3f next = fixed[i] != 0 ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
+    const Vec3f next =
+        fixed[i] != 0 || time.stands_still() ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt * next;
   }

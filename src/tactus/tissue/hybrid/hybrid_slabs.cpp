@@ -53,6 +53,7 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
   const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
   state = {to_device(ctx, std::span(rest).subspan(static_cast<std::size_t>(window.begin), zero.size())),
            to_device(ctx, zero), to_device(ctx, zero)};
+  stopped = to_device(ctx, std::vector<Index>{0});
 }
 
 HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
@@ -189,7 +190,10 @@ void HybridSlabs::step(const HybridStep& step, int count) {
 
 HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const {
   HybridStep own = step;
-  if (frame_ != nullptr) own.frame = frame_->view(static_cast<int>(part));
+  if (frame_ != nullptr) {
+    own.frame = frame_->view(static_cast<int>(part));
+    own.stopped = parts_[part]->stopped.const_view();
+  }
   return own;
 }
 
@@ -267,7 +271,10 @@ void HybridSlabs::watch(int k, int count) {
 
 void HybridSlabs::end_frame(int count) {
   look(count - 1, 1);
-  for (auto& part : parts_) part->ctx.record(part->moved);
+  for (auto& part : parts_) {
+    part->watch.summarise(part->ctx);
+    part->ctx.record(part->moved);
+  }
   if (model().has_elements()) {
     for_each_pull([&](std::size_t p) { pull(p); });
     for (auto& part : parts_) part->tissue.find_extremes(part->ctx, part->state);
@@ -287,17 +294,40 @@ void HybridSlabs::end_frame(int count) {
   for (auto& part : parts_) part->ctx.wait(stored_);
 }
 
-WatchRecord HybridSlabs::watched() {
+void HybridSlabs::add_reports(Readback& readback) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
+    part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
+  }
+}
+
+WatchRecord HybridSlabs::watched(const Readback* readback) {
   WatchRecord all;
-  for (auto& part : parts_) all.add(part->watch.report(part->ctx), part->first_own());
+  for (auto& part : parts_) {
+    const WatchRecord own = readback != nullptr ? readback->get<WatchRecord>(part->watch_report)[0]
+                                                : to_host(part->ctx, part->watch.summary())[0];
+    all.add(own, part->first_own());
+  }
   return all;
 }
 
-tled::CubeExtremes HybridSlabs::extremes() {
-  tled::CubeExtremes worst = parts_.front()->tissue.extremes(parts_.front()->ctx);
-  for (std::size_t p = 1; p < parts_.size(); ++p)
-    worst = tled::FindExtremes::worse(worst, parts_[p]->tissue.extremes(parts_[p]->ctx));
+tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
+  tled::CubeExtremes worst = tled::FindExtremes::kNone;
+  for (auto& part : parts_) {
+    const auto own = readback != nullptr ? readback->get<tled::CubeExtremes>(part->extremes_report)[0]
+                                         : to_host(part->ctx, part->tissue.tled().extremes())[0];
+    worst = tled::FindExtremes::worse(worst, part->tissue.in_body(own));
+  }
   return worst;
+}
+
+void HybridSlabs::stop() {
+  const Index yes = 1;
+  for (auto& part : parts_) {
+    part->ctx.upload({&yes, 1}, part->stopped.view());
+    part->ctx.synchronize();
+  }
 }
 
 std::vector<Vec3d> HybridSlabs::motion_forces_N(double dt_frame_s) {

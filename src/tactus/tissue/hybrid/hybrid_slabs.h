@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "tactus/frame/frame_on_devices.h"
+#include "tactus/frame/readback.h"
 #include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
@@ -60,10 +61,15 @@ class HybridSlabs {
   /// begin_substeps, one block, end_substeps; watched if the body is moved or loaded.
   void step(const HybridStep& step, int count = 1);
 
-  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Synchronizes.
-  WatchRecord watched();
-  /// At the last end_frame. Synchronizes.
-  tled::CubeExtremes extremes();
+  /// What end_frame leaves for the host is read back with the frame's other records.
+  void add_reports(Readback& readback);
+  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Without a readback, the
+  /// devices are asked, which synchronizes.
+  WatchRecord watched(const Readback* readback = nullptr);
+  /// How strained the elements were at the last end_frame; likewise.
+  tled::CubeExtremes extremes(const Readback* readback = nullptr);
+  /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
+  void stop();
   /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);
   /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
@@ -111,6 +117,8 @@ class HybridSlabs {
     BodyState state;               ///< of the window
     std::array<Ghosts, 2> ghosts;  ///< below and above; none without nodes
     Event pulled, moved, interior_moved;
+    Buffer<Index> stopped;  ///< (1)
+    Readback::Place watch_report, extremes_report;
   };
   template <class F>
   void for_neighbours(std::size_t part, F&& body);
