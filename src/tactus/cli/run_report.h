@@ -14,10 +14,10 @@ struct RunSummary {
   int open_frames = 0;  ///< whose surface had too little room: it is not closed
   Index max_vertices = 0, max_triangles = 0, rescued = 0;
   double max_force_N = 0, max_correction_m = 0;
-  std::vector<Vec3f> forces_N;  ///< per frame: mean force on the real object
   std::vector<float>
       least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements
   std::vector<std::string> statuses;
+  std::vector<std::vector<BodyContact>> contacts;                ///< per frame
   std::vector<Notice> notices;                                   ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
   std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body

@@ -57,8 +57,6 @@ class PointInMesh {
   std::vector<Index> column_begin_, column_triangles_;
 };
 
-/// The point of triangle abc that is nearest to p (Ericson 2005, 5.1.5).
-Vec3f nearest_on_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c);
 /// Squared distance from p to triangle abc.
 float squared_distance_to_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c);
 

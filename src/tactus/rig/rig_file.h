@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/rig/camera_file.h"
+#include "tactus/geom/lens.h"
 #include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/rig/silhouettes.h"

@@ -17,7 +17,7 @@ OutsideBody nearest_on(const TriangleMesh& mesh, Vec3f p_m) {
   OutsideBody best{std::numeric_limits<float>::infinity(), p_m};
   const auto corner = [&](Index v) { return mesh.positions_m[static_cast<std::size_t>(v)]; };
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3f q = nearest_on_triangle(p_m, corner(a), corner(b), corner(c));
+    const Vec3f q = closest_point_on_triangle(p_m, corner(a), corner(b), corner(c));
     const float distance_m = length(p_m - q);
     if (distance_m < best.distance_m) best = {distance_m, q};
   }
