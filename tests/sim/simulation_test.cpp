@@ -246,7 +246,7 @@ TEST(Simulation, ProbesSitWhereTheyAreAskedFor) {
   std::vector<Vec3f> moved;
   for (const Vec3f x : shape.lattice.rest_positions_m()) moved.push_back(A * x + Vec3f{0.01F, 0.02F, 0.03F});
   const Vec3f rest{0.1F, 0.263F, -0.117F};
-  const EmbeddedPoint point = embed_point(shape, MeshFill::closed, rest);
+  const PointInBody point = place_point(shape, MeshFill::closed, rest);
   EXPECT_LT(length(point.point.position_m(moved) - (A * rest + Vec3f{0.01F, 0.02F, 0.03F})), 1e-6F);
 }
 

@@ -124,7 +124,8 @@ void write_synthetic_rig(std::ostream& out) {
       << number_text(options.ring_radius_m) << " m around the middle of the workspace, at heights of "
       << number_text(options.low_m) << " and " << number_text(options.high_m)
       << " m in turn. Figures stand in the\nworkspace; `scale` works about the point (0, 0.5, 0), and "
-         "`offset_m` moves what it gives. Boxes that hold them at\n`scale: 1` [m], over a whole movement where they move:\n\n"
+         "`offset_m` moves what it gives. Boxes that hold them at\n`scale: 1` [m], over a whole movement "
+         "where they move:\n\n"
          "| | x | y | z |\n|---|---|---|---|\n| workspace | "
       << box_text(rig.workspace_m) << " |\n";
   for (const std::string& name : figure_names()) {
@@ -151,7 +152,8 @@ void write_scene_reference(std::ostream& out) {
          "environment variable. `scenes/` holds examples, and [first_scene.md](first_scene.md) makes one.\n\n"
          "Bodies touch the real surface and `obstacles`, and nothing else: they pass through one another, "
          "through\n"
-         "themselves and through the floor of the picture, which is only drawn. Hold what shall not fall with "
+         "themselves and through the floor of the picture, which is only drawn. Hold what shall not fall "
+         "with "
          "`fixed`.\n";
   Scene scene;
   ReferenceWriter(out, "").write([&](FieldVisitor& v) { describe_scene(v, scene); });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tactus/geom/closest_point.h"
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/embedded_surface.h"
 
@@ -40,8 +41,8 @@ Vec3f BodyPoint::position_m(std::span<const Vec3f> node_x_m) const {
   return x;
 }
 
-EmbeddedPoint embed_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m) {
-  EmbeddedPoint result;
+PointInBody place_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m) {
+  PointInBody result;
   if (!PointInMesh(shape.surface_m, fill).inside(rest_m)) {
     const OutsideBody outside = nearest_on(shape.surface_m, rest_m);
     if (!(outside.distance_m <= kOnSurface * shape.lattice.spacing_m)) {

@@ -25,10 +25,10 @@ struct OutsideBody {
 
 /// The point at rest at `rest_m` (world), or why there is none. What lies up to a tenth of a cube outside the
 /// surface counts as on it: seen surfaces are polygons. Host.
-struct EmbeddedPoint {
+struct PointInBody {
   BodyPoint point;
   std::optional<OutsideBody> outside;
 };
-EmbeddedPoint embed_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m);
+PointInBody place_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m);
 
 }  // namespace tactus

@@ -121,8 +121,7 @@ void Simulation::add_probe(const ProbeDescription& probe) {
   const auto index = static_cast<std::size_t>(body - scene_.bodies.begin());
   const bool in_body = probe.frame == CoordinateFrame::body;
   const Vec3d at_m = in_body ? body->placement.to_world(probe.position_m) : probe.position_m;
-  const EmbeddedPoint embedded =
-      embed_point(bodies_[index]->shape(), body->shape.fill, vec_cast<float>(at_m));
+  const PointInBody embedded = place_point(bodies_[index]->shape(), body->shape.fill, vec_cast<float>(at_m));
   if (embedded.outside) {
     const Vec3d nearest_m = vec_cast<double>(embedded.outside->nearest_m);
     throw usage_error("probe '" + probe.name + "': position_m " + vec_text(probe.position_m) + " lies " +
