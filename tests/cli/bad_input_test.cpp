@@ -92,7 +92,8 @@ TEST_F(BadInput, FilmsHaveTheRateOfTheRecording) {
   rig({{.name = "left", .video = "a.avi", .empty_room = "room.avi"},
        {.name = "right", .video = "b.avi", .empty_room = "room.avi"}});
   write("s.yaml",
-        "source: {kind: videos, path: rig.yaml}\nreconstruction: {resolution: 16}\nview: {size_px: [64, "
+        "source: {kind: videos, path: rig.yaml}\nreconstruction: {resolution: 16, workspace_m: {min_m: [-2, "
+        "-2, -2], max_m: [2, 2, 2]}}\nview: {size_px: [64, "
         "48]}\n");
   const Outcome o = run_tactus("run " + path("s.yaml") + " --devices cpu --out " + path("out"));
   if (o.code == 1 && has(o.text, "OpenGL")) GTEST_SKIP() << "no pictures here: " << o.text;
@@ -109,6 +110,9 @@ TEST_F(BadInput, PhotographsThatAreNotThere) {
                    {"s.yaml: 'view.photographs' is 2, but its source has no photographs for every camera: '",
                     "rig.yaml' needs a 'photo' beside each 'mask'; expected 0 for a surface of clay"});
   write("s.yaml", "source: {kind: masks, path: rig.yaml}\n");
+  cv::Mat square = cv::Mat::zeros(64, 64, CV_8U);
+  square(cv::Rect(29, 29, 6, 6)) = 255;  // a mask that is all white carves nothing, and a run refuses it
+  ASSERT_TRUE(write_image(path("m.png"), square));
   const Outcome clay = run_tactus("run " + path("s.yaml") + " --devices cpu --view none");
   EXPECT_EQ(clay.code, 0) << clay.text;
 }
