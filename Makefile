@@ -3,8 +3,10 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 DEVICES ?= auto
+# What is left, and for how long it has run.
+export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build tests test demo fig14 fig15 bench bundle install format lint clean
+.PHONY: help deps build tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -16,8 +18,8 @@ build: deps      ## the program, at build/tactus
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
 	cmake --build $(BUILD) -j $(JOBS) --target tactus
 
-tests: deps      ## the program and every test
-	@tools/install_deps.sh all
+tests:           ## the program and every test
+	@tools/install_deps.sh tests
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON
 	cmake --build $(BUILD) -j $(JOBS)
 
@@ -39,17 +41,20 @@ bench: build     ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
 	$(BUILD)/tactus bench all --devices $(DEVICES) --json out/bench.json
 
-bundle: tests    ## bundle/ with two relocatable archives: tactus-device (GPU tests, bench) and tactus (all)
+bundle: build    ## bundle/ with a .deb and an archive of the program, for machines without a compiler
+	@tools/make_package.sh $(BUILD) bundle
+
+testbundle: tests ## bundle/ with two relocatable archives to test elsewhere: tactus-device (GPU tests, bench) and tactus (all)
 	@tools/make_bundle.sh $(BUILD) bundle
 
-install: build   ## library, headers and program to PREFIX
+install: build   ## program, completion, scenes, library and headers to PREFIX
 	cmake --install $(BUILD) --prefix $(PREFIX)
 
 format:          ## clang-format all sources
 	git ls-files '*.h' '*.cpp' '*.cu' '*.cuh' | xargs clang-format -i
 
-lint:            ## format, include direction, kernels' rules, headers alone, clang-tidy
-	@tools/lint.sh
+lint:            ## format, includes, headers alone, prose, clang-tidy of what changed (lint ALL=1: of everything)
+	@tools/lint.sh $(if $(ALL),--all)
 
 clean:           ## remove what was built
 	rm -rf $(BUILD) build-tidy build-cpu-asan bundle out

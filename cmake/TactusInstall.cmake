@@ -11,9 +11,12 @@ get_property(TACTUS_COMPONENT_FACTS GLOBAL PROPERTY TACTUS_COMPONENT_FACTS)
 configure_package_config_file(cmake/tactusConfig.cmake.in ${CMAKE_BINARY_DIR}/tactusConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_BINARY_DIR}/tactusConfig.cmake ${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake
+install(FILES ${CMAKE_BINARY_DIR}/tactusConfig.cmake ${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake cmake/FindOpenCV.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
 install(FILES completions/tactus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tactus)
+install(DIRECTORY scenes rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/tactus)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
+install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
 if(TARGET tactus)
   install(TARGETS tactus RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

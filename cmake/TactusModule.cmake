@@ -1,3 +1,23 @@
+set(TACTUS_STANDARD_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> <fstream> <functional> <limits> <map> <memory>
+    <optional> <set> <span> <sstream> <string> <utility> <vector>)
+# tactus_precompile(target [headers ...]): with headers of its own on top, or those of the first target of its kind. (Libraries
+# and programs are compiled with other flags, so each kind has its own.)
+function(tactus_precompile target)
+  if(NOT TACTUS_PCH)
+    return()
+  endif()
+  get_target_property(kind ${target} TYPE)
+  get_property(first GLOBAL PROPERTY TACTUS_PCH_OF_${kind})
+  if(ARGN OR NOT first)
+    target_precompile_headers(${target} PRIVATE ${TACTUS_STANDARD_HEADERS} ${ARGN})
+  else()
+    target_precompile_headers(${target} REUSE_FROM ${first})
+  endif()
+  if(NOT ARGN AND NOT first)
+    set_property(GLOBAL PROPERTY TACTUS_PCH_OF_${kind} ${target})
+  endif()
+endfunction()
+
 # tactus_module(name SOURCES a.cpp ... [CUDA kernels.cu ...] [LINK tactus_x ...] [PRIVATE_LINK lib ...] [PACKAGES Pkg ...])
 # One target per folder: what a folder links is what it may include. PACKAGES: what find_package(tactus) looks for when this
 # component is used.
@@ -14,6 +34,7 @@ function(tactus_module name)
   if(M_PRIVATE_LINK)
     target_link_libraries(tactus_${name} PRIVATE ${M_PRIVATE_LINK})
   endif()
+  tactus_precompile(tactus_${name})
   set_property(GLOBAL APPEND PROPERTY TACTUS_MODULES tactus_${name})
   list(TRANSFORM M_LINK REPLACE "^tactus_" "")
   string(CONCAT facts "list(APPEND _tactus_known ${name})\n" "set(_tactus_${name}_uses ${M_LINK})\n"

@@ -16,12 +16,22 @@ _tactus() {
     return
   fi
   case $verb in
-    run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur")) ;;
-    reconstruct) COMPREPLY=($(compgen -W "hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
+    run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur") $(_tactus_scenes "$program" "$cur")) ;;
+    reconstruct|synth) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur") $(compgen -f -- "$cur")) ;;
+    noise) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur")) ;;
     bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 frame texture" -- "$cur")) ;;
     paper) COMPREPLY=($(compgen -W "fig14 fig15" -- "$cur")) ;;
     *) COMPREPLY=($(compgen -f -- "$cur")) ;;
   esac
+}
+_tactus_figures="hand rabbit scalpel sphere bowl liver"
+# Scenes of the source tree and of the installation, wherever one stands.
+_tactus_scenes() {
+  local bin folder
+  bin=$(dirname "$(command -v "$1")") 2>/dev/null
+  for folder in scenes "$bin/../scenes" "$bin/../share/tactus/scenes"; do
+    compgen -f -X '!*.yaml' -- "$folder/${2##*/}"
+  done 2>/dev/null | grep -F -- "$2"
 }
 _tactus_verbs() {
   "$1" --help 2>/dev/null | sed -n '/^Subcommands:/,/^$/ s/^  \([a-z][a-z]*\).*/\1/p'

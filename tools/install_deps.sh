@@ -1,10 +1,14 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that are missing. Elsewhere: names what is needed and goes on.
-# install_deps.sh all: also what `tactus calibrate` is made of, which the rest can do without.
+# tools/install_deps.sh [tests]: installs the Debian packages that are missing for the program; with `tests` also for its
+# tests, and for `tactus calibrate`, which the rest can do without.
+# Elsewhere: names what is needed and goes on.
 set -euo pipefail
-packages=(cmake ninja-build g++ ccache git python3 libtbb-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
-  libpugixml-dev libtomlplusplus-dev libopencv-dev libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev libgtest-dev)
-if [ "${1:-}" = all ]; then packages+=(libceres-dev libopencv-contrib-dev); fi
+# Parts of OpenCV, not libopencv-dev: that one brings VTK, Qt and Tcl along (60 packages, 330 MB).
+packages=(cmake ninja-build g++ git python3 pkg-config libtbb-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
+  libpugixml-dev libtomlplusplus-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-videoio-dev
+  libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev)
+if [ "${1:-}" = tests ]; then packages+=(libgtest-dev libceres-dev libopencv-contrib-dev); fi
 if ! command -v apt-get >/dev/null; then
   echo "No apt-get here: make sure that the equivalents of these are installed: ${packages[*]}" >&2
   exit 0

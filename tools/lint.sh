@@ -1,11 +1,26 @@
 #!/usr/bin/env bash
-# Format, include direction, kernels' rules, every header on its own, clang-tidy. Where a tool is missing: "SKIPPED", but an
-# error with CI=true.
+# tools/lint.sh [--all]: format, include direction, kernels' rules, prose, every header on its own, clang-tidy. Looks at what
+# differs from the branch that this one came from (LINT_BASE, else origin/main, else main), and at what is not committed; with
+# --all at everything. Where a tool is missing: "SKIPPED", but an error with CI=true.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 failed=0
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
+
+base=""
+if [ "${1:-}" != --all ]; then
+  for name in "${LINT_BASE:-origin/main}" main; do
+    base=$(git merge-base HEAD "$name" 2>/dev/null) && break
+  done
+fi
+chosen() {  # chosen PATTERN...: files to look at
+  if [ -z "$base" ]; then
+    git ls-files "$@"
+  else
+    { git diff --name-only --diff-filter=d "$base" -- "$@"; git ls-files --others --exclude-standard -- "$@"; } | sort -u
+  fi
+}
 
 have() {  # have TOOL CHECK
   command -v "$1" >/dev/null && return 0
@@ -19,8 +34,9 @@ have() {  # have TOOL CHECK
 }
 
 if have clang-format format; then
-  if git ls-files '*.h' '*.cpp' '*.cu' '*.cuh' | xargs clang-format --dry-run -Werror >"$scratch/format" 2>&1; then
-    echo "format: clean"
+  chosen '*.h' '*.cpp' '*.cu' '*.cuh' >"$scratch/sources"
+  if xargs -r clang-format --dry-run -Werror <"$scratch/sources" >"$scratch/format" 2>&1; then
+    echo "format: $(wc -l <"$scratch/sources") files, clean"
   else
     grep error "$scratch/format" | head -20
     echo "format: run make format"
@@ -29,6 +45,7 @@ if have clang-format format; then
 fi
 
 python3 tools/lint_includes.py || failed=1
+python3 tools/lint_prose.py || failed=1
 
 # Headers around CUDA's own need its toolkit; nvcc compiles those.
 export scratch
@@ -44,12 +61,19 @@ if (cd "$scratch" && header_alone bad.h >/dev/null); then
   echo "headers: one without its includes was accepted"
   failed=1
 fi
-if git ls-files 'src/tactus/*.h' 'bench/*.h' | xargs grep -L 'cuda_runtime' |
-  xargs -P "$(nproc)" -I{} bash -c 'header_alone {}'; then
+if chosen 'src/tactus/*.h' 'bench/*.h' | xargs -r grep -L 'cuda_runtime' |
+  xargs -r -P "$(nproc)" -I{} bash -c 'header_alone {}'; then
   echo "headers: each compiles alone"
 else
   failed=1
 fi
 
-if have clang-tidy tidy; then tools/tidy.py || failed=1; fi
+if have clang-tidy tidy; then
+  if [ -z "$base" ]; then
+    tools/tidy.py || failed=1
+  else
+    mapfile -t sources < <(chosen 'src/*.cpp' 'bench/*.cpp' 'tests/*.cpp')
+    if [ ${#sources[@]} -gt 0 ]; then tools/tidy.py "${sources[@]}" || failed=1; else echo "tidy: no source changed"; fi
+  fi
+fi
 exit $failed

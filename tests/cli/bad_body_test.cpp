@@ -163,7 +163,7 @@ TEST_F(BadBody, LiverOfACT) {
   expect_refused(command, 1, {"can't read '" + path("nowhere/meshes/liver.inr.gz") + "': No such file"});
   if (before != nullptr) setenv("TACTUS_DATA", kept.c_str(), 1);
   if (!std::filesystem::exists(data + "/meshes/liver.inr.gz"))
-    GTEST_SKIP() << "there is no meshes/liver.inr.gz; set TACTUS_DATA";
+    GTEST_SKIP() << without_data("meshes/liver.inr.gz");
   const Outcome o = run_tactus(command);
   ASSERT_EQ(o.code, 0) << o.text;
   const nlohmann::json monitors = read_json("out.json")["bodies"][0]["monitors"];

@@ -54,6 +54,53 @@ class BadInput : public ProgramTest {
   }
 };
 
+/// A chess board of single pixels cuts the workspace into columns: far more surface than any object has. A
+/// room that nobody set grows until the mesh is closed; one that somebody set is kept, and nothing open is
+/// written.
+TEST_F(BadInput, SurfacesThatNeedMoreRoomAreClosedOrRefused) {
+  cv::Mat board(64, 64, CV_8U);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) board.at<std::uint8_t>(y, x) = (x / 2 + y / 2) % 2 == 0 ? 255 : 0;
+  }
+  ASSERT_TRUE(write_image(path("board.png"), board));
+  const std::string what = rig({{.name = "left", .mask = "board.png"}});
+  const std::string finer = reconstruct("masks", what, "--verbose") + " --resolution 120";
+  const Outcome o = run_tactus(std::regex_replace(finer, std::regex("--resolution 16 "), ""));
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_TRUE(has(o.text, "room is made, and the frame done again")) << o.text;
+  EXPECT_EQ(read_json("out.json")["frames"][0]["boundary_edges"], 0);
+  EXPECT_GT(read_json("out.json")["frames"][0]["volume_m3"], 0.1);
+  for (const char* name : {"out.json", "out.ply"}) fs::remove(path(name));
+  for (const std::string flag : {"--max-vertices", "--max-triangles", "--max-active-bricks"}) {
+    expect_refused(reconstruct("masks", what, flag + " 7"), 1,
+                   {"frame 0", "room for 7: raise " + flag + " to", "would be open and is not written"});
+  }
+  write("s.yaml",
+        "source: {kind: masks, path: rig.yaml}\nreconstruction: {resolution: 16, max_vertices: 7}\n"
+        "output: {mesh_every: 1}\n");
+  const Outcome run = run_tactus("run " + path("s.yaml") + " --view none --devices cpu --out " + path("out"));
+  EXPECT_EQ(run.code, 1) << run.text;
+  EXPECT_TRUE(has(run.text, "1 of 1 frames had too little room")) << run.text;
+  EXPECT_TRUE(has(run.text, "raise reconstruction.max_vertices to")) << run.text;
+  EXPECT_FALSE(fs::exists(path("out/s-real-00000.ply")));
+}
+
+/// The test's videos have 25 frames a second, and so has the film of a run, whose scene says nothing.
+TEST_F(BadInput, FilmsHaveTheRateOfTheRecording) {
+  for (const char* name : {"a.avi", "b.avi"}) write_video(path(name), Scene::object, 3);
+  write_video(path("room.avi"), Scene::empty_room, 2);
+  rig({{.name = "left", .video = "a.avi", .empty_room = "room.avi"},
+       {.name = "right", .video = "b.avi", .empty_room = "room.avi"}});
+  write("s.yaml",
+        "source: {kind: videos, path: rig.yaml}\nreconstruction: {resolution: 16, workspace_m: {min_m: [-2, "
+        "-2, -2], max_m: [2, 2, 2]}}\nview: {size_px: [64, "
+        "48]}\n");
+  const Outcome o = run_tactus("run " + path("s.yaml") + " --devices cpu --out " + path("out"));
+  if (o.code == 1 && has(o.text, "OpenGL")) GTEST_SKIP() << "no pictures here: " << o.text;
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_NEAR(cv::VideoCapture(path("out/s.mp4"), cv::CAP_FFMPEG).get(cv::CAP_PROP_FPS), 25, 0.01);
+}
+
 TEST_F(BadInput, PhotographsThatAreNotThere) {
   write_picture(path("m.png"), 255);
   rig({{.name = "left", .mask = "m.png"}});
@@ -63,6 +110,9 @@ TEST_F(BadInput, PhotographsThatAreNotThere) {
                    {"s.yaml: 'view.photographs' is 2, but its source has no photographs for every camera: '",
                     "rig.yaml' needs a 'photo' beside each 'mask'; expected 0 for a surface of clay"});
   write("s.yaml", "source: {kind: masks, path: rig.yaml}\n");
+  cv::Mat square = cv::Mat::zeros(64, 64, CV_8U);
+  square(cv::Rect(29, 29, 6, 6)) = 255;  // a mask that is all white carves nothing, and a run refuses it
+  ASSERT_TRUE(write_image(path("m.png"), square));
   const Outcome clay = run_tactus("run " + path("s.yaml") + " --devices cpu --view none");
   EXPECT_EQ(clay.code, 0) << clay.text;
 }

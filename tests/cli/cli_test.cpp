@@ -2,6 +2,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <sstream>
 
 #include "cli/program.h"
 
@@ -311,6 +312,70 @@ TEST_F(Cli, RunsAScene) {
             json["probes"]["top"][0][1].get<double>());  // nothing holds it: it falls
   for (const char* stage : {"hull", "mesh", "surface", "bodies", "embed", "frame"})
     EXPECT_GT(json["ms"][stage]["p99"].get<double>(), 0) << stage;
+}
+
+TEST_F(Cli, AFigureThatNothingEndsEndsAfterTheDocumentedFrames) {
+  const Outcome from_5 =
+      run_tactus("reconstruct sphere --frames 5- --resolution 8 --devices cpu --json " + path("f.json"));
+  ASSERT_EQ(from_5.code, 0) << from_5.text;
+  const nlohmann::json frames = read_json("f.json")["frames"];
+  EXPECT_EQ(frames.size(), 300U);
+  EXPECT_EQ(frames[0]["tick"], 5);
+}
+
+/// Of the scenes that need no data: each is read, its bodies are made and its probes lie in them.
+TEST_F(Cli, EverySceneOfTheRepositoryStarts) {
+  int started = 0;
+  for (const auto& entry : fs::directory_iterator(TACTUS_SOURCE_DIR "/scenes")) {
+    std::stringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    if (text.str().find("kind: videos") != std::string::npos ||
+        text.str().find("$TACTUS_DATA/") != std::string::npos)
+      continue;
+    const Outcome o = run_tactus("run " + entry.path().string() + " --devices cpu --view none --frames 1");
+    EXPECT_EQ(o.code, 0) << entry.path() << ": " << o.text;
+    ++started;
+  }
+  EXPECT_GE(started, 4);
+}
+
+/// EGL without a driver is as a machine without one.
+TEST_F(Cli, WithoutOpenGLTheWayToRunIsNamed) {
+  const std::string scene =
+      write("one.yaml", "source: {kind: synthetic, figure: sphere}\nreconstruction: {resolution: 16}\n");
+  const std::string run = "run " + scene + " --devices cpu --frames 1 --out " + path("out");
+  ::setenv("__EGL_VENDOR_LIBRARY_FILENAMES", path("nothing.json").c_str(), 1);
+  const Outcome pictures = run_tactus(run), none = run_tactus(run + " --view none");
+  ::unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES");
+  EXPECT_EQ(pictures.code, 1) << pictures.text;
+  EXPECT_NE(pictures.text.find("draws its pictures with OpenGL 4.5, which is not here: "), std::string::npos)
+      << pictures.text;
+  EXPECT_NE(pictures.text.find("--view none runs the scene without pictures"), std::string::npos)
+      << pictures.text;
+  EXPECT_EQ(none.code, 0) << none.text;
+}
+
+/// A body that is crushed points to what explains it.
+TEST_F(Cli, ARunWhoseBodiesAreCrushedSaysSo) {
+  const std::string scene = write(
+      "crush.yaml",
+      "source: {kind: synthetic, figure: sphere, scale: 0.2, offset_m: [0.8, 0, 0], depth_cameras: 0, "
+      "frames: 0-14}\n"
+      "reconstruction: {resolution: 8}\ngravity_m_s2: [0, 0, 0]\nbodies:\n"
+      "  - name: bar\n    contact: false\n    shape: {kind: box, size_m: [0.2, 0.1, 0.1]}\n    spacing_m: "
+      "0.05\n"
+      "    material: {model: tled, young_modulus_pa: 100000, poisson_ratio: 0.3}\n"
+      "    fixed: [{kind: half_space, point_m: [-0.09, 0, 0], normal: [1, 0, 0]}]\n"
+      "    moved:\n      - kind: half_space\n        point_m: [0.09, 0, 0]\n        normal: [-1, 0, 0]\n"
+      "        path: [{time_s: 0.4, displacement_m: [-0.17, 0, 0]}]\n");
+  const std::string run = "run " + scene + " --devices cpu --view none";
+  const Outcome o = run_tactus(run);
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_NE(o.text.find("crushed to less than 0.3 of their volume, or worse: 'bar'"), std::string::npos)
+      << o.text;
+  EXPECT_NE(o.text.find("--explain' says in which frames"), std::string::npos) << o.text;
+  const Outcome explained = run_tactus(run + " --explain");
+  EXPECT_EQ(explained.text.find("--explain' says"), std::string::npos) << explained.text;
 }
 
 TEST_F(Cli, QuietAndVerboseChangeWhatIsToldNotTheResult) {

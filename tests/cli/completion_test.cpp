@@ -100,7 +100,19 @@ TEST_F(Completion, OffersEveryBenchmarkSourceAndFigure) {
   EXPECT_EQ(without_flags(offered({program(), "bench", ""})), benchmarks);
   EXPECT_EQ(offered({program(), "reconstruct", "--source", ""}), kinds);
   EXPECT_EQ(without_flags(offered({program(), "reconstruct", ""})), figures);
+  EXPECT_EQ(without_flags(offered({program(), "synth", ""})), figures);
+  EXPECT_EQ(without_flags(offered({program(), "noise", "ra"})), Words{"rabbit"});
   EXPECT_EQ(offered({program(), "run", "--view", ""}), (Words{"file", "none"}));
+}
+
+/// Scenes below `scenes/` and beside the program are offered, wherever one stands.
+TEST_F(Completion, OffersScenes) {
+  std::filesystem::create_directories(path("empty/scenes"));
+  write("empty/scenes/mine.yaml", "");
+  write("empty/scenes/notes.txt", "");
+  EXPECT_TRUE(offered({program(), "run", ""}).contains("scenes/mine.yaml"));
+  EXPECT_FALSE(offered({program(), "run", ""}).contains("scenes/notes.txt"));
+  EXPECT_TRUE(offered({program(), "run", "scenes/m"}).contains("scenes/mine.yaml"));
 }
 
 }  // namespace

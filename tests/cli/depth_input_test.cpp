@@ -220,20 +220,16 @@ TEST_F(DepthInput, PhotosOfAnotherSizeThanTheMasks) {
   EXPECT_EQ(run_tactus(verb + " --texture 1").code, 0);
 }
 
-TEST_F(DepthInput, CapacitiesThatAreTooSmallAreAStatus) {
+TEST_F(DepthInput, CapacitiesThatAreTooSmallAreRefused) {
   synth("sphere");
-  std::string text;
   for (const char* flag : {"--max-vertices", "--max-triangles", "--max-active-bricks"}) {
-    const nlohmann::json f = frame(std::string(flag) + " 90", &text);
     const std::string told = ", room for 90: raise " + std::string(flag) + " to ";
-    EXPECT_TRUE(has(text, told)) << text;
-    EXPECT_TRUE(has(f["status"], told)) << f["status"];
-    fs::remove(path("out.json"));
+    const std::string text = run_tactus(reconstruct(std::string(flag) + " 90")).text;
+    expect_refused(reconstruct(std::string(flag) + " 90"), 1, {told, "its mesh would be open"});
     expect_refused(reconstruct(std::string(flag) + " -3"), 2,
                    {std::string(flag) + " -3: expected 1 to 2^30"});
     // What the remedy says cures it.
-    const std::string status = f["status"];
-    const std::string remedy = status.substr(status.find(told) + told.size());
+    const std::string remedy = text.substr(text.find(told) + told.size());
     EXPECT_EQ(frame(std::string(flag) + " " + remedy.substr(0, remedy.find(' ')))["status"], "") << flag;
   }
   expect_refused(reconstruct("--depth-jump-m 0"), 2, {"--depth-jump-m", "expected > 0 to 100 m"});
@@ -256,6 +252,13 @@ TEST_F(DepthInput, AHoleInOneMaskIsNamedAndRepaired) {
   ASSERT_EQ(repaired["repairs"].size(), 1U);
   EXPECT_EQ(repaired["repairs"][0]["camera"], "cam3");
   EXPECT_TRUE(has(repaired["status"], "px of the mask of camera 'cam3' were filled")) << repaired["status"];
+  // The mesh agrees with the repaired masks, and not with the mask that came: both are told.
+  EXPECT_LT(repaired["iou_min"].get<double>(), repaired["repaired"]["iou_min"].get<double>() - 0.01);
+  EXPECT_EQ(repaired["views"][3]["iou"], repaired["iou_min"]);
+  EXPECT_GT(repaired["views"][3]["iou_repaired"].get<double>(), repaired["iou_min"].get<double>() + 0.01);
+  EXPECT_FALSE(repaired["views"][2].contains("iou_repaired"));
+  EXPECT_FALSE(harmed.contains("repaired"));
+  EXPECT_TRUE(has(repaired["status"], "IoU with the repaired masks")) << repaired["status"];
   EXPECT_GT(frame("--tolerate-views 1")["volume_m3"].get<double>(), whole);
   fs::remove(path("out.json"));
   expect_refused(reconstruct("--tolerate-views 8"), 2, {"tolerated views 8: expected 0 to 7 with 8 cameras"});
@@ -286,6 +289,53 @@ TEST_F(ProgramTest, NoiseCostsAccuracy) {
   fs::remove(path("noise.json"));
   expect_refused("noise sphere --runs 0", 2, {"--runs 0: expected 1 to 1000"});
   expect_refused("noise spere", 2, {"unknown figure 'spere'; did you mean 'sphere'?"});
+}
+
+/// A folder as an Azure Kinect's capture is kept: a pinhole of 640x576 pixels, f 504 px, before a wall.
+class KinectInput : public ProgramTest {
+ protected:
+  void write_capture(double wall_m) const {
+    fs::create_directories(path("kinect"));
+    write_image(path("kinect/depth.png"), cv::Mat(576, 640, CV_16U, cv::Scalar(1000 * wall_m)));
+    write_image(path("kinect/color.png"), cv::Mat(720, 1280, CV_8UC3, cv::Scalar(200, 100, 50)));
+    const auto camera = [](const std::string& purpose, const std::string& pinhole) {
+      return R"({"Purpose":"CALIBRATION_CameraPurpose)" + purpose + R"(","Intrinsics":{"ModelParameters":[)" +
+             pinhole +
+             R"(,0,0,0,0,0,0,0,0,0,0]},"Rt":{"Rotation":[1,0,0,0,1,0,0,0,1],"Translation":[0,0,0]}})";
+    };
+    // Of the sensors' sizes: 1024x1024, of which 640x576 from (192, 180); 4096x3072.
+    write("kinect/calibration.json", R"({"CalibrationInformation":{"Cameras":[)" +
+                                         camera("Depth", "0.5,0.45703125,0.4921875,0.4921875") + "," +
+                                         camera("PhotoVideo", "0.5,0.5,0.478125,0.6375") + "]}}");
+  }
+  std::string reconstruct(const std::string& more) const {
+    return "reconstruct --source kinect " + path("kinect") + " --resolution 80 --devices cpu --json " +
+           path("out.json") + " " + more;
+  }
+};
+
+TEST_F(KinectInput, DepthAloneMakesWhatLiesBehindTheMeasuredSurface) {
+  write_capture(1.5);
+  const Outcome o = run_tactus(reconstruct("--workspace=-1.6,-1.4,-2.3,1.6,1.4,-0.4"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json frame = read_json("out.json")["frames"][0];
+  // The pyramid of 636x572 pixels (two are lost at each border) between 1.5 m and 2.3 m. Voxels of 4 cm: the
+  // wall is met exactly, the far end, where the workspace ends, to half a voxel: 0.02 m of 0.8 at an area
+  // (2.3^2 of a mean of 3.7 m^2) of 1.4 times the mean.
+  const double behind = 636 / 504.0 * 572 / 504.0 * (2.3 * 2.3 * 2.3 - 1.5 * 1.5 * 1.5) / 3;
+  EXPECT_NEAR(frame["volume_m3"].get<double>() / behind, 1, 0.036);
+  EXPECT_EQ(frame["boundary_edges"], 0);
+  EXPECT_EQ(frame["euler"], 2);
+  EXPECT_TRUE(has(frame["status"], "one depth camera and no silhouettes")) << frame["status"];
+  EXPECT_FALSE(has(o.text, "radial")) << o.text;
+}
+
+TEST_F(KinectInput, WorkspacesThatHoldNothingAreRefused) {
+  write_capture(3);
+  expect_refused(reconstruct(""), 1, {"depth.png", "no point of it lies in the workspace", "z -2.3 to -0.3"});
+  expect_refused(reconstruct("--workspace=-1,-1,-2,1,1,1"), 2,
+                 {"ends at z = 1 m", "expected at most -0.1 m"});
+  expect_refused(reconstruct("--workspace=-9,-9,-4,9,9,-0.2"), 2, {"too wide for how near it comes"});
 }
 
 }  // namespace

@@ -38,5 +38,5 @@ struct TempFolder {
 // NOLINTBEGIN(bugprone-macro-parentheses): `name` is declared here
 #define TACTUS_DATA_OR_SKIP(name)                   \
   const std::string name = ::tactus::data_folder(); \
-  if (name.empty()) GTEST_SKIP() << "no test data: set TACTUS_DATA to its folder"
+  if (name.empty()) GTEST_SKIP() << without_data("meshes")
 // NOLINTEND(bugprone-macro-parentheses)

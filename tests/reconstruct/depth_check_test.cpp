@@ -50,6 +50,16 @@ std::string check(const View& view) {
                              view.workspace_m);
 }
 
+/// Nothing can contradict depth where no camera has a silhouette: walls behind the workspace are no wrong
+/// unit.
+TEST(DepthCheck, WithoutSilhouettesNothingIsSaid) {
+  View view = figure_view("hand");
+  for (float& e : view.depths_m[0].pixels) e *= 1000;
+  EXPECT_NE(check(view), "");
+  for (BitMask& mask : view.masks) mask = {};
+  EXPECT_EQ(check(view), "");
+}
+
 TEST(DepthCheck, WrongUnitsAreNamed) {
   for (const char* figure : {"sphere", "hand", "rabbit", "scalpel", "bowl", "liver"}) {
     const View good = figure_view(figure);

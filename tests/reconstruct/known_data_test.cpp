@@ -13,7 +13,7 @@ namespace {
 class KnownData : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+    if (data_folder().empty()) GTEST_SKIP() << without_data("middlebury_dino and utrecht_horseman");
   }
 };
 

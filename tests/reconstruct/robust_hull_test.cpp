@@ -68,7 +68,7 @@ class Bench {
 constexpr double kGoal = 0.02;
 
 TEST(MaskRepair, AHoleInAnyOneMaskOfTheDino) {
-  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  if (data_folder().empty()) GTEST_SKIP() << without_data("middlebury_dino");
   const auto source = open_middlebury(data_folder() + "/middlebury_dino");
   FrameSet frame;
   ASSERT_EQ(source->next(frame), NextFrame::success);
@@ -254,7 +254,7 @@ TEST_P(MaskRepairOn, TolerantHullHasTheSameBitsAsOneCpu) {
 
 /// What tolerance costs real masks.
 TEST(TolerantHull, OfTheDinoGrows) {
-  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  if (data_folder().empty()) GTEST_SKIP() << without_data("middlebury_dino");
   const auto source = open_middlebury(data_folder() + "/middlebury_dino");
   FrameSet frame;
   ASSERT_EQ(source->next(frame), NextFrame::success);

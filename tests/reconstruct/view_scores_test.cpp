@@ -60,7 +60,7 @@ TEST(Scores, GoodMasksSuspectNobodyAndTunnelsAreMeasured) {
 }
 
 TEST(Scores, AHoleInOneMaskOfTheDinoIsNamed) {
-  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  if (data_folder().empty()) GTEST_SKIP() << without_data("middlebury_dino");
   const auto source = open_middlebury(data_folder() + "/middlebury_dino");
   FrameSet frame;
   source->next(frame);

@@ -254,6 +254,28 @@ TEST_F(BadFrames, CutVideoMissesTheTicksThatItLost) {
   EXPECT_EQ(source->next(frame), NextFrame::no_more_data);
 }
 
+/// The scene's rate, else the rig file's, else what the video says of itself (the test's: 25).
+TEST_F(BadFrames, TheRateIsTheRecordingsOwnUnlessToldOtherwise) {
+  for (const char* name : {"a.avi", "room.avi"}) write_video(path(name), Scene::object, 3);
+  const auto second_frame = [&](const std::string& more, std::optional<double> fps) {
+    DataOptions options;
+    options.fps = fps;
+    const auto source =
+        open_videos(rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"}}, more), options);
+    FrameSet frame;
+    for (int tick = 0; tick < 2; ++tick) EXPECT_EQ(source->next(frame), NextFrame::success);
+    EXPECT_DOUBLE_EQ(1 / frame.time_s, source->fps().value_or(0));
+    return frame.time_s;
+  };
+  EXPECT_NEAR(second_frame("", {}), 1 / 25.0, 1e-9);
+  EXPECT_NEAR(second_frame("frames_per_s: 10\n", {}), 1 / 10.0, 1e-9);
+  EXPECT_NEAR(second_frame("frames_per_s: 10\n", 50), 1 / 50.0, 1e-9);
+  DataOptions options;
+  options.fps = 12;
+  EXPECT_EQ(open_masks(mask_sequences(2, {}), options)->fps(), 12);
+  EXPECT_EQ(open_masks(mask_sequences(2, {}))->fps(), 30);
+}
+
 TEST_F(BadFrames, VideosOfDifferentLengthsEndWithTheShortestAndSaySo) {
   write_video(path("a.avi"), Scene::object, 6);
   write_video(path("b.avi"), Scene::object, 4);

@@ -22,7 +22,7 @@ using test::message_of;
 std::string rig_path(const std::string& name) { return source_path("rigs/" + name); }
 
 #define SKIP_WITHOUT_DATA() \
-  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA"
+  if (data_folder().empty()) GTEST_SKIP() << without_data("middlebury_dino and utrecht_horseman")
 
 double iou(const BitMask& a, const BitMask& b) {
   std::int64_t both = 0, any = 0;

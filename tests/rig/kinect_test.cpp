@@ -22,7 +22,7 @@ std::string capture() {
 }
 
 #define SKIP_WITHOUT_CAPTURE() \
-  if (capture().empty()) GTEST_SKIP() << "no azure_kinect_tof: set TACTUS_DATA"
+  if (capture().empty()) GTEST_SKIP() << without_data("azure_kinect_tof")
 
 /// Fraction of a pinhole image's distorted position, written down again: Brown-Conrady with a rational radial
 /// part.

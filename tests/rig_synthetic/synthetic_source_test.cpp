@@ -36,6 +36,19 @@ TEST(SyntheticRig, EveryCameraSeesTheMiddleAndMostOfTheCube) {
   }
 }
 
+TEST(SyntheticSource, BeginsWhereItIsToldAndCountsFromThere) {
+  SyntheticSource source({.figure = "sphere", .fps = 25, .first_frame = 5, .frames = 2, .truth = false});
+  EXPECT_EQ(source.frame_count(), 2);
+  EXPECT_EQ(source.fps(), 25);
+  FrameSet frame;
+  for (const int tick : {5, 6}) {
+    ASSERT_EQ(source.next(frame), NextFrame::success);
+    EXPECT_EQ(frame.tick, tick);
+    EXPECT_DOUBLE_EQ(frame.time_s, tick / 25.0);
+  }
+  EXPECT_EQ(source.next(frame), NextFrame::no_more_data);
+}
+
 TEST(SyntheticSource, FillsAFrameWithTheSizesOfItsRig) {
   SyntheticSource source({.figure = "rabbit", .frames = 2});
   EXPECT_EQ(source.frame_count(), 2);

@@ -222,6 +222,7 @@ TEST(BoundaryScene, WhyABodyIsOnOneDeviceIsSaid) {
   scene = free_scene(TissueModel::flsm);
   scene.bodies[0].shape.size_m = {0.1, 0.1, 0.1};
   scene.bodies[0].fixed.clear();
+  scene.probes.clear();
   EXPECT_EQ(text(scene), "on one device of 2, as it is too small to be cut, or for more to pay");
 }
 

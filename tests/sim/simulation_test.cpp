@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/message_of.h"
 #include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic_source.h"
@@ -224,6 +225,47 @@ TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   EXPECT_NE(status.find("camera 'cam4' carves "), std::string::npos) << status;
   EXPECT_NE(status.find("px of the mask of camera 'cam4' were filled"), std::string::npos) << status;
   EXPECT_GT(volume(false, 1), whole);
+}
+
+/// A probe is where it was asked for, and moves with the cube that holds it.
+TEST(Simulation, ProbesSitWhereTheyAreAskedFor) {
+  DeviceSet devices("cpu");
+  Scene scene = slab_scene();
+  scene.probes = {{"between", "slab", CoordinateFrame::body, {0.1, 0.013, -0.117}},
+                  {"world", "slab", CoordinateFrame::world, {0.1, 0.263, -0.117}},
+                  {"face", "slab", CoordinateFrame::body, {0.03, 0.05, 0.2}}};
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  const std::vector<Vec3f> at = simulation.probe_positions_m();
+  // Rounding of numbers below 1 m, a few times: 1e-6.
+  EXPECT_LT(length(at[0] - Vec3f{0.1F, 0.263F, -0.117F}), 1e-6F);
+  EXPECT_LT(length(at[1] - at[0]), 1e-6F);
+  EXPECT_LT(length(at[2] - Vec3f{0.03F, 0.3F, 0.2F}), 1e-6F);
+  // Trilinear: a point of an affinely deformed lattice is deformed in the same way.
+  const BodyShape& shape = simulation.bodies()[0]->shape();
+  const Mat3f A{{{1.1F, 0.2F, 0}, {0, 0.9F, 0.1F}, {-0.1F, 0, 1.2F}}};
+  std::vector<Vec3f> moved;
+  for (const Vec3f x : shape.lattice.rest_positions_m()) moved.push_back(A * x + Vec3f{0.01F, 0.02F, 0.03F});
+  const Vec3f rest{0.1F, 0.263F, -0.117F};
+  const PointInBody point = place_point(shape, MeshFill::closed, rest);
+  EXPECT_LT(length(point.point.position_m(moved) - (A * rest + Vec3f{0.01F, 0.02F, 0.03F})), 1e-6F);
+}
+
+TEST(Simulation, ProbesOutsideTheirBodyAreRefusedWithTheNearestPoint) {
+  DeviceSet devices("cpu");
+  Scene scene = slab_scene();
+  const auto message = [&](CoordinateFrame frame, Vec3d at_m) {
+    scene.probes = {{"far", "slab", frame, at_m}};
+    return test::message_of([&] { Simulation(devices, scene, make_synthetic_rig(), {}); });
+  };
+  EXPECT_EQ(message(CoordinateFrame::body, {0.1, 0.25, 0}),
+            "probe 'far': position_m [0.1, 0.25, 0] lies 0.2 m outside body 'slab'; the nearest point of its "
+            "surface is [0.1, 0.05, 0] (frame: body)");
+  EXPECT_NE(message(CoordinateFrame::world, {0.1, 0.5, 0}).find("is [0.1, 0.3, 0] (frame: world)"),
+            std::string::npos);
+  // A tenth of a cube (4 mm) is on the surface, at the place that was asked for.
+  EXPECT_EQ(message(CoordinateFrame::body, {0.1, 0.0535, 0}), "");
+  EXPECT_NE(message(CoordinateFrame::body, {0.1, 0.0545, 0}).find("lies 0.0045 m outside"),
+            std::string::npos);
 }
 
 TEST(Simulation, UnknownBodyOfAProbeIsNamed) {

@@ -13,6 +13,10 @@ std::string data_folder() {
   return folder;
 }
 
+std::string without_data(const std::string& what) {
+  return "needs " + what + " in the folder TACTUS_DATA; docs/data.md says how to get it";
+}
+
 std::string source_path(const std::string& name) { return TACTUS_SOURCE_DIR "/" + name; }
 
 }  // namespace tactus

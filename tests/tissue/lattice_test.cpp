@@ -292,7 +292,7 @@ TriangleMesh read_off(const std::filesystem::path& path) {
 
 TEST(CubeLattice, ScannedHandFillsItsVolume) {
   const std::string file = data_folder() + "/meshes/hand.off";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set TACTUS_DATA";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << without_data("meshes/hand.off");
   TriangleMesh mesh = read_off(file);
   const Box3f box = bounds(mesh);
   const Vec3f e = box.extent();

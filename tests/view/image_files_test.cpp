@@ -134,6 +134,29 @@ TEST_F(ImageFiles, TextIsDrawn) {
   EXPECT_GT(dark, 50);
 }
 
+/// A line too long for the picture is made smaller: what is drawn ends before the margin, and not far before
+/// it.
+TEST_F(ImageFiles, LongLinesAreNotClipped) {
+  const Rgb8 grey{90, 90, 90};
+  const std::string text =
+      "frame 12   hull 1.2 ms   mesh 0.7 ms   bodies 12.3 ms (14 substeps)   frame 16.0 ms";
+  for (const Index width : {320, 640, 1920}) {
+    ColorImage image(width, 240, grey);
+    draw_line_of_text(image, text, 16, 18);
+    Index last = 0;
+    for (Index y = 0; y < image.height_px; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        if (image(x, y) != grey) last = std::max(last, x);
+      }
+    }
+    // The rim of the letters is up to 2 px wide, and OpenCV rounds each letter's place.
+    EXPECT_LE(last, width - 16 + 3);
+    if (width <= 640) {
+      EXPECT_GE(last, width - 16 - 20);
+    }
+  }
+}
+
 TEST(ContactSheet, SizeAndEvenChoice) {
   ContactSheet sheet("Run", 6, 3, 120);
   const int count = 1000;

@@ -302,6 +302,24 @@ TEST_F(PhotoSurface, ACameraThatMissedTheTickGivesNoColour) {
   EXPECT_LT(other, 650);
 }
 
+/// A run refills one object with the photos of every frame: the surface wears those of this frame.
+TEST_F(PhotoSurface, WearsThePhotosOfEachFrame) {
+  const Stage& stage = one_ball();
+  Renderer renderer(plain());
+  const auto photos = photos_of(stage, 1, stage.photos());
+  const ViewScene scene = scene_of(stage, photos);
+  static_cast<void>(renderer.render(scene, viewer(0)));
+  // The ball fills the middle of the picture. Photos of one colour: rounding is all that may differ.
+  for (const Rgb8 color : {Rgb8{200, 40, 20}, Rgb8{20, 40, 200}}) {
+    for (std::size_t c = 0; c < photos->images.size(); ++c)
+      std::fill(photos->images[c].pixels.begin(), photos->images[c].pixels.end(), color);
+    const Rgb8 seen = renderer.render(scene, viewer(0))(kSide / 2, kSide / 2);
+    EXPECT_NEAR(seen.r, color.r, 1);
+    EXPECT_NEAR(seen.g, color.g, 1);
+    EXPECT_NEAR(seen.b, color.b, 1);
+  }
+}
+
 TEST_F(PhotoSurface, RefusesWhatItCannotDraw) {
   const Stage& stage = one_ball();
   Renderer renderer(plain());

@@ -187,7 +187,7 @@ TEST(ViewCamera, FramesABox) {
   const Box3f box{{-0.3F, 0, -0.1F}, {0.5F, 0.4F, 0.2F}};
   for (const float azimuth : {0.F, 0.6F, 2.5F}) {
     const float aspect = 16.F / 9;
-    const ViewCamera camera = frame_box(box, azimuth, 0.4F, aspect);
+    const ViewCamera camera = frame_box(box, azimuth, 0.4F, aspect, azimuth > 0 ? 0.6F : 1.2F);
     float widest = 0;
     for (int i = 0; i < 8; ++i) {
       const Vec3f p =

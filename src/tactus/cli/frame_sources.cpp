@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <limits>
 
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
@@ -21,10 +22,13 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, con
   options.colors = contents.colors;
   options.depth = contents.depth;
   options.rig.depth_cameras = source.depth_cameras;
-  if (source.frames.last) options.frames = *source.frames.last + 1;
-  auto synthetic = std::make_unique<SyntheticSource>(options);
-  synthetic->seek(source.frames.first);
-  return synthetic;
+  // A figure never ends by itself: without a last frame, there are as many as are documented.
+  options.first_frame = source.frames.first;
+  options.frames = kSyntheticFrames;
+  if (source.frames.last)
+    options.frames = static_cast<int>(std::min<std::int64_t>(
+        std::int64_t{*source.frames.last} - source.frames.first + 1, std::numeric_limits<int>::max()));
+  return std::make_unique<SyntheticSource>(options);
 }
 
 }  // namespace
@@ -74,6 +78,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
   DataOptions options;
   options.colors = contents.colors;
   options.depth = contents.depth;
+  options.fps = source.fps;
   options.threshold = contents.threshold;
   if (workspace_m)
     options.workspace_m = Box3f{vec_cast<float>(workspace_m->min_m), vec_cast<float>(workspace_m->max_m)};

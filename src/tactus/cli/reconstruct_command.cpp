@@ -117,21 +117,38 @@ double surface_rms_m(const TriangleMesh& mesh, const FigureShape& truth) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(mesh.positions_m.size(), 1)));
 }
 
-nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet& frame) {
-  const MeshTopology t = topology(mesh);
+/// How the mesh's silhouettes agree with one set of masks, over the views that have one.
+struct Agreement {
   double iou_sum = 0, iou_min = 1, recall_sum = 0;
-  int used = 0;
+  int views = 0;
+  void add(double iou, double recall) {
+    iou_sum += iou;
+    iou_min = std::min(iou_min, iou);
+    recall_sum += recall;
+    ++views;
+  }
+  void add_to(nlohmann::json& json) const {
+    json["iou_mean"] = views > 0 ? iou_sum / views : 0;
+    json["iou_min"] = iou_min;
+    json["recall"] = views > 0 ? recall_sum / views : 0;
+  }
+};
+
+/// @param given the masks as they came; where the frame's were repaired, the mesh is compared with both
+nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet& frame,
+                       std::span<const BitMask> given) {
+  const MeshTopology t = topology(mesh);
+  Agreement with_given, with_repaired;
   nlohmann::json views = nlohmann::json::array();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    if (frame.silhouettes[c].words.empty()) continue;
+    if (given[c].words.empty()) continue;
     const BitMask seen = render_silhouette(mesh, rig.cameras[c]);
-    const double overlap = iou(seen, frame.silhouettes[c]);
-    iou_sum += overlap;
-    iou_min = std::min(iou_min, overlap);
-    const double covered = recall(seen, frame.silhouettes[c]);
-    recall_sum += covered;
+    const double overlap = iou(seen, given[c]), covered = recall(seen, given[c]);
+    with_given.add(overlap, covered);
     views.push_back({{"camera", rig.cameras[c].name}, {"iou", overlap}, {"recall", covered}});
-    ++used;
+    const double repaired = iou(seen, frame.silhouettes[c]);
+    with_repaired.add(repaired, recall(seen, frame.silhouettes[c]));
+    if (given[c].words != frame.silhouettes[c].words) views.back()["iou_repaired"] = repaired;
   }
   nlohmann::json json{{"vertices", mesh.positions_m.size()},
                       {"triangles", mesh.triangles.size()},
@@ -139,13 +156,23 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
                       {"nonmanifold_edges", t.nonmanifold_edges},
                       {"euler", t.euler},
                       {"components", t.components},
-                      {"volume_m3", volume_m3(mesh)},
-                      {"iou_mean", used > 0 ? iou_sum / used : 0},
-                      {"iou_min", iou_min},
-                      {"recall", used > 0 ? recall_sum / used : 0}};
+                      {"volume_m3", volume_m3(mesh)}};
+  with_given.add_to(json);
+  if (given.data() != frame.silhouettes.data()) with_repaired.add_to(json["repaired"]);
   json["views"] = std::move(views);
   if (frame.truth_volume_m3) json["truth_volume_m3"] = *frame.truth_volume_m3;
   return json;
+}
+
+/// The agreement with the repaired masks, beside that with the masks as they came; "" without repairs.
+std::string repaired_text(const nlohmann::json& row) {
+  if (!row.contains("repaired")) return "";
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "IoU with the repaired masks %.4f, at least %.4f; as they came %.4f and %.4f",
+                row["repaired"]["iou_mean"].get<double>(), row["repaired"]["iou_min"].get<double>(),
+                row["iou_mean"].get<double>(), row["iou_min"].get<double>());
+  return text;
 }
 
 /// One line of what is not empty.
@@ -186,13 +213,36 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
   return hull;
 }
 
-/// What is too small, and the flag that cures it; "" without.
-std::string overflow_text(const std::optional<HullOverflow>& overflow) {
-  if (!overflow) return "";
-  std::string flag = "--" + overflow->option;
+/// What is too small, and the flag that cures it.
+std::string overflow_text(const HullOverflow& overflow) {
+  std::string flag = "--" + overflow.option;
   std::replace(flag.begin(), flag.end(), '_', '-');
-  return overflow->text(flag);
+  return overflow.text(flag);
 }
+
+/// The limit of that overflow.
+template <class Options>
+auto& room_of(const HullOverflow& overflow, Options& options) {
+  if (overflow.option == "max_active_bricks") return options.max_active_bricks;
+  return overflow.option == "max_vertices" ? options.max_vertices : options.max_triangles;
+}
+
+/// What makes meshes, in as much room as its options give.
+struct SurfaceStages {
+  SurfaceStages(DeviceSet& devices, const Rig& rig, const ReconstructOptions& options,
+                const HullOptions& hull_options)
+      : hull(devices, rig.cameras, hull_options, rig.depth_cameras),
+        normals(devices.device(0), hull.mesh().positions_m.size()) {
+    if (options.texture) texture.emplace(devices, rig, hull, workspace_m(options, rig), *options.texture);
+    if (options.smooth > 0)
+      smoothing.emplace(devices.device(0), hull.mesh().positions_m.size(), hull.mesh().triangles.size());
+  }
+  VisualHull hull;
+  DeviceMesh surface;  ///< the hull's mesh of the newest frame, smoothed when asked for
+  std::optional<SurfaceSmoothing> smoothing;
+  SurfaceNormals normals;
+  std::optional<TextureOutput> texture;
+};
 
 /// From frames to meshes, files and rows of measurements.
 class Reconstruction {
@@ -201,92 +251,108 @@ class Reconstruction {
       : devices_(devices),
         source_(source),
         options_(options),
-        hull_(devices, source.rig().cameras, hull_options(options, source.rig()), source.rig().depth_cameras),
-        normals_(devices.device(0), hull_.mesh().positions_m.size()),
-        motion_(hull_.voxel_size_m()),
-        views_(devices.context(0), source.rig(), workspace_m(options, source.rig()), options.repair_masks) {
-    if (options.texture)
-      texture_.emplace(devices, source.rig(), hull_, workspace_m(options, source.rig()), *options.texture);
-    if (options.smooth > 0)
-      smoothing_.emplace(devices.device(0), hull_.mesh().positions_m.size(), hull_.mesh().triangles.size());
-  }
+        hull_options_(hull_options(options, source.rig())),
+        stages_(std::make_unique<SurfaceStages>(devices, source.rig(), options, hull_options_)),
+        motion_(stages_->hull.voxel_size_m()),
+        views_(devices.context(0), source.rig(), workspace_m(options, source.rig()), options.repair_masks) {}
 
   /// @param several whether files get the number of their frame
+  /// @throws Error when the room that the options set is too little for a closed mesh: nothing is written.
   nlohmann::json add(FrameSet& frame, bool several) {
     views_.check(devices_.context(0), frame);
-    time_stages(frame);
-    const HullReport report = hull_.report();
-    const std::string overflow = overflow_text(report.overflow);
+    const HullReport report = make_surface(frame);
     const TriangleMesh mesh = write_files(frame, report, several);
-    nlohmann::json row = measure(mesh, source_.rig(), frame);
+    nlohmann::json row = measure(mesh, source_.rig(), frame, views_.given(frame));
     motion_.add(mesh, frame, source_, row);
     views_.add_to(row);
-    const std::string odd = views_.status();
-    for (const std::string& warning : {overflow, report.depth, odd}) {
+    const std::string odd = joined({views_.status(), repaired_text(row)});
+    for (const std::string& warning : {report.depth, odd}) {
       if (!warning.empty()) log_warning(warning);
     }
     row["tick"] = frame.tick;
     if (const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source_))
       row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
-    row["status"] = joined({overflow, report.depth, source_.status(), odd});
+    row["status"] = joined({report.depth, source_.status(), odd});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;
   }
 
  private:
+  /// A surface that needs more room than there is gets it, and the frame is made again; each round shows at
+  /// most one more of bricks, vertices and triangles to be too few.
+  HullReport make_surface(const FrameSet& frame) {
+    for (;;) {
+      time_stages(frame);
+      const HullReport report = stages_->hull.report();
+      if (!report.overflow) return report;
+      const std::string text = "frame " + std::to_string(frame.tick) + ": " + overflow_text(*report.overflow);
+      if (room_of(*report.overflow, options_) > 0)
+        throw Error(text + "; its mesh would be open and is not written");
+      // Half as much again: the next frames may need some more. Lists of bricks and of vertices have an end.
+      const double most = report.overflow->option == "max_active_bricks" ? 3e7 : 7e8;
+      if (report.overflow->wanted >= most) throw Error(text + ", which is more than there can be");
+      room_of(*report.overflow, hull_options_) =
+          static_cast<Index>(std::min(1.5 * report.overflow->wanted, most));
+      log_debug(text + "; room is made, and the frame done again");
+      stages_.reset();  // its memory, before that of the next
+      stages_ = std::make_unique<SurfaceStages>(devices_, source_.rig(), options_, hull_options_);
+    }
+  }
+
   void time_stages(const FrameSet& frame) {
     const auto stage = [&](const char* name, auto&& body) {
       const StageTimer timer(timings_, name);
       body();
       devices_.synchronize();
     };
+    SurfaceStages& s = *stages_;
+    ExecContext& ctx = devices_.context(0);
     stage("total", [&] {
-      stage("upload", [&] { hull_.upload(frame.silhouettes, frame.depths_m); });
-      stage("hull", [&] { hull_.carve(); });
-      stage("mesh", [&] { hull_.extract(); });
-      surface_ = hull_.mesh();
-      if (smoothing_) {
+      stage("upload", [&] { s.hull.upload(frame.silhouettes, frame.depths_m); });
+      stage("hull", [&] { s.hull.carve(); });
+      stage("mesh", [&] { s.hull.extract(); });
+      s.surface = s.hull.mesh();
+      if (s.smoothing) {
         stage("smooth", [&] {
-          surface_ = smoothing_->smooth(devices_.context(0), surface_, hull_.voxel_size_m(), options_.smooth);
+          s.surface = s.smoothing->smooth(ctx, s.surface, s.hull.voxel_size_m(), options_.smooth);
         });
       }
-      stage("normals", [&] { normals_.compute(devices_.context(0), surface_, hull_.voxel_size_m()); });
-      if (texture_) stage("texture", [&] { texture_->shade(frame, surface_, normals_.view()); });
+      stage("normals", [&] { s.normals.compute(ctx, s.surface, s.hull.voxel_size_m()); });
+      if (s.texture) stage("texture", [&] { s.texture->shade(frame, s.surface, s.normals.view()); });
     });
   }
 
   TriangleMesh write_files(const FrameSet& frame, const HullReport& report, bool several) {
-    TriangleMesh mesh = hull_.download();
-    if (smoothing_)
-      mesh.positions_m = to_host(devices_.context(0), surface_.positions_m.part(0, report.vertices));
-    mesh.normals = to_host(devices_.context(0), normals_.view().part(0, report.vertices));
+    SurfaceStages& s = *stages_;
+    TriangleMesh mesh = s.hull.download();
+    if (s.smoothing)
+      mesh.positions_m = to_host(devices_.context(0), s.surface.positions_m.part(0, report.vertices));
+    mesh.normals = to_host(devices_.context(0), s.normals.view().part(0, report.vertices));
     if (!options_.mesh_path.empty())
       write_surface(frame, mesh, numbered(options_.mesh_path, frame.tick, several));
     if (!options_.views_path.empty())
       write_png(numbered(options_.views_path, frame.tick, several),
-                texture_->picture(surface_, normals_.view(), mesh));
+                s.texture->picture(s.surface, s.normals.view(), mesh));
     return mesh;
   }
 
   void write_surface(const FrameSet& frame, const TriangleMesh& mesh, const std::string& path) {
-    if (texture_ && is_gltf(path)) {
-      const TexturedMesh textured = texture_->textured(frame, surface_, normals_.view(), mesh);
+    SurfaceStages& s = *stages_;
+    if (s.texture && is_gltf(path)) {
+      const TexturedMesh textured = s.texture->textured(frame, s.surface, s.normals.view(), mesh);
       write_gltf(path, textured, encode_png(textured.atlas));
       return;
     }
     write_mesh(
         path, mesh,
-        texture_ ? texture_->colors(static_cast<Index>(mesh.positions_m.size())) : std::vector<Rgb8>{});
+        s.texture ? s.texture->colors(static_cast<Index>(mesh.positions_m.size())) : std::vector<Rgb8>{});
   }
 
   DeviceSet& devices_;
   FrameSource& source_;
   const ReconstructOptions& options_;
-  VisualHull hull_;
-  DeviceMesh surface_;  ///< the hull's mesh of the newest frame, smoothed when asked for
-  std::optional<SurfaceSmoothing> smoothing_;
-  SurfaceNormals normals_;
-  std::optional<TextureOutput> texture_;
+  HullOptions hull_options_;
+  std::unique_ptr<SurfaceStages> stages_;
   MotionOutput motion_;
   ViewCheck views_;
   Timings timings_;
@@ -343,7 +409,8 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("what", options->what, "folder, rig file, or figure")->required();
   command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
       ->capture_default_str();
-  command->add_option("--frames", options->frames, "A-B, A- or A (default: the first; videos: all)");
+  command->add_option("--frames", options->frames,
+                      "A-B, A- (to the end; synthetic: 300 frames) or A (default: the first; videos: all)");
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   add_output(

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,7 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/scene_file.h"
+#include "tactus/view/renderer.h"
 
 namespace tactus {
 namespace {
@@ -27,6 +29,28 @@ struct RunOptions {
   int frames = 0;        ///< 0: all
   bool explain = false;  ///< where and why bodies are strained
 };
+
+/// Before the work: pictures are drawn with OpenGL, and not every machine has it.
+void check_opengl() {
+  if (const std::string why = Renderer::why_unavailable(); !why.empty())
+    throw Error("--view file draws its pictures with OpenGL 4.5, which is not here: " + why +
+                "; --view none runs the scene without pictures");
+}
+
+/// A run whose bodies were crushed says so at its end, where it is seen.
+void tell_of_strain(const RunSummary& summary, const Simulation& simulation, const RunOptions& options) {
+  std::string names;
+  for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+    const bool crushed = b < summary.least_volume.size() && summary.least_volume[b] < kBadVolume;
+    if (!crushed && !simulation.bodies()[b]->at_rest()) continue;
+    names += (names.empty() ? "'" : ", '") + simulation.bodies()[b]->name() + "'";
+    names += simulation.bodies()[b]->at_rest() ? " (blew up and rests)" : "";
+  }
+  if (names.empty() || options.explain) return;
+  log_warning("crushed to less than " + number_text(kBadVolume) + " of their volume, or worse: " + names +
+              "; 'tactus run " + options.scene_path +
+              " --explain' says in which frames, where and what acts there");
+}
 
 void print_table(const Simulation& simulation) {
   std::printf("\n%-10s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
@@ -100,6 +124,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     const StepReport report = simulation.step(frame, summary.frames == 0 ? 0 : frame.time_s - last_time_s);
     last_time_s = frame.time_s;
     summary.add(report);
+    summary.add_strain(simulation);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
     if (!options.json_path.empty()) {
       summary.monitors.push_back(simulation.monitors());
@@ -107,8 +132,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     if (explainer) explainer->add(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
-    const bool keep_meshes =
-        scene.output.mesh_every > 0 && (summary.frames - 1) % scene.output.mesh_every == 0;
+    const bool keep_meshes = scene.output.mesh_every > 0 && !report.hull.overflow &&
+                             (summary.frames - 1) % scene.output.mesh_every == 0;
     if (pictures != nullptr || keep_meshes) {
       FrameSnapshot snapshot = simulation.snapshot();
       if (keep_meshes) write_meshes(snapshot, scene, stem, frame.tick);
@@ -144,9 +169,10 @@ void run(const RunOptions& options) {
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
   std::optional<RunPictures> pictures;
+  if (options.view == "file") check_opengl();
   if (options.view == "file")
-    pictures.emplace(scene, source->rig(), simulation.hull().voxel_size_m(), stem,
-                     scene.source.fps.value_or(30));
+    pictures.emplace(scene, source->rig(), simulation, stem,
+                     std::clamp(source->fps().value_or(30), 1.0, 240.0));  // what films can have
 
   if (pictures && scene.view.show_models) {
     std::vector<std::vector<std::uint8_t>> element_triangles;
@@ -167,7 +193,13 @@ void run(const RunOptions& options) {
     write_json_file(options.json_path, to_json(summary, scene, simulation, devices.name()));
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
   print_table(simulation);
+  tell_of_strain(summary, simulation, options);
   if (pictures) std::printf("\npictures: %s.mp4, %s.png\n", stem.c_str(), stem.c_str());
+  if (summary.open_frames > 0)
+    throw Error(
+        std::to_string(summary.open_frames) + " of " + std::to_string(summary.frames) +
+        " frames had too little room for the real surface: it was open, and no mesh of it was written "
+        "(the warnings above name the keys to raise)");
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 namespace tactus {
 namespace {
 
-/// Less than this of its volume at rest, and waves so much faster than at rest, are bad strain.
-constexpr double kBadVolume = 0.3, kBadSpeed = 1.5;
+/// Waves so much faster than at rest are bad strain, as kBadVolume is.
+constexpr double kBadSpeed = 1.5;
 
 template <class... Values>
 std::string printed(const char* format, Values... values) {

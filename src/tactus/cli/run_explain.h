@@ -7,6 +7,9 @@
 
 namespace tactus {
 
+/// Less than this of its volume at rest is bad strain.
+inline constexpr double kBadVolume = 0.3;
+
 /// Prints a line for each stretch of frames in which something is wrong, once it is over, with its worst
 /// frame.
 class RunExplainer {

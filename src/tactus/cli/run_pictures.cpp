@@ -8,17 +8,34 @@
 namespace tactus {
 namespace {
 
-ViewCamera view_camera(const ViewCameraDescription& description) {
-  constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
-  const Vec3d offset = description.eye() - description.target_m;
-  const double distance = length(offset);
-  ViewCamera camera;
-  camera.target_m = vec_cast<float>(description.target_m);
-  camera.distance_m = static_cast<float>(distance);
-  camera.azimuth_rad = static_cast<float>(std::atan2(offset.x, offset.z));
-  camera.elevation_rad = static_cast<float>(std::asin(offset.y / distance));
-  camera.fov_rad = static_cast<float>(description.field_of_view_deg * kRadPerDeg);
+/// @param box_m what there is to see: it fills the picture where the scene says nothing else
+ViewCamera view_camera(const ViewDescription& view, const Box3f& box_m) {
+  const ViewCameraDescription& d = view.camera;
+  const auto rad = [](double deg) { return static_cast<float>(deg * 3.14159265358979323846 / 180); };
+  const float aspect = static_cast<float>(view.size_px.x) / static_cast<float>(view.size_px.y);
+  ViewCamera camera =
+      frame_box(box_m, rad(d.azimuth_deg), rad(d.elevation_deg), aspect, rad(d.field_of_view_deg));
+  if (d.target_m) camera.target_m = vec_cast<float>(*d.target_m);
+  if (d.distance_m) camera.distance_m = static_cast<float>(*d.distance_m);
+  if (!d.eye_m) return camera;
+  const Vec3f offset = vec_cast<float>(*d.eye_m) - camera.target_m;
+  camera.distance_m = length(offset);
+  camera.azimuth_rad = std::atan2(offset.x, offset.z);
+  camera.elevation_rad = std::asin(offset.y / camera.distance_m);
   return camera;
+}
+
+/// Workspace and bodies at rest.
+Box3f what_there_is(const Rig& rig, const Scene& scene,
+                    const std::vector<std::unique_ptr<SoftBody>>& bodies) {
+  Box3f box = rig.workspace_m;
+  if (const auto& asked = scene.reconstruction.workspace_m)
+    box = {vec_cast<float>(asked->min_m), vec_cast<float>(asked->max_m)};
+  for (const auto& body : bodies) {
+    const Box3f b = bounds(body->shape().surface_m);
+    box = {min(box.min, b.min), max(box.max, b.max)};
+  }
+  return box;
 }
 
 /// The triangles of a mesh for which `chosen` is `value`, on the same vertices.
@@ -34,11 +51,11 @@ constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 
 
 }  // namespace
 
-RunPictures::RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m, const std::string& stem,
-                         double fps)
+RunPictures::RunPictures(const Scene& scene, const Rig& rig, const Simulation& simulation,
+                         const std::string& stem, double fps)
     : scene_(scene),
       renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
-      camera_(view_camera(scene.view.camera)),
+      camera_(view_camera(scene.view, what_there_is(rig, scene, simulation.bodies()))),
       sheet_path_(stem + ".png") {
   if (scene.output.video)
     video_ = std::make_unique<VideoWriter>(stem + ".mp4", scene.view.size_px.x, scene.view.size_px.y, fps);
@@ -48,7 +65,12 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m,
   }
   if (scene.view.show_frusta) {
     const float depth_m = 0.12F * length(rig.workspace_m.extent());
-    for (const Camera& camera : rig.cameras) add_frustum(view_, camera, depth_m);
+    for (const Camera& camera : rig.cameras) {
+      // A depth camera that gives the silhouette, too, is drawn once.
+      const bool measures = std::any_of(rig.depth_cameras.begin(), rig.depth_cameras.end(),
+                                        [&](const Camera& d) { return d.name == camera.name; });
+      if (!measures) add_frustum(view_, camera, depth_m);
+    }
     for (const Camera& camera : rig.depth_cameras) add_frustum(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
   }
   add_box(view_, rig.workspace_m);
@@ -57,7 +79,7 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m,
         ViewPhotos{.cameras = rig.cameras,
                    .images = {},
                    .k = std::min(scene.view.photographs, static_cast<int>(rig.cameras.size())),
-                   .voxel_size_m = voxel_size_m,
+                   .voxel_size_m = simulation.hull().voxel_size_m(),
                    .center_m = rig.workspace_m.center()});
   }
 }
@@ -89,7 +111,7 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
   }
   renderer_.render(view_, camera_, picture_);
   if (sheet_) sheet_->add(picture_, caption);
-  if (scene_.view.overlay) draw_text(picture_, overlay, 16, scene_.view.size_px.y - 16, 18);
+  if (scene_.view.overlay) draw_line_of_text(picture_, overlay, 16, 18);
   if (video_) video_->add(picture_);
   ++frames_;
 }

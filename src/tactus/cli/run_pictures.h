@@ -13,7 +13,8 @@ namespace tactus {
 class RunPictures {
  public:
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
-  RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m, const std::string& stem, double fps);
+  RunPictures(const Scene& scene, const Rig& rig, const Simulation& simulation, const std::string& stem,
+              double fps);
 
   /// Colours bodies by what deforms them: per body and triangle of its surface, 1 where elements do.
   void show_models(std::vector<std::vector<std::uint8_t>> element_triangles);

@@ -68,8 +68,15 @@ void RunSummary::add(const StepReport& report) {
   rescued += report.contact.rescued;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
+  if (report.hull.overflow) ++open_frames;
   contacts.push_back(report.contacts);
   for (const Notice& notice : report.notices) note(notice);
+}
+
+void RunSummary::add_strain(const Simulation& simulation) {
+  least_volume.resize(simulation.bodies().size(), 1.F);
+  for (std::size_t b = 0; b < least_volume.size(); ++b)
+    least_volume[b] = std::min(least_volume[b], simulation.bodies()[b]->strain().smallest_J);
 }
 
 void RunSummary::note(const std::string& status) {
@@ -93,11 +100,9 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
                          {"p99", simulation.timings().percentile_ms(stage, 99)}};
   }
-  json["counters"] = {{"bad_frames", summary.bad_frames},
-                      {"substeps", summary.substeps},
-                      {"max_vertices", summary.max_vertices},
-                      {"max_triangles", summary.max_triangles},
-                      {"rescued_nodes", summary.rescued}};
+  json["counters"] = {{"bad_frames", summary.bad_frames},       {"open_frames", summary.open_frames},
+                      {"substeps", summary.substeps},           {"max_vertices", summary.max_vertices},
+                      {"max_triangles", summary.max_triangles}, {"rescued_nodes", summary.rescued}};
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const SoftBody& body = *simulation.bodies()[b];
     json["bodies"].push_back({{"name", body.name()},

@@ -11,8 +11,11 @@ namespace tactus {
 /// What the run found over all its frames.
 struct RunSummary {
   int frames = 0, bad_frames = 0, substeps = 0;
+  int open_frames = 0;  ///< whose surface had too little room: it is not closed
   Index max_vertices = 0, max_triangles = 0, rescued = 0;
   double max_force_N = 0, max_correction_m = 0;
+  std::vector<float>
+      least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements
   std::vector<std::string> statuses;
   std::vector<std::vector<BodyContact>> contacts;                ///< per frame
   std::vector<Notice> notices;                                   ///< each once, at most 1000
@@ -21,6 +24,8 @@ struct RunSummary {
   std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;  ///< per frame, body and moved region
 
   void add(const StepReport& report);
+  /// How far the elements of each body were pressed together.
+  void add_strain(const Simulation& simulation);
   /// Keeps a status once.
   void note(const std::string& status);
   void note(const Notice& notice);

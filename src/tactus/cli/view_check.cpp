@@ -8,7 +8,9 @@ ViewCheck::ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m,
 void ViewCheck::check(ExecContext& ctx, FrameSet& frame) {
   found_ = scores_.measure(ctx, frame.silhouettes);
   repairs_.clear();
-  if (repair_) repairs_ = repair_masks(ctx, scores_, found_, frame.silhouettes);
+  if (!repair_) return;
+  given_ = frame.silhouettes;
+  repairs_ = repair_masks(ctx, scores_, found_, frame.silhouettes);
 }
 
 void ViewCheck::add_to(nlohmann::json& row) const {

@@ -1,6 +1,7 @@
 #pragma once
 /// Do the silhouettes of a frame agree? For `tactus reconstruct` and its JSON.
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 #include "tactus/reconstruct/mask_repair.h"
@@ -13,6 +14,10 @@ class ViewCheck {
   ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m, bool repair);
   /// Measures the silhouettes as they came and, when asked to, repairs those of suspect views in `frame`.
   void check(ExecContext& ctx, FrameSet& frame);
+  /// The masks of that frame as they came.
+  std::span<const BitMask> given(const FrameSet& frame) const {
+    return repairs_.empty() ? frame.silhouettes : given_;
+  }
   /// Adds `view_scores`, and `repairs` when there are any.
   void add_to(nlohmann::json& row) const;
   /// Which views are suspect and what was repaired; empty when all is well.
@@ -23,6 +28,7 @@ class ViewCheck {
   bool repair_;
   std::vector<ViewScore> found_;
   std::vector<RepairedMask> repairs_;
+  std::vector<BitMask> given_;  ///< when masks were repaired
 };
 
 }  // namespace tactus

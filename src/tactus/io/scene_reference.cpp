@@ -4,6 +4,7 @@
 #include "tactus/base/error.h"
 #include "tactus/io/field_visitor.h"
 #include "tactus/io/scene_file.h"
+#include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
@@ -102,6 +103,43 @@ std::string range_text(const Range& range) {
   return text;
 }
 
+namespace {
+
+std::string box_text(const Box3f& box_m) {
+  const auto number = [](float x) {
+    return number_text(std::round(static_cast<double>(x) * 1e3) / 1e3 + 0.0);
+  };
+  const auto side = [&](float low, float high) { return number(low) + " to " + number(high); };
+  return side(box_m.min.x, box_m.max.x) + " | " + side(box_m.min.y, box_m.max.y) + " | " +
+         side(box_m.min.z, box_m.max.z);
+}
+
+/// The built-in rig and what it films, measured: these are what `scale` and `offset_m` start from.
+void write_synthetic_rig(std::ostream& out) {
+  const SyntheticRigOptions options;
+  const Rig rig = make_synthetic_rig(options);
+  out << "\n## The synthetic rig\n\n"
+      << "`source: {kind: synthetic}` films a built-in figure with " << rig.cameras.size() << " cameras of "
+      << options.width_px << "x" << options.height_px << " pixels,\nin a ring of "
+      << number_text(options.ring_radius_m) << " m around the middle of the workspace, at heights of "
+      << number_text(options.low_m) << " and " << number_text(options.high_m)
+      << " m in turn. Figures stand in the\nworkspace; `scale` works about the point (0, 0.5, 0), and "
+         "`offset_m` moves what it gives. Boxes that hold them at\n`scale: 1` [m], over a whole movement "
+         "where they move:\n\n"
+         "| | x | y | z |\n|---|---|---|---|\n| workspace | "
+      << box_text(rig.workspace_m) << " |\n";
+  for (const std::string& name : figure_names()) {
+    for (const bool moving : {false, true}) {
+      const Figure figure = make_figure(name, {.moving = moving});
+      if (moving != figure.moving()) continue;
+      out << "| `" << name << "`" << (moving ? ", moving" : "") << " | " << box_text(figure.bounds_m())
+          << " |\n";
+    }
+  }
+}
+
+}  // namespace
+
 void write_scene_reference(std::ostream& out) {
   out << "# Scene files\n\n"
          "<!-- Generated from the declaration in src/tactus/io/scene_schema.cpp: change it there. -->\n\n"
@@ -111,9 +149,15 @@ void write_scene_reference(std::ostream& out) {
          "Units are SI and stand in the key's name; +Y is up. An unknown, duplicate or missing key, a wrong\n"
          "type and a value out of range are refused with file and line.\n"
          "A relative path starts at the scene file's folder; `$TACTUS_DATA` at its start stands for the\n"
-         "environment variable. `scenes/` holds examples.\n";
+         "environment variable. `scenes/` holds examples, and [first_scene.md](first_scene.md) makes one.\n\n"
+         "Bodies touch the real surface and `obstacles`, and nothing else: they pass through one another, "
+         "through\n"
+         "themselves and through the floor of the picture, which is only drawn. Hold what shall not fall "
+         "with "
+         "`fixed`.\n";
   Scene scene;
   ReferenceWriter(out, "").write([&](FieldVisitor& v) { describe_scene(v, scene); });
+  write_synthetic_rig(out);
 }
 
 }  // namespace tactus

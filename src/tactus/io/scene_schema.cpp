@@ -55,7 +55,9 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.path({"path",
           "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},
          s.path);
-  v.frames({"frames", "`A-B`, both included; `A-` to the end; `A` alone"}, s.frames);
+  static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
+                                    std::to_string(kSyntheticFrames) + " frames; `A` alone";
+  v.frames({"frames", frames.c_str()}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
                  "the recording's own; 30 for `synthetic`");
   v.boolean({"moving", "whether the synthetic figure moves"}, s.moving);
@@ -396,10 +398,12 @@ void describe_frame(FieldVisitor& v, FrameDescription& f) {
 }
 
 void describe_view_camera(FieldVisitor& v, ViewCameraDescription& c) {
-  v.vector({"target_m", "what the viewer looks at"}, c.target_m, kPosition);
+  v.vector_or_auto({"target_m", "what the viewer looks at"}, c.target_m, kPosition,
+                   "the middle of workspace and bodies");
   v.vector_or_auto({"eye_m", "where the viewer stands"}, c.eye_m, kPosition,
                    "on the orbit of the next three keys");
-  v.real({"distance_m", "from target to eye"}, c.distance_m, positive("m", 1000));
+  v.real_or_auto({"distance_m", "from target to eye"}, c.distance_m, positive("m", 1000),
+                 "so that workspace and bodies fill the picture");
   v.real({"azimuth_deg", "0: seen from +Z, 90: from +X"}, c.azimuth_deg, {"deg", -360, 360});
   v.real({"elevation_deg", "height of the eye above the horizon"}, c.elevation_deg, {"deg", -89, 89});
   v.real({"field_of_view_deg", "vertical opening of the picture"}, c.field_of_view_deg, {"deg", 5, 120});
@@ -427,7 +431,7 @@ void describe_probe(FieldVisitor& v, ProbeDescription& p) {
   describe_name(v, {"name", "unique name in the results", kRequired}, p.name);
   v.text({"body", "name of the body it sticks to", kRequired}, p.body);
   describe_frame_of(v, p.frame);
-  v.vector({"position_m", "its place at rest", kRequired}, p.position_m, kPosition);
+  v.vector({"position_m", "its place at rest, in the body or on its surface", kRequired}, p.position_m, kPosition);
 }
 
 void describe_output(FieldVisitor& v, OutputDescription& o) {

@@ -210,7 +210,8 @@ const Reading* radial_as_z(const Judge& judge, int as_given) {
 
 std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
                                 const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m) {
-  if (depth_m.empty()) return "";
+  const auto is_seen = [](const BitMask& mask) { return !mask.words.empty(); };
+  if (depth_m.empty() || std::none_of(silhouettes.begin(), silhouettes.end(), is_seen)) return "";
   const Judge judge(cameras, silhouettes, depth_camera, depth_m, workspace_m);
   const int as_given = judge.inside(kAsGiven), samples = judge.samples();
   if (samples - as_given < kFewest) return "";

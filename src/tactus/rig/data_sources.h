@@ -13,6 +13,7 @@ struct DataOptions {
   ThresholdOptions threshold;                  ///< Middlebury's silhouettes
   std::optional<Box3f> workspace_m;            ///< instead of the one that the data names
   std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's; must all be there
+  std::optional<double> fps;  ///< instead of the rig file's `frames_per_s`; else the video's own; else 30
   bool colors = true;
   bool depth = true;  ///< of rig files: the depth cameras
 };

@@ -43,6 +43,8 @@ class FrameSource {
   virtual const Rig& rig() const = 0;
   /// Number of frames when it is known beforehand.
   virtual std::optional<int> frame_count() const = 0;
+  /// Frames per second; none where frames have no times (a single capture).
+  virtual std::optional<double> fps() const { return {}; }
   /// Fills `frame` (its memory is reused) with the next set.
   virtual NextFrame next(FrameSet& frame) = 0;
   /// Why the last frame was bad, which of its cameras missed the tick and why, or what is odd about it

@@ -73,6 +73,79 @@ std::string find_file(const std::string& folder, const std::string& begin,
   return found.empty() ? "" : *std::min_element(found.begin(), found.end());
 }
 
+/// Neighbouring pixels that differ by more lie on two surfaces: neither is seen for sure.
+constexpr float kJump_m = 0.1F;
+/// The optical axis is -z: the nearest that a workspace may come, and the widest silhouette it may ask for.
+constexpr float kNearest_m = 0.1F;
+constexpr double kWidest_px = 8192;
+
+/// The depth camera once more, as the camera of a silhouette: its image is so much larger that it holds all
+/// of the workspace. What lies outside the field of view is background there, and not unknown.
+Camera silhouette_camera(const Camera& depth, const Box3f& workspace_m, const std::string& folder) {
+  if (!(workspace_m.max.z <= -kNearest_m))
+    throw usage_error(folder + ": the workspace ends at z = " + number_text(workspace_m.max.z) +
+                      " m; a depth camera alone sees what lies before it, along -z: expected at most -0.1 m");
+  double left = 0, top = 0, right = depth.width_px - 1, bottom = depth.height_px - 1;
+  for (int i = 0; i < 8; ++i) {
+    const auto pick = [](bool high, float a, float b) { return static_cast<double>(high ? a : b); };
+    const Pixel p = project(depth, {pick((i & 1) != 0, workspace_m.max.x, workspace_m.min.x),
+                                    pick((i & 2) != 0, workspace_m.max.y, workspace_m.min.y),
+                                    pick((i & 4) != 0, workspace_m.max.z, workspace_m.min.z)});
+    left = std::min(left, std::floor(p.u_px) - 1);
+    right = std::max(right, std::ceil(p.u_px) + 1);
+    top = std::min(top, std::floor(p.v_px) - 1);
+    bottom = std::max(bottom, std::ceil(p.v_px) + 1);
+  }
+  if (std::max(right - left, bottom - top) >= kWidest_px)
+    throw usage_error(folder + ": the workspace is too wide for how near it comes to the depth camera (z = " +
+                      number_text(workspace_m.max.z) + " m): let it begin farther off, or make it narrower");
+  Camera camera = depth;
+  camera.cx_px -= left;
+  camera.cy_px -= top;
+  camera.width_px = static_cast<Index>(right - left) + 1;
+  camera.height_px = static_cast<Index>(bottom - top) + 1;
+  return camera;
+}
+
+/// Per pixel 1 where a distance was measured and no neighbour lies on another surface.
+Image<std::uint8_t> usable_pixels(const DepthImage& depth_m) {
+  Image<std::uint8_t> usable(depth_m.width_px, depth_m.height_px);
+  for (Index y = 1; y + 1 < depth_m.height_px; ++y) {
+    for (Index x = 1; x + 1 < depth_m.width_px; ++x) {
+      const float e = depth_m(x, y);
+      const auto agrees = [&](float other) { return std::abs(other - e) <= kJump_m; };
+      usable(x, y) = e > 0 && agrees(depth_m(x - 1, y)) && agrees(depth_m(x + 1, y)) &&
+                             agrees(depth_m(x, y - 1)) && agrees(depth_m(x, y + 1))
+                         ? 1
+                         : 0;
+    }
+  }
+  return usable;
+}
+
+/// Where the depth camera measures something in the workspace, with a pixel of margin: so up to the
+/// silhouette's contour, half a pixel on, depth is known and carves. `silhouette` is the camera's larger
+/// image.
+BitMask measured_in(const Box3f& workspace_m, const Camera& depth, const DepthImage& depth_m,
+                    const Camera& silhouette) {
+  BitMask mask(silhouette.width_px, silhouette.height_px);
+  const auto left = static_cast<Index>(std::lround(silhouette.cx_px - depth.cx_px)),
+             top = static_cast<Index>(std::lround(silhouette.cy_px - depth.cy_px));
+  const Image<std::uint8_t> usable = usable_pixels(depth_m);
+  const Vec3d eye = depth.center_world();
+  for (Index y = 1; y + 1 < depth_m.height_px; ++y) {
+    for (Index x = 1; x + 1 < depth_m.width_px; ++x) {
+      int around = 0;
+      for (Index k = 0; k < 9; ++k) around += usable(x - 1 + k % 3, y - 1 + k / 3);
+      if (around < 9) continue;
+      const Vec3f p =
+          vec_cast<float>(eye + static_cast<double>(depth_m(x, y)) * pixel_ray_world(depth, x, y));
+      if (max(min(p, workspace_m.max), workspace_m.min) == p) mask.set(left + x, top + y);
+    }
+  }
+  return mask;
+}
+
 class KinectSource final : public FrameSource {
  public:
   KinectSource(const std::string& folder, const DataOptions& options) {
@@ -86,12 +159,20 @@ class KinectSource final : public FrameSource {
     const KinectCalibration calibration =
         read_kinect_calibration(folder + "/calibration.json", color_.width_px, color_.height_px);
     const Camera& tof = calibration.depth.camera;
-    rig_.cameras = {calibration.color.camera};
     rig_.depth_cameras = {tof};
     rig_.workspace_m = options.workspace_m.value_or(Box3f{{-1, -1, -2.3F}, {1, 1, -0.3F}});
     DepthUndistortion(calibration.depth, {.metric_radius = calibration.depth_metric_radius})
         .radial_m(read_depth_png(depth, tof.width_px, tof.height_px), depth_m_);
     with_colors_ = options.colors;
+    rig_.cameras = {calibration.color.camera, silhouette_camera(tof, rig_.workspace_m, folder)};
+    measured_ = measured_in(rig_.workspace_m, tof, depth_m_, rig_.cameras[1]);
+    if (measured_.area_px() == 0)
+      throw Error(
+          depth + ": no point of it lies in the workspace, x " + number_text(rig_.workspace_m.min.x) +
+          " to " + number_text(rig_.workspace_m.max.x) + ", y " + number_text(rig_.workspace_m.min.y) +
+          " to " + number_text(rig_.workspace_m.max.y) + ", z " + number_text(rig_.workspace_m.min.z) +
+          " to " + number_text(rig_.workspace_m.max.z) +
+          " m (the camera is at the origin and looks along -z); expected a box with the object in it");
   }
   const Rig& rig() const override { return rig_; }
   std::optional<int> frame_count() const override { return 1; }
@@ -99,17 +180,21 @@ class KinectSource final : public FrameSource {
     if (done_) return NextFrame::no_more_data;
     done_ = true;
     frame = {};
-    frame.silhouettes.resize(1);
-    if (with_colors_) frame.colors = {color_};
+    frame.silhouettes = {{}, measured_};
+    if (with_colors_) frame.colors = {color_, {}};
     frame.depths_m = {depth_m_};
     return NextFrame::success;
   }
-  std::string status() const override { return ""; }
+  std::string status() const override {
+    return "one depth camera and no silhouettes: what is hidden behind the surface that it sees counts as "
+           "solid, to the far side of the workspace; the volume is no measurement of the object's";
+  }
 
  private:
   Rig rig_;
   ColorImage color_;
   DepthImage depth_m_;
+  BitMask measured_;  ///< in the larger image of the depth camera
   bool with_colors_ = true, done_ = false;
 };
 

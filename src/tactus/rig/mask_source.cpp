@@ -41,6 +41,7 @@ class MaskSource final : public FrameSource {
     window_ = frame_window(path, first, last,
                            sequence_ ? window_of(path, std::move(numbers), first, last) : FrameWindow{0, 0});
     tick_ = window_.first;
+    fps_ = options.fps.value_or(file_.frames_per_s.value_or(30));
     bytes_.resize(masks_.size());
     if (sequence_) return;
     // The one frame is the whole recording: what is wrong with it is told before any work.
@@ -53,10 +54,11 @@ class MaskSource final : public FrameSource {
   }
   const Rig& rig() const override { return file_.rig; }
   std::optional<int> frame_count() const override { return window_.last - window_.first + 1; }
+  std::optional<double> fps() const override { return fps_; }
   NextFrame next(FrameSet& frame) override {
     if (tick_ > window_.last) return NextFrame::no_more_data;
     frame.tick = tick_;
-    frame.time_s = tick_ / file_.frames_per_s;
+    frame.time_s = tick_ / fps_;
     frame.silhouettes.resize(masks_.size());
     frame.colors.resize(photos_.size());
     notes_.clear(masks_.size());
@@ -105,6 +107,7 @@ class MaskSource final : public FrameSource {
   bool sequence_ = false;
   FrameWindow window_;
   int tick_ = 0;
+  double fps_ = 30;
   CameraNotes notes_;
   std::string status_;
 };

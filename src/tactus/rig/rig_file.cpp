@@ -77,7 +77,7 @@ void read_world(const YamlMapping& yaml, RigFile& file) {
     file.first_frame = static_cast<int>(range[0]);
     file.last_frame = static_cast<int>(range[1]);
   }
-  file.frames_per_s = yaml.number("frames_per_s", 0.001, 100000, 50);
+  if (yaml.has("frames_per_s")) file.frames_per_s = yaml.number("frames_per_s", 0.001, 100000, 0);
   file.background = background_options(yaml);
 }
 

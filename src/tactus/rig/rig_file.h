@@ -21,7 +21,7 @@ struct RigFile {
   std::vector<DepthRecording> depths;  ///< `rig` has no depth cameras until a source reads them
   BackgroundOptions background;
   std::optional<int> first_frame, last_frame;  ///< inclusive; none: all
-  double frames_per_s = 50;
+  std::optional<double> frames_per_s;          ///< none: the recording's own
 };
 /// @throws Error naming file and line.
 RigFile read_rig_file(const std::string& path);

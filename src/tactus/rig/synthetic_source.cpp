@@ -34,6 +34,7 @@ SyntheticOptions checked(SyntheticOptions options) {
     }
   }
   check_range("fps", options.fps, 1e-3, 1e4);
+  check_range("first_frame", options.first_frame, 0, 2e9);
   if (options.frames) check_range("frames", *options.frames, 1, 1e9);
   return options;
 }
@@ -108,7 +109,8 @@ Rig make_synthetic_rig(const SyntheticRigOptions& o) {
 SyntheticSource::SyntheticSource(const SyntheticOptions& options)
     : options_(checked(options)),
       rig_(make_synthetic_rig(options_.rig)),
-      figure_(make_figure(options_.figure, options_.shape)) {
+      figure_(make_figure(options_.figure, options_.shape)),
+      tick_(options_.first_frame) {
   if (!options_.depth) rig_.depth_cameras.clear();
   for (const Camera& camera : rig_.cameras) tracers_.emplace_back(camera);
   for (const Camera& camera : rig_.depth_cameras) tracers_.emplace_back(camera);
@@ -124,7 +126,7 @@ SyntheticSource::SyntheticSource(const SyntheticOptions& options)
 }
 
 NextFrame SyntheticSource::next(FrameSet& frame) {
-  if (options_.frames && tick_ >= *options_.frames) return NextFrame::no_more_data;
+  if (options_.frames && tick_ - options_.first_frame >= *options_.frames) return NextFrame::no_more_data;
   frame.tick = tick_;
   frame.time_s = static_cast<double>(tick_) / options_.fps;
   figure_.at(frame.time_s, shape_);

@@ -27,7 +27,8 @@ struct SyntheticOptions {
   std::string figure = "hand";
   FigureOptions shape{};        ///< moving, scale, offset
   double fps = 30;              ///< frame i shows the figure at i / fps; in (0, 10000]
-  std::optional<int> frames{};  ///< none: without end
+  int first_frame = 0;          ///< >= 0
+  std::optional<int> frames{};  ///< how many; none: without end
   bool colors = false;          ///< shaded pictures: for viewing, about 7 times the cost of the silhouettes
   bool depth = true;            ///< false: no depth cameras
   bool truth = true;  ///< volume of the figure: once when still, every frame when moving (6 ms for the hand)
@@ -43,6 +44,7 @@ class SyntheticSource : public FrameSource {
 
   const Rig& rig() const override { return rig_; }
   std::optional<int> frame_count() const override { return options_.frames; }
+  std::optional<double> fps() const override { return options_.fps; }
   NextFrame next(FrameSet& frame) override;
   /// Names the first camera that sees nothing of the figure.
   std::string status() const override { return status_; }

@@ -97,16 +97,20 @@ class VideoSource final : public FrameSource {
                            options.last_frame ? options.last_frame : file_.last_frame, held,
                            lengths_.empty() ? "" : " (" + lengths_ + ")");
     tick_ = window_.first;
+    const double own_fps = readers_.front()->video.get(cv::CAP_PROP_FPS);  // 0, or odd, in damaged headers
+    fps_ =
+        options.fps.value_or(file_.frames_per_s.value_or(own_fps >= 0.001 && own_fps <= 1e5 ? own_fps : 30));
     for (const auto& r : readers_) {
       for (int i = 0; i < tick_; ++i) r->video.grab();
     }
   }
   const Rig& rig() const override { return file_.rig; }
   std::optional<int> frame_count() const override { return window_.last - window_.first + 1; }
+  std::optional<double> fps() const override { return fps_; }
   NextFrame next(FrameSet& frame) override {
     if (tick_ > window_.last) return NextFrame::no_more_data;
     frame.tick = tick_;
-    frame.time_s = tick_ / file_.frames_per_s;
+    frame.time_s = tick_ / fps_;
     frame.silhouettes.resize(readers_.size());
     frame.colors.resize(colors_ ? readers_.size() : 0);
     notes_.clear(readers_.size());
@@ -165,6 +169,7 @@ class VideoSource final : public FrameSource {
   std::vector<std::unique_ptr<Reader>> readers_;
   FrameWindow window_;
   int tick_ = 0;
+  double fps_ = 30;
   CameraNotes notes_;
   std::string lengths_, status_;
 };

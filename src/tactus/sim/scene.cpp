@@ -60,10 +60,4 @@ bool BodyDescription::in(const SpaceRegion& region, Vec3d p_world_m) const {
   return region.contains(region.frame == CoordinateFrame::world ? p_world_m : placement.to_body(p_world_m));
 }
 
-Vec3d ViewCameraDescription::eye() const {
-  if (eye_m) return *eye_m;
-  const double a = azimuth_deg * kRadPerDeg, e = elevation_deg * kRadPerDeg;
-  return target_m + distance_m * Vec3d{std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)};
-}
-
 }  // namespace tactus

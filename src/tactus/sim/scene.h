@@ -18,6 +18,9 @@ struct BoxRegion {
   Vec3d min_m, max_m;
 };
 
+/// Frames that a synthetic source gives when nothing says where it ends: ten seconds at its 30 per second.
+inline constexpr int kSyntheticFrames = 300;
+
 /// Frames `first` to `last`, both included; without `last`, to the end of the recording.
 struct FrameRange {
   int first = 0;
@@ -215,14 +218,12 @@ struct FrameDescription {
 };
 
 struct ViewCameraDescription {
-  Vec3d target_m = {0, 0.25, 0};
-  std::optional<Vec3d> eye_m;  ///< none: on the orbit below
-  double distance_m = 1.8;
-  double azimuth_deg = 30;        ///< 0: from +Z, 90: from +X
-  double elevation_deg = 25;      ///< above the horizon
-  double field_of_view_deg = 40;  ///< vertical
-
-  Vec3d eye() const;
+  std::optional<Vec3d> target_m;     ///< none: the middle of workspace and bodies
+  std::optional<Vec3d> eye_m;        ///< none: on the orbit below
+  std::optional<double> distance_m;  ///< none: as near as all of workspace and bodies is in the picture
+  double azimuth_deg = 30;           ///< 0: from +Z, 90: from +X
+  double elevation_deg = 25;         ///< above the horizon
+  double field_of_view_deg = 40;     ///< vertical
 };
 
 struct ViewDescription {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "tactus/base/error.h"
 #include "tactus/base/log.h"
 
 namespace tactus {
@@ -37,6 +38,11 @@ float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
       scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
   for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
   return static_cast<float>(spacing);
+}
+
+std::string vec_text(Vec3d v) {
+  const auto text = [](double x) { return number_text(std::round(x * 1e6) / 1e6 + 0.0); };
+  return "[" + text(v.x) + ", " + text(v.y) + ", " + text(v.z) + "]";
 }
 
 RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
@@ -96,16 +102,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
   if (scene.reconstruction.repair_masks)
     view_scores_.emplace(devices.context(0), rig.cameras,
                          ViewScoreOptions{.workspace_m = hull_options(scene, rig).workspace_m});
-  for (const ProbeDescription& probe : scene.probes) {
-    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
-                                   [&](const BodyDescription& b) { return b.name == probe.body; });
-    if (body == scene.bodies.end())
-      throw usage_error("probe '" + probe.name + "': there is no body '" + probe.body + "'");
-    const auto index = static_cast<std::size_t>(body - scene.bodies.begin());
-    const Vec3d at =
-        probe.frame == CoordinateFrame::body ? body->placement.to_world(probe.position_m) : probe.position_m;
-    probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
-  }
+  for (const ProbeDescription& probe : scene.probes) add_probe(probe);
   for (const BodyDescription& body : scene.bodies) {
     if (body.fixed.empty() && body.moved.empty() && scene.obstacles.empty() &&
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
@@ -114,6 +111,26 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
   add_stages();
   schedule_.close();
   devices_.synchronize();
+}
+
+void Simulation::add_probe(const ProbeDescription& probe) {
+  const auto body = std::find_if(scene_.bodies.begin(), scene_.bodies.end(),
+                                 [&](const BodyDescription& b) { return b.name == probe.body; });
+  if (body == scene_.bodies.end())
+    throw usage_error("probe '" + probe.name + "': there is no body '" + probe.body + "'");
+  const auto index = static_cast<std::size_t>(body - scene_.bodies.begin());
+  const bool in_body = probe.frame == CoordinateFrame::body;
+  const Vec3d at_m = in_body ? body->placement.to_world(probe.position_m) : probe.position_m;
+  const PointInBody embedded = place_point(bodies_[index]->shape(), body->shape.fill, vec_cast<float>(at_m));
+  if (embedded.outside) {
+    const Vec3d nearest_m = vec_cast<double>(embedded.outside->nearest_m);
+    throw usage_error("probe '" + probe.name + "': position_m " + vec_text(probe.position_m) + " lies " +
+                      number_text(static_cast<double>(embedded.outside->distance_m)) + " m outside body '" +
+                      probe.body + "'; the nearest point of its surface is " +
+                      vec_text(in_body ? body->placement.to_body(nearest_m) : nearest_m) +
+                      " (frame: " + (in_body ? "body" : "world") + ")");
+  }
+  probes_.push_back({index, embedded.point});
 }
 
 void Simulation::add_stages() {
@@ -292,9 +309,11 @@ std::vector<std::vector<Vec3d>> Simulation::motion_forces_N() {
 
 std::vector<Vec3f> Simulation::probe_positions_m() {
   std::vector<Vec3f> positions;
+  std::vector<std::vector<Vec3f>> nodes_m(bodies_.size());  // of bodies with probes, each once
   for (const Probe& probe : probes_) {
-    const std::vector<Vec3f> nodes = bodies_[probe.body]->positions_m(devices_.context(0));
-    positions.push_back(nodes[static_cast<std::size_t>(probe.node)]);
+    std::vector<Vec3f>& x_m = nodes_m[probe.body];
+    if (x_m.empty()) x_m = bodies_[probe.body]->positions_m(devices_.context(0));
+    positions.push_back(probe.point.position_m(x_m));
   }
   return positions;
 }

@@ -11,6 +11,7 @@
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
+#include "tactus/sim/body_point.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/soft_body.h"
 #include "tactus/tissue/substep_choice.h"
@@ -79,8 +80,10 @@ class Simulation {
  private:
   struct Probe {
     std::size_t body;
-    Index node;
+    BodyPoint point;
   };
+  /// @throws usage Error for a point that is not in its body, with the nearest one that is.
+  void add_probe(const ProbeDescription& probe);
   void add_stages();
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;

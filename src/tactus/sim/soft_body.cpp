@@ -354,10 +354,4 @@ std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {
   return is_element;
 }
 
-Index SoftBody::nearest_node(Vec3f rest_m) const {
-  const auto nearer = [rest_m](Vec3f a, Vec3f b) { return length(a - rest_m) < length(b - rest_m); };
-  const std::vector<Vec3f> rest = shape_.lattice.rest_positions_m();
-  return static_cast<Index>(std::min_element(rest.begin(), rest.end(), nearer) - rest.begin());
-}
-
 }  // namespace tactus

@@ -90,8 +90,8 @@ class SoftBody {
   std::vector<Vec3f> positions_m(ExecContext& ctx) const {
     return to_host(ctx, tissue_.body().x_m.const_view());
   }
-  /// The node whose rest position is nearest.
-  Index nearest_node(Vec3f rest_m) const;
+  /// At rest.
+  const BodyShape& shape() const { return shape_; }
 
  private:
   SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape);

@@ -54,6 +54,7 @@ GlPhotos::GlPhotos() {
   framebuffer_ = GlFramebuffer(name);
 }
 
+/// Textures of the size that these photos need; those that fit are kept.
 void GlPhotos::resize(const ViewPhotos& photos) {
   Index width = 0, height = 0, map_width = 0, map_height = 0;
   for (const Camera& c : photos.cameras) {
@@ -143,11 +144,13 @@ void GlPhotos::upload(const ViewMesh& view) {
   std::uint32_t live = 0;
   for (std::size_t c = 0; c < photos.cameras.size(); ++c)
     live |= from_device || !photos.images[c].empty() ? 1U << c : 0U;
-  if (view.photos != last_) resize(photos);
+  resize(photos);
   set_cameras(photos, view.R_world_mesh, from_device ? live & view.device->live_photos : live);
-  if (view.photos != last_ && !from_device) send_from_host(photos);
-  last_ = view.photos;
-  if (from_device) send_from_device(*view.device);
+  // Sent with every picture: a surface that moves wears new photos in every frame, often in the same object.
+  if (from_device)
+    send_from_device(*view.device);
+  else
+    send_from_host(photos);
   k_ = photos.k;
   bias_m_ = PhotoChoice::kBiasVoxels * photos.voxel_size_m;
 }

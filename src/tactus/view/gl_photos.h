@@ -14,7 +14,7 @@ struct GlPhotoPrograms {
 class GlPhotos {
  public:
   GlPhotos();
-  /// Sends photos and cameras (photos only when they are others than last time).
+  /// Sends photos and cameras.
   void upload(const ViewMesh& view);
   /// Draws what each camera sees of the mesh. Leaves the frame buffer and the view port changed.
   void draw_maps(const GlPhotoPrograms& programs, const GlMesh& mesh, const GlVertexArray& no_attributes);
@@ -34,7 +34,6 @@ class GlPhotos {
   void send_from_host(const ViewPhotos& photos);
   void filter(const GlProgram& program, const GlTexture& from, const GlTexture& to) const;
 
-  std::shared_ptr<const ViewPhotos> last_;
   std::vector<DeviceCamera> cameras_;
   GlStreamBuffer camera_block_, unpack_;
   GlTexture photos_, drawn_, widened_, maps_;

@@ -61,6 +61,14 @@ void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_p
               cv::LINE_AA);
 }
 
+void draw_line_of_text(ColorImage& image, const std::string& text, Index margin_px, float height_px) {
+  constexpr double kTried = 10;  // scale at which the line is measured
+  const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, kTried, 1, nullptr);
+  const double room_px = std::max(image.width_px - 2 * margin_px, Index{1});
+  const auto widest_px = static_cast<float>(22 * kTried * room_px / std::max(size.width, 1));
+  draw_text(image, text, margin_px, image.height_px - margin_px, std::min(height_px, widest_px));
+}
+
 struct VideoWriter::Impl {
   explicit Impl(const std::string& to) : path(to), file(to, ".mp4") {}
   std::string path, codec;

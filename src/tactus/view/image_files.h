@@ -14,6 +14,9 @@ void write_png(const std::string& path, const ColorImage& image);
 /// The same in memory. @throws Error when the image is empty.
 std::vector<std::uint8_t> encode_png(const ColorImage& image);
 
+/// A line along the lower border, as high as asked for, or lower where it would not fit between the margins.
+void draw_line_of_text(ColorImage& image, const std::string& text, Index margin_px, float height_px);
+
 /// Text on a picture, its lower left corner at (x_px, y_px): light with a dark rim, so that it reads on
 /// anything.
 void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px = 16,

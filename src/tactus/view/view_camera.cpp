@@ -20,7 +20,8 @@ Rigidf ViewCamera::T_cam_world() const {
   return {R, -(R * eye)};
 }
 
-ViewCamera frame_box(const Box3f& box_m, float azimuth_rad, float elevation_rad, float aspect) {
+ViewCamera frame_box(const Box3f& box_m, float azimuth_rad, float elevation_rad, float aspect,
+                     float fov_rad) {
   const Vec3f half = 0.5F * box_m.extent();
   const float radius = length(half);
   if (!std::isfinite(radius) || !std::isfinite(length(box_m.center())) || half.x < 0 || half.y < 0 ||
@@ -30,6 +31,7 @@ ViewCamera frame_box(const Box3f& box_m, float azimuth_rad, float elevation_rad,
   camera.target_m = box_m.center();
   camera.azimuth_rad = azimuth_rad;
   camera.elevation_rad = elevation_rad;
+  camera.fov_rad = fov_rad;
   // The nearest distance at which every corner is within 95 % of the picture's half width and half height.
   const Mat3f R = camera.T_cam_world().R;
   const float tan_y = 0.95F * std::tan(0.5F * camera.fov_rad), tan_x = tan_y * aspect;

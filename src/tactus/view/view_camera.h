@@ -19,6 +19,6 @@ struct ViewCamera {
 /// Looks at the whole of `box_m` from the given side, for a picture of `aspect` = width / height.
 /// @throws Error when the box is empty or not finite.
 ViewCamera frame_box(const Box3f& box_m, float azimuth_rad = 0.6F, float elevation_rad = 0.4F,
-                     float aspect = 16.F / 9.F);
+                     float aspect = 16.F / 9.F, float fov_rad = 0.6F);
 
 }  // namespace tactus

@@ -1,0 +1,34 @@
+#pragma once
+/// A point of a body that moves with its lattice.
+#include <array>
+#include <span>
+
+#include "tactus/sim/body_shape.h"
+#include "tactus/tissue/embed_kernels.h"
+
+namespace tactus {
+
+/// Where a point of a body at rest sits: in a cube of the lattice, by its eight nodes.
+struct BodyPoint {
+  std::array<Index, 8> nodes{};  ///< corner q at (q & 1, q >> 1 & 1, q >> 2)
+  Vec3f local{};                 ///< in [0, 1] inside the cube
+
+  /// Trilinear in the cube's nodes [P 15].
+  Vec3f position_m(std::span<const Vec3f> node_x_m) const;
+};
+
+/// What keeps a point out of a body.
+struct OutsideBody {
+  float distance_m;  ///< to the body's surface
+  Vec3f nearest_m;   ///< the point on it, world
+};
+
+/// The point at rest at `rest_m` (world), or why there is none. What lies up to a tenth of a cube outside the
+/// surface counts as on it: seen surfaces are polygons. Host.
+struct PointInBody {
+  BodyPoint point;
+  std::optional<OutsideBody> outside;
+};
+PointInBody place_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m);
+
+}  // namespace tactus

@@ -1,0 +1,89 @@
+#!/usr/bin/env bash
+# tools/make_package.sh BUILD OUT: the program for people who don't compile, from a build of `tactus`:
+#   OUT/tactus_VERSION_ARCH.deb                  for this Debian; its libraries are packages it depends on
+#   OUT/tactus-VERSION-linux-MACHINE.tar.gz      for any Linux with this libc or a newer one; libraries and their licences inside
+# Both hold LICENSE, README, the documents, scenes, rigs and the completion. OpenGL belongs to the machine: without it the
+# program runs with --view none, and says so.
+set -euo pipefail
+build=$1 out=$2
+version=$(sed -n 's/^project(tactus VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+from_the_host='/(libc|libm|libdl|librt|libpthread|libresolv|libutil|ld-linux[^/]*|libcuda|libGL|libEGL|libOpenGL)\.so'
+mkdir -p "$out"
+
+package_of() {  # package_of LIBRARY: the Debian package that it is from; "" for none
+  # Packages from before the merge of /lib and /usr/lib know their files by either name.
+  local file
+  file=$(readlink -f "$1")
+  { dpkg -S "$file" 2>/dev/null || dpkg -S "${file#/usr}" 2>/dev/null || true; } | head -1 | cut -d: -f1
+}
+
+share() {  # share FOLDER DOCUMENTS: what goes with the program
+  mkdir -p "$1" "$2/docs"
+  cp -r scenes rigs "$1/"
+  cp LICENSE README.md CHANGELOG.md CITATION.cff "$2/"
+  cp -r docs/*.md docs/images "$2/docs/"
+}
+
+# --- the archive
+name=tactus-$version-linux-$(uname -m)
+archive=$out/$name
+rm -rf "$archive"
+mkdir -p "$archive/bin" "$archive/lib" "$archive/completions" "$archive/licenses"
+cp "$build/tactus" "$archive/bin/"
+strip "$archive/bin/tactus"
+share "$archive" "$archive"
+cp completions/tactus.bash "$archive/completions/"
+ldd "$archive/bin/tactus" | awk '/=> \//{print $3}' | sort -u | grep -vE "$from_the_host" | while read -r library; do
+  cp -L "$library" "$archive/lib/"
+  package=$(package_of "$library")
+  if [ -z "$package" ]; then
+    echo "$library: of no package, so its licence is not known" >&2
+    exit 1
+  fi
+  cp "/usr/share/doc/$package/copyright" "$archive/licenses/$package"
+done
+# The headers that are compiled in.
+for package in libcli11-dev nlohmann-json3-dev libtinygltf-dev; do
+  if [ -e "/usr/share/doc/$package/copyright" ]; then cp "/usr/share/doc/$package/copyright" "$archive/licenses/$package"; fi
+done
+wrong=$(env -i /usr/bin/ldd "$archive/bin/tactus" | grep '=>' | grep -v "=> $(realpath "$archive")/" | grep -vE "$from_the_host" || true)
+if [ -n "$wrong" ]; then
+  echo "not found in the archive's own lib/:" && echo "$wrong"
+  exit 1
+fi >&2
+tar -C "$out" -czf "$archive.tar.gz" "$name"
+
+# --- the package
+if command -v dpkg-deb >/dev/null; then
+  stage=$(mktemp -d)
+  trap 'rm -rf "$stage"' EXIT
+  chmod 755 "$stage"
+  mkdir -p "$stage/DEBIAN" "$stage/usr/bin" "$stage/usr/share/bash-completion/completions"
+  cp "$archive/bin/tactus" "$stage/usr/bin/"
+  share "$stage/usr/share/tactus" "$stage/usr/share/doc/tactus"
+  cp LICENSE "$stage/usr/share/doc/tactus/copyright"
+  cp completions/tactus.bash "$stage/usr/share/bash-completion/completions/tactus"
+  depends=$(readelf -d "$build/tactus" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' | while read -r needed; do
+    library=$(ldd "$build/tactus" | awk -v n="$needed" '$1 == n {print $3}')
+    if [ -n "$library" ]; then package_of "$library"; fi
+  done | sort -u | grep . | paste -sd, | sed 's/,/, /g')
+  architecture=$(dpkg --print-architecture)
+  cat >"$stage/DEBIAN/control" <<C
+Package: tactus
+Version: $version
+Architecture: $architecture
+Maintainer: the authors of Tactus <noreply@example.org>
+Section: graphics
+Priority: optional
+Installed-Size: $(du -sk "$stage/usr" | cut -f1)
+Depends: $depends
+Recommends: libegl1, libegl-mesa0, libgl1-mesa-dri
+Description: real objects, seen by cameras, touch virtual soft bodies
+ Tactus rebuilds what calibrated cameras see in 3D, as it moves, and lets it push virtual soft bodies, in real time.
+ Pictures and films need OpenGL 4.5; Mesa's software driver is enough.
+C
+  deb=$out/tactus_${version}_$architecture.deb
+  dpkg-deb --build --root-owner-group "$stage" "$deb" >/dev/null
+  du -h "$deb"
+fi
+du -h "$archive.tar.gz"
