@@ -12,8 +12,8 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/picture_thread.h"
 #include "tactus/cli/run_explain.h"
-#include "tactus/cli/run_pictures.h"
 #include "tactus/cli/run_report.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
@@ -104,7 +104,7 @@ void check_photographs(const RunOptions& options, const Scene& scene, const Fram
 
 /// The loop over frames.
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
-                      Simulation& simulation, RunPictures* pictures, const std::string& stem) {
+                      Simulation& simulation, PictureThread* pictures, const std::string& stem) {
   RunSummary summary;
   std::optional<RunExplainer> explainer;
   if (options.explain) explainer.emplace(scene);
@@ -140,7 +140,9 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
       if (pictures != nullptr) {
         char time_text[32];
         std::snprintf(time_text, sizeof time_text, "%.2f s", frame.time_s);
-        pictures->add(std::move(snapshot), frame.colors, caption, time_text);
+        pictures->add(std::move(snapshot),
+                      scene.view.photographs > 0 ? frame.colors : std::vector<ColorImage>{}, caption,
+                      time_text);
       }
     }
     show_progress(summary.frames, total, caption);
@@ -168,11 +170,13 @@ void run(const RunOptions& options) {
 
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
-  std::optional<RunPictures> pictures;
+  std::optional<PictureThread> pictures;
   if (options.view == "file") check_opengl();
   if (options.view == "file")
-    pictures.emplace(scene, source->rig(), simulation, stem,
-                     std::clamp(source->fps().value_or(30), 1.0, 240.0));  // what films can have
+    pictures.emplace([&] {
+      return std::make_unique<RunPictures>(scene, source->rig(), simulation, stem,
+                                           std::clamp(source->fps().value_or(30), 1.0, 240.0));  // a film's
+    });
 
   if (pictures && scene.view.show_models) {
     std::vector<std::vector<std::uint8_t>> element_triangles;
