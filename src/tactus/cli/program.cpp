@@ -9,6 +9,8 @@
 namespace tactus {
 namespace {
 
+int exit_code = 0;
+
 /// A first word that is no verb gets the nearest one.
 void check_verb(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -32,13 +34,15 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
   try {
     check_verb(app, argc, argv);
     app.parse(argc, argv);
-    return interrupted() ? 130 : 0;
+    return interrupted() ? 130 : exit_code;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   }
 }
 
 }  // namespace
+
+void set_exit_code(int code) { exit_code = code; }
 
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up) {

@@ -177,6 +177,7 @@ RigFile read_rig_file(const std::string& path) {
   RigFile file;
   read_world(yaml, file);
   CameraReader reader(path, yaml);
+  file.R_file_world = transpose(rotation_to_y_up(yaml));
   const auto cameras = yaml.children(
       "cameras", {"name", "video", "empty_room", "mask", "photo", "calibration", "image_size_px"});
   if (cameras.empty()) yaml.fail("cameras", "no camera, expected at least one");
