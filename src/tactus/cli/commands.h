@@ -5,6 +5,7 @@
 namespace tactus {
 void add_run_command(CLI::App& app);
 void add_reconstruct_command(CLI::App& app);
+void add_background_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
 void add_noise_command(CLI::App& app);

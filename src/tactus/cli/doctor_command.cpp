@@ -280,7 +280,7 @@ DoctorReport examine(const DoctorOptions& options) {
     mean_recall += r / static_cast<double>(report.diagnosis.recall_after.size());
   std::vector<Distance> distances = measured_distances(options, input.cameras);
   for (const Distance& d : board_distances(options, file, evidence.lines)) distances.push_back(d);
-  weigh_distances(distances, report.diagnosis.cameras, mean_recall, evidence);
+  weigh_distances(distances, input.cameras, mean_recall, evidence);
   weigh_depth(*source, first, mean_recall, evidence);
   weigh_times(options, mean_recall, evidence);
   add_evidence(std::move(evidence), !distances.empty(), report);

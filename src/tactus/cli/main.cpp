@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
         tactus::add_run_command(app);
         tactus::add_reconstruct_command(app);
         tactus::add_doctor_command(app);
+        tactus::add_background_command(app);
         tactus::add_synth_command(app);
         tactus::add_noise_command(app);
         tactus::add_bench_command(app);

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "tactus/rig/background_model.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/depth_files.h"
-#include "tactus/rig/background_model.h"
 #include "tactus/rig/frame_source.h"
 
 namespace tactus {

@@ -97,7 +97,8 @@ void Undistortion::mask(const BitMask& photo, BitMask& result) const {
     return;
   }
   const Camera& c = maps_->pinhole;
-  if (result.width_px != c.width_px || result.height_px != c.height_px) result = BitMask(c.width_px, c.height_px);
+  if (result.width_px != c.width_px || result.height_px != c.height_px)
+    result = BitMask(c.width_px, c.height_px);
   const Index words = result.words_per_row();
   const Index last_x = maps_->photo.width - 1, last_y = maps_->photo.height - 1;
   const auto bit = [&](Index x, Index y) { return photo(clamp(x, 0, last_x), clamp(y, 0, last_y)) ? 1 : 0; };
@@ -105,7 +106,8 @@ void Undistortion::mask(const BitMask& photo, BitMask& result) const {
     const auto* xy = maps_->xy.ptr<cv::Vec2s>(y);
     const auto* fraction = maps_->fraction.ptr<std::uint16_t>(y);
     for (Index w = 0; w < words; ++w) {
-      const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(words) + static_cast<std::size_t>(w);
+      const std::size_t at =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(words) + static_cast<std::size_t>(w);
       const Maps::Source s = maps_->sources[at];
       const Index begin = 32 * w, count = min(32, c.width_px - begin);
       const std::uint32_t real = count == 32 ? ~0U : (1U << count) - 1U;
@@ -113,7 +115,8 @@ void Undistortion::mask(const BitMask& photo, BitMask& result) const {
       std::uint32_t bits = same == 1 ? real : 0U;
       for (Index i = 0; i < count && same == 2; ++i) {
         const cv::Vec2s p = xy[begin + i];
-        const int fx = fraction[begin + i] & (cv::INTER_TAB_SIZE - 1), fy = fraction[begin + i] >> cv::INTER_BITS;
+        const int fx = fraction[begin + i] & (cv::INTER_TAB_SIZE - 1),
+                  fy = fraction[begin + i] >> cv::INTER_BITS;
         const int top = (cv::INTER_TAB_SIZE - fx) * bit(p[0], p[1]) + fx * bit(p[0] + 1, p[1]);
         const int bottom = (cv::INTER_TAB_SIZE - fx) * bit(p[0], p[1] + 1) + fx * bit(p[0] + 1, p[1] + 1);
         const bool set = 2 * ((cv::INTER_TAB_SIZE - fy) * top + fy * bottom) >= cv::INTER_TAB_SIZE2;
