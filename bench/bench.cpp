@@ -31,6 +31,8 @@ const std::vector<Benchmark>& benchmarks() {
        run_table2},
       {"table3", "Table 3 of Shao et al. 2019: texture on the CPU, one GPU and all (auto: all three)",
        run_table3},
+      {"table4", "Table 4 of Shao et al. 2019: neighbour search of 40,000 to 8 million particles",
+       run_table4},
       {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)", run_tissue},
       {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
        run_fig20},

@@ -47,6 +47,7 @@ struct Count {
 template <int kThreads>
 class CpuBlock {
  public:
+  static constexpr bool kIsLoop = true;  ///< threads are the lanes of a loop: work that all need is done once
   template <class T>
   struct PerThread {
     static constexpr int kBefore = sizeof(T) < 64 ? 64 / sizeof(T) : 1;  ///< so that value[-1] may be read

@@ -1,5 +1,18 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/geom/cell_list_kernels.h"
+#include "tactus/geom/cell_sort_kernels.h"
+#include "tactus/geom/neighbour_list_kernels.h"
+#include "tactus/geom/reorder_kernels.h"
+#include "tactus/geom/tile_scan_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::CellKeys);
 TACTUS_CUDA_KERNEL(tactus::CellBounds);
+TACTUS_CUDA_KERNEL(tactus::ClearCells);
+TACTUS_CUDA_KERNEL(tactus::CountInCells);
+TACTUS_CUDA_KERNEL(tactus::SumTile);
+TACTUS_CUDA_KERNEL(tactus::ScanTile);
+TACTUS_CUDA_KERNEL(tactus::SpreadIds);
+TACTUS_CUDA_KERNEL(tactus::RankInCell);
+TACTUS_CUDA_KERNEL(tactus::ReorderFields);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::CountNeighbours>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::WriteNeighbours>);

@@ -15,6 +15,7 @@ namespace tactus {
 template <int kThreads>
 class CudaBlock {
  public:
+  static constexpr bool kIsLoop = false;
   template <class T>
   struct PerThread {
     T value;
@@ -94,6 +95,7 @@ class CudaBlock {
 template <int kThreads>
 class CudaLanes {
  public:
+  static constexpr bool kIsLoop = false;
   template <class T>
   using PerThread = typename CudaBlock<kThreads>::template PerThread<T>;
   __device__ explicit CudaLanes(Index index) : index_(index) {}
@@ -197,6 +199,7 @@ void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kern
 }  // namespace detail
 }  // namespace tactus
 
-#define TACTUS_CUDA_KERNEL(K)                                                                            \
-  template void tactus::detail::launch_cuda<K, sizeof(K), alignof(K)>(void*, const char*, tactus::Count, \
-                                                                      const K&)
+/// Takes a template with several arguments, too.
+#define TACTUS_CUDA_KERNEL(...)                                                                      \
+  template void tactus::detail::launch_cuda<__VA_ARGS__, sizeof(__VA_ARGS__), alignof(__VA_ARGS__)>( \
+      void*, const char*, tactus::Count, const __VA_ARGS__&)

@@ -1,0 +1,63 @@
+#pragma once
+/// What kernels see of a neighbour search.
+#include "tactus/geom/cell_hash.h"
+
+namespace tactus {
+
+/// A particle in the order of the search.
+struct alignas(16) SearchParticle {
+  Vec3f x_m;
+  Index id = 0;  ///< it keeps this for life
+};
+
+/// Particles that follow one another and are visited together.
+inline constexpr Index kVisitLanes = 8;
+
+/// Slots [first, last).
+struct SlotRun {
+  Index first = 0, last = 0;
+};
+
+/// Particles sorted by cells; within a cell by id. Particle `slot` of the search was number `order[slot]` of
+/// what was given to it.
+struct NeighbourCells {
+  CellHash hash;
+  View<const Index> table_size, placed;  ///< (1) each; placed: number of slots in use
+  View<const Index> begin;               ///< (table_size + 1) first slot of every cell number
+  View<const SearchParticle> particles;  ///< by slot
+  View<const Index> order;               ///< by slot
+
+  /// f(run) for the cells of a box, by z, y, x. In linear order, a row is one run, or two where the table
+  /// ends.
+  template <class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3i low, Vec3i high, F&& f) const {
+    const Index size = table_size[0];
+    for (Index z = low.z; z <= high.z; ++z) {
+      for (Index y = low.y; y <= high.y; ++y) {
+        if (hash.ids == CellIds::linear) {
+          const auto first = static_cast<Index>(hash.number({low.x, y, z}, size));
+          const Index past = first + (high.x - low.x) + 1;
+          f(SlotRun{begin[first], begin[min(past, size)]});
+          if (past > size) f(SlotRun{begin[0], begin[past - size]});
+        } else {
+          for (Index x = low.x; x <= high.x; ++x) {
+            const auto number = static_cast<Index>(hash.number({x, y, z}, size));
+            f(SlotRun{begin[number], begin[number + 1]});
+          }
+        }
+      }
+    }
+  }
+  /// f(slot) for all particles in the 27 cells around a point, whatever their distance; none when it is not
+  /// held. Those within reach come in the same order on every device: by cells z, y, x, then by id.
+  template <class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_candidate(Vec3f p_m, F&& f) const {
+    if (!hash.holds(p_m)) return;
+    const Vec3i c = hash.cell(p_m), one{1, 1, 1};
+    for_each_run(c - one, c + one, [&](SlotRun run) {
+      for (Index slot = run.first; slot < run.last; ++slot) f(slot);
+    });
+  }
+};
+
+}  // namespace tactus
