@@ -21,6 +21,7 @@
 #include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/workspace_from_cones.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
@@ -35,7 +36,7 @@ struct ReconstructOptions {
   int max_vertices = 0, max_triangles = 0, max_active_bricks = 0;
   double depth_jump_m = 0.1;
   bool moving = false, no_depth = false, repair_masks = false;
-  std::vector<double> workspace;
+  std::vector<std::string> workspace;
 };
 
 SourceDescription describe_source(const ReconstructOptions& options) {
@@ -58,11 +59,22 @@ SourceDescription describe_source(const ReconstructOptions& options) {
   return source;
 }
 
+bool takes_workspace_from_cones(const ReconstructOptions& options) {
+  return options.workspace.size() == 1 && options.workspace[0] == "auto";
+}
+
 std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
-  const std::vector<double>& w = options.workspace;
-  if (w.empty()) return {};
-  if (w.size() != 6)
-    throw usage_error("--workspace takes six numbers (x0,y0,z0,x1,y1,z1), not " + std::to_string(w.size()));
+  if (options.workspace.empty() || takes_workspace_from_cones(options)) return {};
+  if (options.workspace.size() != 6)
+    throw usage_error("--workspace takes six numbers (x0,y0,z0,x1,y1,z1) or auto, not " +
+                      std::to_string(options.workspace.size()));
+  std::vector<double> w;
+  for (const std::string& text : options.workspace) {
+    char* end = nullptr;
+    w.push_back(std::strtod(text.c_str(), &end));
+    if (text.empty() || *end != '\0' || !std::isfinite(w.back()))
+      throw usage_error("--workspace: '" + text + "', expected a number of metres, or auto alone");
+  }
   return BoxRegion{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
 }
 
@@ -228,13 +240,15 @@ class Reconstruction {
     motion_.add(mesh, frame, source_, row);
     views_.add_to(row);
     const std::string odd = views_.status();
-    for (const std::string& warning : {overflow, report.depth, odd}) {
+    const std::string found =
+        views_.judge(mesh, frame, workspace_m(options_, source_.rig()), hull_.voxel_size_m(), row);
+    for (const std::string& warning : {overflow, report.depth, odd, found}) {
       if (!warning.empty()) log_warning(warning);
     }
     row["tick"] = frame.tick;
     if (const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source_))
       row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
-    row["status"] = joined({overflow, report.depth, source_.status(), odd});
+    row["status"] = joined({overflow, report.depth, source_.status(), odd, found});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;
   }
@@ -305,8 +319,30 @@ void print_row(const nlohmann::json& row) {
               row["iou_min"].get<double>(), row["recall"].get<double>(), row["ms"]["total"].get<double>());
 }
 
-void reconstruct(const ReconstructOptions& options) {
+/// Six numbers in place of `auto`, from the first usable frame.
+void find_workspace(ReconstructOptions& options) {
+  const std::unique_ptr<FrameSource> source = open_described(options);
+  FrameSet frame;
+  NextFrame next = source->next(frame);
+  while (next == NextFrame::bad_frame) next = source->next(frame);
+  if (next == NextFrame::no_more_data)
+    throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+  const std::optional<ConeBox> cones = workspace_from_cones(source->rig().cameras, frame.silhouettes);
+  if (!cones)
+    throw Error(
+        "--workspace auto: the cones of the silhouettes do not meet; `tactus doctor RIG` looks for the "
+        "cause");
+  if (!cones->is_bounded)
+    log_warning("--workspace auto: the masks touch the borders of their images, and the cones are open");
+  options.workspace.clear();
+  for (const Vec3f corner : {cones->box_m.min, cones->box_m.max}) {
+    for (int i = 0; i < 3; ++i) options.workspace.push_back(number_text(static_cast<double>(corner[i])));
+  }
+}
+
+void reconstruct(ReconstructOptions options) {
   check_capacities(options);
+  if (takes_workspace_from_cones(options)) find_workspace(options);
   check_outputs(options);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_described(options);
@@ -354,7 +390,9 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--mesh", options->mesh_path,
                       "write the mesh (.ply, .obj, .glb, .gltf); several frames get a number");
   command->add_option("--json", options->json_path, "write the measurements");
-  command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
+  command
+      ->add_option("--workspace", options->workspace,
+                   "x0,y0,z0,x1,y1,z1 [m] instead of the rig's, or auto: where the silhouettes' cones meet")
       ->delimiter(',');
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
