@@ -213,7 +213,7 @@ TEST(RigDoctor, ACureGivesTheRigBack) {
 }
 
 TEST(RigDoctor, ALateCameraIsNamedWithItsFrames) {
-  SyntheticSource source({.figure = "hand-moving", .depth = false, .truth = false});
+  SyntheticSource source({.figure = "hand-moving", .fps = 10, .depth = false, .truth = false});
   FrameSet frame;
   std::vector<std::vector<BitMask>> ticks;
   for (int k = 0; k < 20; ++k) {

@@ -240,15 +240,13 @@ class Reconstruction {
     motion_.add(mesh, frame, source_, row);
     views_.add_to(row);
     const std::string odd = views_.status();
-    const std::string found =
-        views_.judge(mesh, frame, workspace_m(options_, source_.rig()), hull_.voxel_size_m(), row);
-    for (const std::string& warning : {overflow, report.depth, odd, found}) {
+    for (const std::string& warning : {overflow, report.depth, odd}) {
       if (!warning.empty()) log_warning(warning);
     }
     row["tick"] = frame.tick;
     if (const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source_))
       row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
-    row["status"] = joined({overflow, report.depth, source_.status(), odd, found});
+    row["status"] = joined({overflow, report.depth, source_.status(), odd});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;
   }

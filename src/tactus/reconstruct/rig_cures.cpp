@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tactus/geom/mask_cleaning.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/pose_search.h"
@@ -35,6 +36,10 @@ void Examination::find_holes() {
   const std::vector<ViewScore> found = scores.measure(devices.context(0), masks);
   for (std::size_t v = 0; v < found.size(); ++v) {
     if (!found[v].is_suspect) continue;
+    // A concave object seen by few views is carved deep by one of them, too; that mask has no hole in it.
+    BitMask filled = masks[v];
+    MaskCleaner(filled.width_px, filled.height_px).fill_holes(filled, filled.width_px * filled.height_px);
+    if (filled == masks[v]) continue;
     note({static_cast<int>(used_[v]), -1, "holed mask",
           "it alone carves " + number(100 * found[v].carved_alone, "%.1f") +
               " % of the hull that all others keep: fill it (--repair-masks), or learn the background again",
