@@ -60,7 +60,7 @@ PushResult push(ExecContext& ctx, const Push& scene) {
     const test::DeviceMesh mesh(ctx, scene.sphere ? test::transformed(test::unit_sphere(14 + f), T, radius)
                                                   : test::transformed(test::box(half, 14 + f), T));
     surface.update(ctx, mesh.view(), kDt);
-    contact.begin_frame(ctx, kFrame);
+    contact.begin_frame(ctx, surface, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) {
         nodes.v[i] += (kSubstep * scene.spring_1_s2) * (rest[i] - nodes.x[i]);
@@ -116,7 +116,7 @@ TEST(Contact, RestingForAMinuteNeitherCreepsNorChatters) {
         axis_angle(normalized(Vec3f{u(random), u(random), u(random)}, {1, 0, 0}), 3 * u(random)));
     const test::DeviceMesh mesh(ctx, test::transformed(test::unit_sphere(20), {turn, {}}, radius));
     surface.update(ctx, mesh.view(), kDt);
-    contact.begin_frame(ctx, kFrame);
+    contact.begin_frame(ctx, surface, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) {
         const Vec3f force = 400.F * (rest[i] - nodes.x[i]) - 20.F * nodes.v[i] + Vec3f{0, -9.81F, 0};
@@ -164,7 +164,7 @@ test::Nodes touch_plate(const ContactSettings& settings, Vec3f plate_velocity,
   nodes.v = velocities;
   nodes.fixed.back() = 1;
   Contact contact(ctx.device(), static_cast<Index>(velocities.size()), settings);
-  contact.begin_frame(ctx, one_at(0));
+  contact.begin_frame(ctx, surface, one_at(0));
   nodes.correct(ctx, contact, surface, 0);
   if (report != nullptr) *report = contact.report(ctx, kDt, 1);
   return nodes;
@@ -222,7 +222,7 @@ TEST(Contact, EachPlateDragsWhatTouchesIt) {
     test::Nodes nodes(x, 2e-3F);
     nodes.v.assign(2, {0, -1, 0});
     Contact contact(ctx.device(), 2, {.restitution = 0, .friction = 10});
-    contact.begin_frame(ctx, one_at(t));
+    contact.begin_frame(ctx, surface, one_at(t));
     nodes.correct(ctx, contact, surface, 0);
     for (std::size_t k = 0; k < 2; ++k) {
       // As above; the top is where it was, so its error is the velocity's over half a frame.
@@ -270,7 +270,7 @@ TEST(Contact, DeepNodesAreRescuedAndOutsideOnesAreNot) {
   }
   test::Nodes nodes(x);
   Contact contact(ctx.device(), 64);
-  contact.begin_frame(ctx, one_at(0));
+  contact.begin_frame(ctx, surface, one_at(0));
   nodes.correct(ctx, contact, surface, 0, true);
   EXPECT_EQ(contact.report(ctx, kDt, 1).rescued, 20);
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -293,7 +293,7 @@ TEST(Contact, MemoryHoldsANodeOnTheSideWhereItTouched) {
   surface.update(ctx, plate.view(), 0);
   for (const bool remembers : {false, true}) {
     Contact contact(ctx.device(), 1, {0, 0.5F});
-    contact.begin_frame(ctx, {.dt_s = 1e-3F, .substeps = 1, .dt_frame_s = 1e-3F});  // at its capture
+    contact.begin_frame(ctx, surface, {.dt_s = 1e-3F, .substeps = 1, .dt_frame_s = 1e-3F});  // at its capture
     Buffer<Vec3f> x = to_device(ctx, std::vector<Vec3f>{{0, -0.009F, 0}}),
                   v = to_device(ctx, std::vector<Vec3f>{{0, 1, 0}});
     const Buffer<float> mass = to_device(ctx, std::vector<float>{1e-3F}),
@@ -339,7 +339,7 @@ TEST_P(ContactOn, WhatIsFarChangesNothing) {
     // With a gap of 2 spacings all that is reached is pushed out.
     test::Nodes nodes(x, 1e-3F, 1.99F * kSpacing);
     Contact contact(ctx.device(), static_cast<Index>(x.size()));
-    contact.begin_frame(ctx, one_at(0));
+    contact.begin_frame(ctx, surface, one_at(0));
     nodes.correct(ctx, contact, surface, 0, true);
     Index moved = 0;
     for (std::size_t i = 0; i + 1 < x.size(); ++i) {
@@ -375,7 +375,7 @@ TEST_P(ContactOn, WhatArrivesWithinAFrameTouches) {
     still.update(ctx, now.view(), kDt);
     Contact contact(ctx.device(), 1);
     test::Nodes node(std::vector<Vec3f>(1));
-    contact.begin_frame(ctx, kFrame);
+    contact.begin_frame(ctx, moving, kFrame);
     for (int k = 0; k < kSubsteps; ++k) {
       node.correct(ctx, contact, moving, k, k == 0);
       if (k + 1 < kSubsteps) {
@@ -389,7 +389,7 @@ TEST_P(ContactOn, WhatArrivesWithinAFrameTouches) {
     EXPECT_EQ(contact.report(ctx, kDt, kSubsteps).contacts_per_substep * kSubsteps, 1);
 
     test::Nodes jumps(std::vector<Vec3f>{{0, -0.13F, 0}});
-    contact.begin_frame(ctx, kFrame);
+    contact.begin_frame(ctx, still, kFrame);
     jumps.correct(ctx, contact, still, 0, true);
     EXPECT_EQ(jumps.x[0], (Vec3f{0, -0.13F, 0}));
     jumps.x[0] = {};
@@ -412,7 +412,7 @@ TEST(Contact, FramesOfManySubstepsMeetTheSurfaceWhereItIs) {
   const SurfaceMotion motion = surface.report(ctx).motions[0];
   const ContactTimes times{.dt_s = kDt / kMany, .substeps = kMany, .dt_frame_s = kDt};
   Contact contact(ctx.device(), 1);
-  contact.begin_frame(ctx, times);
+  contact.begin_frame(ctx, surface, times);
   for (Index k = 0; k < kMany; ++k) {
     for (const Index steps : {Index{1}, kEvery}) {
       if (k % steps != 0) continue;

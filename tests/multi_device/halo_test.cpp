@@ -61,7 +61,7 @@ class Rod {
       const auto fields = [&](int p) { return std::array{a_[k % 2][static_cast<std::size_t>(p)].view()}; };
       const auto next = [&](int p) { return std::array{a_[1 - k % 2][static_cast<std::size_t>(p)].view()}; };
       const bool updates = forgotten != Forgotten::update;
-      if (k == 0 && !has_begun_) {
+      if (k == 0 && (updates || !has_begun_)) {  // a recording can't wait for what came before it
         devices_.for_each_part([&](ExecContext&, int p) { halo_->begin(p, fields); });
         halo_->finish(fields);
         has_begun_ = true;

@@ -64,7 +64,7 @@ Result press(const std::string& devices_text, const Scene& scene = slab_scene())
   for (int k = 0; k <= 20; ++k) {  // 0.5 m/s down to 10 cm below the slab's top
     const double y_m = std::max(0.35 - 0.5 * k / 30, 0.2);
     result.report = simulation.step(ball_frame(y_m, k / 30.0), k == 0 ? 0 : 1.0 / 30);
-    EXPECT_EQ(result.report.status, "");
+    EXPECT_EQ(text_of(result.report.notices), "");
   }
   result.probes = simulation.probe_positions_m();
   result.surface = simulation.snapshot().bodies.at(0).positions_m;
@@ -98,7 +98,7 @@ TEST(Simulation, TooLittleRoomNamesTheKeyThatGivesIt) {
   Scene scene = slab_scene();
   scene.reconstruction.max_vertices = 90;
   const auto status = [&] {
-    return Simulation(devices, scene, make_synthetic_rig(), {}).step(ball_frame(0.35, 0), 0).status;
+    return text_of(Simulation(devices, scene, make_synthetic_rig(), {}).step(ball_frame(0.35, 0), 0).notices);
   };
   const std::string told = ", room for 90: raise reconstruction.max_vertices to ";
   const std::string text = status();
@@ -187,7 +187,7 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   const auto volume = [&](bool depth) {
     scene.reconstruction.depth = depth;
     Simulation simulation(devices, scene, source.rig(), {});
-    EXPECT_EQ(simulation.step(frame, 0).status, "");
+    EXPECT_EQ(text_of(simulation.step(frame, 0).notices), "");
     return volume_m3(simulation.snapshot().real);
   };
   // The wall is 4 cm of a ball of 31 cm: a third of the closed half ball.
@@ -195,7 +195,7 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   frame.depths_m = {DepthImage(200, 200)};
   scene.reconstruction.depth = true;
   Simulation simulation(devices, scene, source.rig(), {});
-  EXPECT_EQ(simulation.step(frame, 0).status, "camera 'tof': the depth image has no valid pixel");
+  EXPECT_EQ(text_of(simulation.step(frame, 0).notices), "camera 'tof': the depth image has no valid pixel");
 }
 
 TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
@@ -211,7 +211,7 @@ TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
     scene.reconstruction.repair_masks = repair;
     scene.reconstruction.tolerated_views = tolerated;
     Simulation simulation(devices, scene, rig, {});
-    status = simulation.step(frame, 0).status;
+    status = text_of(simulation.step(frame, 0).notices);
     return volume_m3(simulation.snapshot().real);
   };
   const double whole = volume(true, 0);

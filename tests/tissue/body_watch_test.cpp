@@ -29,22 +29,26 @@ TEST_P(BodyWatchOnDevices, TheFirstBadNodeAndTheFastestAreNamed) {
     watch.look(ctx, x_m.const_view(), v_m_s.const_view(), substep);
     ctx.synchronize();
   };
+  const auto report = [&ctx](BodyWatch& of) {
+    of.summarise(ctx);
+    return to_host(ctx, of.summary())[0];
+  };
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   look(0, [](auto&, auto& v) { v[300] = {3, 4, 0}; });
-  WatchRecord r = watch.report(ctx);
+  WatchRecord r = report(watch);
   EXPECT_EQ(r.bad_substep, -1);
   EXPECT_EQ(r.fastest_node, 300);
   EXPECT_EQ(r.fastest2_m2_s2, 25);
   look(1, [&](auto& x, auto&) { x[700].y = nan; });
   look(2, [&](auto&, auto& v) { v[3].z = -inf; });
   look(3, [&](auto&, auto& v) { v[600] = {0, 2e5F, 0}; });
-  r = watch.report(ctx);
+  r = report(watch);
   EXPECT_EQ(r.bad_substep, 1);
   EXPECT_EQ(r.bad_node, 700);
   EXPECT_EQ(r.fastest_node, 300);
   watch.begin_frame(ctx);
   look(0, [&](auto& x, auto& v) { x[999].x = inf, v[800] = {nan, 0, 0}; });
-  r = watch.report(ctx);
+  r = report(watch);
   EXPECT_EQ(r.bad_substep, 0);
   EXPECT_EQ(r.bad_node, 800);
   EXPECT_EQ(r.fastest_node, 0);  // all others are as fast

@@ -18,22 +18,30 @@ double percentile(std::vector<double> samples, double p) {
 
 void Timings::add(const std::string& stage, double begin_s, double end_s, int track) {
   const std::lock_guard lock(mutex_);
-  auto [it, fresh] = samples_ms_.try_emplace(stage);
+  auto [it, fresh] = samples_.try_emplace(stage);
   if (fresh) order_.push_back(stage);
-  it->second.push_back((end_s - begin_s) * 1e3);
-  if (keep_trace_) events_.push_back({stage, begin_s, end_s, track});
+  Samples& samples = it->second;
+  const double ms = (end_s - begin_s) * 1e3;
+  if (samples.ms.size() < kMostSamples) {
+    samples.newest = samples.ms.size();
+    samples.ms.push_back(ms);
+  } else {
+    samples.newest = (samples.newest + 1) % kMostSamples;
+    samples.ms[samples.newest] = ms;
+  }
+  if (keep_trace_ && events_.size() < kMostEvents) events_.push_back({stage, begin_s, end_s, track});
 }
 
 double Timings::last_ms(const std::string& stage) const {
   const std::lock_guard lock(mutex_);
-  const auto it = samples_ms_.find(stage);
-  return it == samples_ms_.end() ? 0 : it->second.back();
+  const auto it = samples_.find(stage);
+  return it == samples_.end() ? 0 : it->second.ms[it->second.newest];
 }
 
 double Timings::percentile_ms(const std::string& stage, double p) const {
   const std::lock_guard lock(mutex_);
-  const auto it = samples_ms_.find(stage);
-  return it == samples_ms_.end() ? 0 : percentile(it->second, p);
+  const auto it = samples_.find(stage);
+  return it == samples_.end() ? 0 : percentile(it->second.ms, p);
 }
 
 std::vector<std::string> Timings::stages() const {
@@ -58,7 +66,7 @@ void Timings::write_trace(const std::string& path) const {
 void Timings::clear() {
   const std::lock_guard lock(mutex_);
   order_.clear();
-  samples_ms_.clear();
+  samples_.clear();
   events_.clear();
 }
 

@@ -17,9 +17,11 @@ inline double now_s() {
 /// p-th percentile (0..100) of the samples, linear between neighbours; 0 for none.
 double percentile(std::vector<double> samples, double p);
 
-/// Collects how long each stage took, frame after frame. Thread-safe.
+/// Collects how long each stage took, frame after frame. Thread-safe. Memory is bounded: of each stage the
+/// newest 8192 durations count (91 s at 90 Hz), and a trace holds the first 200,000 events.
 class Timings {
  public:
+  static constexpr std::size_t kMostSamples = 8192, kMostEvents = 200000;
   /// Keep begin and end of every stage for `write_trace` (off: only durations).
   explicit Timings(bool keep_trace = false) : keep_trace_(keep_trace) {}
   void add(const std::string& stage, double begin_s, double end_s, int track = 0);
@@ -41,7 +43,11 @@ class Timings {
   bool keep_trace_;
   mutable std::mutex mutex_;
   std::vector<std::string> order_;
-  std::map<std::string, std::vector<double>> samples_ms_;
+  struct Samples {
+    std::vector<double> ms;  ///< a ring
+    std::size_t newest = 0;
+  };
+  std::map<std::string, Samples> samples_;
   std::vector<Event> events_;
 };
 

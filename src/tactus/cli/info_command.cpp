@@ -3,10 +3,14 @@
 
 #include "tactus/base/error.h"
 #include "tactus/cli/commands.h"
+#include "tactus/cli/frame_sources.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
+#include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/safe_file.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/sim/simulation.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
@@ -48,15 +52,31 @@ void info(const std::string& json_path) {
   if (!json_path.empty()) write_json_file(json_path, json);
 }
 
+/// The scene is set up on the CPU: the order of its frame is the same everywhere.
+void print_frame(const std::string& scene_path) {
+  const Scene scene = read_scene(scene_path);
+  DeviceSet devices("cpu");
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(scene.source, {.colors = false, .depth = scene.reconstruction.depth});
+  const Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
+  std::fputs(simulation.frame_text().c_str(), stdout);
+}
+
 }  // namespace
 
 void add_info_command(CLI::App& app) {
   auto json_path = std::make_shared<std::string>();
+  auto scene_path = std::make_shared<std::string>();
   CLI::App* command =
       app.add_subcommand("info", "What this machine offers: devices, memory, peers, versions");
   command->add_option("--json", *json_path, "the same as JSON");
-  command->footer("Example:\n  tactus info --json info.json");
-  command->callback([json_path] { info(*json_path); });
+  command->add_option("--frame", *scene_path,
+                      "the frame of a scene: its stages in order, what they read and write");
+  command->footer("Examples:\n  tactus info --json info.json\n  tactus info --frame scenes/demo.yaml");
+  command->callback([json_path, scene_path] {
+    if (scene_path->empty()) return info(*json_path);
+    print_frame(*scene_path);
+  });
 }
 
 }  // namespace tactus

@@ -13,8 +13,8 @@
 #include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_pictures.h"
 #include "tactus/cli/run_report.h"
+#include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/label_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/safe_file.h"
 #include "tactus/io/scene_file.h"
@@ -27,18 +27,6 @@ struct RunOptions {
   int frames = 0;        ///< 0: all
   bool explain = false;  ///< where and why bodies are strained
 };
-
-BodyAssets load_assets(const Scene& scene) {
-  BodyAssets assets;
-  for (const BodyDescription& body : scene.bodies) {
-    if (body.shape.kind == ShapeKind::labels) assets.labels[body.name] = read_label_volume(body.shape.path);
-    if (body.shape.kind != ShapeKind::mesh) continue;
-    TriangleMesh mesh = read_mesh(body.shape.path);
-    for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(body.shape.unit_m);
-    assets.meshes[body.name] = std::move(mesh);
-  }
-  return assets;
-}
 
 void print_table(const Simulation& simulation) {
   std::printf("\n%-10s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
@@ -148,7 +136,7 @@ void run(const RunOptions& options) {
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(
       scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
-  Simulation simulation(devices, scene, source->rig(), load_assets(scene));
+  Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
   for (const auto& body : simulation.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
               std::to_string(body->contact_node_count()) + " of them for contact, " + body->devices_text());

@@ -75,7 +75,8 @@ void RunExplainer::add(const StepReport& report, Simulation& simulation, std::in
   for (const auto& body : simulation.bodies()) {
     if (!body->at_rest()) note_body(report, *body, simulation.context(), tick);
   }
-  if (!report.status.empty()) note(report.status, tick, 0, [&] { return report.status; });
+  for (const Notice& notice : report.notices)
+    note(notice.message(), tick, 0, [&] { return notice.message(); });
   for (auto it = open_.begin(); it != open_.end();) {
     if (it->second.last == tick) {
       ++it;

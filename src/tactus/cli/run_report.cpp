@@ -49,13 +49,20 @@ void RunSummary::add(const StepReport& report) {
   rescued += report.contact.rescued;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
-  note(report.status);
+  for (const Notice& notice : report.notices) note(notice);
 }
 
 void RunSummary::note(const std::string& status) {
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
   statuses.push_back(status);
   log_warning(status);
+}
+
+void RunSummary::note(const Notice& notice) {
+  constexpr std::size_t kMost = 1000;
+  const auto same = [&](const Notice& n) { return n.code == notice.code && n.text == notice.text; };
+  if (notices.size() < kMost && std::none_of(notices.begin(), notices.end(), same)) notices.push_back(notice);
+  note(notice.message());
 }
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
@@ -82,6 +89,11 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
   }
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
+  json["recordings"] = simulation.recordings();
+  json["notices"] = nlohmann::json::array();
+  for (const Notice& n : summary.notices)
+    json["notices"].push_back(
+        {{"code", n.code}, {"severity", severity_text(n.severity)}, {"text", n.text}, {"remedy", n.remedy}});
   for (std::size_t p = 0; p < scene.probes.size(); ++p) {
     nlohmann::json track = nlohmann::json::array();
     for (const std::vector<Vec3f>& frame : summary.probes)

@@ -253,15 +253,18 @@ void ExecContext::synchronize(const Event& event) {
 
 Graph ExecContext::capture(const std::function<void()>& body) {
   Graph graph;
+  capturing_ = true;
   if (device_.is_cuda()) {
     cuda::begin_capture(device_.ordinal(), stream_);
     body();
     graph.impl().cuda_graph = cuda::end_capture(device_.ordinal(), stream_);
+    capturing_ = false;
     return graph;
   }
   recording_ = &graph.impl().steps;
   body();
   recording_ = nullptr;
+  capturing_ = false;
   return graph;
 }
 

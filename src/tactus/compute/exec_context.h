@@ -175,6 +175,10 @@ class ExecContext {
   /// then).
   Graph capture(const std::function<void()>& body);
   void launch(Graph& graph);
+  /// Whether what is submitted now is recorded, by `capture` of this context.
+  bool is_recording() const { return capturing_; }
+  /// Runs `work` when the queue comes to it. Not on a GPU.
+  void on_host(const char* name, std::function<void()> work) { submit(name, std::move(work)); }
 
   /// Memory for the library's own algorithms, at least `bytes`; grows only outside frames.
   void* scratch(std::size_t bytes);
@@ -216,6 +220,7 @@ class ExecContext {
   std::vector<Buffer<std::uint8_t>>
       scratch_;  ///< the last one is in use; graphs may still hold the ones before
   Timings* profile_ = nullptr;
+  bool capturing_ = false;
 };
 
 /// Copies a view to a vector: for tests, exporters, the ends of a frame. Synchronizes.

@@ -5,10 +5,6 @@
 namespace tactus {
 namespace {
 
-/// Substeps of a frame for which one launch poses the surface; those of two launches are kept, as bodies that
-/// are matched seldom look some substeps ahead of the others.
-constexpr Index kPosedAtOnce = 32, kPosesKept = 2 * kPosedAtOnce;
-
 ContactSettings checked(const ContactSettings& s) {
   if (!(s.restitution >= 0 && s.restitution <= 1))
     throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
@@ -23,7 +19,7 @@ Contact::Contact(Device& device, Index max_contact_nodes, const ContactSettings&
     : settings_(checked(settings)),
       records_(device, max(max_contact_nodes, Index(1))),
       total_(device, 1),
-      poses_(device, kPosesKept) {}
+      poses_(device, kMostSubsteps) {}
 
 void Contact::check(const ContactNodes& body) const {
   const Index n = body.x_m.size();
@@ -44,23 +40,13 @@ void Contact::check(const ContactNodes& body) const {
   }
 }
 
-/// Of the surface after so many substeps. One launch poses it for many.
-View<const SurfacePoses> Contact::pose(ExecContext& ctx, const RealSurface& surface, Index steps) {
-  if (steps < first_posed_ || steps >= end_posed_) {
-    const Index end = max(min(steps + kPosedAtOnce, times_.substeps + 1), steps + 1);
-    const bool follows = steps >= end_posed_ && steps < end_posed_ + kPosedAtOnce;
-    const Index begin = follows ? end_posed_ : steps;
-    ctx.parallel_for("contact/pose", kPieces * (end - begin),
-                     PoseSurface{surface.motions(), surface.pieces(), times_, begin, poses_.view()});
-    first_posed_ = follows ? max(first_posed_, end - kPosesKept) : begin;
-    end_posed_ = end;
-  }
-  return poses_.const_view().part(steps % kPosesKept, 1);
-}
-
-void Contact::begin_frame(ExecContext& ctx, const ContactTimes& times) {
+void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times) {
   times_ = times;
-  first_posed_ = end_posed_ = 1;
+  if (times.substeps > kMostSubsteps)
+    throw Error("contact: " + std::to_string(times.substeps) + " substeps, at most " +
+                std::to_string(kMostSubsteps));
+  ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
+                   PoseSurface{surface.motions(), surface.pieces(), times, poses_.view()});
   ctx.fill_bytes(records_.view(), 0);
 }
 
@@ -68,7 +54,7 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const Contact
   check(body);
   const float s = surface.settings().sample_spacing_m;
   ctx.parallel_for("contact/rescue", body.nodes.size(),
-                   DeepRescue{surface.samples(), surface.coarse_samples(), pose(ctx, surface, 1), body, 2 * s,
+                   DeepRescue{surface.samples(), surface.coarse_samples(), poses_.const_view(), body, 2 * s,
                               8 * s, records_of(body)});
 }
 
@@ -77,9 +63,9 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, const Contac
   check(body);
   ctx.parallel_for(
       "contact/response", body.nodes.size(),
-      ContactResponse{surface.samples(), pose(ctx, surface, k + steps), body,
-                      2 * surface.settings().sample_spacing_m, settings_.restitution, settings_.friction,
-                      times_.dt_s * static_cast<float>(steps), records_of(body)});
+      ContactResponse{surface.samples(), poses_.const_view(), body, 2 * surface.settings().sample_spacing_m,
+                      settings_.restitution, settings_.friction,
+                      SubstepsTo{k, steps, times_.dt_s, times_.frame}, records_of(body)});
 }
 
 void Contact::end_frame(ExecContext& ctx) {
@@ -87,7 +73,10 @@ void Contact::end_frame(ExecContext& ctx) {
 }
 
 ContactReport Contact::report(ExecContext& ctx, float dt_frame_s, int substeps) const {
-  const ContactRecord total = to_host(ctx, total_.const_view())[0];
+  return contact_report(to_host(ctx, total_.const_view())[0], dt_frame_s, substeps);
+}
+
+ContactReport contact_report(const ContactRecord& total, float dt_frame_s, int substeps) {
   ContactReport report;
   report.force_N = total.impulse_N_s / dt_frame_s;
   report.torque_N_m = total.moment_N_m_s / dt_frame_s;

@@ -21,16 +21,17 @@ struct ContactReport {
 };
 
 /// Order in a frame, all on one context and without a read-back:
-///   surface.update(mesh, dt); contact.begin_frame(times); for each body contact.rescue(); for each substep
-///   k: integrate; contact.correct(k); contact.end_frame(); and where one synchronises, contact.report(dt).
+///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body contact.rescue(); for each
+///   substep k: integrate; contact.correct(k); contact.end_frame(); and where one synchronises,
+///   contact.report(dt).
 class Contact {
  public:
   /// @param max_contact_nodes of all bodies together: each has its records (ContactNodes::first_record)
   /// @throws Error naming the setting that is out of range.
   Contact(Device& device, Index max_contact_nodes, const ContactSettings& settings = {});
 
-  /// Sets the sums of the report to 0.
-  void begin_frame(ExecContext& ctx, const ContactTimes& times);
+  /// Sets the sums of the report to 0, and finds where the surface is after each substep.
+  void begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times);
   /// Moves nodes that lie deeper than 2 spacings (up to 8) in the real object to its surface, for each body
   /// once a frame before its first `correct`, as the surface is after the first substep: where it came from
   /// nowhere. Velocities stay.
@@ -39,19 +40,20 @@ class Contact {
   /// and without touching v_i; then an approaching v_i is reflected with e and its tangential part limited by
   /// μ. Nodes that no sample is near cost little more than reading where they are.
   /// @param k substep at whose begin the nodes were corrected last @param steps after it, >= 1: where they
-  /// meet the surface now
+  /// meet the surface now; k is the device's when the times are
   void correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, Index k,
                Index steps = 1);
   /// Sums what there is to report.
   void end_frame(ExecContext& ctx);
 
+  /// (1) Sums of the frame that ended.
+  View<const ContactRecord> total() const { return total_.const_view(); }
   /// Of the frame that ended. Synchronises. @param dt_frame_s what the impulses are divided by @param
   /// substeps calls of `correct`
   ContactReport report(ExecContext& ctx, float dt_frame_s, int substeps) const;
 
  private:
   void check(const ContactNodes& body) const;
-  View<const SurfacePoses> pose(ExecContext& ctx, const RealSurface& surface, Index steps);
   View<ContactRecord> records_of(const ContactNodes& body) {
     return records_.view().part(body.first_record, body.nodes.size());
   }
@@ -59,8 +61,11 @@ class Contact {
   ContactSettings settings_;
   ContactTimes times_;
   Buffer<ContactRecord> records_, total_;
-  Buffer<SurfacePoses> poses_;             ///< that after n substeps: n modulo their number
-  Index first_posed_ = 0, end_posed_ = 0;  ///< substeps of this frame after which the surface is posed
+  Buffer<SurfacePoses> poses_;  ///< after 1, 2, .. substeps of this frame
 };
+
+/// What there is to report of a frame. @param dt_frame_s what the impulses are divided by @param substeps
+/// calls of `correct`
+ContactReport contact_report(const ContactRecord& total, float dt_frame_s, int substeps);
 
 }  // namespace tactus

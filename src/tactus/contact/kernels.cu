@@ -30,3 +30,4 @@ TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::ContactResponse);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
+TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);

@@ -66,6 +66,12 @@ struct FitSums {
   float value[kSize];
 };
 
+struct SetCaptureTime {
+  View<float> dt_capture_s;
+  float value_s;
+  TACTUS_HD void operator()(Index) const { dt_capture_s[0] = value_s; }
+};
+
 /// Which piece was which: nearest pairs first, one each, of where it was and where it would be had it moved
 /// on steadily. A piece moves by less than its own size between two frames, and its area changes by less than
 /// half, else pieces joined or came apart (with less, 2/3 of the points still find their partners, which is
@@ -73,7 +79,7 @@ struct FitSums {
 struct MatchPieces {
   static constexpr float kMostGrowth = 1.5F;
   View<const SurfaceMotion> motion;  ///< of the last frame
-  float dt_s;
+  View<const float> dt_capture_s;    ///< (1) from the last capture to this one [s]; 0: it stands still
   View<SurfacePieces> before, now;
   TACTUS_HD void operator()(Index) const {
     SurfacePieces &was = before[0], &is = now[0];
@@ -114,14 +120,14 @@ struct MatchPieces {
   }
   TACTUS_HD float distance(Index q, Index k) const {
     const Vec3f step = now[0].piece[k].center_m - before[0].piece[q].center_m;
-    return min(length(step), length(step - dt_s * motion[q].velocity_m_s));
+    return min(length(step), length(step - dt_capture_s[0] * motion[q].velocity_m_s));
   }
 };
 
 /// The pose of piece k starts at no motion. What is new moves as the nearest piece did, if there was one.
 struct StartFit {
   View<const SurfaceMotion> motion;  ///< of the last frame
-  float dt_s;
+  View<const float> dt_capture_s;    ///< (1) from the last capture to this one [s]; 0: it stands still
   View<const SurfacePieces> before, now;
   View<FitState> state;
   TACTUS_HD void operator()(Index k) const {
@@ -136,7 +142,7 @@ struct StartFit {
     if (k < is.count) {
       s.center_m = s.carried.center_m = is.piece[k].center_m;
       s.area_m2 = s.carried.area_m2 = is.piece[k].area_m2;
-      if (dt_s > 0.F) carry(s.carried);
+      if (dt_capture_s[0] > 0.F) carry(s.carried);
     }
     state[k] = s;
   }
@@ -155,7 +161,7 @@ struct StartFit {
     }
     if (nearest < 0) return;
     m.source = MotionSource::carried;
-    m.velocity_m_s = motion[nearest].velocity_at(m.center_m, dt_s);
+    m.velocity_m_s = motion[nearest].velocity_at(m.center_m, dt_capture_s[0]);
     m.spin_rad_s = motion[nearest].spin_rad_s;
   }
 };
@@ -342,11 +348,13 @@ struct ChooseMotion {
   FitPartsView parts;  ///< of the final pose
   View<const SurfacePieces> now;
   View<const FitState> state;
-  float dt_s, good_rms_m, max_speed_m_s;
+  View<const float> dt_capture_s;  ///< (1) as MatchPieces'
+  float good_rms_m, max_speed_m_s;
   View<SurfaceMotion> motion;
   TACTUS_HD void operator()(Index k) const {
     const FitState& s = state[k];
     if (k >= now[0].count) return;
+    const float dt_s = dt_capture_s[0];
     SurfaceMotion m;
     if (s.previous < 0) {
       motion[k] = s.carried;
@@ -362,9 +370,9 @@ struct ChooseMotion {
           s.guess.clearly_better_than(s.still) || s.still.share < 0.6F || s.still.rms_m > good_rms_m;
       const FitQuality& simpler = moves ? s.guess : s.still;
       if (good && fit.clearly_better_than(simpler))
-        set_rigid(s, m, fit.rms_m);
+        set_rigid(s, m, fit.rms_m, dt_s);
       else if (moves)
-        set_centroid(s, m);
+        set_centroid(s, m, dt_s);
       if (!(length(m.velocity_m_s) <= max_speed_m_s)) {
         m.velocity_m_s = m.spin_rad_s = {};
         m.source = MotionSource::still;
@@ -374,12 +382,12 @@ struct ChooseMotion {
   }
 
  private:
-  TACTUS_HD void set_centroid(const FitState& s, SurfaceMotion& m) const {
+  TACTUS_HD void set_centroid(const FitState& s, SurfaceMotion& m, float dt_s) const {
     m.source = MotionSource::centroid;
     m.residual_m = s.guess.rms_m;
     m.velocity_m_s = (s.center_m - s.previous_center_m) / dt_s;
   }
-  TACTUS_HD void set_rigid(const FitState& s, SurfaceMotion& m, float rms) const {
+  TACTUS_HD void set_rigid(const FitState& s, SurfaceMotion& m, float rms, float dt_s) const {
     const Vec3f back = inverse(s.pose) * s.center_m;
     const float sign = s.rotation.w < 0.F ? -1.F : 1.F;
     const Vec3f half = sign * Vec3f{s.rotation.x, s.rotation.y, s.rotation.z};

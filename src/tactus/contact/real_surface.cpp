@@ -55,6 +55,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       fine_(device, settings.max_raw_samples, settings.max_samples, 2 * settings.sample_spacing_m, 2),
       coarse_(device, settings.max_samples, max(settings.max_samples / 4, Index(64)),
               8 * settings.sample_spacing_m, 2),
+      dt_capture_s_(device, 1),
       previous_m_(device, kFitPoints),
       fit_(device, kPieces),
       fit_points_(device, kFitPoints),
@@ -66,6 +67,11 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       report_(device, 1) {}
 
 void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s) {
+  ctx.parallel_for("contact/set_dt", 1, SetCaptureTime{dt_capture_s_.view(), dt_capture_s});
+  update(ctx, mesh, dt_capture_s_.const_view());
+}
+
+void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, View<const float> dt_capture_s) {
   check_fits("vertices", mesh.vertices_m.size(), settings_.max_vertices);
   check_fits("triangles", mesh.triangles.size(), settings_.max_triangles);
   if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices_m.size()) {
@@ -75,7 +81,11 @@ void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt
   keep_last_frame(ctx);
   join_vertices(ctx, mesh);
   make_samples(ctx, mesh);
-  fit_motion(ctx, has_frame_ ? dt_capture_s : 0.F);
+  if (!has_frame_) {
+    ctx.parallel_for("contact/set_dt", 1, SetCaptureTime{dt_capture_s_.view(), 0});
+    dt_capture_s = dt_capture_s_.const_view();
+  }
+  fit_motion(ctx, dt_capture_s);
   has_frame_ = true;
 }
 
@@ -140,7 +150,7 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine.piece, fine_.count());
 }
 
-void RealSurface::fit_motion(ExecContext& ctx, float dt_capture_s) {
+void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
   const float s = settings_.sample_spacing_m;
   const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
   const FitPartsView parts{fit_parts_.const_view(), last};

@@ -37,6 +37,8 @@ class RealSurface {
   /// velocity is the motion divided by it; <= 0: the first frame, or a break; it stands still.
   /// @throws Error when the mesh's views are larger than the settings' capacities.
   void update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s);
+  /// The same where dt_capture_s is on the device (1). After the first frame, it may be recorded.
+  void update(ExecContext& ctx, const SurfaceMeshView& mesh, View<const float> dt_capture_s);
 
   /// Samples for contact: cells of 2 s.
   SamplesView samples() const { return fine_.view(); }
@@ -47,6 +49,8 @@ class RealSurface {
   /// (kPieces) How each piece moves from this frame on.
   View<const SurfaceMotion> motions() const { return motions_.const_view(); }
   const RealSurfaceSettings& settings() const { return settings_; }
+  /// (1) Of the last update.
+  View<const RealSurfaceReport> report_view() const { return report_.const_view(); }
   /// Synchronises.
   RealSurfaceReport report(ExecContext& ctx) const;
 
@@ -55,7 +59,7 @@ class RealSurface {
   void join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh);
   void make_samples(ExecContext& ctx, const SurfaceMeshView& mesh);
   void find_pieces(ExecContext& ctx);
-  void fit_motion(ExecContext& ctx, float dt_capture_s);
+  void fit_motion(ExecContext& ctx, View<const float> dt_capture_s);
 
   RealSurfaceSettings settings_;
   bool has_frame_ = false;
@@ -65,6 +69,7 @@ class RealSurface {
   Buffer<Index> root_, piece_number_;
   Buffer<std::uint32_t> parent_, piece_samples_, candidates_, candidate_count_;
   SampleLevel fine_, coarse_;
+  Buffer<float> dt_capture_s_;
   Buffer<Vec3f> previous_m_;
   Buffer<FitState> fit_;
   Buffer<FitSums> fit_points_, fit_parts_;

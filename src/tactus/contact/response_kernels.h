@@ -1,6 +1,7 @@
 #pragma once
 /// What contact does to the nodes of a virtual body.
 #include "tactus/contact/motion_kernels.h"
+#include "tactus/frame/frame_params.h"
 
 namespace tactus {
 
@@ -71,27 +72,46 @@ struct ContactTimes {
   float dt_s = 0;        ///< of a substep [s]
   Index substeps = 0;    ///< of the frame
   float dt_frame_s = 0;  ///< how long before its capture the frame's substeps begin [s]
+  /// When given, the others are read from here when the kernels run.
+  View<const FrameParams> frame = {};
+  TACTUS_HD void load() {
+    if (frame.empty()) return;
+    dt_s = frame[0].dt_s;
+    substeps = frame[0].substeps;
+    dt_frame_s = -frame[0].surface_age_s;
+  }
   /// After so many substeps.
   TACTUS_HD float after_s(Index steps) const { return dt_s * static_cast<float>(steps) - dt_frame_s; }
 };
 
-/// Thread kPieces j + k: piece k after first + j substeps.
+/// From the substep at whose begin nodes were corrected last to when they are corrected now.
+struct SubstepsTo {
+  Index substep = 0;  ///< or, with `frame`, the device's
+  Index steps = 1;
+  float dt_s = 0;
+  View<const FrameParams> frame = {};
+  TACTUS_HD void load() {
+    if (frame.empty()) return;
+    substep = frame[0].substep;
+    dt_s = frame[0].dt_s;
+  }
+};
+
+/// Thread i: all pieces after i + 1 substeps.
 struct PoseSurface {
   View<const SurfaceMotion> motion;
   View<const SurfacePieces> pieces;
   ContactTimes times;
-  Index first;
-  View<SurfacePoses> poses;  ///< that of n substeps: n modulo their number
+  View<SurfacePoses> poses;
+  TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index i) const {
     const SurfacePieces& all = pieces[0];
-    const Index k = i % kPieces, steps = first + i / kPieces;
-    SurfacePoses& out = poses[steps % poses.size()];
-    const float time_s = times.after_s(steps);
-    if (k < all.count) {
+    SurfacePoses& out = poses[i];
+    const float time_s = times.after_s(i + 1);
+    for (Index k = 0; k < all.count; ++k) {
       const SurfaceMotion& m = motion[k];
       out.piece[k] = {m, all.piece[k], m.turn(time_s), center(k, time_s)};
     }
-    if (k != 0) return;
     out.count = all.count;
     out.center_m = center(0, time_s);
     if (all.count == 1) return;
@@ -186,11 +206,17 @@ TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitu
 struct ContactResponse {
   static constexpr int kGrain = 128;
   SamplesView samples;
-  View<const SurfacePoses> poses;
+  View<const SurfacePoses> poses;  ///< after 1, 2, .. substeps
   ContactNodes body;
   float reach_m, restitution, friction;
-  float dt_s;  ///< since the last correction: how far the surface carried what touched it
+  SubstepsTo since;
   View<ContactRecord> records;
+  float dt_s = 0;  ///< since the last correction: how far the surface carried what touched it
+  TACTUS_HD void load() {
+    since.load();
+    dt_s = since.dt_s * static_cast<float>(since.steps);
+    poses = poses.part(since.substep + since.steps - 1, 1);
+  }
   TACTUS_HD void operator()(Index c) const {
     const Index i = body.nodes[c];
     if (!body.fixed.empty() && body.fixed[i] != 0) return;

@@ -5,6 +5,7 @@
 
 namespace tactus {
 
+/// Synchronize the set before this is destroyed.
 class FrameOnDevices {
  public:
   explicit FrameOnDevices(DeviceSet& devices);

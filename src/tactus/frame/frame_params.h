@@ -22,17 +22,27 @@ struct StepTime {
   float dt_s = 0;
   Vec3f gravity_m_s2;
   View<const FrameParams> frame = {};
+  View<const Index> stopped = {};  ///< (1) != 0: time stands still, and what would move stays
   TACTUS_HD void load() {
     if (frame.empty()) return;
-    dt_s = frame[0].dt_s;
+    dt_s = !stopped.empty() && stopped[0] != 0 ? 0.F : frame[0].dt_s;
     gravity_m_s2 = frame[0].gravity_m_s2;
   }
+  TACTUS_HD bool stands_still() const { return dt_s == 0.F; }
 };
+
+/// More substeps than a frame may have.
+inline constexpr Index kMostSubsteps = 10000;
 
 /// A substep is over.
 struct NextSubstep {
   View<FrameParams> frame;
   TACTUS_HD void operator()(Index) const { frame[0].substep += 1; }
 };
+
+/// How many substeps the frame has, for launches over them.
+inline Count substep_count(View<const FrameParams> frame) {
+  return {View<const Index>(&frame.data()->substeps, 1), kMostSubsteps};
+}
 
 }  // namespace tactus

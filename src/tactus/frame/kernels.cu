@@ -1,4 +1,6 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/frame/frame_params.h"
+#include "tactus/frame/readback_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::NextSubstep);
+TACTUS_CUDA_KERNEL(tactus::GatherRecords);

@@ -1,5 +1,7 @@
 #include "tactus/geom/cell_list.h"
 
+#include "tactus/geom/cell_sort_kernels.h"
+
 namespace tactus {
 namespace {
 
@@ -17,24 +19,36 @@ CellGrid checked_grid(Index max_particles, float cell_m, int bits_per_axis) {
 
 CellList::CellList(Device& device, Index max_particles, float cell_m, int bits_per_axis)
     : grid_(checked_grid(max_particles, cell_m, bits_per_axis)),
+      cell_(device, max_particles),
+      arrival_(device, max_particles),
       keys_(device, max_particles),
-      keys_scratch_(device, max_particles),
+      cell_numbers_(device, max_particles + kRankLanes),
       order_(device, max_particles),
-      order_scratch_(device, max_particles),
-      begin_(device, grid_.cell_count()),
-      end_(device, grid_.cell_count()) {}
+      begin_(device, grid_.cell_count() + 2),
+      all_(device, 1),
+      scan_(device, begin_.size() - 1) {}
 
 void CellList::build(ExecContext& ctx, View<const Vec3f> x_m, Count count) {
   if (count.capacity > max_particles() || count.capacity > x_m.size()) {
     throw Error("cell list: " + std::to_string(count.capacity) + " particles, but room for " +
                 std::to_string(max_particles()) + " and " + std::to_string(x_m.size()) + " positions");
   }
-  // A GPU sorts all there is room for (sort_pairs), so there what is behind the count needs the last key.
-  const Count keyed = ctx.device().is_cuda() ? Count(max_particles()) : count;
-  ctx.parallel_for("cell_list/keys", keyed, CellKeys{grid_, x_m, count, keys_.view(), order_.view()});
-  ctx.sort_pairs("cell_list/sort", count, keys_.view(), order_.view(), keys_scratch_.view(),
-                 order_scratch_.view(), 3 * grid_.bits + 1);
-  find_cell_ranges(ctx, keys_.const_view(), count, grid_, begin_.view(), end_.view());
+  ctx.fill_bytes(begin_.view(), 0);
+  ctx.parallel_for("cell_list/count", count,
+                   CountInCells<WrappedNumbers>{{grid_}, x_m, cell_.view(), arrival_.view(), begin_.view()});
+  scan_.run(ctx, "cell_list/scan", begin_.size() - 1, begin_.view(), all_.view());
+  const SlotsByRank slots{cell_.const_view(), arrival_.const_view(), begin_.const_view(),
+                          cell_numbers_.const_view()};
+  ctx.parallel_for("cell_list/spread", count,
+                   SpreadIds{slots.cell, slots.arrival, {}, slots.begin, cell_numbers_.view()});
+  ctx.parallel_for("cell_list/rank", count,
+                   SortNumbers{slots, grid_.cell_count(), keys_.view(), order_.view()});
+}
+
+CellListView CellList::view() const {
+  const Index cells = grid_.cell_count();
+  return {{grid_, begin_.const_view().part(0, cells), begin_.const_view().part(1, cells)},
+          order_.const_view()};
 }
 
 void find_cell_ranges(ExecContext& ctx, View<const std::uint32_t> keys, Count count, const CellGrid& grid,

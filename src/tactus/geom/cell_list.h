@@ -1,5 +1,6 @@
 #pragma once
-/// Neighbour search on a device: particles sorted by uniform cells.
+/// Points sorted by uniform cells of a table of fixed size: for sparse sets that are queried by others, as
+/// samples of a surface are. Particles that are one another's neighbours: neighbour_search.h.
 ///
 /// Cells wrap around: a cell's slot in the table is its integer coordinates modulo 2^bits per axis. So space
 /// is unbounded, the table is small, no two of the 27 cells around a point share a slot, and what a far cell
@@ -7,6 +8,7 @@
 #include "tactus/compute/buffer.h"
 #include "tactus/compute/exec_context.h"
 #include "tactus/geom/cell_list_kernels.h"
+#include "tactus/geom/tile_scan.h"
 
 namespace tactus {
 
@@ -31,14 +33,15 @@ class CellList {
 
   Index max_particles() const { return order_.size(); }
   const CellGrid& grid() const { return grid_; }
-  CellListView view() const { return {{grid_, begin_.const_view(), end_.const_view()}, order_.const_view()}; }
+  CellListView view() const;
   /// Cell of each of the first `count` slots, ascending; grid().cell_count() for those that are in no cell.
   View<const std::uint32_t> keys() const { return keys_.const_view(); }
 
  private:
   CellGrid grid_;
-  Buffer<std::uint32_t> keys_, keys_scratch_;
-  Buffer<Index> order_, order_scratch_, begin_, end_;
+  Buffer<std::uint32_t> cell_, arrival_, keys_;
+  Buffer<Index> cell_numbers_, order_, begin_, all_;
+  TileScan scan_;
 };
 
 /// Sets begin/end from the ascending cells of the first `count` slots.

@@ -58,21 +58,6 @@ struct CellRanges {
   }
 };
 
-/// Cell of every particle; the cell behind the last for those that have none.
-struct CellKeys {
-  CellGrid grid;
-  View<const Vec3f> x_m;
-  Count count;
-  View<std::uint32_t> keys;
-  View<Index> order;
-  TACTUS_HD void operator()(Index i) const {
-    Index key = grid.cell_count();
-    if (i < count.get() && grid.holds(x_m[i])) key = grid.wrapped(grid.cell(x_m[i]));
-    keys[i] = static_cast<std::uint32_t>(key);
-    order[i] = i;
-  }
-};
-
 /// First and last slot of every cell that has any.
 struct CellBounds {
   View<const std::uint32_t> keys;

@@ -2,6 +2,7 @@
 /// Counting sort of particles by cells: clear, count, scan, spread, rank. Ranks by id make the result the
 /// same on every device, whatever order atomics come in.
 #include "tactus/compute/atomic.h"
+#include "tactus/geom/cell_list_kernels.h"
 #include "tactus/geom/neighbour_cells.h"
 #include "tactus/geom/tile_scan_kernels.h"
 
@@ -29,20 +30,34 @@ struct ClearCells {
 };
 
 /// Cell number of every particle, and how many came before it into its cell: any order.
+template <class Numbers>
 struct CountInCells {
-  CellHash hash;
+  Numbers cells;  ///< number(p): kNoCell, or below the size of the table
   View<const Vec3f> x_m;
-  View<const Index> table_size;
   View<std::uint32_t> cell, arrival;
   View<Index> begin;  ///< counters here
   TACTUS_HD void operator()(Index i) const {
-    const Vec3f p = x_m[i];
-    std::uint32_t number = kNoCell;
-    if (hash.holds(p)) {
-      number = hash.number(hash.cell(p), table_size[0]);
+    const std::uint32_t number = cells.number(x_m[i]);
+    if (number != kNoCell)
       arrival[i] = atomic_fetch_add(reinterpret_cast<std::uint32_t&>(begin[static_cast<Index>(number)]), 1U);
-    }
     cell[i] = number;
+  }
+};
+
+/// Of unbounded space; what has no position has no cell.
+struct HashedNumbers {
+  CellHash hash;
+  View<const Index> table_size;
+  TACTUS_HD std::uint32_t number(Vec3f p_m) const {
+    return hash.holds(p_m) ? hash.number(hash.cell(p_m), table_size[0]) : kNoCell;
+  }
+};
+
+/// Of a table of fixed size; what has no position is in one cell more.
+struct WrappedNumbers {
+  CellGrid grid;
+  TACTUS_HD std::uint32_t number(Vec3f p_m) const {
+    return static_cast<std::uint32_t>(grid.holds(p_m) ? grid.wrapped(grid.cell(p_m)) : grid.cell_count());
   }
 };
 
@@ -61,17 +76,13 @@ struct SpreadIds {
 /// How many ids are compared at once; so many places follow the last id.
 inline constexpr Index kRankLanes = 16;
 
-/// Each particle to its slot: after those of its cell with lower ids (of equal ones, in order of arrival).
-struct RankInCell {
+/// Slots by cells, and in a cell by ids.
+struct SlotsByRank {
   View<const std::uint32_t> cell, arrival;
-  View<const Vec3f> x_m;
-  View<const Index> begin, cell_ids, placed;
-  View<SearchParticle> particles;
-  View<Index> order, groups;  ///< groups: of kVisitLanes slots each, how many
-  TACTUS_HD void operator()(Index i) const {
-    if (i == 0) groups[0] = ceil_div(placed[0], kVisitLanes);
-    if (cell[i] == kNoCell) return;
-    const auto number = static_cast<Index>(cell[i]);
+  View<const Index> begin, cell_ids;
+  /// Slot of particle i, which has a cell: after those of its cell with lower ids (of equal ones, in order of
+  /// arrival).
+  TACTUS_HD Index slot(Index i, Index number) const {
     const Index first = begin[number], last = begin[number + 1];
     const Index place = first + static_cast<Index>(arrival[i]), mine = cell_ids[place];
     Index slot = first;
@@ -84,8 +95,40 @@ struct RankInCell {
       }
       slot += lower;
     }
+    return slot;
+  }
+};
+
+/// Particles to their slots.
+struct SortParticles {
+  SlotsByRank slots;
+  View<const Vec3f> x_m;
+  View<const Index> id;  ///< empty: a particle's number
+  View<const Index> placed;
+  View<SearchParticle> particles;
+  View<Index> order, groups;  ///< groups: of kVisitLanes slots each, how many
+  TACTUS_HD void operator()(Index i) const {
+    if (i == 0) groups[0] = ceil_div(placed[0], kVisitLanes);
+    if (slots.cell[i] == kNoCell) return;
+    const Index slot = slots.slot(i, static_cast<Index>(slots.cell[i]));
     order[slot] = i;
-    particles[slot] = {x_m[i], mine};
+    particles[slot] = {x_m[i], id.empty() ? i : id[i]};
+  }
+};
+
+/// Numbers of particles to their slots, and the cell of every slot. Those without a position come last, in
+/// order of arrival.
+struct SortNumbers {
+  SlotsByRank slots;
+  Index cell_count;
+  View<std::uint32_t> keys;  ///< by slot
+  View<Index> order;
+  TACTUS_HD void operator()(Index i) const {
+    const auto number = static_cast<Index>(slots.cell[i]);
+    const Index slot = number < cell_count ? slots.slot(i, number)
+                                           : slots.begin[cell_count] + static_cast<Index>(slots.arrival[i]);
+    order[slot] = i;
+    keys[slot] = static_cast<std::uint32_t>(number);
   }
 };
 

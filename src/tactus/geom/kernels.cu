@@ -5,14 +5,15 @@
 #include "tactus/geom/reorder_kernels.h"
 #include "tactus/geom/tile_scan_kernels.h"
 
-TACTUS_CUDA_KERNEL(tactus::CellKeys);
 TACTUS_CUDA_KERNEL(tactus::CellBounds);
 TACTUS_CUDA_KERNEL(tactus::ClearCells);
-TACTUS_CUDA_KERNEL(tactus::CountInCells);
+TACTUS_CUDA_KERNEL(tactus::CountInCells<tactus::HashedNumbers>);
+TACTUS_CUDA_KERNEL(tactus::CountInCells<tactus::WrappedNumbers>);
 TACTUS_CUDA_KERNEL(tactus::SumTile);
 TACTUS_CUDA_KERNEL(tactus::ScanTile);
 TACTUS_CUDA_KERNEL(tactus::SpreadIds);
-TACTUS_CUDA_KERNEL(tactus::RankInCell);
+TACTUS_CUDA_KERNEL(tactus::SortParticles);
+TACTUS_CUDA_KERNEL(tactus::SortNumbers);
 TACTUS_CUDA_KERNEL(tactus::ReorderFields);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::CountNeighbours>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::WriteNeighbours>);

@@ -46,17 +46,17 @@ void NeighbourSearch::build(ExecContext& ctx, View<const Vec3f> x_m, View<const 
   const Index room_cells = CellHash::table_size(count.capacity);
   ctx.parallel_for("search/clear", room_cells / kScanTile,
                    ClearCells{count, begin_.view(), table_size_.view(), groups_.view()});
-  ctx.parallel_for(
-      "search/count", count,
-      CountInCells{hash_, x_m, table_size_.const_view(), cell_.view(), arrival_.view(), begin_.view()});
+  ctx.parallel_for("search/count", count,
+                   CountInCells<HashedNumbers>{
+                       {hash_, table_size_.const_view()}, x_m, cell_.view(), arrival_.view(), begin_.view()});
   scan_.run(ctx, "search/scan", Count(table_size_.const_view(), room_cells), begin_.view(), placed_.view());
-  ctx.parallel_for(
-      "search/spread", count,
-      SpreadIds{cell_.const_view(), arrival_.const_view(), id, begin_.const_view(), cell_ids_.view()});
+  const SlotsByRank slots{cell_.const_view(), arrival_.const_view(), begin_.const_view(),
+                          cell_ids_.const_view()};
+  ctx.parallel_for("search/spread", count,
+                   SpreadIds{slots.cell, slots.arrival, id, slots.begin, cell_ids_.view()});
   ctx.parallel_for(
       "search/rank", count,
-      RankInCell{cell_.const_view(), arrival_.const_view(), x_m, begin_.const_view(), cell_ids_.const_view(),
-                 placed_.const_view(), particles_.view(), order_.view(), groups_.view()});
+      SortParticles{slots, x_m, id, placed_.const_view(), particles_.view(), order_.view(), groups_.view()});
 }
 
 NeighbourCells NeighbourSearch::cells() const {

@@ -1,5 +1,6 @@
 #pragma once
 /// Sums over neighbours, the inner loop of particle methods.
+#include "tactus/compute/wide_load.h"
 #include "tactus/geom/neighbour_cells.h"
 
 namespace tactus {
@@ -59,7 +60,8 @@ struct VisitNeighbours {
     Own1 own;
     pair.begin(own, 0, i);
     among.for_each_candidate(x, [&](Index j) {
-      const Vec3f d = among.particles[j].x_m - x;
+      const SearchParticle other = load_constant(among.particles, j);
+      const Vec3f d = other.x_m - x;
       const float r2 = dot(d, d);
       if (r2 <= reach_m2) pair.add(own, 0, j, d, r2, true);
     });

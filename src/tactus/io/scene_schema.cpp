@@ -358,6 +358,8 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {
+  v.real({"max_dt_s", "no frame simulates more time, however late its images come"}, f.max_dt_s,
+         positive("s", 1));
   v.real_or_auto({"dt_s", "simulated time per frame"}, f.dt_s, positive("s", 1),
                  "the time between frames of the source");
   v.integer_or_auto({"substeps", "steps of the bodies per frame"}, f.substeps, {"", 1, 10000},

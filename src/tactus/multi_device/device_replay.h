@@ -7,17 +7,33 @@
 
 namespace tactus {
 
-/// A stage that is recorded on its second run and replayed from then on (GPUs only; others just run). What
-/// the stage submits to contexts that are not the set's must wait for those, and be waited for.
+/// A recording of what is submitted to the contexts of a set (GPUs only). What is submitted to other contexts
+/// must wait for those, and be waited for.
+class DeviceGraph {
+ public:
+  void record(DeviceSet& devices, const std::function<void()>& work);
+  bool is_recorded() const { return graph_.has_value(); }
+  /// All contexts wait for one another before it and after it.
+  void launch(DeviceSet& devices);
+
+ private:
+  std::optional<Graph> graph_;
+  Event fork_, done_;
+  std::vector<Event> join_, ready_;  ///< per context but the first; events of a recording stay in it
+};
+
+/// A stage that is recorded on its second run and replayed from then on (GPUs only; others just run). Within
+/// another recording it just runs.
 class DeviceReplay {
  public:
   void run(DeviceSet& devices, const std::function<void()>& stage);
 
  private:
   int runs_ = 0;
-  std::optional<Graph> graph_;
-  Event fork_, done_;
-  std::vector<Event> join_, ready_;  ///< per context but the first; events of a recording stay in it
+  DeviceGraph graph_;
 };
+
+/// Whether kernels of a context of the set are timed one by one, which a recording can't do.
+bool is_profiling(DeviceSet& devices);
 
 }  // namespace tactus

@@ -23,15 +23,18 @@ enum class HaloOp : std::uint8_t {
   accumulate,  ///< what parts summed up in their copies is added to the owners' elements, link after link
 };
 
-/// Keeps kFields fields that change together consistent over the parts of a set. In each step
+/// Keeps kFields fields that change together consistent over the parts of a set. A step:
 ///
-///   for each part: work that reads copies; await_readers(part, fields); write own elements; begin(part,
-///   fields) work that needs no copies finish(fields)
+/// 1. Each part does what reads copies, calls await_readers, writes its own elements, calls begin.
+/// 2. Work that needs no copies.
+/// 3. finish.
 ///
 /// To accumulate, copies are written between await_readers and begin, instead of own elements; the bits of a
 /// sum of floats then depend on the partition. `fields(part)` gives the views of a part, all its elements.
-/// All is asynchronous and may be recorded (DeviceReplay), nothing is allocated. Kernels read the other
-/// part's memory; where they can't, it is copied first.
+///
+/// All is asynchronous, nothing is allocated. A recording (DeviceReplay) starts with begin and finish, as it
+/// can't wait for events before it. Kernels read the other part's memory; where they can't, it is copied
+/// first.
 ///
 /// On virtual devices what is stale becomes NaN: copies at `begin`, and in await_readers where nothing was
 /// updated since owners wrote last; of what was accumulated, in await_readers. So what reads copies too

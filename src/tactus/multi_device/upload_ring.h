@@ -1,5 +1,6 @@
 #pragma once
 /// Host memory from which all devices of a set copy, while the host already fills what it sends next.
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -15,6 +16,7 @@ class UploadRing {
   UploadRing(DeviceSet& devices, std::int64_t count) : devices_(&devices) {
     for (Slot& slot : slots_) {
       slot.values = HostBuffer<T>(devices.device(0), count);
+      std::fill_n(slot.values.data(), count, T{});
       slot.sent.resize(static_cast<std::size_t>(devices.count()));
     }
   }

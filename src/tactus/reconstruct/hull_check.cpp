@@ -133,13 +133,16 @@ void HullCheck::find_content(std::span<const BitMask> given) {
   something_seen_ = 2 * with_content > masks;
 }
 
-void HullCheck::submit(ExecContext& ctx, const DeviceMesh& mesh, std::span<const BitMask> given) {
+void HullCheck::prepare(std::span<const BitMask> given) {
   if (given.size() != cameras_.size())
     throw Error("hull check: " + std::to_string(given.size()) + " masks for " +
                 std::to_string(cameras_.size()) + " cameras");
   std::fill(mask_tiles_.begin(), mask_tiles_.end(), 0U);
   for (std::size_t c = 0; c < given.size(); ++c) take_mask(c, given[c]);
   find_content(given);
+}
+
+void HullCheck::measure(ExecContext& ctx, const DeviceMesh& mesh) {
   mesh_ = mesh;
   ctx.fill_bytes(tiles_.view(), 0);
   ctx.fill_bytes(sums_.view(), 0);

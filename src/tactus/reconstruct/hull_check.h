@@ -24,7 +24,13 @@ class HullCheck {
 
   /// Starts the check of a mesh against the masks that the user gave (not repaired, not grown; 0x0: missed).
   /// Asynchronous; the masks are not needed afterwards.
-  void submit(ExecContext& ctx, const DeviceMesh& mesh, std::span<const BitMask> given);
+  void submit(ExecContext& ctx, const DeviceMesh& mesh, std::span<const BitMask> given) {
+    prepare(given);
+    measure(ctx, mesh);
+  }
+  /// Its two halves: what the host does, and what may be recorded.
+  void prepare(std::span<const BitMask> given);
+  void measure(ExecContext& ctx, const DeviceMesh& mesh);
   /// Waits. Recall counts tiles (IoU is set to it): those of the mask that lie in the image of the workspace,
   /// whose four quarter points are set.
   HullQuality quality(ExecContext& ctx);

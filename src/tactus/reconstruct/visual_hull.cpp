@@ -5,6 +5,7 @@
 #include "tactus/base/error.h"
 #include "tactus/geom/mask_growth.h"
 #include "tactus/multi_device/device_replay.h"
+#include "tactus/multi_device/upload_ring.h"
 #include "tactus/reconstruct/depth_check.h"
 #include "tactus/reconstruct/hull_part.h"
 
@@ -18,8 +19,8 @@ struct VisualHull::Impl {
   int slack_px;
   std::vector<BitMask> grown;  ///< silhouettes with their slack
   HullPlan plan;
-  HostBuffer<std::uint32_t> masks_staging;  ///< what all devices copy from
-  HostBuffer<float> depth_staging;
+  UploadRing<std::uint32_t> masks_staging;
+  UploadRing<float> depth_staging;
   /// The first part's mesh is that of all: the others add theirs to it.
   Parts<HullPart> parts;
   /// Copies of the other parts' meshes, where kernels can't write to the first device.
@@ -30,13 +31,15 @@ struct VisualHull::Impl {
   };
   Parts<PartMesh> staged;
   DeviceReplay reconstructing, carving, extracting;
+  std::vector<Readback::Place> counts_report;  ///< per part
 
   Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
        std::span<const Camera> depth_rig);
   void check_memory(const HullOptions& options) const;
   void check_sizes(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) const;
-  void stage_masks(std::span<const BitMask> silhouettes);
-  void stage_depth(std::span<const DepthImage> depths_m, std::uint32_t used);
+  void stage_masks(std::span<const BitMask> silhouettes, std::span<std::uint32_t> staging);
+  void stage_depth(std::span<const DepthImage> depths_m, std::uint32_t used, std::span<float> staging);
+  HullReport report_of(std::span<const PartCounts> counts) const;
   void note_depth(const std::string& what);
   void carve_parts();
   void extract_parts();
@@ -62,11 +65,8 @@ VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOp
   parts.resize(static_cast<std::size_t>(set.count()));
   set.for_each_part([&](ExecContext& ctx, int p) { part(p).allocate(ctx, plan, role(p)); });
   Device& first = set.device(0);
-  masks_staging = HostBuffer<std::uint32_t>(first, plan.silhouettes.raw_words + 1);
-  if (!plan.depth.empty()) {
-    depth_staging = HostBuffer<float>(first, plan.depth.buffer_pixels());
-    std::fill_n(depth_staging.data(), depth_staging.size(), 0.F);
-  }
+  masks_staging = UploadRing<std::uint32_t>(set, plan.silhouettes.raw_words + 1);
+  if (!plan.depth.empty()) depth_staging = UploadRing<float>(set, plan.depth.buffer_pixels());
   if (!set.reads_peers()) {
     for (int p = 1; p < set.count(); ++p) {
       staged.push_back({Buffer<Vec3f>(first, plan.capacity.vertices),
@@ -138,10 +138,10 @@ void VisualHull::Impl::note_depth(const std::string& what) {
   depth_status += (depth_status.empty() ? "" : "; ") + what;
 }
 
-void VisualHull::Impl::stage_masks(std::span<const BitMask> silhouettes) {
+void VisualHull::Impl::stage_masks(std::span<const BitMask> silhouettes, std::span<std::uint32_t> staging) {
   for (std::size_t c = 0; c < silhouettes.size(); ++c) {
     const HullCamera& camera = plan.silhouettes.cameras[c];
-    std::uint32_t* to = masks_staging.data() + camera.raw_begin;
+    std::uint32_t* to = staging.data() + camera.raw_begin;
     const std::vector<std::uint32_t>& words = silhouettes[c].words;
     if (words.empty())
       std::fill_n(to, camera.raw_row_words() * camera.height_px, ~0U);
@@ -150,10 +150,11 @@ void VisualHull::Impl::stage_masks(std::span<const BitMask> silhouettes) {
   }
 }
 
-void VisualHull::Impl::stage_depth(std::span<const DepthImage> depths_m, std::uint32_t used) {
+void VisualHull::Impl::stage_depth(std::span<const DepthImage> depths_m, std::uint32_t used,
+                                   std::span<float> staging) {
   for (std::size_t d = 0; d < depth_cameras.size(); ++d) {
     const DepthImage* image = (used >> d & 1U) != 0 ? &depths_m[d] : nullptr;
-    const std::int64_t measured = plan.depth.stage(d, image, depth_staging.data());
+    const std::int64_t measured = plan.depth.stage(d, image, staging.data());
     if (measured == 0 && image != nullptr && !image->empty())
       note_depth("camera '" + depth_cameras[d].name + "': the depth image has no valid pixel");
   }
@@ -176,13 +177,14 @@ void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const De
     for (std::size_t c = 0; c < silhouettes.size(); ++c) grow_mask(silhouettes[c], m.slack_px, m.grown[c]);
     silhouettes = m.grown;
   }
-  m.devices.synchronize();  // the staging memory may still be on its way from the last frame
-  m.stage_masks(silhouettes);
-  if (!m.plan.depth.empty()) m.stage_depth(depths_m, used);
+  m.stage_masks(silhouettes, m.masks_staging.next());
+  if (!m.plan.depth.empty()) m.stage_depth(depths_m, used, m.depth_staging.next());
   m.devices.for_each_part([&](ExecContext& ctx, int p) {
-    ctx.upload(m.masks_staging.span(), m.part(p).masks.raw.view());
-    if (!m.plan.depth.empty()) ctx.upload(m.depth_staging.span(), m.part(p).depth.raw.view());
+    ctx.upload(m.masks_staging.newest(), m.part(p).masks.raw.view());
+    if (!m.plan.depth.empty()) ctx.upload(m.depth_staging.newest(), m.part(p).depth.raw.view());
   });
+  m.masks_staging.sent();
+  if (!m.plan.depth.empty()) m.depth_staging.sent();
 }
 
 void VisualHull::reconstruct() {
@@ -205,6 +207,32 @@ void VisualHull::extract() {
   m.wait_for_mesh();
   m.extracting.run(m.devices, [&] { m.extract_parts(); });
   m.devices.context(0).record(m.part(0).done);
+}
+
+std::vector<Stage> VisualHull::stages(std::function<void()> upload) {
+  Impl& m = *impl_;
+  std::vector<Stage> stages;
+  stages.push_back({.name = "hull/upload",
+                    .timed_as = "upload",
+                    .rate = Rate::upload,
+                    .devices = StageDevices::all,
+                    .writes = {"hull/masks"},
+                    .submit = [upload = std::move(upload)](BlockPlace) { upload(); }});
+  stages.push_back({.name = "hull/carve",
+                    .timed_as = "hull",
+                    .rate = Rate::capture,
+                    .devices = StageDevices::all,
+                    .writes = {"hull/signs"},
+                    .reads = {"hull/masks"},
+                    .submit = [&m](BlockPlace) { m.carve_parts(); }});
+  stages.push_back({.name = "hull/extract",
+                    .timed_as = "mesh",
+                    .rate = Rate::capture,
+                    .devices = StageDevices::all,
+                    .writes = {kMesh},
+                    .reads = {"hull/signs"},
+                    .submit = [&m](BlockPlace) { m.extract_parts(); }});
+  return stages;
 }
 
 /// While parts make the last mesh they read one another's counts. The first is done after all others.
@@ -268,24 +296,42 @@ std::string HullOverflow::text(const std::string& as) const {
          " or more";
 }
 
+void VisualHull::add_reports(Readback& readback) {
+  for (int p = 0; p < impl_->devices.count(); ++p)
+    impl_->counts_report.push_back(readback.add(impl_->part(p).counts.const_view(), p));
+}
+
+HullReport VisualHull::report(const Readback& readback) const {
+  std::vector<PartCounts> counts;
+  for (const Readback::Place& place : impl_->counts_report)
+    counts.push_back(readback.get<PartCounts>(place)[0]);
+  return impl_->report_of(counts);
+}
+
 HullReport VisualHull::report() {
   Impl& m = *impl_;
+  std::vector<PartCounts> counts;
+  m.devices.for_each_part(
+      [&](ExecContext& ctx, int p) { counts.push_back(to_host(ctx, m.part(p).counts.const_view())[0]); });
+  m.devices.synchronize();
+  return m.report_of(counts);
+}
+
+HullReport VisualHull::Impl::report_of(std::span<const PartCounts> counts) const {
   HullReport report;
-  report.depth = m.depth_status;
-  const HullCapacity& room = m.plan.capacity;
+  report.depth = depth_status;
+  const HullCapacity& room = plan.capacity;
   const auto check = [&](Index wanted, Index capacity, const char* what, const char* option) {
     if (wanted > capacity && !report.overflow)
       report.overflow = {.what = what, .wanted = wanted, .room = capacity, .option = option};
   };
   Index most_bricks = 0;
-  m.devices.for_each_part([&](ExecContext& ctx, int p) {
-    const PartCounts counts = to_host(ctx, m.part(p).counts.const_view())[0];
-    report.active_bricks += counts.active_bricks;
-    report.vertices += counts.vertices;
-    report.triangles += counts.triangles;
-    most_bricks = std::max(most_bricks, counts.held_bricks);
-  });
-  m.devices.synchronize();
+  for (const PartCounts& part : counts) {
+    report.active_bricks += part.active_bricks;
+    report.vertices += part.vertices;
+    report.triangles += part.triangles;
+    most_bricks = std::max(most_bricks, part.held_bricks);
+  }
   check(most_bricks, room.bricks, "surface bricks", "max_active_bricks");
   check(report.vertices, room.vertices, "vertices", "max_vertices");
   check(report.triangles, room.triangles, "triangles", "max_triangles");

@@ -8,6 +8,8 @@
 #include <span>
 #include <string>
 
+#include "tactus/frame/readback.h"
+#include "tactus/frame/stage.h"
 #include "tactus/geom/camera.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
@@ -26,10 +28,10 @@ struct HullOptions {
   /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
   /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
   Index tolerated_views = 0;
-  /// Space that fewer cameras look at is outside, 0 to 32; at most one less than there are cameras (with those
-  /// of depth) counts. Two is the least with which a point has a bound along every ray: what one camera alone
-  /// sees is a cone that ends at the workspace, a phantom. Three would cut what four cameras in a half circle
-  /// see of a room. A camera that missed the tick still counts.
+  /// Space that fewer cameras look at is outside, 0 to 32; at most one less than there are cameras (with
+  /// those of depth) counts. Two is the least with which a point has a bound along every ray: what one camera
+  /// alone sees is a cone that ends at the workspace, a phantom. Three would cut what four cameras in a half
+  /// circle see of a room. A camera that missed the tick still counts.
   Index min_views = 2;
   /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report says
   /// what to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices share the
@@ -93,10 +95,17 @@ class VisualHull {
   void carve();
   /// The second: makes the mesh of what `carve` found. Asynchronous.
   void extract();
+  /// The same as stages of a frame: "hull/upload" calls `upload`, which is to send what is new; then the
+  /// nodes inside every silhouette and not in front of a measured surface are found, and made a mesh.
+  std::vector<Stage> stages(std::function<void()> upload);
+  static constexpr const char* kMesh = "hull/mesh";  ///< what they write
 
   DeviceMesh mesh() const;
   /// Waits for the frame.
   HullReport report();
+  /// Counts of the mesh are read back with the frame's other records; then report() doesn't wait.
+  void add_reports(Readback& readback);
+  HullReport report(const Readback& readback) const;
   /// Waits for the frame and copies its mesh to the host (without normals).
   TriangleMesh download();
 

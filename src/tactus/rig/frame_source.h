@@ -22,7 +22,8 @@ struct Rig {
 /// What the rig saw at one trigger tick.
 struct FrameSet {
   std::int64_t tick = 0;
-  double time_s = 0;
+  double time_s = 0;      ///< of the capture, on the source's clock
+  double captured_s = 0;  ///< the same on the clock of now_s(); 0: not known, then as it comes
   std::vector<BitMask>
       silhouettes;  ///< one per camera, undistorted; an empty mask (0x0): this camera missed the tick
   std::vector<ColorImage> colors;         ///< one per camera (empty: it missed the tick), or none

@@ -198,6 +198,7 @@ struct ContactDescription {
 
 struct FrameDescription {
   std::optional<double> dt_s;   ///< simulated time per frame; none: the time between frame sets
+  double max_dt_s = 0.25;       ///< no frame simulates more
   std::optional<int> substeps;  ///< none: as many as the bodies' stable step asks for
 };
 

@@ -78,6 +78,9 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                }(),
                {.restitution = static_cast<float>(scene.contact.restitution),
                 .friction = static_cast<float>(scene.contact.friction)}),
+      readback_(devices),
+      schedule_(devices),
+      clock_(scene.frame.max_dt_s, scene.frame.dt_s),
       timings_(scene.output.trace) {
   if (scene.reconstruction.repair_masks)
     view_scores_.emplace(devices.context(0), rig.cameras,
@@ -96,29 +99,110 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     if (body.fixed.empty() && body.moved.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
-  for (auto& body : bodies_) body->update_surface(devices.context(0));
+  add_stages();
+  schedule_.close();
   devices_.synchronize();
 }
 
-StepReport Simulation::step(const FrameSet& frame, double dt_s) {
+void Simulation::add_stages() {
+  ExecContext& ctx = devices_.context(0);
+  const View<const FrameParams> frame = schedule_.frame().view(0);
+  for (Stage& stage : hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); }))
+    schedule_.add(std::move(stage));
+  schedule_.add({.name = "hull/check",
+                 .timed_as = "check",
+                 .rate = Rate::capture,
+                 .reads = {VisualHull::kMesh},
+                 .submit = [this, &ctx](BlockPlace) { hull_check_.measure(ctx, hull_.mesh()); }});
+  schedule_.add({.name = "surface/update",
+                 .timed_as = "surface",
+                 .rate = Rate::capture,
+                 .writes = {"surface/samples"},
+                 .reads = {VisualHull::kMesh},
+                 .submit = [this, &ctx, frame](BlockPlace) {
+                   const DeviceMesh mesh = hull_.mesh();
+                   surface_.update(
+                       ctx,
+                       {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
+                       View<const float>(&frame.data()->dt_capture_s, 1));
+                 }});
+  schedule_.add(
+      {.name = "contact/begin",
+       .timed_as = "begin",
+       .rate = Rate::before,
+       .writes = {"contact/poses", "contact/records"},
+       .submit = [this, &ctx, frame](BlockPlace) { contact_.begin_frame(ctx, surface_, {.frame = frame}); }});
+  for (auto& body : bodies_)
+    body->add_stages(schedule_, readback_, contact_, surface_, vec_cast<float>(scene_.gravity_m_s2));
+  schedule_.add({.name = "contact/end",
+                 .timed_as = "end",
+                 .rate = Rate::after,
+                 .writes = {"contact/report"},
+                 .submit = [this, &ctx](BlockPlace) { contact_.end_frame(ctx); }});
+  hull_.add_reports(readback_);
+  surface_report_ = readback_.add(surface_.report_view());
+  contact_report_ = readback_.add(contact_.total());
+  Stage read{.name = "frame/read back",
+             .timed_as = "read back",
+             .rate = Rate::end,
+             .devices = StageDevices::all,
+             .reads = {"contact/report"},
+             .submit = [this](BlockPlace) { readback_.submit(); }};
+  for (const auto& body : bodies_) read.reads.push_back(body->report_resource());
+  schedule_.add(std::move(read));
+}
+
+StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   const StageTimer whole(timings_, "frame");
   StepReport report;
-  report.dt_s = scene_.frame.dt_s.value_or(dt_s);
-  reconstruct(frame, report);
-  last_dt_s_ = report.dt_s;
-  touch(report.dt_s, report);
-  report.hull = hull_.report();
-  if (const auto& overflow = report.hull.overflow; overflow && report.status.empty())
-    report.status = overflow->text("reconstruction." + overflow->option);
-  if (report.status.empty()) report.status = report.hull.depth;
-  if (const std::string news = hull_check_.tell(devices_.context(0)); report.status.empty())
-    report.status = news;
-  const RealSurfaceReport surface = surface_.report(devices_.context(0));
-  if (report.status.empty() && surface.dropped_raw_samples + surface.dropped_samples > 0) {
-    report.status = std::to_string(surface.dropped_raw_samples + surface.dropped_samples) +
-                    " samples of the real surface were dropped: raise contact.sample_spacing_m";
+  FrameTimes times = clock_.next(dt_s, frame != nullptr);
+  report.dt_s = last_dt_s_ = times.dt_s;
+  report.notices = std::move(times.notices);
+  report.substeps = times.dt_s > 0 ? substeps_for(times.dt_s) : 0;
+  const auto dt_frame_s = static_cast<float>(times.dt_s);
+  if (report.substeps > 0) {
+    for (auto& body : bodies_) body->check_substeps(dt_frame_s, report.substeps);
   }
+  if (frame != nullptr) {
+    incoming_ = frame;
+    masks_ = silhouettes(*frame, report.notices);
+    hull_check_.prepare(frame->silhouettes);
+    tick_ = frame->tick;
+    captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
+  }
+  schedule_.run({.dt_s = dt_frame_s / static_cast<float>(std::max(report.substeps, 1)),
+                 .dt_capture_s = static_cast<float>(times.dt_capture_s),
+                 .surface_age_s = static_cast<float>(times.surface_age_s),
+                 .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
+                 .substeps = report.substeps},
+                frame != nullptr);
+  schedule_.finish(timings_);
+  collect(times, report);
+  if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
   return report;
+}
+
+/// What the frame left in its records.
+void Simulation::collect(const FrameTimes& times, StepReport& report) {
+  const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
+    if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
+  };
+  report.hull = hull_.report(readback_);
+  if (const auto& overflow = report.hull.overflow)
+    warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
+  warn("hull.depth", report.hull.depth);
+  if (incoming_ != nullptr) warn("hull.check", hull_check_.tell(devices_.context(0)));
+  incoming_ = nullptr;
+  const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
+  if (const Index dropped = surface.dropped_raw_samples + surface.dropped_samples; dropped > 0) {
+    warn("surface.overflow", std::to_string(dropped) + " samples of the real surface were dropped",
+         "raise contact.sample_spacing_m");
+  }
+  if (report.substeps == 0) return;
+  report.contact = contact_report(readback_.get<ContactRecord>(contact_report_)[0],
+                                  static_cast<float>(times.dt_s), report.substeps);
+  for (auto& body : bodies_)
+    warn("body.blew_up", body->end_frame(devices_.context(0), readback_, report.substeps));
 }
 
 std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
@@ -126,99 +210,32 @@ std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
   return frame.depths_m;
 }
 
-std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::string& status) {
+std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vector<Notice>& notices) {
   if (!view_scores_) return frame.silhouettes;
   const StageTimer timer(timings_, "views");
   ExecContext& ctx = devices_.context(0);
   const std::vector<ViewScore> found = view_scores_->measure(ctx, frame.silhouettes);
   repaired_ = frame.silhouettes;
   const std::vector<RepairedMask> repairs = repair_masks(ctx, *view_scores_, found, repaired_);
-  status = suspect_views_text(view_scores_->cameras(), found);
-  if (!repairs.empty()) status += "; " + repairs_text(view_scores_->cameras(), repairs);
+  const std::string suspect = suspect_views_text(view_scores_->cameras(), found);
+  if (!suspect.empty()) notices.push_back({"views.suspect", Severity::warning, suspect, ""});
+  if (!repairs.empty())
+    notices.push_back(
+        {"views.repaired", Severity::warning, repairs_text(view_scores_->cameras(), repairs), ""});
   return repaired_;
 }
 
-void Simulation::reconstruct(const FrameSet& frame, StepReport& report) {
-  const std::span<const BitMask> masks = silhouettes(frame, report.status);
-  const auto stage = [&](const char* name, auto&& body) {
-    const StageTimer timer(timings_, name);
-    body();
-    devices_.synchronize();  // stage times are part of the report
-  };
-  stage("upload", [&] { hull_.upload(masks, depths(frame)); });
-  stage("hull", [&] { hull_.carve(); });
-  stage("mesh", [&] { hull_.extract(); });
-  stage("check", [&] { hull_check_.submit(devices_.context(0), hull_.mesh(), frame.silhouettes); });
-}
-
-void Simulation::touch(double dt_s, StepReport& report) {
-  ExecContext& ctx = devices_.context(0);
-  const auto dt = static_cast<float>(dt_s);
-  const DeviceMesh mesh = hull_.mesh();
-  {
-    const StageTimer timer(timings_, "surface");
-    surface_replay_.run(ctx, dt, [&] {
-      surface_.update(ctx, {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
-                      dt);
-    });
-    ctx.synchronize();
-  }
-  if (dt > 0) {
-    const StageTimer timer(timings_, "bodies");
-    const SubstepPlan plan = plan_substeps(dt);
-    for (auto& body : bodies_) body->check_substeps(dt, plan.count);
-    substep_replay_.run(ctx, plan, [&] { run_substeps(ctx, plan); });
-    for (auto& body : bodies_)
-      body->step_frame_on_all(dt / static_cast<float>(plan.count), vec_cast<float>(scene_.gravity_m_s2),
-                              plan.count);
-    for (auto& body : bodies_) {
-      const std::string trouble = body->end_frame(ctx, plan.count);
-      if (!trouble.empty()) report.status = trouble;
-    }
-    report.substeps = plan.count;
-    report.contact = contact_.report(ctx, dt, plan.count);
-  }
-  const StageTimer timer(timings_, "embed");
-  for (auto& body : bodies_) body->update_surface(ctx);
-  ctx.synchronize();
-}
-
-Simulation::SubstepPlan Simulation::plan_substeps(float dt_s) const {
-  SubstepPlan plan{.dt_s = dt_s, .count = scene_.frame.substeps.value_or(1)};
-  int multiple = 1;
-  for (const auto& body : bodies_) {
-    if (!scene_.frame.substeps) plan.count = std::max(plan.count, body->substeps_for(dt_s));
-    plan.resting_bodies += body->at_rest() ? 1 : 0;
-    multiple = std::lcm(multiple, body->matching_every());
-  }
-  if (!scene_.frame.substeps) plan.count = ceil_div(plan.count, multiple) * multiple;
-  return plan;
-}
-
-/// Without the host: what is recorded is replayed as one graph.
-void Simulation::run_substeps(ExecContext& ctx, const SubstepPlan& plan) {
-  const float dt_substep = plan.dt_s / static_cast<float>(plan.count);
-  // The frame ends on the surface that was measured: its samples come from where it was a frame ago.
-  contact_.begin_frame(ctx, {.dt_s = dt_substep, .substeps = plan.count, .dt_frame_s = plan.dt_s});
-  for (auto& body : bodies_) body->begin_frame(ctx);
-  const auto gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2);
-  for (auto& body : bodies_) {
-    if (body->contact_node_count() > 0) contact_.rescue(ctx, surface_, body->contact_nodes());
-    if (body->is_untouched()) body->step_frame(dt_substep, gravity_m_s2, plan.count);
-  }
-  for (int k = 0; k < plan.count; ++k) {
-    for (auto& body : bodies_) {
-      if (body->is_untouched()) continue;
-      body->step(dt_substep, gravity_m_s2, k);
-      if (body->contact_node_count() > 0) body->touch(ctx, contact_, surface_, k);
-      body->watch(k, plan.count);
-    }
-  }
-  contact_.end_frame(ctx);
+int Simulation::substeps_for(double dt_s) const {
+  if (scene_.frame.substeps) return *scene_.frame.substeps;
+  int count = 1;
+  for (const auto& body : bodies_) count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
+  return ceil_div(count, schedule_.unit()) * schedule_.unit();
 }
 
 FrameSnapshot Simulation::snapshot() {
   FrameSnapshot snapshot;
+  snapshot.tick = tick_;
+  snapshot.captured_s = captured_s_;
   snapshot.real = hull_.download();
   ExecContext& ctx = devices_.context(0);
   normals_.compute(ctx, hull_.mesh(), hull_.voxel_size_m());

@@ -5,11 +5,13 @@
 #include <span>
 
 #include "tactus/base/timing.h"
+#include "tactus/frame/schedule.h"
 #include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
+#include "tactus/sim/frame_clock.h"
 #include "tactus/sim/soft_body.h"
 
 namespace tactus {
@@ -19,35 +21,31 @@ struct StepReport {
   HullReport hull;
   ContactReport contact;
   int substeps = 0;
-  double dt_s = 0;
-  std::string status;  ///< empty, or what went wrong and its remedy
+  double dt_s = 0;              ///< simulated
+  std::vector<Notice> notices;  ///< all of this frame
 };
 
 /// What viewers and exporters get: owns its data, never the simulation's.
 struct FrameSnapshot {
   TriangleMesh real;                 ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;  ///< in the scene's order
+  std::int64_t tick = 0;             ///< of the images
+  double captured_s = 0;             ///< when those came, on the clock of now_s()
 };
 
-/// Owns all state; one thread calls it. Stages of a frame, in order (their names are those of the timings):
-///   views      holes in masks are repaired, when the scene asks for it
-///   upload     silhouettes to the devices                              writes masks
-///   hull       classification, signs of nodes          reads masks     writes signs
-///   mesh       marching cubes on the silhouettes       reads signs     writes real mesh
-///   check      what the masks say about the mesh       reads real mesh
-///   surface    samples and velocity of the real mesh   reads real mesh writes samples
-///   bodies     substeps of forces, integration and contact             writes nodes
-///   embed      seen surfaces follow the nodes          reads nodes     writes surfaces
-/// Reconstruction is spread over all devices; bodies live on the first, and those that the real surface never
-/// touches are stepped by as many as pay (HybridSlabs), with the same bits.
+/// Owns all state; one thread calls it. Its solvers declare their work as stages; a Schedule orders them
+/// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies live on the first;
+/// those that the real surface never touches are stepped by as many as pay, with the same bits.
 class Simulation {
  public:
   /// @throws Error naming what is wrong with rig, body or material.
   Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets);
 
-  /// One frame. @throws Error when nothing can be right with rig or masks and no frame before was well.
-  /// dt_s: time since the last frame's capture; 0 for the first.
-  StepReport step(const FrameSet& frame, double dt_s);
+  /// One frame. @param frame what the rig saw, or nullptr when nothing new came: the real surface then goes
+  /// on with its motion. @param dt_s time since the last frame, to this capture or to now; 0 for the first
+  /// @throws Error when 'frame.substeps' is not stable.
+  StepReport step(const FrameSet* frame, double dt_s);
+  StepReport step(const FrameSet& frame, double dt_s) { return step(&frame, dt_s); }
   /// Copies what is to be seen to the host. Synchronizes.
   FrameSnapshot snapshot();
   /// World positions of the scene's probes [m], in its order. Synchronizes.
@@ -59,6 +57,10 @@ class Simulation {
   std::vector<std::vector<Vec3d>> motion_forces_N();
 
   const Timings& timings() const { return timings_; }
+  /// How often the frame was put together for replay.
+  int recordings() const { return schedule_.recordings(); }
+  /// The stages of a frame in order, with what they read and write.
+  std::string frame_text() const { return schedule_.text(); }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   const VisualHull& hull() const { return hull_; }
   /// Where bodies live.
@@ -69,20 +71,14 @@ class Simulation {
     std::size_t body;
     Index node;
   };
+  void add_stages();
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
-  /// What a recording of a frame's substeps depends on.
-  struct SubstepPlan {
-    float dt_s = 0;
-    int count = 0, resting_bodies = 0;
-    friend bool operator==(const SubstepPlan&, const SubstepPlan&) = default;
-  };
-  SubstepPlan plan_substeps(float dt_s) const;
+  /// As many as the bodies' stable steps ask for, or the scene.
+  int substeps_for(double dt_s) const;
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
-  std::span<const BitMask> silhouettes(const FrameSet& frame, std::string& status);
-  void reconstruct(const FrameSet& frame, StepReport& report);
-  void touch(double dt_s, StepReport& report);
-  void run_substeps(ExecContext& ctx, const SubstepPlan& plan);
+  std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
+  void collect(const FrameTimes& times, StepReport& report);
 
   DeviceSet& devices_;
   Scene scene_;
@@ -96,10 +92,15 @@ class Simulation {
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   Contact contact_;
-  KeyedReplay<float> surface_replay_;
-  KeyedReplay<SubstepPlan> substep_replay_;
   std::vector<Probe> probes_;
-  double last_dt_s_ = 0;
+  Readback readback_;
+  Readback::Place surface_report_, contact_report_;
+  Schedule schedule_;
+  FrameClock clock_;
+  const FrameSet* incoming_ = nullptr;  ///< while it is uploaded
+  std::span<const BitMask> masks_;      ///< likewise
+  std::int64_t tick_ = 0;
+  double captured_s_ = 0, last_dt_s_ = 0;
   Timings timings_;
 };
 

@@ -130,29 +130,18 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
               "cubes next to it will invert; give it more time, or the body a larger young_modulus_pa");
 }
 
-void SoftBody::begin_frame(ExecContext& ctx) {
-  ctx.copy(tissue_.body().x_m.const_view(), frame_begin_x_m_.view());
-  if (device_count() == 1) tissue_.begin_frame();
-}
-
-void SoftBody::watch(int k, int substeps) {
-  if (at_rest_) return;
-  tissue_.watch(k, substeps);
-  if (k + 1 == substeps) tissue_.end_frame(substeps);
-}
-
 /// Nothing looks into the frame of a body on which nothing acts.
 int SoftBody::watch_every(int substeps) const {
   const bool alone = is_untouched() && shape_.motions.empty() && shape_.loads.empty();
   return alone ? substeps : tissue_.watch_every();
 }
 
-std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
+std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int substeps) {
   if (at_rest_) return "";
   const tled::CubeExtremes strain_before = strain_;
   const WatchRecord before = watched_;
-  strain_ = tissue_.extremes();
-  watched_ = tissue_.watched();
+  strain_ = tissue_.extremes(&readback);
+  watched_ = tissue_.watched(&readback);
   const bool fine = std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J);
   if (fine && watched_.bad_substep < 0) return "";
   const WatchRecord bad = watched_;
@@ -166,9 +155,9 @@ std::string SoftBody::end_frame(ExecContext& ctx, int substeps) {
     const std::string acting = acting_near(ctx, shape_.lattice.rest_m(bad.bad_node));
     if (!acting.empty()) text += ": " + acting;
   }
-  ctx.copy(frame_begin_x_m_.const_view(), tissue_.body().x_m.view());
-  ctx.fill_bytes(tissue_.body().v_m_s.view(), 0);
-  ctx.synchronize();
+  const std::vector<Vec3f> x_m = to_host(ctx, frame_begin_x_m_.const_view());
+  tissue_.set_state(x_m, std::vector<Vec3f>(x_m.size()));
+  tissue_.stop();
   strain_ = strain_before;
   watched_ = before;
   at_rest_ = true;
@@ -297,61 +286,6 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
   return measure_body(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
                       element_options_, to_host(ctx, tissue_.body().x_m.const_view()),
                       to_host(ctx, tissue_.body().v_m_s.const_view()));
-}
-
-HybridStep SoftBody::step_of(float dt_s, Vec3f gravity_m_s2) const {
-  return {.dt_s = dt_s,
-          .gravity_m_s2 = gravity_m_s2,
-          .full_stiffness = full_stiffness_,
-          .matched_every = matching_every()};
-}
-
-void SoftBody::step_frame(float dt_s, Vec3f gravity_m_s2, int substeps) {
-  if (at_rest_ || device_count() > 1) return;
-  tissue_.step(step_of(dt_s, gravity_m_s2), substeps);
-  tissue_.end_frame(substeps);
-}
-
-void SoftBody::step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps) {
-  if (at_rest_ || device_count() == 1) return;
-  const std::pair plan{dt_s, substeps};
-  if (plan != slabs_plan_) slabs_replay_ = {};
-  slabs_plan_ = plan;
-  slabs_replay_.run(devices_, [&] {
-    tissue_.begin_frame();
-    tissue_.step(step_of(dt_s, gravity_m_s2), substeps);
-    tissue_.end_frame(substeps);
-  });
-}
-
-void SoftBody::step(float dt_s, Vec3f gravity_m_s2, int k) {
-  if (!at_rest_) tissue_.substep(step_of(dt_s, gravity_m_s2), k, k + 1);
-}
-
-void SoftBody::touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, int k) {
-  if (matching_every() == 1) return contact.correct(ctx, surface, contact_nodes(), k);
-  const auto part = [&](Index begin, Index end) {
-    ContactNodes nodes = contact_nodes();
-    nodes.nodes = nodes.nodes.part(begin, end - begin);
-    nodes.memory = nodes.memory.part(begin, end - begin);
-    nodes.first_record += begin;
-    return nodes;
-  };
-  contact.correct(ctx, surface, part(0, element_contact_nodes_), k);
-  if (k % matching_every() == 0)
-    contact.correct(ctx, surface, part(element_contact_nodes_, contact_nodes_.size()), k, matching_every());
-}
-
-ContactNodes SoftBody::contact_nodes() {
-  BodyState& state = tissue_.body();
-  return {state.x_m.view(),
-          state.v_m_s.view(),
-          mass_kg_.const_view(),
-          rest_gap_m_.const_view(),
-          contact_nodes_.const_view(),
-          tissue_.boundary().held(),
-          memory_.view(),
-          first_record_};
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

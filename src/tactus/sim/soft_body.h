@@ -3,7 +3,7 @@
 #include <string>
 
 #include "tactus/contact/contact.h"
-#include "tactus/multi_device/device_replay.h"
+#include "tactus/frame/schedule.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embedded_surface.h"
@@ -19,6 +19,8 @@ class SoftBody {
   SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
 
   const std::string& name() const { return description_.name; }
+  /// What its last stage leaves for the host.
+  Resource report_resource() const { return stage("report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_node_count() const { return contact_nodes_.size(); }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
@@ -28,13 +30,16 @@ class SoftBody {
   /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
-  /// Keeps the state to come back to, should this frame blow up. Asynchronous.
-  void begin_frame(ExecContext& ctx);
-  /// Reads how strained the elements are and what was noted. A body that blew up goes back to where it was at
-  /// the beginning of the frame and rests there from then on. Synchronizes.
+  /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `contact`, `surface`
+  /// and the schedule's frame must outlive its runs.
+  void add_stages(Schedule& schedule, Readback& readback, Contact& contact, const RealSurface& surface,
+                  Vec3f gravity_m_s2);
+  /// After the frame was waited for: takes over how strained the elements are and what was noted. A body that
+  /// blew up goes back to where it was at the beginning of the frame and stays there from then on, which
+  /// synchronizes.
   /// @param substeps of the frame
   /// @returns "" or what happened: substep, node, and what acts there.
-  std::string end_frame(ExecContext& ctx, int substeps);
+  std::string end_frame(ExecContext& ctx, const Readback& readback, int substeps);
   const tled::CubeExtremes& strain() const { return strain_; }
   bool at_rest() const { return at_rest_; }
   /// Fastest over the last frame [m/s]; node -1: nothing moved.
@@ -64,27 +69,10 @@ class SoftBody {
   /// Devices that step it, and why no more of those there are.
   int device_count() const { return tissue_.slab_count(); }
   std::string devices_text() const;
-  /// All substeps of a frame of an untouched body on one device. Asynchronous.
-  void step_frame(float dt_s, Vec3f gravity_m_s2, int substeps);
-  /// The same on several devices. Asynchronous.
-  void step_frame_on_all(float dt_s, Vec3f gravity_m_s2, int substeps);
-
-  /// Substep k of a frame before contact: loads, the solver, and then the nodes that are moved. Asynchronous.
-  void step(float dt_s, Vec3f gravity_m_s2, int k);
-  /// Contact at its end. Where shape matching goes several substeps at once, the nodes that it alone moves
-  /// touch the surface once for all of them, where it will be at their end. Asynchronous.
-  void touch(ExecContext& ctx, Contact& contact, const RealSurface& surface, int k);
-  /// And then: notes nodes that are no longer where anything could be and, after the last substep, how
-  /// strained the elements are. Asynchronous.
-  void watch(int k, int substeps);
   /// Where its records of contact begin among those of all bodies.
   void set_first_record(Index first) { first_record_ = first; }
   /// Substeps of a frame are a multiple of this.
   int matching_every() const { return model().flsm() ? description_.matching_every : 1; }
-  /// The nodes as contact sees them.
-  ContactNodes contact_nodes();
-  /// Brings the seen surface to where the nodes are. Asynchronous.
-  void update_surface(ExecContext& ctx) { surface_.update(ctx, tissue_.body()); }
   /// The seen surface on the host. Synchronizes.
   TriangleMesh surface(ExecContext& ctx) const { return surface_.to_mesh(ctx); }
   /// Per triangle of the seen surface: 1 where elements deform it. Synchronizes.
@@ -99,7 +87,13 @@ class SoftBody {
  private:
   SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
 
-  HybridStep step_of(float dt_s, Vec3f gravity_m_s2) const;
+  std::string stage(const char* what) const { return "body '" + name() + "': " + what; }
+  Resource nodes_resource() const { return stage("nodes"); }
+  StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
+  void add_contact_stages(Schedule& schedule, Contact& contact, const RealSurface& surface);
+  void begin_stage(ExecContext& ctx);
+  /// The nodes as contact sees them; of those that touch, the ones in [begin, end).
+  ContactNodes contact_nodes(Index begin, Index end);
   int watch_every(int substeps) const;
   void choose_contact_nodes(ExecContext& ctx, float sample_spacing_m);
   void warn_of_fast_motion(const NodeMotion& motion) const;
@@ -120,8 +114,6 @@ class SoftBody {
   Index first_record_ = 0;
   Index element_contact_nodes_ = 0;  ///< the first so many; the others only shape matching moves
   Buffer<ContactMemory> memory_;
-  DeviceReplay slabs_replay_;
-  std::pair<float, int> slabs_plan_{};  ///< of that recording: step, substeps
 };
 
 }  // namespace tactus

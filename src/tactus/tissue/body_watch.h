@@ -1,7 +1,7 @@
 #pragma once
 /// Notices in which substep, and at which node, a body of any model blows up.
 #include "tactus/compute/exec_context.h"
-#include "tactus/tissue/watch_kernels.h"
+#include "tactus/tissue/summary_kernels.h"
 
 namespace tactus {
 
@@ -10,7 +10,7 @@ namespace tactus {
 class BodyWatch {
  public:
   BodyWatch(ExecContext& ctx, Index nodes)
-      : records_(ctx.device(), ceil_div(nodes, Index{WatchNodes::kThreads})) {
+      : records_(ctx.device(), ceil_div(nodes, Index{WatchNodes::kThreads})), summary_(ctx.device(), 1) {
     begin_frame(ctx);
   }
   void begin_frame(ExecContext& ctx) {
@@ -25,15 +25,15 @@ class BodyWatch {
     ctx.parallel_for("watch/nodes", records_.size(),
                      WatchNodes{x_m, v_m_s, records_.view(), 0, frame, every});
   }
-  /// The earliest bad node, of several the lowest, and the fastest of the others. Synchronizes.
-  WatchRecord report(ExecContext& ctx) const {
-    WatchRecord all;
-    for (const WatchRecord& r : to_host(ctx, records_.const_view())) all.add(r);
-    return all;
+  /// Finds the earliest bad node, of several the lowest, and the fastest of the others. Asynchronous.
+  void summarise(ExecContext& ctx) {
+    ctx.parallel_for("watch/summarise", 1, SummariseWatch{records_.const_view(), summary_.view()});
   }
+  /// (1) What summarise() found.
+  View<const WatchRecord> summary() const { return summary_.const_view(); }
 
  private:
-  Buffer<WatchRecord> records_;
+  Buffer<WatchRecord> records_, summary_;
 };
 
 }  // namespace tactus

@@ -1,7 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
-#include "tactus/tissue/watch_kernels.h"
+#include "tactus/tissue/summary_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::flsm::LoadNodes);
 TACTUS_CUDA_KERNEL(tactus::flsm::RowSums);
@@ -16,3 +16,5 @@ TACTUS_CUDA_KERNEL(tactus::embed::MoveVertices);
 TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);
 TACTUS_CUDA_KERNEL(tactus::WatchNodes);
 TACTUS_CUDA_KERNEL(tactus::ClearRecords);
+TACTUS_CUDA_KERNEL(tactus::SummariseWatch);
+TACTUS_CUDA_KERNEL(tactus::SummariseExtremes);

@@ -12,7 +12,7 @@ struct WatchRecord {
   Index fastest_node = -1;
 
   /// And those of later nodes, counted from `first`.
-  void add(const WatchRecord& later, Index first = 0) {
+  TACTUS_HD void add(const WatchRecord& later, Index first = 0) {
     if (later.bad_substep >= 0 && (bad_substep < 0 || later.bad_substep < bad_substep)) {
       bad_substep = later.bad_substep;
       bad_node = first + later.bad_node;

@@ -134,6 +134,22 @@ void synchronize(int ordinal, void* stream) {
   use(ordinal);
   TACTUS_CUDA_CHECK(cudaStreamSynchronize(as_stream(stream)));
 }
+void* create_timing_event(int ordinal) {
+  use(ordinal);
+  cudaEvent_t event = nullptr;
+  TACTUS_CUDA_CHECK(cudaEventCreate(&event));
+  return event;
+}
+void record_timing_event(int ordinal, void* event, void* stream, bool in_graph) {
+  use(ordinal);
+  TACTUS_CUDA_CHECK(cudaEventRecordWithFlags(as_event(event), as_stream(stream),
+                                             in_graph ? cudaEventRecordExternal : cudaEventRecordDefault));
+}
+double elapsed_ms(void* from, void* to) {
+  float ms = 0;
+  TACTUS_CUDA_CHECK(cudaEventElapsedTime(&ms, as_event(from), as_event(to)));
+  return static_cast<double>(ms);
+}
 void synchronize_event(int ordinal, void* event) {
   use(ordinal);
   TACTUS_CUDA_CHECK(cudaEventSynchronize(as_event(event)));

@@ -51,6 +51,7 @@ struct StepMotions {
     return rotation_matrix(axis_angle(axis, static_cast<float>(angle_rad - kTurn * turns)));
   }
   TACTUS_HD void operator()(Index) const {
+    if (time.stands_still()) return;
     const double dt_s = static_cast<double>(time.dt_s), begin_s = clock_s[0], end_s = begin_s + dt_s;
     for (Index i = 0; i < motions.size(); ++i) {
       const Motion& m = motions[i];

@@ -26,7 +26,8 @@ struct FlsmStep {
   int rotation_iterations = 2;
   /// When given, dt_s and gravity are read from here when the kernels run.
   View<const FrameParams> frame = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
+  View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped}; }
 };
 
 /// What compute_goals left, for solvers that go on with it.

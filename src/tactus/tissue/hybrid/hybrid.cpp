@@ -33,7 +33,8 @@ FlsmStep matching_step(const HybridStep& step) {
           .substeps = step.matched_every,
           .gravity_m_s2 = step.gravity_m_s2,
           .full_stiffness = step.full_stiffness,
-          .frame = step.frame};
+          .frame = step.frame,
+          .stopped = step.stopped};
 }
 
 }  // namespace
@@ -42,7 +43,8 @@ TledStep elements_step(const HybridStep& step) {
   return {.dt_s = step.dt_s,
           .gravity_m_s2 = step.gravity_m_s2,
           .drag_per_s = step.drag_per_s,
-          .frame = step.frame};
+          .frame = step.frame,
+          .stopped = step.stopped};
 }
 
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched) {
@@ -220,9 +222,9 @@ void Hybrid::find_extremes(ExecContext& ctx, const BodyState& state) {
   if (has_elements_) tled_.find_extremes(ctx, state);
 }
 
-tled::CubeExtremes Hybrid::extremes(ExecContext& ctx) const {
+tled::CubeExtremes Hybrid::in_body(const tled::CubeExtremes& found) const {
   if (!has_elements_) return {1, 0, 1, 0, 0};
-  return tled::FindExtremes::counted_from(first_cube_, tled_.extremes(ctx));
+  return tled::FindExtremes::counted_from(first_cube_ + tled_.first_own_cube(), found);
 }
 
 }  // namespace tactus

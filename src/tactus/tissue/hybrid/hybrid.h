@@ -27,7 +27,8 @@ struct HybridStep {
   int matched_every = 1;
   /// When given, dt_s and gravity are read from here when the kernels run: of the device that they run on.
   View<const FrameParams> frame = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
+  View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped}; }
 };
 
 /// What of a step concerns the elements.
@@ -64,7 +65,8 @@ class Hybrid {
   float stable_step_s() const;
   /// As Tled's, cubes as the body counts them; without elements nothing is found.
   void find_extremes(ExecContext& ctx, const BodyState& state);
-  tled::CubeExtremes extremes(ExecContext& ctx) const;
+  /// What find_extremes found, read from tled().extremes(), with cubes as the body counts them.
+  tled::CubeExtremes in_body(const tled::CubeExtremes& found) const;
   Tled& tled() { return tled_; }
   const Tled& tled() const { return tled_; }
   const std::optional<Flsm>& flsm() const { return flsm_; }

@@ -3,7 +3,6 @@
 #include "tactus/base/vec.h"
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
-#include "tactus/tissue/vector_fields.h"
 
 namespace tactus::hybrid {
 
@@ -15,39 +14,6 @@ struct GatherNodes {
   TACTUS_HD void operator()(Index i) const {
     part_x_m[i] = x_m[node[i]];
     part_v_m_s[i] = v_m_s[node[i]];
-  }
-};
-
-/// Nodes that other devices move, from there. They stand before and behind the own ones.
-struct PullNodes {
-  struct Neighbour {
-    View<const Vec3f> x_m, v_m_s;  ///< of the pulled nodes, in order
-  };
-  Neighbour below, above;
-  View<Vec3f> x_m, v_m_s;
-  Index first_above;
-  TACTUS_HD void operator()(Index i) const {
-    const Index lower = below.x_m.size(), node = i < lower ? i : first_above + (i - lower);
-    x_m[node] = i < lower ? below.x_m[i] : above.x_m[i - lower];
-    v_m_s[node] = i < lower ? below.v_m_s[i] : above.v_m_s[i - lower];
-  }
-};
-
-/// The same for bodies of elements alone, which read no more of them than positions ahead (tled::LoadNodes).
-struct PullPositions {
-  struct Neighbour {
-    View<const float> ahead_m;          ///< 3 fields
-    Index cells;                        ///< from one field to the next
-    View<const Index> from_cell, cell;  ///< of the pulled nodes: there, here
-  };
-  Neighbour below, above;
-  View<float> ahead_m;  ///< 3 fields
-  Index cells;
-  TACTUS_HD void operator()(Index i) const {
-    const Index lower = below.cell.size();
-    const Neighbour& from = i < lower ? below : above;
-    const Index n = i < lower ? i : i - lower;
-    store_vector(ahead_m, cells, from.cell[n], vector_at(from.ahead_m, from.cells, from.from_cell[n]));
   }
 };
 
@@ -106,7 +72,8 @@ struct Integrate {
         Vec3f{f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]} + f_ext_N[i];
     Vec3f dv = dt * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
     if (matched >= 0 && new_goals) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
-    const Vec3f next = fixed[i] != 0 ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
+    const Vec3f next =
+        fixed[i] != 0 || time.stands_still() ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt * next;
   }

@@ -11,8 +11,6 @@ namespace {
 /// What a shape-matched node costs over an element: 8 times as much on an H200, 6 on a CPU.
 constexpr double kMatchedCost = 7;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
                                const ElementMask& elements, int half_width,
                                std::optional<double> least_elements) {
@@ -53,6 +51,7 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
   const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
   state = {to_device(ctx, std::span(rest).subspan(static_cast<std::size_t>(window.begin), zero.size())),
            to_device(ctx, zero), to_device(ctx, zero)};
+  stopped = to_device(ctx, std::vector<Index>{0});
 }
 
 HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
@@ -73,101 +72,36 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
     body_.x_m = to_device(devices.context(0), lattice.rest_positions_m());
     body_.v_m_s = to_device(devices.context(0), zero);
   }
-  if (!stays_in_cells()) return;
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    Part& part = *parts_[p];
-    const auto& [window, own] = part.tissue.window();
-    if (p > 0) part.ghosts[0] = find_ghosts(p, p - 1, {window.begin, window.begin + own.begin});
-    if (p + 1 < parts_.size()) part.ghosts[1] = find_ghosts(p, p + 1, {window.begin + own.end, window.end});
-  }
+  link_neighbours();
 }
 
-template <class F>
-void HybridSlabs::for_neighbours(std::size_t part, F&& body) {
-  if (part > 0) body(*parts_[part - 1]);
-  if (part + 1 < parts_.size()) body(*parts_[part + 1]);
-}
-
-/// Of all parts, once their neighbours have moved.
-template <class F>
-void HybridSlabs::for_each_pull(F&& pull_part) {
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    for_neighbours(p, [&](Part& neighbour) { parts_[p]->ctx.wait(neighbour.moved); });
-    pull_part(p);
-    parts_[p]->ctx.record(parts_[p]->pulled);
-  }
-}
-
-/// @param nodes of the body
-hybrid::PullNodes::Neighbour HybridSlabs::nodes_of(std::size_t neighbour, Slab nodes) const {
-  const Part& part = *parts_[neighbour];
-  const Index first = nodes.begin - part.tissue.window().held.begin;
-  return {part.state.x_m.const_view().part(first, nodes.count()),
-          part.state.v_m_s.const_view().part(first, nodes.count())};
-}
-
-void HybridSlabs::pull(std::size_t index) {
-  Part& part = *parts_[index];
-  const auto& [window, own] = part.tissue.window();
-  hybrid::PullNodes kernel{.below = {},
-                           .above = {},
-                           .x_m = part.state.x_m.view(),
-                           .v_m_s = part.state.v_m_s.view(),
-                           .first_above = own.end};
-  if (index > 0) kernel.below = nodes_of(index - 1, {window.begin, window.begin + own.begin});
-  if (index + 1 < parts_.size()) kernel.above = nodes_of(index + 1, {window.begin + own.end, window.end});
-  const auto copy = [&](const hybrid::PullNodes::Neighbour& from, Index to) {
-    const Index count = from.x_m.size();
-    if (count == 0) return;
-    part.ctx.copy(from.x_m, part.state.x_m.view().part(to, count));
-    part.ctx.copy(from.v_m_s, part.state.v_m_s.view().part(to, count));
+/// Each slab has copies of the nodes before and behind its own.
+void HybridSlabs::link_neighbours() {
+  std::vector<HaloLink> node_links, cell_links;
+  const auto link = [&](std::size_t holder, std::size_t owner, Slab nodes) {
+    const auto first_in = [&](std::size_t p) { return nodes.begin - parts_[p]->tissue.window().held.begin; };
+    HaloLink made{.holder = static_cast<int>(holder),
+                  .owner = static_cast<int>(owner),
+                  .count = nodes.count(),
+                  .first_there = first_in(owner),
+                  .first_here = first_in(holder)};
+    node_links.push_back(made);
+    if (!stays_in_cells()) return;
+    const auto cells_in = [&](std::size_t p) {
+      const View<const Index> cell = parts_[p]->tissue.tled().cell();
+      return to_host(parts_[p]->ctx, cell.part(first_in(p), nodes.count()));
+    };
+    made.there = cells_in(owner);
+    made.here = cells_in(holder);
+    cell_links.push_back(std::move(made));
   };
-  if (devices_.reads_peers()) {
-    part.ctx.parallel_for("hybrid/pull", kernel.below.x_m.size() + kernel.above.x_m.size(), kernel);
-  } else {
-    copy(kernel.below, 0);
-    copy(kernel.above, own.end);
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const auto& [window, own] = parts_[p]->tissue.window();
+    if (p > 0) link(p, p - 1, {window.begin, window.begin + own.begin});
+    if (p + 1 < parts_.size()) link(p, p + 1, {window.begin + own.end, window.end});
   }
-}
-
-/// @param nodes of the body
-HybridSlabs::Ghosts HybridSlabs::find_ghosts(std::size_t index, std::size_t neighbour, Slab nodes) {
-  Part& part = *parts_[index];
-  Part& other = *parts_[neighbour];
-  const auto cells_of = [&](Part& p) {
-    return p.tissue.tled().cell().part(nodes.begin - p.tissue.window().held.begin, nodes.count());
-  };
-  std::vector<Index> there = to_host(other.ctx, cells_of(other));
-  const auto [least, most] = std::minmax_element(there.begin(), there.end());
-  Ghosts ghosts{.of = neighbour, .first_cell = *least, .from_cell = {}, .cell = cells_of(part), .copy_m = {}};
-  if (!devices_.reads_peers()) ghosts.copy_m = Buffer<float>(part.ctx.device(), 3 * (*most + 1 - *least));
-  for (Index& cell : there) cell -= ghosts.first_cell;
-  ghosts.from_cell = to_device(part.ctx, there);
-  return ghosts;
-}
-
-void HybridSlabs::pull_positions(std::size_t index, int k) {
-  Part& part = *parts_[index];
-  Tled& tled = part.tissue.tled();
-  hybrid::PullPositions kernel{.below = {}, .above = {}, .ahead_m = tled.ahead_m(k), .cells = tled.cells()};
-  hybrid::PullPositions::Neighbour* to[] = {&kernel.below, &kernel.above};
-  for (int side = 0; side < 2; ++side) {
-    Ghosts& ghosts = part.ghosts[at(side)];
-    if (ghosts.cell.empty()) continue;
-    Tled& other = parts_[ghosts.of]->tissue.tled();
-    const View<const float> there = other.ahead_m(k);
-    View<const float> from = there.part(ghosts.first_cell, there.size() - ghosts.first_cell);
-    Index cells = other.cells();
-    if (!ghosts.copy_m.empty()) {
-      const Index count = ghosts.copy_m.size() / 3;
-      for (Index a = 0; a < 3; ++a)
-        part.ctx.copy(from.part(a * cells, count), ghosts.copy_m.view().part(a * count, count));
-      from = ghosts.copy_m.const_view();
-      cells = count;
-    }
-    *to[side] = {from, cells, ghosts.from_cell.const_view(), ghosts.cell};
-  }
-  part.ctx.parallel_for("hybrid/pull_positions", kernel.below.cell.size() + kernel.above.cell.size(), kernel);
+  node_halo_.emplace(devices_, "hybrid/pull", node_links);
+  cell_halo_.emplace(devices_, "hybrid/pull_positions", cell_links);
 }
 
 void HybridSlabs::begin_frame() {
@@ -189,7 +123,10 @@ void HybridSlabs::step(const HybridStep& step, int count) {
 
 HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const {
   HybridStep own = step;
-  if (frame_ != nullptr) own.frame = frame_->view(static_cast<int>(part));
+  if (frame_ != nullptr) {
+    own.frame = frame_->view(static_cast<int>(part));
+    own.stopped = parts_[part]->stopped.const_view();
+  }
   return own;
 }
 
@@ -217,17 +154,19 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
       part->beside.wait(part->moved);
       part->beside.record(part->interior_moved);
     }
+    for_each_slab([&](int p) { cell_halo_->begin(p, cells(0)); });
   }
-  for_each_pull([&](std::size_t p) { pull_positions(p, k); });
+  cell_halo_->finish(cells(k));
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     const TledStep tled = elements_step(on_part(step, p));
     // Each half reads what the other moved in the last substep, and overwrites what it read then.
     part.beside.wait(part.moved);
     part.ctx.wait(part.interior_moved);
-    for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
+    cell_halo_->await_readers(static_cast<int>(p), cells(k + 1));
     part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::edges);
     part.ctx.record(part.moved);
+    cell_halo_->begin(static_cast<int>(p), cells(k + 1));
     part.tissue.tled().move(part.beside, tled, k, Tled::Tiles::interior);
     part.beside.record(part.interior_moved);
     if (k + 1 == count) part.ctx.wait(part.interior_moved);
@@ -236,18 +175,17 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
 
 void HybridSlabs::substep(const HybridStep& step, int k, int count) {
   if (stays_in_cells()) return substep_in_cells(step, k, count);
-  if (k == 0)
-    for (auto& part : parts_) part->ctx.record(part->moved);
-  for_each_pull([&](std::size_t p) { pull(p); });
+  if (k == 0) for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
+  node_halo_->finish(nodes());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     const HybridStep own = on_part(step, p);
     part.boundary.load(part.ctx, part.state, own.time());
     part.tissue.sum_forces(part.ctx, part.state, own, k);
-    for_neighbours(p, [&](Part& neighbour) { part.ctx.wait(neighbour.pulled); });
+    node_halo_->await_readers(static_cast<int>(p), nodes());
     part.tissue.move(part.ctx, part.state, own, k);
     part.boundary.move(part.ctx, part.state, own.time());
-    part.ctx.record(part.moved);
+    node_halo_->begin(static_cast<int>(p), nodes());
   }
 }
 
@@ -267,9 +205,13 @@ void HybridSlabs::watch(int k, int count) {
 
 void HybridSlabs::end_frame(int count) {
   look(count - 1, 1);
-  for (auto& part : parts_) part->ctx.record(part->moved);
+  for (auto& part : parts_) {
+    part->watch.summarise(part->ctx);
+    part->ctx.record(part->moved);
+  }
   if (model().has_elements()) {
-    for_each_pull([&](std::size_t p) { pull(p); });
+    for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
+    node_halo_->finish(nodes());
     for (auto& part : parts_) part->tissue.find_extremes(part->ctx, part->state);
   }
   if (parts_.size() == 1) return;
@@ -287,17 +229,40 @@ void HybridSlabs::end_frame(int count) {
   for (auto& part : parts_) part->ctx.wait(stored_);
 }
 
-WatchRecord HybridSlabs::watched() {
+void HybridSlabs::add_reports(Readback& readback) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
+    part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
+  }
+}
+
+WatchRecord HybridSlabs::watched(const Readback* readback) {
   WatchRecord all;
-  for (auto& part : parts_) all.add(part->watch.report(part->ctx), part->first_own());
+  for (auto& part : parts_) {
+    const WatchRecord own = readback != nullptr ? readback->get<WatchRecord>(part->watch_report)[0]
+                                                : to_host(part->ctx, part->watch.summary())[0];
+    all.add(own, part->first_own());
+  }
   return all;
 }
 
-tled::CubeExtremes HybridSlabs::extremes() {
-  tled::CubeExtremes worst = parts_.front()->tissue.extremes(parts_.front()->ctx);
-  for (std::size_t p = 1; p < parts_.size(); ++p)
-    worst = tled::FindExtremes::worse(worst, parts_[p]->tissue.extremes(parts_[p]->ctx));
+tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
+  tled::CubeExtremes worst = tled::FindExtremes::kNone;
+  for (auto& part : parts_) {
+    const auto own = readback != nullptr ? readback->get<tled::CubeExtremes>(part->extremes_report)[0]
+                                         : to_host(part->ctx, part->tissue.tled().extremes())[0];
+    worst = tled::FindExtremes::worse(worst, part->tissue.in_body(own));
+  }
   return worst;
+}
+
+void HybridSlabs::stop() {
+  const Index yes = 1;
+  for (auto& part : parts_) {
+    part->ctx.upload({&yes, 1}, part->stopped.view());
+    part->ctx.synchronize();
+  }
 }
 
 std::vector<Vec3d> HybridSlabs::motion_forces_N(double dt_frame_s) {

@@ -2,8 +2,11 @@
 /// One body on many devices.
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "tactus/frame/frame_on_devices.h"
+#include "tactus/frame/readback.h"
+#include "tactus/multi_device/halo.h"
 #include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
@@ -60,10 +63,15 @@ class HybridSlabs {
   /// begin_substeps, one block, end_substeps; watched if the body is moved or loaded.
   void step(const HybridStep& step, int count = 1);
 
-  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Synchronizes.
-  WatchRecord watched();
-  /// At the last end_frame. Synchronizes.
-  tled::CubeExtremes extremes();
+  /// What end_frame leaves for the host is read back with the frame's other records.
+  void add_reports(Readback& readback);
+  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Without a readback, the
+  /// devices are asked, which synchronizes.
+  WatchRecord watched(const Readback* readback = nullptr);
+  /// How strained the elements were at the last end_frame; likewise.
+  tled::CubeExtremes extremes(const Readback* readback = nullptr);
+  /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
+  void stop();
   /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);
   /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
@@ -84,14 +92,6 @@ class HybridSlabs {
   std::vector<Vec3f> velocities_m_s();
 
  private:
-  /// Nodes of a neighbour beside a body's own, where its elements find them.
-  struct Ghosts {
-    std::size_t of = 0;       ///< which part
-    Index first_cell = 0;     ///< there
-    Buffer<Index> from_cell;  ///< per node: there, counted from the first
-    View<const Index> cell;   ///< here
-    Buffer<float> copy_m;     ///< 3 fields of the cells there, where kernels can't read them
-  };
   struct Part {
     Part(ExecContext& ctx, Hybrid tissue, const CubeLattice& lattice, const BoundaryConditions& conditions);
     template <class T>
@@ -108,18 +108,31 @@ class HybridSlabs {
     Hybrid tissue;
     Boundary boundary;
     BodyWatch watch;
-    BodyState state;               ///< of the window
-    std::array<Ghosts, 2> ghosts;  ///< below and above; none without nodes
-    Event pulled, moved, interior_moved;
+    BodyState state;  ///< of the window
+    Event moved, interior_moved;
+    Buffer<Index> stopped;  ///< (1)
+    Readback::Place watch_report, extremes_report;
   };
+  void link_neighbours();
   template <class F>
-  void for_neighbours(std::size_t part, F&& body);
-  template <class F>
-  void for_each_pull(F&& pull_part);
-  Ghosts find_ghosts(std::size_t part, std::size_t neighbour, Slab nodes);
-  void pull(std::size_t part);
-  void pull_positions(std::size_t part, int k);
-  hybrid::PullNodes::Neighbour nodes_of(std::size_t neighbour, Slab nodes) const;
+  void for_each_slab(F&& body) {
+    for (int p = 0; p < slab_count(); ++p) body(p);
+  }
+  /// What neighbours read of a part: nodes, or in cells positions ahead.
+  auto nodes() {
+    return [this](int part) {
+      BodyState& state = parts_[static_cast<std::size_t>(part)]->state;
+      return std::array{state.x_m.view(), state.v_m_s.view()};
+    };
+  }
+  auto cells(int k) {
+    return [this, k](int part) {
+      Tled& tled = parts_[static_cast<std::size_t>(part)]->tissue.tled();
+      const View<float> ahead_m = tled.ahead_m(k);
+      const Index n = tled.cells();
+      return std::array{ahead_m.part(0, n), ahead_m.part(n, n), ahead_m.part(2 * n, n)};
+    };
+  }
   /// Whether nodes are in cells from the first substep to the last.
   bool stays_in_cells() const { return !has_boundary_ && !shares_nodes_ && !model().flsm(); }
   void substep_in_cells(const HybridStep& step, int k, int count);
@@ -130,6 +143,8 @@ class HybridSlabs {
 
   DeviceSet& devices_;
   std::vector<std::unique_ptr<Part>> parts_;
+  std::optional<Halo<Vec3f, 2>> node_halo_;
+  std::optional<Halo<float, 3>> cell_halo_;
   std::size_t motion_count_;
   bool has_boundary_, shares_nodes_ = false;
   const FrameOnDevices* frame_ = nullptr;

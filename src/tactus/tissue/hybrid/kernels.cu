@@ -2,6 +2,4 @@
 #include "tactus/tissue/hybrid/hybrid_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::hybrid::GatherNodes);
-TACTUS_CUDA_KERNEL(tactus::hybrid::PullNodes);
-TACTUS_CUDA_KERNEL(tactus::hybrid::PullPositions);
 TACTUS_CUDA_KERNEL(tactus::hybrid::Integrate);

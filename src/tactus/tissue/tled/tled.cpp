@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/tissue/summary_kernels.h"
 #include "tactus/tissue/tled/tile_plan.h"
 
 namespace tactus {
@@ -157,6 +158,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   own_cubes_ = {first_cube_at(own_layers.begin), first_cube_at(own_layers.end)};
   extremes_ =
       Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads));
+  worst_ = to_device(ctx, std::vector<tled::CubeExtremes>{tled::FindExtremes::kNone});
   std::vector<float> inverse_mass(static_cast<std::size_t>(grid_.cells));
   for (std::size_t i = 0; i < plan.node_cell.size(); ++i) {
     if (lattice.fixed[i] == 0)
@@ -291,13 +293,7 @@ void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
       "tled/extremes", extremes_.size(),
       tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
                          ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, 1 / (4 * spacing_m_)});
-}
-
-tled::CubeExtremes Tled::extremes(ExecContext& ctx) const {
-  tled::CubeExtremes worst = tled::FindExtremes::kNone;
-  for (const tled::CubeExtremes& block : to_host(ctx, extremes_.const_view()))
-    worst = tled::FindExtremes::worse(worst, block);
-  return tled::FindExtremes::counted_from(own_cubes_.begin, worst);
+  ctx.parallel_for("tled/worst_extremes", 1, SummariseExtremes{extremes_.const_view(), worst_.view()});
 }
 
 int Tled::substeps_for(float dt_frame_s, float speed_ratio) const {

@@ -17,7 +17,8 @@ struct TledStep {
   float drag_per_s = 0;  ///< damps all motion, falling, too: for settling only
   /// When given, dt_s and gravity are read from here when the kernels run.
   View<const FrameParams> frame = {};
-  StepTime time() const { return {dt_s, gravity_m_s2, frame}; }
+  View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped}; }
 };
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
@@ -68,8 +69,13 @@ class Tled {
   /// Looks how strained its cubes are, of a cut body those between an own layer of nodes and the next. What
   /// it found is read later, and kept until it looks again. Asynchronous.
   void find_extremes(ExecContext& ctx, const BodyState& state);
+  /// (1) What find_extremes found; cubes are counted from first_own_cube().
+  View<const tled::CubeExtremes> extremes() const { return worst_.const_view(); }
+  Index first_own_cube() const { return own_cubes_.begin; }
   /// Cubes as the lattice counts them. Synchronizes.
-  tled::CubeExtremes extremes(ExecContext& ctx) const;
+  tled::CubeExtremes extremes(ExecContext& ctx) const {
+    return tled::FindExtremes::counted_from(own_cubes_.begin, to_host(ctx, extremes())[0]);
+  }
   /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float damping_time_s() const { return damping_time_s_; }
@@ -103,7 +109,7 @@ class Tled {
   Buffer<std::uint32_t> active_;
   Buffer<Index> cell_, cube_cell_;
   Slab own_cubes_;  ///< those of its layers, as the lattice counts them
-  Buffer<tled::CubeExtremes> extremes_;
+  Buffer<tled::CubeExtremes> extremes_, worst_;
   Buffer<std::uint16_t> kind_;  ///< over cells, into
   Buffer<tled::Stiffness> kinds_;
   Buffer<float> stiffness_;                                      ///< fields of the same, on a CPU

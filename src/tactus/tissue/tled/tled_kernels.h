@@ -112,7 +112,7 @@ struct MoveNodes {
   TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node) const {
     const float w = node.inverse_mass_per_kg;
     const Vec3f v = node.v_m_s, dv = time.dt_s * (time.gravity_m_s2 + node.push_m_s2 + w * f);
-    const Vec3f next = w > 0 ? drag * (v + dv) : Vec3f{};
+    const Vec3f next = w > 0 && !time.stands_still() ? drag * (v + dv) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
     store_vector(next_ahead_m, cells, cell, node.ahead_m + (time.dt_s * next + damping_time_s * (next - v)));
   }

@@ -1,0 +1,300 @@
+#include "tactus/frame/schedule.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+constexpr Rate kAllRates[] = {Rate::upload,  Rate::capture, Rate::before,
+                              Rate::substep, Rate::after,   Rate::end};
+
+bool names(const std::vector<Resource>& resources, const Resource& resource) {
+  return std::find(resources.begin(), resources.end(), resource) != resources.end();
+}
+
+std::string list_text(const char* head, const std::vector<Resource>& resources) {
+  std::string text;
+  for (const Resource& r : resources) text += (text.empty() ? std::string(head) + " " : ", ") + r;
+  return text.empty() ? "" : "  " + text;
+}
+
+}  // namespace
+
+const char* rate_text(Rate rate) {
+  switch (rate) {
+    case Rate::upload:
+      return "new images: upload";
+    case Rate::capture:
+      return "new images: reconstruct";
+    case Rate::before:
+      return "before the substeps";
+    case Rate::substep:
+      return "every substep";
+    case Rate::after:
+      return "after the substeps";
+    case Rate::end:
+      return "end of every frame";
+  }
+  return "";
+}
+
+Schedule::Schedule(DeviceSet& devices)
+    : devices_(devices), frame_(devices), forked_(static_cast<std::size_t>(devices.count())) {}
+
+void Schedule::add(Stage stage) {
+  if (closed_) throw Error("stage '" + stage.name + "': the schedule is closed");
+  for (const Stage& other : stages_) {
+    if (other.name == stage.name) throw Error("two stages are named '" + stage.name + "'");
+  }
+  stages_.push_back(std::move(stage));
+}
+
+void Schedule::close() {
+  closed_ = true;
+  unit_ = 1;
+  std::set<Resource> known;
+  for (const Stage& stage : stages_) {
+    if (stage.rate == Rate::substep) unit_ = std::lcm(unit_, std::lcm(stage.every, stage.period));
+    known.insert(stage.writes.begin(), stage.writes.end());
+    known.insert(stage.updates.begin(), stage.updates.end());
+  }
+  for (const Stage& stage : stages_) {
+    for (const auto* list : {&stage.reads_last, &stage.reads}) {
+      for (const Resource& r : *list) {
+        if (!known.contains(r))
+          throw Error("stage '" + stage.name + "' reads '" + r + "', which no stage writes");
+      }
+    }
+  }
+  const After after = find_edges();
+  crosses_.assign(stages_.size(), 0);
+  // Substeps follow one another, so a stage also waits for those that come after it in the last substep.
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    for (const std::size_t before : after[i]) {
+      if (stages_[before].devices != stages_[i].devices) crosses_[i] = crosses_[before] = 1;
+    }
+  }
+  for (const Rate rate : kAllRates) order(rate, after);
+}
+
+Schedule::After Schedule::find_edges() const {
+  After after(stages_.size());
+  std::set<Resource> resources;
+  for (const Stage& s : stages_) {
+    for (const auto* list : {&s.reads_last, &s.writes, &s.updates, &s.reads})
+      resources.insert(list->begin(), list->end());
+  }
+  for (const Resource& r : resources) add_edges_of(r, after);
+  return after;
+}
+
+void Schedule::add_edges_of(const Resource& resource, After& after) const {
+  const auto rank = [&](const Stage& s) {
+    if (names(s.reads_last, resource)) return 0;
+    if (names(s.writes, resource)) return 1;
+    if (names(s.updates, resource)) return 2;
+    return names(s.reads, resource) ? 3 : -1;
+  };
+  for (std::size_t a = 0; a < stages_.size(); ++a) {
+    for (std::size_t b = 0; b < stages_.size(); ++b) {
+      const int first = rank(stages_[a]), second = rank(stages_[b]);
+      if (a == b || first < 0 || second < 0 || stages_[a].rate != stages_[b].rate) continue;
+      const bool updates_in_turn = first == 2 && second == 2 && a < b;
+      if (first < second || updates_in_turn) after[b].push_back(a);
+    }
+  }
+}
+
+/// Of the stages that could come next, the one that was added first does.
+void Schedule::order(Rate rate, const After& after) {
+  Segment& ordered = segment(rate);
+  ordered.groups.clear();
+  std::vector<char> done(stages_.size());
+  const auto waits = [&](std::size_t i) {
+    return std::any_of(after[i].begin(), after[i].end(),
+                       [&](std::size_t before) { return done[before] == 0; });
+  };
+  for (;;) {
+    std::size_t next = stages_.size();
+    std::string blocked;
+    for (std::size_t i = 0; i < stages_.size() && next == stages_.size(); ++i) {
+      if (stages_[i].rate != rate || done[i] != 0) continue;
+      if (!waits(i))
+        next = i;
+      else
+        blocked += (blocked.empty() ? "'" : ", '") + stages_[i].name + "'";
+    }
+    if (next == stages_.size()) {
+      if (!blocked.empty()) throw Error("the stages " + blocked + " wait for one another");
+      return;
+    }
+    done[next] = 1;
+    if (ordered.groups.empty() || ordered.groups.back().timed_as != stages_[next].timed_as) {
+      ordered.groups.emplace_back();
+      ordered.groups.back().timed_as = stages_[next].timed_as;
+    }
+    ordered.groups.back().stages.push_back(next);
+  }
+}
+
+/// The other devices go on after what the first was given so far.
+void Schedule::wait_for_first() {
+  devices_.context(0).record(forked_[0]);
+  for (int p = 1; p < devices_.count(); ++p) devices_.context(p).wait(forked_[0]);
+}
+
+/// The first device goes on after what the others were given so far.
+void Schedule::wait_for_all() {
+  for (int p = 1; p < devices_.count(); ++p) {
+    Event& event = forked_[static_cast<std::size_t>(p)];
+    devices_.context(p).record(event);
+    devices_.context(0).wait(event);
+  }
+}
+
+void Schedule::submit_stage(std::size_t stage, BlockPlace place) {
+  if (crosses_[stage] != 0 && devices_.count() > 1) {
+    if (stages_[stage].devices == StageDevices::all)
+      wait_for_first();
+    else
+      wait_for_all();
+  }
+  stages_[stage].submit(place);
+}
+
+void Schedule::submit_groups(Segment& s) {
+  ExecContext& first = devices_.context(0);
+  for (Group& group : s.groups) {
+    group.begin.take(first);
+    for (const std::size_t stage : group.stages) submit_stage(stage, {});
+    if (&group == &s.groups.back() && devices_.count() > 1) wait_for_all();
+    group.end.take(first);
+    group.ran = true;
+  }
+}
+
+void Schedule::submit_block(int units) {
+  const int count = units * unit_;
+  for (int k = 0; k < count; ++k) {
+    for (const Group& group : segment(Rate::substep).groups) {
+      for (const std::size_t stage : group.stages)
+        if (k % stages_[stage].every == 0) submit_stage(stage, {k, count});
+    }
+    frame_.next_substep();
+  }
+}
+
+bool Schedule::replays() const { return devices_.is_cuda() && recorded_ && !is_profiling(devices_); }
+
+void Schedule::record() {
+  for (const Rate rate : {Rate::capture, Rate::before, Rate::after, Rate::end}) {
+    Segment& s = segment(rate);
+    if (!s.groups.empty()) s.graph.record(devices_, [&] { submit_groups(s); });
+  }
+  if (!segment(Rate::substep).groups.empty()) {
+    for (std::size_t b = 0; b < kBlocks; ++b) blocks_[b].record(devices_, [&] { submit_block(1 << b); });
+  }
+  recorded_ = true;
+}
+
+void Schedule::record_anew() {
+  recorded_ = false;
+  ++recordings_;
+}
+
+void Schedule::run_segment(Rate rate) {
+  Segment& s = segment(rate);
+  if (s.groups.empty()) return;
+  if (replays() && rate != Rate::upload) {
+    s.graph.launch(devices_);
+    for (Group& group : s.groups) group.ran = true;
+    return;
+  }
+  if (devices_.count() > 1) wait_for_first();
+  submit_groups(s);
+  if (devices_.count() > 1) wait_for_first();
+}
+
+void Schedule::run_substeps(int substeps) {
+  if (segment(Rate::substep).groups.empty()) return;
+  if (substeps % unit_ != 0)
+    throw Error(std::to_string(substeps) + " substeps, expected a multiple of " + std::to_string(unit_));
+  substeps_begin_.take(devices_.context(0));
+  int units = substeps / unit_;
+  for (std::size_t b = kBlocks; b-- > 0;) {
+    for (const int block = 1 << b; units >= block; units -= block) {
+      if (replays()) {
+        blocks_[b].launch(devices_);
+        continue;
+      }
+      if (devices_.count() > 1) wait_for_first();
+      submit_block(block);
+      if (devices_.count() > 1) wait_for_all();
+    }
+  }
+  substeps_end_.take(devices_.context(0));
+  ran_substeps_ = true;
+}
+
+void Schedule::run(const FrameParams& params, bool has_new_images) {
+  // What grows does so in the first frame with images, so the second can be recorded.
+  if (devices_.is_cuda() && !recorded_ && ran_with_images_ && !is_profiling(devices_)) record();
+  begin_s_ = now_s();
+  frame_.begin(params);
+  if (has_new_images) {
+    run_segment(Rate::upload);
+    run_segment(Rate::capture);
+    ran_with_images_ = true;
+  }
+  if (params.substeps > 0) {
+    run_segment(Rate::before);
+    run_substeps(params.substeps);
+    run_segment(Rate::after);
+  }
+  run_segment(Rate::end);
+}
+
+void Schedule::finish(Timings& timings) {
+  devices_.synchronize();
+  double at_s = begin_s_;
+  const auto add = [&](const std::string& row, double seconds) {
+    timings.add(row, at_s, at_s + seconds);
+    at_s += seconds;
+  };
+  for (const Rate rate : kAllRates) {
+    if (rate == Rate::substep) {
+      if (std::exchange(ran_substeps_, false))
+        add(segment(rate).groups.front().timed_as, substeps_end_.seconds_since(substeps_begin_));
+      continue;
+    }
+    for (Group& group : segment(rate).groups) {
+      if (std::exchange(group.ran, false)) add(group.timed_as, group.end.seconds_since(group.begin));
+    }
+  }
+}
+
+std::string Schedule::text() const {
+  std::string text;
+  for (const Rate rate : kAllRates) {
+    if (segment(rate).groups.empty()) continue;
+    text += std::string(rate_text(rate)) + "\n";
+    for (const Group& group : segment(rate).groups) {
+      for (const std::size_t i : group.stages) {
+        const Stage& s = stages_[i];
+        text += "  " + s.name + (s.every > 1 ? " (every " + std::to_string(s.every) + ")" : "") +
+                (s.devices == StageDevices::all ? "  on all devices" : "  on the first device") +
+                (crosses_[i] != 0 ? ", waits across devices" : "") + list_text("reads last", s.reads_last) +
+                list_text("reads", s.reads) + list_text("writes", s.writes) +
+                list_text("updates", s.updates) + "\n";
+      }
+    }
+  }
+  return text;
+}
+
+}  // namespace tactus

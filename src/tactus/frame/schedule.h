@@ -1,0 +1,93 @@
+#pragma once
+/// The order of a frame, derived from what its stages read and write.
+#include <array>
+
+#include "tactus/base/timing.h"
+#include "tactus/compute/time_stamp.h"
+#include "tactus/frame/frame_on_devices.h"
+#include "tactus/frame/stage.h"
+#include "tactus/multi_device/device_replay.h"
+
+namespace tactus {
+
+/// Holds the stages of a frame, knows in which order they run and which device waits for which, and replays
+/// them as recorded graphs on GPUs.
+///
+///   schedule.add(stage); ...        // solvers' stages, in any order
+///   schedule.close();               // @throws Error for what can't be ordered
+///   per frame: schedule.run(params, has_new_images); schedule.finish(timings);
+///
+/// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
+/// (when n > 0); end. On a GPU, the second frame with images is recorded: one graph for each rate, and for
+/// substeps one for each power of two up to 16 units. A unit is as many substeps as all stages' `every` and
+/// `period` divide. Any number of
+/// substeps is a few launches of these, so nothing is recorded anew when it changes.
+class Schedule {
+ public:
+  explicit Schedule(DeviceSet& devices);
+
+  /// @throws Error when the name is taken, or the schedule closed.
+  void add(Stage stage);
+  /// Puts the stages in order. @throws Error naming the stages of a cycle, or one that reads what nobody
+  /// writes.
+  void close();
+
+  /// Submits a frame; `params.substeps` is a multiple of unit(). Asynchronous.
+  void run(const FrameParams& params, bool has_new_images);
+  /// Waits for the frame on the host and adds the times of its stages.
+  void finish(Timings& timings);
+
+  /// Numbers of substeps are multiples of this.
+  int unit() const { return unit_; }
+  /// How often the frame was put together for replay: 1, unless record_anew() was called.
+  int recordings() const { return recordings_; }
+  /// After a buffer moved or grew.
+  void record_anew();
+  const FrameOnDevices& frame() const { return frame_; }
+  /// The frame as a table: stages in order, rates, devices, what each reads and writes, who waits for whom.
+  std::string text() const;
+
+ private:
+  static constexpr std::size_t kBlocks = 5;  ///< of 1, 2, 4, 8 and 16 units
+  /// Consecutive stages of one rate whose time counts in the same row.
+  struct Group {
+    std::string timed_as;
+    std::vector<std::size_t> stages;
+    TimeStamp begin, end;
+    bool ran = false;
+  };
+  struct Segment {
+    std::vector<Group> groups;
+    DeviceGraph graph;
+  };
+  using After = std::vector<std::vector<std::size_t>>;  ///< per stage, those that come before it
+
+  After find_edges() const;
+  void add_edges_of(const Resource& resource, After& after) const;
+  void order(Rate rate, const After& after);
+  void submit_stage(std::size_t stage, BlockPlace place);
+  void submit_groups(Segment& segment);
+  void submit_block(int units);
+  void run_segment(Rate rate);
+  void run_substeps(int substeps);
+  void record();
+  bool replays() const;
+  Segment& segment(Rate rate) { return segments_[static_cast<std::size_t>(rate)]; }
+  const Segment& segment(Rate rate) const { return segments_[static_cast<std::size_t>(rate)]; }
+  void wait_for_first();
+  void wait_for_all();
+
+  DeviceSet& devices_;
+  FrameOnDevices frame_;
+  std::vector<Stage> stages_;
+  std::vector<char> crosses_;  ///< per stage: it depends on one that ran on other devices
+  std::array<Segment, kRates> segments_;
+  std::array<DeviceGraph, kBlocks> blocks_;
+  TimeStamp substeps_begin_, substeps_end_;
+  std::vector<Event> forked_;  ///< per device
+  bool closed_ = false, recorded_ = false, ran_with_images_ = false, ran_substeps_ = false;
+  int unit_ = 1, recordings_ = 1;
+  double begin_s_ = 0;
+};
+
+}  // namespace tactus

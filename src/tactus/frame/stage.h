@@ -1,0 +1,47 @@
+#pragma once
+/// What solvers declare of the work they do in a frame. A Schedule (schedule.h) puts it in order.
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tactus {
+
+/// Something that stages read and write: "real surface/samples". Two stages that name it are ordered by it.
+using Resource = std::string;
+
+/// When a stage runs. Stages of one rate make one recording.
+enum class Rate {
+  upload,   ///< when new images came; never recorded, since what it copies from changes
+  capture,  ///< when new images came: what is made of them
+  before,   ///< once before a frame's substeps, when it has any
+  substep,  ///< in every substep, or in every `every`-th
+  after,    ///< once after a frame's substeps, when it has any
+  end,      ///< at the end of every frame
+};
+inline constexpr int kRates = 6;
+const char* rate_text(Rate rate);
+
+/// Which devices of the set a stage submits to. A stage for all of them orders its own parts.
+enum class StageDevices { first, all };
+
+/// Where in a block of substeps that are recorded together a stage runs. Other rates: substep 0 of 1.
+struct BlockPlace {
+  int substep = 0, count = 1;
+};
+
+/// Work that is submitted together.
+struct Stage {
+  std::string name;      ///< unique: "contact/correct"
+  std::string timed_as;  ///< the row of the report in which its time counts: "bodies"
+  Rate rate = Rate::end;
+  int every = 1;   ///< rate substep: it runs in substeps 0, every, 2 every, ...
+  int period = 1;  ///< rate substep: what it does repeats after so many substeps
+  StageDevices devices = StageDevices::first;
+  // Of one rate, stages run in this order for each resource: those that read what is left of the last frame
+  // or substep, those that write it, those that update it (in the order in which they were added), those
+  // that read it.
+  std::vector<Resource> reads_last = {}, writes = {}, updates = {}, reads = {};
+  std::function<void(BlockPlace)> submit;  ///< asynchronous; allocates nothing, reads nothing back
+};
+
+}  // namespace tactus

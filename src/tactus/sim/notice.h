@@ -1,0 +1,29 @@
+#pragma once
+/// What a user should know of a frame.
+#include <string>
+#include <vector>
+
+namespace tactus {
+
+enum class Severity { info, warning, error };
+inline const char* severity_text(Severity severity) {
+  return severity == Severity::info ? "info" : severity == Severity::warning ? "warning" : "error";
+}
+
+struct Notice {
+  std::string code;  ///< stable, for programs: "hull.overflow"
+  Severity severity = Severity::warning;
+  std::string text;
+  std::string remedy;  ///< what to do about it; may be empty
+  /// "text: remedy".
+  std::string message() const { return remedy.empty() ? text : text + ": " + remedy; }
+};
+
+/// All messages, one after the other.
+inline std::string text_of(const std::vector<Notice>& notices) {
+  std::string text;
+  for (const Notice& notice : notices) text += (text.empty() ? "" : "; ") + notice.message();
+  return text;
+}
+
+}  // namespace tactus

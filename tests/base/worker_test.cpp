@@ -1,0 +1,70 @@
+#include "tactus/base/worker.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <vector>
+
+#include "tactus/base/timing.h"
+
+namespace tactus {
+namespace {
+
+TEST(Worker, JobsRunInOrderOnAnotherThread) {
+  std::vector<int> done;
+  std::thread::id ran_on;
+  Worker worker(2);
+  for (int k = 0; k < 100; ++k) {
+    worker.add([&, k] {
+      done.push_back(k);
+      ran_on = std::this_thread::get_id();
+    });
+  }
+  worker.finish();
+  ASSERT_EQ(done.size(), 100U);
+  for (int k = 0; k < 100; ++k) EXPECT_EQ(done[static_cast<std::size_t>(k)], k);
+  EXPECT_NE(ran_on, std::this_thread::get_id());
+}
+
+/// One job runs and two wait: the caller is at most three jobs ahead of what is done.
+TEST(Worker, TheCallerIsAFewJobsAheadAtMost) {
+  std::atomic<int> done = 0;
+  Worker worker(2);
+  for (int given = 1; given <= 50; ++given) {
+    worker.add([&] { ++done; });
+    EXPECT_LE(given - done, 3);
+  }
+  worker.finish();
+  EXPECT_EQ(done, 50);
+}
+
+TEST(Worker, WhatAJobThrowsComesBackOnceAndEndsTheJobs) {
+  int after = 0;
+  Worker worker(3);
+  std::string message;
+  try {
+    worker.add([] { throw std::runtime_error("no paint"); });
+    worker.add([&] { ++after; });  // throws, when the first job was that fast
+    worker.finish();
+  } catch (const std::runtime_error& e) {
+    message = e.what();
+  }
+  EXPECT_EQ(message, "no paint");
+  EXPECT_EQ(after, 0);
+  worker.finish();
+}
+
+TEST(Timing, KeepsTheNewestSamplesAlone) {
+  Timings timings(true);
+  const auto count = static_cast<int>(Timings::kMostSamples);
+  for (int k = 0; k < count; ++k) timings.add("stage", 0, 1);
+  EXPECT_EQ(timings.percentile_ms("stage", 0), 1000);
+  for (int k = 0; k < count; ++k) timings.add("stage", 0, 2);
+  EXPECT_EQ(timings.percentile_ms("stage", 0), 2000);
+  timings.add("stage", 0, 3);
+  EXPECT_EQ(timings.last_ms("stage"), 3000);
+}
+
+}  // namespace
+}  // namespace tactus

@@ -1,0 +1,191 @@
+#include "tactus/frame/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include "frame/schedule_test_kernels.h"
+#include "support/device_sets.h"
+#include "support/message_of.h"
+#include "tactus/frame/readback.h"
+
+namespace tactus {
+using test::message_of;
+namespace {
+
+/// Notes the names of stages as they are submitted.
+struct Log {
+  std::vector<std::string> names;
+  Stage stage(std::string name, Rate rate = Rate::end, int every = 1) {
+    return {
+        .name = name, .timed_as = "all", .rate = rate, .every = every, .submit = [this, name](BlockPlace) {
+          names.push_back(name);
+        }};
+  }
+};
+
+TEST(Schedule, OrderFollowsWhatStagesReadAndWrite) {
+  DeviceSet devices("cpu");
+  Schedule schedule(devices);
+  Log log;
+  Stage reader = log.stage("reader"), second = log.stage("second update"), first = log.stage("first update"),
+        writer = log.stage("writer"), before = log.stage("reader of the last"), other = log.stage("other");
+  reader.reads = {"x"};
+  second.updates = {"x"};
+  first.updates = {"x"};
+  writer.writes = {"x"};
+  before.reads_last = {"x"};
+  for (const Stage& s : {reader, first, second, other, writer, before}) schedule.add(s);
+  schedule.close();
+  schedule.run({}, false);
+  EXPECT_EQ(log.names, (std::vector<std::string>{"other", "reader of the last", "writer", "first update",
+                                                 "second update", "reader"}));
+}
+
+TEST(Schedule, WhatCannotBeOrderedIsNamed) {
+  DeviceSet devices("cpu");
+  Log log;
+  Stage a = log.stage("a"), b = log.stage("b");
+  a.writes = b.reads = {"x"};
+  b.writes = a.reads = {"y"};
+  {
+    Schedule schedule(devices);
+    schedule.add(a);
+    schedule.add(b);
+    EXPECT_EQ(message_of([&] { schedule.close(); }), "the stages 'a', 'b' wait for one another");
+  }
+  {
+    Schedule schedule(devices);
+    schedule.add(a);
+    EXPECT_EQ(message_of([&] { schedule.close(); }), "stage 'a' reads 'y', which no stage writes");
+    EXPECT_EQ(message_of([&] { schedule.add(b); }), "stage 'b': the schedule is closed");
+  }
+  Schedule schedule(devices);
+  schedule.add(a);
+  EXPECT_EQ(message_of([&] { schedule.add(a); }), "two stages are named 'a'");
+}
+
+/// 43 substeps are blocks of 32 + 8 + 2 + 1 units; a stage of every third needs a multiple of three.
+TEST(Schedule, AnyNumberOfSubstepsRunsEachStageAtItsRate) {
+  DeviceSet devices("cpu");
+  for (const int every : {1, 2, 3}) {
+    Schedule schedule(devices);
+    Log log;
+    schedule.add(log.stage("each", Rate::substep));
+    schedule.add(log.stage("some", Rate::substep, every));
+    schedule.close();
+    EXPECT_EQ(schedule.unit(), every);
+    for (int units = 0; units < 50; ++units) {
+      log.names.clear();
+      schedule.run({.gravity_m_s2 = {}, .substeps = units * every}, false);
+      EXPECT_EQ(std::count(log.names.begin(), log.names.end(), "each"), units * every);
+      EXPECT_EQ(std::count(log.names.begin(), log.names.end(), "some"), units);
+    }
+    if (every > 1) {
+      EXPECT_THROW(schedule.run({.gravity_m_s2 = {}, .substeps = every + 1}, false), Error);
+    }
+  }
+}
+
+TEST(Schedule, WithoutNewImagesNothingIsReconstructed) {
+  DeviceSet devices("cpu");
+  Schedule schedule(devices);
+  Log log;
+  schedule.add(log.stage("upload", Rate::upload));
+  schedule.add(log.stage("hull", Rate::capture));
+  schedule.add(log.stage("bodies", Rate::end));
+  schedule.close();
+  schedule.run({}, true);
+  schedule.run({}, false);
+  EXPECT_EQ(log.names, (std::vector<std::string>{"upload", "hull", "bodies", "bodies"}));
+}
+
+class ScheduleOnDevices : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+};
+TACTUS_INSTANTIATE_DEVICES(ScheduleOnDevices);
+
+constexpr int kFrames[] = {3, 1, 8, 37, 2};  ///< substeps
+
+/// Per substep, each device takes over what the first one sums up of all. A missing wait or a stale recording
+/// gives another sum.
+double played(DeviceSet& devices, int* recordings = nullptr) {
+  Schedule schedule(devices);
+  Parts<Buffer<double>> own;
+  Buffer<double> sum = to_device(devices.context(0), std::vector<double>{1});
+  devices.for_each_part(
+      [&](ExecContext& ctx, int) { own.push_back(to_device(ctx, std::vector<double>{0})); });
+  Readback readback(devices);
+  const Readback::Place place = readback.add(std::as_const(sum).view());
+  schedule.add({.name = "spread",
+                .timed_as = "substeps",
+                .rate = Rate::substep,
+                .devices = StageDevices::all,
+                .reads_last = {"sum"},
+                .writes = {"own"},
+                .submit = [&](BlockPlace) {
+                  devices.for_each_part([&](ExecContext& ctx, int p) {
+                    ctx.parallel_for("spread", 1,
+                                     DoubleAndAdd{std::as_const(sum).view(),
+                                                  own[static_cast<std::size_t>(p)].view(),
+                                                  {.gravity_m_s2 = {}, .frame = schedule.frame().view(p)}});
+                  });
+                }});
+  schedule.add({.name = "gather",
+                .timed_as = "substeps",
+                .rate = Rate::substep,
+                .writes = {"sum"},
+                .reads = {"own"},
+                .submit = [&](BlockPlace) {
+                  SumDevices kernel{.of = {}, .count = devices.count(), .to = sum.view()};
+                  for (std::size_t p = 0; p < own.size(); ++p) kernel.of[p] = own[p].const_view();
+                  devices.context(0).parallel_for("gather", 1, kernel);
+                }});
+  schedule.add({.name = "read back",
+                .timed_as = "end",
+                .rate = Rate::end,
+                .devices = StageDevices::all,
+                .submit = [&](BlockPlace) { readback.submit(); }});
+  schedule.close();
+  Timings timings;
+  double result = 0;
+  for (std::size_t k = 0; k < std::size(kFrames); ++k) {
+    schedule.run({.dt_s = 0.25F * static_cast<float>(k), .gravity_m_s2 = {}, .substeps = kFrames[k]}, true);
+    schedule.finish(timings);
+    result = 1e-3 * result + readback.get<double>(place)[0];
+  }
+  if (recordings != nullptr) *recordings = schedule.recordings();
+  return result;
+}
+
+/// The same by hand.
+double expected(int devices) {
+  double sum = 1, result = 0;
+  std::vector<double> own(static_cast<std::size_t>(devices));
+  for (std::size_t k = 0; k < std::size(kFrames); ++k) {
+    for (int n = 0; n < kFrames[k]; ++n) {
+      for (double& x : own) x = 2 * x + sum + 0.25 * static_cast<double>(k);
+      sum = 0;
+      for (const double x : own) sum += x;
+    }
+    result = 1e-3 * result + sum;
+  }
+  return result;
+}
+
+TEST_P(ScheduleOnDevices, FramesOfAnyLengthAreRecordedOnce) {
+  DeviceSet devices(GetParam());
+  if (devices.count() > 1 && !devices.reads_peers()) GTEST_SKIP() << "the devices can't read one another";
+  int recordings = 0;
+  EXPECT_EQ(played(devices, &recordings), expected(devices.count()));
+  EXPECT_EQ(recordings, 1);
+}
+
+TEST(Schedule, AnyLegalOrderOfTheDevicesGivesTheSameNumbers) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    DeviceSet devices("cpu:3", seed);
+    EXPECT_EQ(played(devices), expected(3)) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace tactus
