@@ -17,6 +17,7 @@ build: deps      ## the program, at build/tactus
 	cmake --build $(BUILD) -j $(JOBS) --target tactus
 
 tests: deps      ## the program and every test
+	@tools/install_deps.sh all
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON
 	cmake --build $(BUILD) -j $(JOBS)
 

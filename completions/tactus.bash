@@ -18,7 +18,7 @@ _tactus() {
   case $verb in
     run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur")) ;;
     reconstruct) COMPREPLY=($(compgen -W "hand rabbit scalpel sphere bowl liver" -- "$cur") $(compgen -f -- "$cur")) ;;
-    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 tissue fig20 frame texture" -- "$cur")) ;;
+    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 frame texture" -- "$cur")) ;;
     paper) COMPREPLY=($(compgen -W "fig14 fig15" -- "$cur")) ;;
     *) COMPREPLY=($(compgen -f -- "$cur")) ;;
   esac

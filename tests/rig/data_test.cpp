@@ -8,6 +8,8 @@
 #include "support/masks.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/rig/calibration_files/calibration_file.h"
+#include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/rig_file.h"
 
@@ -87,12 +89,17 @@ TEST(Calibration, NamesFileAndNode) {
     std::ofstream(path)
         << "%YAML:1.0\n---\nCameraMatrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [" + K +
                "]\n";
-    return message_of([&] { read_calibration(path, {}, 1, 4, 4); });
+    return message_of([&] {
+      CalibrationAnswers answers;
+      answers.unit_m = 1;
+      answers.image_size_px = Vec2i{4, 4};
+      camera_of(read_calibration_file(path, answers), "a", path);
+    });
   };
-  EXPECT_NE(
-      message(".Nan, 0., 2., 0., 1., 2., 0., 0., 1.").find("'CameraMatrix' holds a value that is not finite"),
-      std::string::npos);
-  EXPECT_NE(message("1., 0., 2., 0., 1., 2., 0., 0., 1.").find("no matrix 'DistortionCoeffs'"),
+  EXPECT_NE(message(".Nan, 0., 2., 0., 1., 2., 0., 0., 1.")
+                .find("bad.yaml:7: 'CameraMatrix.data[0]': '.Nan', expected a finite number"),
+            std::string::npos);
+  EXPECT_NE(message("1., 0., 2., 0., 1., 2., 0., 0., 1.").find("is a lens alone, camera 'bad' has no pose"),
             std::string::npos);
 }
 

@@ -11,5 +11,8 @@ void add_synth_command(CLI::App& app);
 void add_noise_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_info_command(CLI::App& app);
+void add_calibration_command(CLI::App& app);
+void add_masks_command(CLI::App& app);
+void add_calibrate_command(CLI::App& app);
 void add_paper_command(CLI::App& app);
 }  // namespace tactus

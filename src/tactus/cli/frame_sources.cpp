@@ -1,5 +1,8 @@
 #include "tactus/cli/frame_sources.h"
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/synthetic_source.h"
@@ -26,6 +29,44 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, con
 
 }  // namespace
 
+SourceDescription describe_source(const std::string& kind, const std::string& what,
+                                  const std::string& frames) {
+  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
+  SourceDescription source;
+  const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind);
+  if (found == std::end(kKinds))
+    throw usage_error("--source '" + kind + "' is unknown" + suggestion(kind, kKinds));
+  source.kind = static_cast<SourceKind>(found - std::begin(kKinds));
+  (source.kind == SourceKind::synthetic ? source.figure : source.path) = what;
+  source.frames = {0, source.kind == SourceKind::videos ? std::nullopt : std::optional<int>(0)};
+  if (frames.empty()) return source;
+  const std::optional<FrameRange> range = parse_frame_range(frames);
+  if (!range) throw usage_error("--frames '" + frames + "': expected A-B, A- or A with 0 <= A <= B");
+  source.frames = *range;
+  return source;
+}
+
+void add_threshold_flags(CLI::App& command, ThresholdOptions& options) {
+  command
+      .add_option("--mask-threshold", options.threshold,
+                  "middlebury: brightness of the subject, of the largest channel, 0 to 1")
+      ->capture_default_str();
+  command
+      .add_option("--largest-hole-px", options.largest_hole_px,
+                  "middlebury: smaller holes of a silhouette are filled [pixels]; what is seen through the "
+                  "subject stays")
+      ->capture_default_str();
+}
+
+void check_threshold_flags(const ThresholdOptions& options) {
+  if (!(options.threshold > 0 && options.threshold < 1))
+    throw usage_error("--mask-threshold " + number_text(options.threshold) +
+                      ": expected above 0 and below 1");
+  if (options.largest_hole_px < 0)
+    throw usage_error("--largest-hole-px " + std::to_string(options.largest_hole_px) +
+                      ": expected 0 (none) or more");
+}
+
 std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
                                                const SourceContents& contents) {
   const std::optional<BoxRegion>& workspace_m = contents.workspace_m;
@@ -33,6 +74,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
   DataOptions options;
   options.colors = contents.colors;
   options.depth = contents.depth;
+  options.threshold = contents.threshold;
   if (workspace_m)
     options.workspace_m = Box3f{vec_cast<float>(workspace_m->min_m), vec_cast<float>(workspace_m->max_m)};
   if (source.frames.first > 0 || source.frames.last) {

@@ -10,6 +10,7 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/safe_file.h"
 #include "tactus/io/scene_file.h"
+#include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/sim/simulation.h"
 #include "tactus/view/renderer.h"
 
@@ -40,6 +41,10 @@ void info(const std::string& json_path) {
       no_gl.empty() ? Renderer({.width_px = 16, .height_px = 16}).description() : "none: " + no_gl;
   std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
   json["opengl"] = gl;
+  for (const std::string& missing : missing_parts()) {
+    std::printf("without  %s\n", missing.c_str());
+    json["missing"].push_back(missing);
+  }
   if (no_gl.empty()) {
     for (const DeviceInfo& d : list_devices()) {
       if (d.spec.kind != DeviceKind::cuda) continue;

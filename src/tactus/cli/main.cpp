@@ -18,6 +18,9 @@ int main(int argc, char** argv) {
         tactus::add_background_command(app);
         tactus::add_synth_command(app);
         tactus::add_noise_command(app);
+        tactus::add_masks_command(app);
+        tactus::add_calibrate_command(app);
+        tactus::add_calibration_command(app);
         tactus::add_bench_command(app);
         tactus::add_paper_command(app);
         tactus::add_info_command(app);

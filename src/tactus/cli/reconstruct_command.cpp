@@ -37,25 +37,13 @@ struct ReconstructOptions {
   double depth_jump_m = 0.1;
   bool moving = false, no_depth = false, repair_masks = false;
   std::vector<std::string> workspace;
+  ThresholdOptions threshold;
 };
 
 SourceDescription describe_source(const ReconstructOptions& options) {
-  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
-  SourceDescription source;
-  const auto* kind = std::find(std::begin(kKinds), std::end(kKinds), options.source);
-  if (kind == std::end(kKinds))
-    throw usage_error("--source '" + options.source + "' is unknown" + suggestion(options.source, kKinds));
-  source.kind = static_cast<SourceKind>(kind - std::begin(kKinds));
-  (source.kind == SourceKind::synthetic ? source.figure : source.path) = options.what;
+  SourceDescription source = tactus::describe_source(options.source, options.what, options.frames);
   source.moving = options.moving;
   source.depth_cameras = options.depth_cameras;
-  source.frames = {0, source.kind == SourceKind::videos ? std::nullopt : std::optional<int>(0)};
-  if (!options.frames.empty()) {
-    const std::optional<FrameRange> range = parse_frame_range(options.frames);
-    if (!range)
-      throw usage_error("--frames '" + options.frames + "': expected A-B, A- or A with 0 <= A <= B");
-    source.frames = *range;
-  }
   return source;
 }
 
@@ -180,7 +168,8 @@ std::unique_ptr<FrameSource> open_described(const ReconstructOptions& options) {
   return open_frame_source(describe_source(options), {.truth = true,
                                                       .colors = options.texture.has_value(),
                                                       .depth = !options.no_depth,
-                                                      .workspace_m = workspace_of(options)});
+                                                      .workspace_m = workspace_of(options),
+                                                      .threshold = options.threshold});
 }
 
 Box3f workspace_m(const ReconstructOptions& options, const Rig& rig) {
@@ -340,6 +329,7 @@ void find_workspace(ReconstructOptions& options) {
 
 void reconstruct(ReconstructOptions options) {
   check_capacities(options);
+  check_threshold_flags(options.threshold);
   if (takes_workspace_from_cones(options)) find_workspace(options);
   check_outputs(options);
   DeviceSet devices(options.devices);
@@ -392,6 +382,7 @@ void add_reconstruct_command(CLI::App& app) {
       ->add_option("--workspace", options->workspace,
                    "x0,y0,z0,x1,y1,z1 [m] instead of the rig's, or auto: where the silhouettes' cones meet")
       ->delimiter(',');
+  add_threshold_flags(*command, options->threshold);
   command->add_option("--slack-px", options->slack_px,
                       "grow silhouettes by so many pixels before they carve");
   command

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/lens_maths.h"
 
 namespace tactus {
 namespace {
@@ -27,7 +28,7 @@ Radial brown_radial(const std::array<double, 14>& k, double r) {
 
 Radial fisheye_radial(const std::array<double, 14>& k, double r) {
   const double theta = std::atan(r), q = theta * theta;
-  const double value = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
+  const double value = lens_maths::fisheye_theta(k.data(), theta);
   const double by_theta = 1 + q * (3 * k[0] + q * (5 * k[1] + q * (7 * k[2] + q * 9 * k[3])));
   return {value, by_theta / (1 + r * r)};
 }
@@ -38,37 +39,11 @@ Radial radial(const Lens& lens, double r) {
   return {r, 1};
 }
 
-/// The plane of the sensor, tilted about x and then y, seen from the pinhole.
-Vec2d tilt(Vec2d p, double tau_x, double tau_y) {
-  if (tau_x == 0 && tau_y == 0) return p;
-  const double cx = std::cos(tau_x), sx = std::sin(tau_x), cy = std::cos(tau_y), sy = std::sin(tau_y);
-  const Mat3d R =
-      Mat3d{{{cy, 0, -sy}, {0, 1, 0}, {sy, 0, cy}}} * Mat3d{{{1, 0, 0}, {0, cx, sx}, {0, -sx, cx}}};
-  const Mat3d onto{{{R(2, 2), 0, -R(0, 2)}, {0, R(2, 2), -R(1, 2)}, {0, 0, 1}}};
-  const Vec3d q = onto * (R * Vec3d{p.x, p.y, 1});
-  return {q.x / q.z, q.y / q.z};
-}
-
-Vec2d distort_brown(const std::array<double, 14>& k, Vec2d p) {
-  const double r2 = p.x * p.x + p.y * p.y, r4 = r2 * r2;
-  const double scale =
-      (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
-  const double x = p.x * scale + 2 * k[2] * p.x * p.y + k[3] * (r2 + 2 * p.x * p.x) + k[8] * r2 + k[9] * r4;
-  const double y = p.y * scale + k[2] * (r2 + 2 * p.y * p.y) + 2 * k[3] * p.x * p.y + k[10] * r2 + k[11] * r4;
-  return tilt({x, y}, k[12], k[13]);
-}
-
-Vec2d distort_fisheye(const std::array<double, 14>& k, Vec2d p) {
-  const double r = std::hypot(p.x, p.y);
-  if (r < 1e-12) return p;  // theta / r is 1 - r^2 / 3
-  return fisheye_radial(k, r).value / r * p;
-}
-
 }  // namespace
 
 Vec2d Lens::distort(Vec2d ideal) const {
-  if (model == LensModel::brown) return distort_brown(k, ideal);
-  if (model == LensModel::fisheye) return distort_fisheye(k, ideal);
+  if (model == LensModel::brown) lens_maths::distort_brown(k.data(), ideal.x, ideal.y);
+  if (model == LensModel::fisheye) lens_maths::distort_fisheye(k.data(), ideal.x, ideal.y);
   return ideal;
 }
 

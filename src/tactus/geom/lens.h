@@ -1,5 +1,5 @@
 #pragma once
-/// Lenses: what bends a ray between the scene and the sensor. The only place with formulas of distortion.
+/// Lenses: what bends a ray between the scene and the sensor. The formulas of distortion are in lens_maths.h.
 #include <array>
 #include <optional>
 #include <span>

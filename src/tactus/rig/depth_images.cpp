@@ -1,5 +1,6 @@
 #include "tactus/rig/depth_images.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
@@ -12,12 +13,19 @@ struct DepthUndistortion::Map {
   Index width_px = 0, height_px = 0;
   std::vector<std::int32_t> source;    ///< pixel of the distorted image, or -1
   std::vector<float> radial_per_unit;  ///< metres of radial distance per unit of the image
+  DepthErrorTable error;
 };
 
 DepthUndistortion::DepthUndistortion(const CalibratedCamera& calibrated, const DepthEncoding& encoding)
     : map_(std::make_unique<Map>()) {
   const Camera& c = calibrated.camera;
   const double limit = calibrated.lens.limit();
+  if (!encoding.error.empty() && encoding.error.size_px() != Vec2i{c.width_px, c.height_px}) {
+    throw Error("the table of distance errors is of images of " + std::to_string(encoding.error.size_px().x) +
+                "x" + std::to_string(encoding.error.size_px().y) + " pixels, these have " +
+                std::to_string(c.width_px) + "x" + std::to_string(c.height_px));
+  }
+  map_->error = encoding.error;
   map_->width_px = c.width_px;
   map_->height_px = c.height_px;
   for (Index y = 0; y < c.height_px; ++y) {
@@ -44,6 +52,10 @@ void DepthUndistortion::radial_m(const Image<std::uint16_t>& raw, DepthImage& re
     const std::int32_t from = map_->source[i];
     const auto units = from < 0 ? 0.F : static_cast<float>(raw.pixels[static_cast<std::size_t>(from)]);
     result.pixels[i] = units * map_->radial_per_unit[i];
+    if (map_->error.empty() || units <= 0) continue;
+    const auto measured_m = static_cast<double>(result.pixels[i]);
+    const double error_m = map_->error.error_m(from % map_->width_px, from / map_->width_px, measured_m);
+    result.pixels[i] = static_cast<float>(std::max(0.0, measured_m - error_m));
   }
 }
 

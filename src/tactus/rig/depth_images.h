@@ -3,14 +3,17 @@
 #include <memory>
 #include <string>
 
-#include "tactus/rig/camera_file.h"
+#include "tactus/geom/image.h"
+#include "tactus/geom/lens.h"
+#include "tactus/rig/depth_error.h"
 
 namespace tactus {
 
 struct DepthEncoding {
-  double unit_m = 1e-3;      ///< metres per unit of the image; 0 in the image: no measurement
-  bool is_radial = false;    ///< distance from the camera; else z, along its optical axis
-  double metric_radius = 0;  ///< |(x/z, y/z)| up to which the lens model holds; 0: everywhere
+  double unit_m = 1e-3;        ///< metres per unit of the image; 0 in the image: no measurement
+  bool is_radial = false;      ///< distance from the camera; else z, along its optical axis
+  double metric_radius = 0;    ///< |(x/z, y/z)| up to which the lens model holds; 0: everywhere
+  DepthErrorTable error = {};  ///< that is taken off the measured distance; empty: none
 };
 
 /// What is measured through the lens, to radial distance [m] in the pure pinhole's pixels. Takes the nearest

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "tactus/geom/lens.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/depth_images.h"

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_window.h"

@@ -2,9 +2,10 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 #include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
+#include "tactus/rig/calibration_files/middlebury.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/frame_window.h"
@@ -23,31 +24,6 @@ std::string file_ending(const std::string& folder, const std::string& ending) {
     if (entry.path().string().ends_with(ending)) found.insert(entry.path());
   }
   return found.empty() ? "" : *found.begin();
-}
-
-Camera parse_camera(const std::string& line, const std::string& where) {
-  std::istringstream in(line);
-  Camera c;
-  double v[21];
-  in >> c.name;
-  for (double& x : v) {
-    if (!(in >> x)) {
-      throw Error(where + ": camera '" + c.name +
-                  "': expected a name and 21 finite numbers (K, R, t), found " + std::to_string(&x - v));
-    }
-  }
-  if (v[3] != 0 || v[6] != 0 || v[7] != 0 || v[8] != 1) {
-    throw Error(where + ": camera '" + c.name +
-                "': K is not a camera matrix, expected [f s c; 0 f c; 0 0 1]");
-  }
-  c.fx_px = v[0];
-  c.skew_px = v[1];
-  c.cx_px = v[2];
-  c.fy_px = v[4];
-  c.cy_px = v[5];
-  for (int i = 0; i < 9; ++i) c.T_cam_world.R(i / 3, i % 3) = v[9 + i];
-  for (int i = 0; i < 3; ++i) c.T_cam_world.t[i] = v[18 + i];
-  return c;
 }
 
 /// The two "(x y z)" lines after "bounding box", with 5 % more on every side.
@@ -101,24 +77,11 @@ class MiddleburySource final : public FrameSource {
   std::string status() const override { return status_; }
 
  private:
-  /// The file begins with the number of its lines, by which a file that was cut short is known.
   void read_cameras(const std::string& folder, const std::string& par, const std::set<std::string>& good) {
-    std::ifstream in(par);
-    std::string line;
-    std::getline(in, line);
-    int told = -1, found = 0;
-    if (std::sscanf(line.c_str(), "%d", &told) != 1 || told < 0)
-      throw Error(par + ":1: '" + line + "', expected the number of cameras");
-    for (int number = 2; std::getline(in, line); ++number) {
-      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-      const std::string where = par + ":" + std::to_string(number);
-      const Camera camera = parse_camera(line, where);
-      ++found;
-      if (good.empty() || good.contains(camera.name)) add_camera(camera, folder + "/" + camera.name, where);
-    }
-    if (found != told) {
-      throw Error(par + ": " + std::to_string(told) + " cameras are announced, " + std::to_string(found) +
-                  " are there; the file is cut short or damaged");
+    for (const MiddleburyCamera& from :
+         read_middlebury_cameras(read_file(par, kMaxYamlBytes, ReadFrom::regular_file), par)) {
+      const std::string& name = from.camera.name;
+      if (good.empty() || good.contains(name)) add_camera(from.camera, folder + "/" + name, from.where);
     }
     if (rig_.cameras.empty()) throw Error(par + ": no camera");
   }

@@ -2,11 +2,15 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <set>
+#include <tuple>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/rig/numbered_files.h"
+#include "tactus/rig/rig_keys.h"
 #include "tactus/rig/yaml_reader.h"
 
 namespace tactus {
@@ -29,9 +33,7 @@ Mat3d rotation_to_y_up(const YamlMapping& yaml) {
 BackgroundOptions background_options(const YamlMapping& rig) {
   BackgroundOptions o;
   if (!rig.has("background")) return o;
-  const YamlMapping y = rig.child(
-      "background", {"method", "chroma", "darkest_shadow", "brightest", "noise", "spread", "adapt_s", "key",
-                     "key_degrees", "open_px", "close_px", "largest_hole_px", "least_part"});
+  const YamlMapping y = rig.child("background", rig_keys("background"));
   o.method = background_method(y.text("method", "model"));
   o.spread = y.number("spread", 0, 100, o.spread);
   o.adapt_s = y.number("adapt_s", 0, 1e6, o.adapt_s);
@@ -56,12 +58,19 @@ BackgroundOptions background_options(const YamlMapping& rig) {
 }
 
 CalibrationNodes calibration_nodes(const YamlMapping& rig) {
-  CalibrationNodes n;
-  if (!rig.has("calibration_nodes")) return n;
-  const YamlMapping y =
-      rig.child("calibration_nodes", {"intrinsics", "distortion", "rotation", "translation"});
-  return {y.text("intrinsics", n.intrinsics), y.text("distortion", n.distortion),
-          y.text("rotation", n.rotation), y.text("translation", n.translation)};
+  if (!rig.has("calibration_nodes")) return {};
+  const YamlMapping y = rig.child("calibration_nodes", rig_keys("calibration_nodes"));
+  return {y.text("intrinsics", ""), y.text("distortion", ""), y.text("rotation", ""),
+          y.text("translation", "")};
+}
+
+std::optional<LensModel> lens_model(const YamlMapping& rig) {
+  if (!rig.has("lens")) return {};
+  const std::string name = rig.text("lens");
+  for (const LensModel model : {LensModel::none, LensModel::brown, LensModel::fisheye}) {
+    if (name == lens_name(model)) return model;
+  }
+  rig.fail("lens", "'" + name + "', expected brown, fisheye or none");
 }
 
 Vec3f vec(const std::vector<double>& v) {
@@ -69,7 +78,7 @@ Vec3f vec(const std::vector<double>& v) {
 }
 
 void read_world(const YamlMapping& yaml, RigFile& file) {
-  const YamlMapping box = yaml.child("workspace_m", {"min", "max"});
+  const YamlMapping box = yaml.child("workspace_m", rig_keys("workspace_m"));
   file.rig.workspace_m = {vec(box.numbers("min", 3)), vec(box.numbers("max", 3))};
   const Vec3f e = file.rig.workspace_m.extent();
   if (!(e.x > 0 && e.y > 0 && e.z > 0)) yaml.fail("workspace_m", "max must be above min on every axis");
@@ -96,20 +105,29 @@ Vec2i image_size(const YamlMapping& yaml) {
 class CameraReader {
  public:
   CameraReader(const std::string& path, const YamlMapping& rig)
-      : path_(path),
-        nodes_(calibration_nodes(rig)),
-        unit_m_(rig.number("unit_m", 1e-9, 1e9, 1)),
-        R_world_up_(transpose(rotation_to_y_up(rig))) {}
-  CalibratedCamera read(const YamlMapping& y, Vec2i size) {
+      : path_(path), rig_(rig), R_world_up_(transpose(rotation_to_y_up(rig))) {
+    answers_.nodes = calibration_nodes(rig);
+    answers_.lens = lens_model(rig);
+    answers_.format = rig.text("calibration_format", "");
+    answers_.unit_name = "'unit_m'";
+    answers_.size_name = "'image_size_px'";
+    answers_.format_name = "'calibration_format'";
+    if (rig.has("unit_m")) answers_.unit_m = rig.number("unit_m", 1e-9, 1e9);
+  }
+  /// @param size that the pictures have where the camera itself says nothing
+  CalibratedCamera read(const YamlMapping& y, std::optional<Vec2i> size) {
     const std::string name = y.text("name");
     if (!names_.insert(name).second) y.fail("name", "'" + name + "' stands here a second time");
-    if (!y.has("calibration")) {
+    if (!y.has("calibration") && !rig_.has("calibration")) {
       y.fail("calibration",
-             "camera '" + name + "' has none; expected the path of an OpenCV XML or YAML file");
+             "camera '" + name +
+                 "' has none; expected the path of a calibration (docs/rig.md lists the formats)");
     }
+    answers_.image_size_px = y.has("image_size_px") ? image_size(y) : size;
     CalibratedCamera c;
     for_camera(path_, name, [&] {
-      c = read_calibration(find_data(y.text("calibration"), path_), nodes_, unit_m_, size.x, size.y);
+      const std::string file = find_data((y.has("calibration") ? y : rig_).text("calibration"), path_);
+      c = camera_of(load(file), y.text("calibration_camera", name), file).calibrated;
     });
     c.camera.name = name;
     c.camera.T_cam_world.R = c.camera.T_cam_world.R * R_world_up_;
@@ -132,21 +150,32 @@ class CameraReader {
   }
 
  private:
+  /// A file of several cameras is read once for all that expect pictures of one size.
+  const CalibrationData& load(const std::string& file) {
+    const Vec2i size = answers_.image_size_px.value_or(Vec2i{});
+    const auto [entry, is_new] = read_.try_emplace({file, size.x, size.y});
+    if (is_new) entry->second = read_calibration_file(file, answers_);
+    return entry->second;
+  }
+
   std::string path_;
-  CalibrationNodes nodes_;
-  double unit_m_;
+  const YamlMapping& rig_;
   Mat3d R_world_up_;
+  CalibrationAnswers answers_;
   std::set<std::string> names_;
+  std::map<std::tuple<std::string, Index, Index>, CalibrationData> read_;
 };
 
 DepthRecording read_depth_camera(const YamlMapping& y, CameraReader& reader) {
-  DepthRecording r{reader.read(y, image_size(y)), reader.data(y, "depth"), {}};
+  DepthRecording r{reader.read(y, std::nullopt), reader.data(y, "depth"), {}};
   if (r.images.empty()) y.fail("depth", "expected the 16-bit PNG of the distances, or a pattern of them");
   r.encoding.unit_m = y.number("unit_m", 1e-6, 1e3, r.encoding.unit_m);
   const std::string distance = y.text("distance", "z");
   if (distance != "z" && distance != "radial")
     y.fail("distance", "'" + distance + "', expected z (along the optical axis) or radial");
   r.encoding.is_radial = distance == "radial";
+  if (const std::string error = reader.data(y, "error_table"); !error.empty())
+    r.encoding.error = read_depth_error(error);
   return r;
 }
 
@@ -185,18 +214,17 @@ void for_camera(const std::string& path, const std::string& name, const std::fun
 }
 
 RigFile read_rig_file(const std::string& path) {
-  const YamlMapping yaml =
-      YamlMapping::load(path, {"unit_m", "up", "image_size_px", "workspace_m", "frames", "frames_per_s",
-                               "background", "calibration_nodes", "cameras", "depth_cameras"});
+  const YamlMapping yaml = YamlMapping::load(path, rig_keys(""));
   RigFile file;
   read_world(yaml, file);
   CameraReader reader(path, yaml);
   file.R_file_world = transpose(rotation_to_y_up(yaml));
-  const auto cameras = yaml.children(
-      "cameras", {"name", "video", "empty_room", "mask", "photo", "calibration", "image_size_px"});
+  const auto cameras = yaml.children("cameras", rig_keys("cameras[]"));
+  std::optional<Vec2i> size;
+  if (yaml.has("image_size_px")) size = image_size(yaml);
   if (cameras.empty()) yaml.fail("cameras", "no camera, expected at least one");
   for (const YamlMapping& y : cameras) {
-    file.calibrated.push_back(reader.read(y, image_size(y.has("image_size_px") ? y : yaml)));
+    file.calibrated.push_back(reader.read(y, size));
     for_camera(path, file.calibrated.back().camera.name,
                [&] { file.rig.cameras.push_back(undistorted_camera(file.calibrated.back())); });
     file.videos.push_back(reader.data(y, "video"));
@@ -205,8 +233,7 @@ RigFile read_rig_file(const std::string& path) {
     file.photos.push_back(reader.data(y, "photo"));
   }
   if (!yaml.has("depth_cameras")) return file;
-  for (const YamlMapping& y : yaml.children(
-           "depth_cameras", {"name", "calibration", "depth", "image_size_px", "unit_m", "distance"}))
+  for (const YamlMapping& y : yaml.children("depth_cameras", rig_keys("depth_cameras[]")))
     file.depths.push_back(read_depth_camera(y, reader));
   return file;
 }

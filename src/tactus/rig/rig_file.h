@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tactus/geom/lens.h"
 #include "tactus/rig/background_model.h"
-#include "tactus/rig/camera_file.h"
 #include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_source.h"
 

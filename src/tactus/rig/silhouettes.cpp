@@ -64,7 +64,7 @@ BitMask threshold_silhouette(const ColorImage& photo, const ThresholdOptions& op
   if (options.dilate_px > 0) cv::dilate(mask, mask, disc(options.dilate_px));
   if (options.erode_px > 0) cv::erode(mask, mask, disc(options.erode_px));
   keep_largest(mask);
-  fill_holes(mask, mask.rows * mask.cols);
+  fill_holes(mask, options.largest_hole_px);
   BitMask result;
   pack_mask(mask.data, photo.width_px, photo.height_px, result);
   return result;

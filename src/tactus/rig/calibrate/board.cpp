@@ -1,0 +1,118 @@
+#include "tactus/rig/calibrate/board.h"
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#ifdef TACTUS_WITH_ARUCO
+#include <opencv2/aruco/charuco.hpp>
+#endif
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+/// OpenCV's dictionaries in the order of its enumeration.
+const std::vector<std::string> kDictionaries{
+    "4X4_50",  "4X4_100", "4X4_250",  "4X4_1000", "5X5_50",  "5X5_100", "5X5_250",  "5X5_1000",      "6X6_50",
+    "6X6_100", "6X6_250", "6X6_1000", "7X7_50",   "7X7_100", "7X7_250", "7X7_1000", "ARUCO_ORIGINAL"};
+
+std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
+  std::vector<cv::Point2f> found;
+  const cv::Size size(board.columns, board.rows);
+  if (!cv::findChessboardCorners(
+          grey, size, found,
+          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK))
+    return {};
+  // The window stays within the squares around a corner.
+  double nearest = 1e9;
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    if (i % static_cast<std::size_t>(board.columns) != 0)
+      nearest = std::min(
+          nearest, static_cast<double>(std::hypot(found[i].x - found[i - 1].x, found[i].y - found[i - 1].y)));
+  }
+  const int half = window_px > 0 ? window_px : std::clamp(static_cast<int>(nearest / 2 - 1), 2, 11);
+  cv::cornerSubPix(grey, found, {half, half}, {-1, -1},
+                   cv::TermCriteria(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 50, 0.001));
+  std::vector<BoardCorner> corners;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    corners.push_back(
+        {static_cast<Index>(i), {static_cast<double>(found[i].x), static_cast<double>(found[i].y)}});
+  return corners;
+}
+
+#ifdef TACTUS_WITH_ARUCO
+std::vector<BoardCorner> detect_charuco(const Board& board, const cv::Mat& grey) {
+  const auto at =
+      std::find(kDictionaries.begin(), kDictionaries.end(), board.dictionary) - kDictionaries.begin();
+  const auto dictionary = cv::aruco::getPredefinedDictionary(static_cast<int>(at));
+  const auto charuco =
+      cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.square_m),
+                                      static_cast<float>(board.marker_m), dictionary);
+  std::vector<int> ids;
+  std::vector<std::vector<cv::Point2f>> markers;
+  cv::aruco::detectMarkers(grey, dictionary, markers, ids);
+  if (ids.empty()) return {};
+  cv::Mat px, corner_ids;
+  cv::aruco::interpolateCornersCharuco(markers, ids, grey, charuco, px, corner_ids, cv::noArray(),
+                                       cv::noArray(), 1);
+  std::vector<BoardCorner> corners;
+  for (int i = 0; i < corner_ids.rows; ++i) {
+    const auto& p = px.at<cv::Point2f>(i);
+    corners.push_back({corner_ids.at<int>(i), {static_cast<double>(p.x), static_cast<double>(p.y)}});
+  }
+  return corners;
+}
+#endif
+
+}  // namespace
+
+std::string charuco_missing() {
+#ifdef TACTUS_WITH_ARUCO
+  return "";
+#else
+  return "ChArUco boards can't be found: Tactus was built without OpenCV's aruco (Debian: "
+         "libopencv-contrib-dev)";
+#endif
+}
+
+Board parse_board(const std::string& text, double square_m, double marker_m, bool inverted) {
+  Board board;
+  char dictionary[32] = "";
+  if (std::sscanf(text.c_str(), "charuco:%dx%d:%31s", &board.columns, &board.rows, dictionary) == 3) {
+    board.kind = BoardKind::charuco;
+    board.dictionary = std::string(dictionary).starts_with("DICT_") ? dictionary + 5 : dictionary;
+    if (std::find(kDictionaries.begin(), kDictionaries.end(), board.dictionary) == kDictionaries.end())
+      throw usage_error("--board '" + text + "': no dictionary '" + dictionary + "'" +
+                        suggestion(board.dictionary, kDictionaries));
+    board.marker_m = marker_m;
+    if (!(marker_m > 0 && marker_m < square_m))
+      throw usage_error("--marker-mm: expected above 0 and below the square's " +
+                        number_text(1e3 * square_m) + " mm");
+  } else if (std::sscanf(text.c_str(), "chessboard:%dx%d", &board.columns, &board.rows) != 2) {
+    throw usage_error("--board '" + text +
+                      "': expected chessboard:9x6 (inner corners) or charuco:4x5:4X4_50 (squares)");
+  }
+  if (board.columns < 3 || board.rows < 3 || board.columns > 100 || board.rows > 100)
+    throw usage_error("--board '" + text + "': expected 3 to 100 columns and rows");
+  if (!(square_m > 0 && square_m < 100))
+    throw usage_error("--square-mm " + number_text(1e3 * square_m) + ": expected above 0 and below 100000");
+  board.square_m = square_m;
+  board.inverted = inverted;
+  return board;
+}
+
+std::vector<BoardCorner> detect_board(const Board& board, const Image<std::uint8_t>& picture, int window_px) {
+  cv::Mat grey(picture.height_px, picture.width_px, CV_8U, const_cast<std::uint8_t*>(picture.pixels.data()));
+  if (board.inverted) grey = 255 - grey;
+  if (board.kind == BoardKind::chessboard) return detect_chessboard(board, grey, window_px);
+#ifdef TACTUS_WITH_ARUCO
+  return detect_charuco(board, grey);
+#else
+  throw Error(charuco_missing());
+#endif
+}
+
+}  // namespace tactus

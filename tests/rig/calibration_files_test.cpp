@@ -1,0 +1,325 @@
+/// Readers and writers of calibrations, held against a rig that write_calibrations.py writes in every format.
+#include "tactus/rig/calibration_files/calibration_file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "support/data_folder.h"
+#include "support/message_of.h"
+#include "tactus/base/error.h"
+#include "tactus/rig/rig_keys.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+using test::message_of;
+
+/// A line of the script's manifest.
+struct Written {
+  std::string format, file, camera, points, unit_m, size, lens;
+  CalibrationAnswers answers() const {
+    CalibrationAnswers a;
+    if (unit_m != "-") a.unit_m = std::stod(unit_m);
+    if (size != "-") a.image_size_px = Vec2i{1280, 720};
+    if (lens == "fisheye") a.lens = LensModel::fisheye;
+    return a;
+  }
+};
+
+class CalibrationFiles : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder() = fs::temp_directory_path() / ("tactus_calibrations_" + std::to_string(getpid()));
+    const std::string command =
+        "python3 '" + source_path("tests/rig/write_calibrations.py") + "' '" + folder().string() + "'";
+    if (std::system(command.c_str()) != 0) return;
+    std::ifstream in(folder() / "manifest.txt");
+    std::string line;
+    while (std::getline(in, line)) {
+      std::istringstream words(line);
+      Written w;
+      words >> w.format >> w.file >> w.camera >> w.points >> w.unit_m >> w.size >> w.lens;
+      manifest().push_back(w);
+    }
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder()); }
+  void SetUp() override { ASSERT_GT(manifest().size(), 100U) << "python3 is needed"; }
+
+  static fs::path& folder() {
+    static fs::path path;
+    return path;
+  }
+  static std::vector<Written>& manifest() {
+    static std::vector<Written> list;
+    return list;
+  }
+  static std::string path(const std::string& name) { return (folder() / name).string(); }
+
+  /// Largest distance from where the script saw the 1,000 points [px].
+  static double worst_px(const CalibratedCamera& camera, const std::string& points) {
+    std::ifstream in(folder() / points);
+    double worst = 0, x = 0, y = 0, z = 0, u = 0, v = 0;
+    int count = 0;
+    for (; in >> x >> y >> z >> u >> v; ++count) {
+      const Pixel seen = project(camera, {x, y, z});
+      worst = std::max(worst, std::hypot(seen.u_px - u, seen.v_px - v));
+    }
+    EXPECT_GT(count, 900);
+    return worst;
+  }
+  /// One file of each format, and what it is asked with.
+  static std::map<std::string, Written> one_of_each() {
+    std::map<std::string, Written> files;
+    for (const Written& w : manifest()) files.emplace(w.format, w);
+    return files;
+  }
+};
+
+TEST_F(CalibrationFiles, EveryFormatProjectsWhereAnIndependentWriterDoes) {
+  double worst = 0;
+  std::set<std::string> formats;
+  for (const Written& w : manifest()) {
+    const CalibrationData data = read_calibration_file(path(w.file), w.answers());
+    EXPECT_EQ(data.format, w.format) << w.file;
+    formats.insert(data.format);
+    const FileCamera* camera = nullptr;
+    for (const FileCamera& c : data.cameras) {
+      if (c.calibrated.camera.name == w.camera) camera = &c;
+    }
+    ASSERT_NE(camera, nullptr) << w.file << " " << w.camera;
+    EXPECT_EQ(camera->has_pose, w.format != "ros");
+    EXPECT_EQ(camera->calibrated.camera.width_px, 1280);
+    EXPECT_EQ(camera->calibrated.camera.height_px, 720);
+    const double px = worst_px(camera->calibrated, w.points);
+    EXPECT_LT(px, 1e-3) << w.file << " " << w.camera;
+    worst = std::max(worst, px);
+  }
+  RecordProperty("worst_px", std::to_string(worst));
+  std::printf("largest distance of %zu cameras: %.2g px\n", manifest().size(), worst);
+  // The Azure Kinect's own file is held against its vendor's library in kinect_test.
+  EXPECT_EQ(formats.size(), calibration_formats().size() - 1);
+}
+
+/// What is written reads back to the same cameras.
+TEST_F(CalibrationFiles, WrittenFilesReadBack) {
+  for (const std::string source : {"multical.json", "mc_calib.yml"}) {
+    CalibrationAnswers answers;
+    answers.unit_m = source == "mc_calib.yml" ? 0.01 : 1;
+    const CalibrationData data = read_calibration_file(path(source), answers);
+    for (const CalibrationFormatInfo& format : calibration_formats()) {
+      if (!format.written) continue;
+      const std::string file =
+          path("converted_" + format.name + source + (format.name == "multical" ? ".json" : ""));
+      if (format.name == "kalibr" && source == "multical.json") {
+        EXPECT_NE(message_of([&] {
+                    write_calibration_file(file, format.name, data.cameras);
+                  }).find("hold 4 coefficients"),
+                  std::string::npos);
+        continue;
+      }
+      write_calibration_file(file, format.name, data.cameras);
+      answers.unit_m = 1;
+      if (format.name == "kalibr") answers.unit_m.reset();
+      for (const FileCamera& from : data.cameras) {
+        const std::string name = from.calibrated.camera.name;
+        const bool is_folder = format.name == "opencv";
+        const CalibrationData back =
+            read_calibration_file(is_folder ? file + "/" + name + ".yaml" : file, answers);
+        EXPECT_EQ(back.format, format.name);
+        const std::size_t i = static_cast<std::size_t>(&from - data.cameras.data());
+        const CalibratedCamera& to =
+            is_folder ? back.cameras.at(0).calibrated : back.cameras.at(i).calibrated;
+        EXPECT_TRUE(format.name == "kalibr" || to.camera.name == name);
+        for (const Vec3d p : {Vec3d{0.1, 0.3, -0.2}, Vec3d{-0.4, 0.9, 0.4}}) {
+          // Kalibr's world is the first camera.
+          const Vec3d q = format.name == "kalibr" ? data.cameras[0].calibrated.camera.T_cam_world * p : p;
+          const Pixel a = project(from.calibrated, p), b = project(to, q);
+          EXPECT_NEAR(a.u_px, b.u_px, 1e-9) << format.name;
+          EXPECT_NEAR(a.v_px, b.v_px, 1e-9) << format.name;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(CalibrationFiles, TruncatedFilesGiveOneMessage) {
+  for (const auto& [format, w] : one_of_each()) {
+    std::string file = w.file;
+    if (format == "colmap") file += "/cameras.txt";
+    if (format == "colmap-binary") file += "/images.bin";
+    if (format == "easymocap") file = "easymocap/extri.yml";
+    const std::size_t count = read_calibration_file(path(w.file), w.answers()).cameras.size();
+    std::ifstream in(folder() / file, std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    in.close();
+    const std::string kept = path("kept");
+    fs::rename(folder() / file, kept);
+    for (const double part : {0.0, 0.1, 0.37, 0.62, 0.9}) {
+      std::ofstream(folder() / file, std::ios::binary)
+          << whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size())));
+      CalibrationData rest;
+      const std::string message =
+          message_of([&, &w = w] { rest = read_calibration_file(path(w.file), w.answers()); });
+      if (message.empty()) {
+        // What is missing was not needed: all cameras are there, and right.
+        ASSERT_EQ(rest.cameras.size(), count) << file << " " << part;
+        EXPECT_LT(worst_px(rest.cameras[0].calibrated, w.points), 1e-3) << file << " " << part;
+        continue;
+      }
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      EXPECT_NE(message.find(path(w.format == "colmap" || w.format == "colmap-binary" ? w.file : file)),
+                std::string::npos)
+          << message;
+    }
+    fs::rename(kept, folder() / file);
+  }
+}
+
+/// Content tells the format, not the name.
+TEST_F(CalibrationFiles, RenamedFilesAreRead) {
+  for (const auto& [format, w] : one_of_each()) {
+    if (fs::is_directory(folder() / w.file) || format == "easymocap") continue;
+    const std::string renamed = path("renamed.dat");
+    fs::copy_file(folder() / w.file, renamed, fs::copy_options::overwrite_existing);
+    EXPECT_EQ(read_calibration_file(renamed, w.answers()).format, format);
+  }
+  EXPECT_NE(message_of([] {
+              read_calibration_file(path("multicall.json"));
+            }).find("no such calibration; did you mean"),
+            std::string::npos);
+}
+
+TEST_F(CalibrationFiles, OtherFilesAreNoCalibration) {
+  const std::pair<const char*, std::string> others[] = {
+      {"a.png", std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16)},
+      {"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
+      {"a.txt", "These are no numbers.\n"},
+      {"a.json", "{\"name\": \"package\", \"version\": \"1.0\"}"},
+      {"a.yaml", "unit_m: 1\ncameras: []\n"},
+      {"a.toml", "[package]\nname = \"x\"\n"},
+      {"a.xml", "<svg><path d=\"M 0 0\"/></svg>"},
+      {"b.json", "{\"frames\": 3}"},
+      {"c.json", "[1, 2"},
+      {"deep.json", std::string(100000, '[')},
+      {"deep.xml",
+       [] {
+         std::string text;
+         for (int i = 0; i < 100000; ++i) text += "<a>";
+         return text;
+       }()},
+      {"blank.yaml", " \n"}};
+  for (const auto& [name, text] : others) {
+    std::ofstream(folder() / name, std::ios::binary) << text;
+    const std::string message = message_of([&, &name = name] { read_calibration_file(path(name)); });
+    EXPECT_TRUE(message.starts_with(path(name))) << name << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_LT(message.size(), 700U) << message;
+  }
+  fs::create_directories(folder() / "empty");
+  EXPECT_NE(message_of([] { read_calibration_file(path("empty")); }).find("no calibration of a known format"),
+            std::string::npos);
+}
+
+/// What a format doesn't say is asked for; what it does say can't be overruled.
+TEST_F(CalibrationFiles, AsksForWhatIsNotWritten) {
+  const auto message = [](const std::string& file, const CalibrationAnswers& answers = {}) {
+    return message_of([&] { read_calibration_file(path(file), answers); }, ErrorKind::usage);
+  };
+  EXPECT_NE(message("multical.json")
+                .find("multical files do not say their unit of length; give --unit-m (1 for metres"),
+            std::string::npos);
+  EXPECT_NE(message("matrices.txt").find("give --image-size"), std::string::npos);
+  CalibrationAnswers metres;
+  metres.unit_m = 1;
+  EXPECT_NE(message("calib.qca.txt", metres)
+                .find("Qualisys files have a unit of 0.001 m, --unit-m says 1; leave it out"),
+            std::string::npos);
+  metres.image_size_px = Vec2i{640, 480};
+  EXPECT_NE(message_of([&] {
+              read_calibration_file(path("multical.json"), metres);
+            }).find("calibrated for images of 1280x720 pixels, --image-size is 640x480"),
+            std::string::npos);
+}
+
+TEST_F(CalibrationFiles, NamesWhatItCanNotRead) {
+  const auto changed = [](const std::string& file, const std::string& from, const std::string& to) {
+    std::ifstream in(folder() / file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream(folder() / "changed") << text;
+    CalibrationAnswers answers;
+    if (file != "camchain.yaml" && file != "config.toml") answers.unit_m = 1;
+    return message_of([&] { read_calibration_file(path("changed"), answers); });
+  };
+  const std::string at = path("changed");
+  EXPECT_TRUE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: omni")
+                  .starts_with(at + ":2: 'cam0.camera_model': 'omni', expected pinhole: "));
+  for (const std::string model : {"ds", "eucm"})
+    EXPECT_NE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: " + model)
+                  .find("'" + model + "', expected pinhole"),
+              std::string::npos);
+  EXPECT_EQ(changed("camchain.yaml", "intrinsics:", "intrinsicz:"),
+            at + ":1: 'cam0' has no 'intrinsics'; did you mean 'intrinsicz'?");
+  EXPECT_NE(changed("config.toml", "0.0, 1.0", "0.0, nan")
+                .find("'cam_0.matrix[2][2]': 'nan', expected a finite number"),
+            std::string::npos);
+  EXPECT_NE(changed("multical.json", "\"dist\": [[", "\"dist\": [[1,")
+                .find("'cameras.view0.dist': a lens 'brown' with 6"),
+            std::string::npos);
+  EXPECT_NE(
+      changed("multical.json", "\"R\": [[", "\"R\": [[9,").find("'camera_poses.view0.R': holds 10 numbers"),
+      std::string::npos);
+  EXPECT_NE(changed("multical.json", "\"R\": [[", "\"R\": [[9").find("its rotation is not a rotation"),
+            std::string::npos);
+}
+
+TEST(CalibrationData, BothTomlsOfCharucoAgree) {
+  const std::string folder = data_folder() + "/charuco_4cam/tests/sessions/post_optimization";
+  if (!fs::is_directory(folder)) GTEST_SKIP() << "no charuco_4cam: set TACTUS_DATA";
+  const CalibrationData a = read_calibration_file(folder + "/config.toml"),
+                        b = read_calibration_file(folder + "/camera_array.toml");
+  ASSERT_EQ(a.cameras.size(), 4U);
+  ASSERT_EQ(b.cameras.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const CalibratedCamera &p = a.cameras[i].calibrated, &q = b.cameras[i].calibrated;
+    EXPECT_EQ(p.camera.name, q.camera.name);
+    for (int k = 0; k < 9; ++k) {
+      EXPECT_NEAR(p.camera.T_cam_world.R(k / 3, k % 3), q.camera.T_cam_world.R(k / 3, k % 3), 1e-9);
+      EXPECT_NEAR(p.camera.intrinsics()(k / 3, k % 3), q.camera.intrinsics()(k / 3, k % 3), 1e-9);
+    }
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(p.camera.T_cam_world.t[k], q.camera.T_cam_world.t[k], 1e-9);
+    for (std::size_t k = 0; k < 14; ++k) EXPECT_NEAR(p.lens.k[k], q.lens.k[k], 1e-9);
+  }
+}
+
+TEST(CalibrationData, OpenCvsOwnBoards) {
+  const std::string folder = data_folder() + "/opencv_boards";
+  if (!fs::is_directory(folder)) GTEST_SKIP() << "no opencv_boards: set TACTUS_DATA";
+  const CalibrationData left = read_calibration_file(folder + "/left_intrinsics.yml");
+  EXPECT_FALSE(left.cameras.at(0).has_pose);
+  EXPECT_NEAR(left.cameras[0].calibrated.camera.fx_px, 535.91573396163199, 1e-12);
+  CalibrationAnswers answers;
+  answers.image_size_px = Vec2i{640, 480};
+  EXPECT_EQ(read_calibration_file(folder + "/intrinsics.yml", answers).cameras.size(), 2U);
+}
+
+TEST(RigReference, IsUpToDate) {
+  std::ostringstream reference;
+  write_rig_reference(reference);
+  const std::string path = source_path("docs/rig.md");
+  if (std::getenv("TACTUS_UPDATE_DOCS") != nullptr) std::ofstream(path) << reference.str();
+  std::ifstream in(path);
+  const std::string file{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(file, reference.str()) << "TACTUS_UPDATE_DOCS=1 calibration_files_test writes docs/rig.md anew";
+}
+
+}  // namespace
+}  // namespace tactus
