@@ -84,24 +84,39 @@ RealSurfaceSettings small_surface(float spacing_m) {
   return s;
 }
 
-Nodes::Nodes(std::vector<Vec3f> positions, float mass_kg, float gap_m)
-    : x(std::move(positions)),
-      v(x.size()),
-      mass(x.size(), mass_kg),
-      gap(x.size(), gap_m),
-      fixed(x.size(), 0) {}
+Nodes::Nodes(std::vector<Vec3f> positions, float mass_kg)
+    : x(std::move(positions)), v(x.size()), mass(x.size(), mass_kg), fixed(x.size(), 0) {}
 
-void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue) {
+void Nodes::make_points(ExecContext& ctx) {
+  if (points.count() == static_cast<Index>(x.size())) return;
+  std::vector<EmbeddedPoint> single(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    single[i] = {};
+    for (Index& node : single[i].node) node = static_cast<Index>(i);
+    single[i].weight[0] = 1;
+  }
+  points = BodyPoints(ctx, single, static_cast<Index>(x.size()), 0.005F);
+}
+
+void Nodes::begin_frame(ExecContext& ctx) {
+  make_points(ctx);
+  points.begin_frame(ctx);
+}
+
+ContactReport Nodes::report(ExecContext& ctx, float dt_frame_s, int substeps) {
+  points.end_frame(ctx);
+  return contact_report(to_host(ctx, points.totals()), dt_frame_s, substeps);
+}
+
+void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue,
+                    View<const Obstacle> obstacles, Index steps) {
+  make_points(ctx);
   Buffer<Vec3f> dx = to_device(ctx, x), dv = to_device(ctx, v);
-  const Buffer<float> dm = to_device(ctx, mass), dg = to_device(ctx, gap);
+  const Buffer<float> dm = to_device(ctx, mass);
   const Buffer<Index> df = to_device(ctx, fixed);
-  std::vector<Index> all(x.size());
-  std::iota(all.begin(), all.end(), 0);
-  const Buffer<Index> nodes = to_device(ctx, all);
-  const ContactNodes body{dx.view(), dv.view(), dm.view(), dg.view(), nodes.view(), df.view()};
-  if (rescue) contact.rescue(ctx, surface, body);
-  contact.correct(ctx, surface, body, k);
-  contact.end_frame(ctx);
+  const ContactNodes nodes{dx.view(), dv.view(), dm.const_view(), df.const_view()};
+  if (rescue) contact.rescue(ctx, surface, points, nodes);
+  contact.correct(ctx, surface, obstacles, points, nodes, k, steps);
   x = to_host(ctx, dx.view());
   v = to_host(ctx, dv.view());
 }

@@ -27,14 +27,22 @@ struct DeviceMesh {
 /// Settings with small capacities.
 RealSurfaceSettings small_surface(float spacing_m);
 
-/// Nodes on the host that meet a surface on a device.
+/// Points on the host that meet a surface on a device; each is a node of its own.
 struct Nodes {
   std::vector<Vec3f> x, v;
-  std::vector<float> mass, gap;
+  std::vector<float> mass;
   std::vector<Index> fixed;
-  explicit Nodes(std::vector<Vec3f> positions, float mass_kg = 1e-3F, float gap_m = 0);
-  /// Uploads, corrects at the end of substep k, downloads.
-  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue = false);
+  explicit Nodes(std::vector<Vec3f> positions, float mass_kg = 1e-3F);
+  /// Uploads, corrects at the end of substep k, downloads. What they touch is kept from call to call.
+  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue = false,
+               View<const Obstacle> obstacles = {}, Index steps = 1);
+  /// Begins the records of a frame.
+  void begin_frame(ExecContext& ctx);
+  ContactReport report(ExecContext& ctx, float dt_frame_s, int substeps);
+  BodyPoints points;
+
+ private:
+  void make_points(ExecContext& ctx);
 };
 
 /// Block of nodes around a centre.

@@ -150,7 +150,7 @@ TEST(RealSurface, WhatCannotBeRegisteredFallsBack) {
   EXPECT_NEAR(grown.velocity_m_s.x, 0.3, 0.01);  // [P 19]: 1 cm in 1/30 s; the centre is good to 0.3 mm
   EXPECT_EQ(grown.spin_rad_s, Vec3f{});
   const TriangleMesh far = test::transformed(test::unit_sphere(12), {Mat3f::identity(), {1, 0, 0}}, 0.03F);
-  EXPECT_EQ(on_cpu({small, far}, dt).motion.source, MotionSource::still);  // 30 m/s
+  EXPECT_EQ(on_cpu({small, far}, dt).motion.source, MotionSource::too_fast);  // 30 m/s
   EXPECT_EQ(on_cpu({small}, dt).motion.source, MotionSource::still);
   EXPECT_EQ(on_cpu({small, small}, 0).motion.source, MotionSource::still);
   TriangleMesh nothing = small;

@@ -139,7 +139,7 @@ void run(const RunOptions& options) {
   Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
   for (const auto& body : simulation.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
-              std::to_string(body->contact_node_count()) + " of them for contact, " + body->devices_text());
+              std::to_string(body->contact_point_count()) + " points for contact, " + body->devices_text());
     if (options.explain && devices.count() > 1)
       std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());
   }

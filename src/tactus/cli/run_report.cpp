@@ -39,6 +39,23 @@ nlohmann::json motions_json(const std::vector<std::vector<std::vector<Vec3d>>>& 
   return json;
 }
 
+/// What touched what, frame by frame.
+nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames) {
+  const auto vector = [](Vec3f v) { return nlohmann::json{v.x, v.y, v.z}; };
+  nlohmann::json json = nlohmann::json::array();
+  for (const std::vector<BodyContact>& frame : frames) {
+    nlohmann::json of_frame = nlohmann::json::array();
+    for (const BodyContact& c : frame)
+      of_frame.push_back({{"body", c.body},
+                          {"piece", c.piece},
+                          {"force_N", vector(c.reaction.force_N)},
+                          {"torque_N_m", vector(c.reaction.torque_N_m)},
+                          {"impulse_N_s", vector(c.reaction.impulse_N_s)}});
+    json.push_back(std::move(of_frame));
+  }
+  return json;
+}
+
 }  // namespace
 
 void RunSummary::add(const StepReport& report) {
@@ -49,6 +66,7 @@ void RunSummary::add(const StepReport& report) {
   rescued += report.contact.rescued;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
+  contacts.push_back(report.contacts);
   for (const Notice& notice : report.notices) note(notice);
 }
 
@@ -82,13 +100,14 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     const SoftBody& body = *simulation.bodies()[b];
     json["bodies"].push_back({{"name", body.name()},
                               {"nodes", body.node_count()},
-                              {"contact_nodes", body.contact_node_count()},
+                              {"contact_points", body.contact_point_count()},
                               {"devices", body.device_count()},
                               {"monitors", monitors_json(summary.monitors, b)},
                               {"moved", motions_json(summary.motion_forces_N, b, scene.bodies[b].moved)}});
   }
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
+  json["contacts"] = contacts_json(summary.contacts);
   json["recordings"] = simulation.recordings();
   json["notices"] = nlohmann::json::array();
   for (const Notice& n : summary.notices)

@@ -14,6 +14,7 @@ struct RunSummary {
   Index max_vertices = 0, max_triangles = 0, rescued = 0;
   double max_force_N = 0, max_correction_m = 0;
   std::vector<std::string> statuses;
+  std::vector<std::vector<BodyContact>> contacts;                ///< per frame
   std::vector<Notice> notices;                                   ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
   std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body

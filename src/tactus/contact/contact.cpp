@@ -13,76 +13,92 @@ ContactSettings checked(const ContactSettings& s) {
   return s;
 }
 
-}  // namespace
-
-Contact::Contact(Device& device, Index max_contact_nodes, const ContactSettings& settings)
-    : settings_(checked(settings)),
-      records_(device, max(max_contact_nodes, Index(1))),
-      total_(device, 1),
-      poses_(device, kMostSubsteps) {}
-
-void Contact::check(const ContactNodes& body) const {
-  const Index n = body.x_m.size();
-  if (body.v_m_s.size() != n || body.mass_kg.size() != n || body.rest_gap_m.size() != n ||
-      (!body.fixed.empty() && body.fixed.size() != n)) {
-    throw Error("contact: " + std::to_string(n) + " positions, but " + std::to_string(body.v_m_s.size()) +
-                " velocities, " + std::to_string(body.mass_kg.size()) + " masses, " +
-                std::to_string(body.rest_gap_m.size()) + " rest gaps, " + std::to_string(body.fixed.size()) +
-                " fixed flags");
-  }
-  if (!body.memory.empty() && body.memory.size() != body.nodes.size()) {
-    throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes, but memory for " +
-                std::to_string(body.memory.size()));
-  }
-  if (body.first_record < 0 || body.nodes.size() > records_.size() - body.first_record) {
-    throw Error("contact: " + std::to_string(body.nodes.size()) + " contact nodes from record " +
-                std::to_string(body.first_record) + " on, room for " + std::to_string(records_.size()));
+void check(const BodyPoints& points, const ContactNodes& nodes) {
+  const Index n = nodes.x_m.size();
+  if (points.node_count() != n || nodes.v_m_s.size() != n || nodes.mass_kg.size() != n ||
+      (!nodes.held.empty() && nodes.held.size() != n)) {
+    throw Error("contact: points of a body of " + std::to_string(points.node_count()) + " nodes, but " +
+                std::to_string(n) + " positions, " + std::to_string(nodes.v_m_s.size()) + " velocities, " +
+                std::to_string(nodes.mass_kg.size()) + " masses, " + std::to_string(nodes.held.size()) +
+                " held flags");
   }
 }
+
+TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes) {
+  const float reach_m = 2 * surface.settings().sample_spacing_m;
+  // A point's leader is at most sqrt(3)/2 spacings away at rest: room to be stretched to twice that.
+  return {nodes, points.table(), points.state(), 0, reach_m, 2 * points.lattice_spacing_m() + reach_m};
+}
+
+}  // namespace
+
+Contact::Contact(Device& device, const ContactSettings& settings)
+    : settings_(checked(settings)), poses_(device, kMostSubsteps) {}
 
 void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times) {
   times_ = times;
-  if (times.substeps > kMostSubsteps)
-    throw Error("contact: " + std::to_string(times.substeps) + " substeps, at most " +
+  if (times.substeps > kMostSubsteps) {
+    throw Error("contact: " + std::to_string(times.substeps) + " substeps, expected at most " +
                 std::to_string(kMostSubsteps));
+  }
   ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
                    PoseSurface{surface.motions(), surface.pieces(), times, poses_.view()});
-  ctx.fill_bytes(records_.view(), 0);
 }
 
-void Contact::rescue(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body) {
-  check(body);
-  const float s = surface.settings().sample_spacing_m;
-  ctx.parallel_for("contact/rescue", body.nodes.size(),
-                   DeepRescue{surface.samples(), surface.coarse_samples(), poses_.const_view(), body, 2 * s,
-                              8 * s, records_of(body)});
+void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& points,
+                     const ContactNodes& nodes) {
+  check(points, nodes);
+  const View<const SurfacePoses> poses = poses_.const_view();
+  const TouchingPoints body = touching_points(surface, points, nodes);
+  ctx.parallel_for("contact/rescue", points.count(),
+                   DeepRescue{times_,
+                              {surface.triangles(), surface.coarse_samples(), poses, {}},
+                              surface.samples(),
+                              body,
+                              4 * body.reach_m});
+  ctx.parallel_for("contact/apply", body.table.nodes.size(),
+                   ApplyContacts{body, points.count(), poses, 1, times_});
 }
 
-void Contact::correct(ExecContext& ctx, const RealSurface& surface, const ContactNodes& body, Index k,
-                      Index steps) {
-  check(body);
-  ctx.parallel_for(
-      "contact/response", body.nodes.size(),
-      ContactResponse{surface.samples(), poses_.const_view(), body, 2 * surface.settings().sample_spacing_m,
-                      settings_.restitution, settings_.friction,
-                      SubstepsTo{k, steps, times_.dt_s, times_.frame}, records_of(body)});
+void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
+                      BodyPoints& points, const ContactNodes& nodes, Index k, Index steps, PointRange part) {
+  check(points, nodes);
+  const View<const SurfacePoses> poses = poses_.const_view();
+  TouchingPoints body = touching_points(surface, points, nodes);
+  body.first = part.first;
+  const Index end = min(part.end, points.count());
+  ctx.parallel_for("contact/find", end - body.first,
+                   FindContacts{{surface.triangles(), surface.coarse_samples(), poses, obstacles},
+                                body,
+                                settings_.restitution,
+                                settings_.friction,
+                                SubstepsTo{k, steps, times_.dt_s, times_.frame}});
+  ctx.parallel_for("contact/apply", body.table.nodes.size(), ApplyContacts{body, end, poses, 0, times_});
 }
 
-void Contact::end_frame(ExecContext& ctx) {
-  ctx.parallel_for("contact/totals", 1, SumRecords{records_.const_view(), total_.view()});
+void ContactReport::add(const ContactReport& body) {
+  force_N += body.force_N;
+  torque_N_m += body.torque_N_m;
+  max_depth_m = max(max_depth_m, body.max_depth_m);
+  contacts_per_substep += body.contacts_per_substep;
+  rescued += body.rescued;
 }
 
-ContactReport Contact::report(ExecContext& ctx, float dt_frame_s, int substeps) const {
-  return contact_report(to_host(ctx, total_.const_view())[0], dt_frame_s, substeps);
-}
-
-ContactReport contact_report(const ContactRecord& total, float dt_frame_s, int substeps) {
+ContactReport contact_report(std::span<const ContactRecord> totals, float dt_frame_s, int substeps) {
   ContactReport report;
-  report.force_N = total.impulse_N_s / dt_frame_s;
-  report.torque_N_m = total.moment_N_m_s / dt_frame_s;
-  report.max_depth_m = total.max_depth_m;
-  report.contacts_per_substep = substeps > 0 ? static_cast<double>(total.contacts) / substeps : 0;
-  report.rescued = total.rescued;
+  Index contacts = 0;
+  for (const ContactRecord& total : totals) {
+    if (total.contacts + total.rescued == 0) continue;
+    report.owners.push_back({total.owner, total.impulse_N_s / dt_frame_s, total.moment_N_m_s / dt_frame_s,
+                             total.impulse_N_s, total.max_depth_m, total.contacts});
+    contacts += total.contacts;
+    report.rescued += total.rescued;
+    report.max_depth_m = max(report.max_depth_m, total.max_depth_m);
+    if (total.owner >= kPieces) continue;  // an obstacle is not real
+    report.force_N += total.impulse_N_s / dt_frame_s;
+    report.torque_N_m += total.moment_N_m_s / dt_frame_s;
+  }
+  report.contacts_per_substep = substeps > 0 ? static_cast<double>(contacts) / substeps : 0;
   return report;
 }
 

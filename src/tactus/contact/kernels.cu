@@ -1,5 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/contact/motion_kernels.h"
+#include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/response_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
@@ -17,17 +17,18 @@ TACTUS_CUDA_KERNEL(tactus::JoinCorners);
 TACTUS_CUDA_KERNEL(tactus::CountPieceSamples);
 TACTUS_CUDA_KERNEL(tactus::ChoosePieces);
 TACTUS_CUDA_KERNEL(tactus::NumberSamples);
+TACTUS_CUDA_KERNEL(tactus::SortTriangles);
 TACTUS_CUDA_KERNEL(tactus::PiecePartSums);
 TACTUS_CUDA_KERNEL(tactus::KeepPoints);
 TACTUS_CUDA_KERNEL(tactus::FitBegin);
 TACTUS_CUDA_KERNEL(tactus::FitPoints);
-TACTUS_CUDA_KERNEL(tactus::FitStage<tactus::NoteStill>);
-TACTUS_CUDA_KERNEL(tactus::FitStage<tactus::NoteGuess>);
+TACTUS_CUDA_KERNEL(tactus::FitStage<tactus::FirstFitStep>);
 TACTUS_CUDA_KERNEL(tactus::FitStage<tactus::FitStep>);
 TACTUS_CUDA_KERNEL(tactus::FitStage<tactus::ChooseMotion>);
 TACTUS_CUDA_KERNEL(tactus::NoteReport);
 TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
-TACTUS_CUDA_KERNEL(tactus::ContactResponse);
+TACTUS_CUDA_KERNEL(tactus::FindContacts);
+TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
 TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);

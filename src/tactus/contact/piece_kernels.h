@@ -5,7 +5,9 @@
 
 namespace tactus {
 
-inline constexpr Index kPieces = 8;              ///< the largest pieces, which have a motion of their own
+inline constexpr Index kPieces = 16;             ///< the largest pieces, which have a motion of their own
+inline constexpr Index kFitPoints = 1024;        ///< samples of the last frame that are registered, at most
+inline constexpr Index kMostPiecePoints = 512;   ///< of each piece
 inline constexpr Index kLeastPieceSamples = 48;  ///< about 16 s²: what is smaller can't be registered
 inline constexpr Index kLeastPieceShare = 32;    ///< a piece has at least 1/32 of the largest one's samples
 inline constexpr Index kPieceParts = 64;         ///< partial sums: sample i goes to part i % 64
@@ -77,6 +79,10 @@ struct SurfacePieces {
     Index parts = 1;
     while (parts < count) parts *= 2;
     return points / parts;
+  }
+  /// How many points of piece k are registered.
+  TACTUS_HD Index points_of(Index k) const {
+    return min(piece[k].samples, min(share_of(kFitPoints), kMostPiecePoints));
   }
 };
 
@@ -217,7 +223,7 @@ struct KeepPoints {
     if (j == 0) before[0] = all;
     const Index share = all.share_of(x_m.size()), k = j / share;
     if (k >= all.count) return;
-    const Index n = all.piece[k].samples, kept = min(n, share);
+    const Index n = all.piece[k].samples, kept = all.points_of(k);
     if (j % share >= kept) return;
     const auto rank = static_cast<Index>(static_cast<std::int64_t>(j % share) * n / kept);
     x_m[j] = from.x_m[all.mixed != 0 ? sample_of(k, rank) : rank];

@@ -47,7 +47,11 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       n_(device, settings.max_raw_samples),
       area_m2_(device, settings.max_raw_samples),
       root_(device, settings.max_raw_samples),
+      triangle_(device, settings.max_raw_samples),
       piece_number_(device, settings.max_vertices),
+      triangle_piece_(device, settings.max_raw_samples),
+      balls_(device, settings.max_raw_samples),
+      corners_(device, settings.max_raw_samples),
       parent_(device, settings.max_vertices),
       piece_samples_(device, settings.max_vertices),
       candidates_(device, settings.max_samples / kLeastPieceSamples + 1),
@@ -58,8 +62,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       dt_capture_s_(device, 1),
       previous_m_(device, kFitPoints),
       fit_(device, kPieces),
-      fit_points_(device, kFitPoints),
-      fit_parts_(device, kFitParts),
+      fit_points_(device, 3 * kFitPoints),
       piece_parts_(device, kPieces * kPieceParts),
       pieces_(device, 1),
       last_pieces_(device, 1),
@@ -139,13 +142,18 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   ctx.parallel_for(
       "contact/limit", 1,
       LimitSum{cuts, first, counted, settings_.max_raw_samples, raw_count_.view(), raw_overflow_.view()});
-  ctx.parallel_for(
-      "contact/triangle_samples", counted,
-      TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, cuts, first,
-                      VertexForest{parent_.view()}, x_m_.view(), n_.view(), area_m2_.view(), root_.view()});
+  ctx.parallel_for("contact/triangle_samples", counted,
+                   TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, cuts, first,
+                                   VertexForest{parent_.view()}, x_m_.view(), n_.view(), area_m2_.view(),
+                                   root_.view(), triangle_.view()});
   fine_.build(ctx, x_m_.const_view(), n_.const_view(), area_m2_.const_view(), root_.const_view(),
               Count(raw_count_.const_view(), settings_.max_raw_samples));
   find_pieces(ctx);
+  ctx.parallel_for(
+      "contact/triangles", Count(raw_count_.const_view(), settings_.max_raw_samples),
+      SortTriangles{mesh.vertices_m, mesh.triangles, cuts, triangle_.const_view(), x_m_.const_view(),
+                    root_.const_view(), piece_number_.const_view(), pieces_.const_view(),
+                    fine_.input_cells().order, balls_.view(), corners_.view(), triangle_piece_.view()});
   const SamplesView fine = fine_.view();
   coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine.piece, fine_.count());
 }
@@ -153,27 +161,22 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
 void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
   const float s = settings_.sample_spacing_m;
   const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
-  const FitPartsView parts{fit_parts_.const_view(), last};
   ctx.parallel_for("contact/match", 1,
                    FitBegin{{piece_parts_.const_view(), last, pieces_.view()},
                             {motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()},
                             {motions_.const_view(), dt_capture_s, last, now, fit_.view()}});
-  const auto gather = [&]<class Step>(const SampleLevel& level, float reach_m, const Step& step) {
-    ctx.parallel_for("contact/fit", kFitPoints,
-                     FitPoints{previous_m_.const_view(), level.view(), reach_m, s, last, now,
-                               fit_.const_view(), fit_points_.view()});
-    ctx.parallel_for("contact/fit_step", 1,
-                     FitStage<Step>{FitParts{fit_points_.const_view(), last, fit_parts_.view()}, step});
+  const auto fit = [&]<class Step>(bool first, bool far, const Step& step) {
+    ctx.parallel_for("contact/fit", Step::kEvaluations * kFitPoints,
+                     FitPoints{previous_m_.const_view(), fine_.view(), coarse_.view(), first ? 1 : 0,
+                               far ? 1 : 0, s, last, now, fit_.const_view(), fit_points_.view()});
+    ctx.parallel_for("contact/fit_step", 1, FitStage<Step>{fit_points_.const_view(), last, now, step});
   };
-  gather(fine_, 2 * s, NoteStill{parts, fit_.view()});
-  gather(fine_, 2 * s, NoteGuess{parts, fit_.view()});
-  for (int i = 0; i < 5; ++i) {
-    const bool far = i < 2;  // first what is 8 spacings off, then exactly
-    gather(far ? coarse_ : fine_, (far ? 8.F : 2.F) * s, FitStep{parts, fit_.view()});
-  }
-  gather(fine_, 2 * s,
-         ChooseMotion{parts, now, fit_.const_view(), dt_capture_s, 0.5F * s, settings_.max_speed_m_s,
-                      motions_.view()});
+  // First what is 8 spacings off, then exactly.
+  fit(true, true, FirstFitStep{fit_.view()});
+  fit(false, true, FitStep{fit_.view()});
+  for (int i = 0; i < 3; ++i) fit(false, false, FitStep{fit_.view()});
+  fit(false, false,
+      ChooseMotion{fit_.view(), dt_capture_s, 0.5F * s, settings_.max_speed_m_s, motions_.view()});
   ctx.parallel_for("contact/report", kPieces,
                    NoteReport{motions_.const_view(), now, fine_.view().count, raw_overflow_.const_view(),
                               fine_.overflow(), coarse_.overflow(), report_.view()});

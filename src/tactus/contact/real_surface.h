@@ -3,9 +3,10 @@
 /// made afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
 /// What hangs together through shared vertices moves as one; two hands, or a hand and a tool, each for
 /// itself.
-#include "tactus/contact/motion_kernels.h"
+#include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/sample_level.h"
 #include "tactus/contact/surface_report.h"
+#include "tactus/contact/surface_triangles.h"
 
 namespace tactus {
 
@@ -15,8 +16,8 @@ struct RealSurfaceSettings {
   Index max_vertices = 1 << 17, max_triangles = 1 << 18;  ///< of the meshes that come
   Index max_raw_samples = 1 << 18;  ///< samples before thinning: triangles, each cut to edges <= 1.25 s
   Index max_samples = 1 << 16;      ///< after thinning, about 3 for each s² of surface
-  float max_speed_m_s =
-      5;  ///< a piece whose centre is faster is an error of reconstruction, taken as standing still
+  /// A piece whose centre is faster is an error of reconstruction, and touches nothing in that frame.
+  float max_speed_m_s = 5;
 };
 
 /// A mesh on the device. Counts may be known on the device only; capacities are the views' sizes.
@@ -44,13 +45,18 @@ class RealSurface {
   SamplesView samples() const { return fine_.view(); }
   /// Few samples for what is far: one for each cube of 4 s and direction; cells of 8 s.
   SamplesView coarse_samples() const { return coarse_.view(); }
+  /// What decides whether a point touches.
+  SurfaceTrianglesView triangles() const {
+    return {balls_.const_view(), corners_.const_view(), triangle_piece_.const_view(),
+            fine_.input_cells().ranges, fine_.view().near_rows};
+  }
   /// (1) The separate pieces.
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
   /// (kPieces) How each piece moves from this frame on.
   View<const SurfaceMotion> motions() const { return motions_.const_view(); }
-  const RealSurfaceSettings& settings() const { return settings_; }
   /// (1) Of the last update.
   View<const RealSurfaceReport> report_view() const { return report_.const_view(); }
+  const RealSurfaceSettings& settings() const { return settings_; }
   /// Synchronises.
   RealSurfaceReport report(ExecContext& ctx) const;
 
@@ -66,13 +72,15 @@ class RealSurface {
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
-  Buffer<Index> root_, piece_number_;
+  Buffer<Index> root_, triangle_, piece_number_, triangle_piece_;
+  Buffer<TriangleBall> balls_;
+  Buffer<TriangleCorners> corners_;
   Buffer<std::uint32_t> parent_, piece_samples_, candidates_, candidate_count_;
   SampleLevel fine_, coarse_;
   Buffer<float> dt_capture_s_;
   Buffer<Vec3f> previous_m_;
   Buffer<FitState> fit_;
-  Buffer<FitSums> fit_points_, fit_parts_;
+  Buffer<FitSums> fit_points_;
   Buffer<PieceSums> piece_parts_;
   Buffer<SurfacePieces> pieces_, last_pieces_;
   Buffer<SurfaceMotion> motions_;

@@ -1,55 +1,21 @@
 #pragma once
-/// What contact does to the nodes of a virtual body.
-#include "tactus/contact/motion_kernels.h"
+/// What contact does to the points of a body's surface, and through them to its nodes.
+#include "tactus/contact/body_points.h"
+#include "tactus/contact/obstacles.h"
 #include "tactus/frame/frame_params.h"
 
 namespace tactus {
 
-/// Where a contact node touched last, kept from one correction to the next. All zero: it did not.
-struct ContactMemory {
-  Vec3f x_m;  ///< the node's corrected position, world
-  Vec3f n;    ///< the surface's normal there, world
-  Index touched = 0;
-  Index label = 0;  ///< of the piece of the surface
-};
-
-/// Nodes of one body, on the device.
-struct ContactNodes {
-  View<Vec3f> x_m;            ///< positions, world [m] (all nodes of the body)
-  View<Vec3f> v_m_s;          ///< velocities [m/s], as x_m
-  View<const float> mass_kg;  ///< [kg], as x_m: for the reaction only
-  View<const float>
-      rest_gap_m;           ///< d_i [m], as x_m: distance at which the node touches; d_i < 2 sample spacings
-  View<const Index> nodes;  ///< the surface-near nodes that take part
-  View<const Index> fixed;  ///< != 0: node isn't moved; as x_m, or empty
-  /// One per contact node, or empty. With it, a node that the body springs back into a thin real object
-  /// (deeper than its nearest side, in one substep) is first held on the side where it was.
-  View<ContactMemory> memory = {};
-  Index first_record = 0;  ///< each body's records are its own: the sum of the nodes of those before
-};
-
-/// What one node, or all, did since the frame began.
-struct ContactRecord {
-  Vec3f impulse_N_s;   ///< on the real object
-  Vec3f moment_N_m_s;  ///< of that impulse about the real object's centre of gravity at the time
-  float max_depth_m;   ///< largest correction
-  Index contacts;      ///< corrections in which the node was in contact
-  Index rescued;       ///< nodes that were deeper than 2 spacings
-  TACTUS_HD void add(const ContactRecord& r) {
-    impulse_N_s += r.impulse_N_s;
-    moment_N_m_s += r.moment_N_m_s;
-    max_depth_m = max(max_depth_m, r.max_depth_m);
-    contacts += r.contacts;
-    rescued += r.rescued;
-  }
-};
-
-/// The motion of a piece of the surface at one time, worked out once for all nodes.
+/// The motion of a piece of the surface at one time, worked out once for all points.
 struct SurfacePose {
   SurfaceMotion motion;
   SurfacePiece piece;
   Mat3f turn;      ///< R(w t)
   Vec3f center_m;  ///< c + v t
+  /// False only where nothing of it is within reach_m of a point, taken to its capture.
+  TACTUS_HD bool may_touch(Vec3f p_capture_m, float reach_m) const {
+    return motion.source != MotionSource::too_fast && piece.may_reach(p_capture_m, reach_m);
+  }
   /// Where the material that is at p_m now was at the surface's capture.
   TACTUS_HD Vec3f to_capture(Vec3f p_m) const { return motion.center_m + transpose(turn) * (p_m - center_m); }
   TACTUS_HD Vec3f velocity_at(Vec3f p_m) const {
@@ -59,8 +25,8 @@ struct SurfacePose {
 
 /// All pieces at one time.
 struct SurfacePoses {
-  Index count = 0;  ///< of pieces, >= 1
-  Vec3f center_m;   ///< centre of gravity of all
+  Index count = 0;    ///< of pieces, >= 1
+  Vec3f reference_m;  ///< what moments are about: the centre of gravity of all pieces at their capture
   SurfacePose piece[kPieces];
   /// Which samples a search for piece k takes: kAnyPiece where all are its own.
   TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyPiece; }
@@ -84,7 +50,7 @@ struct ContactTimes {
   TACTUS_HD float after_s(Index steps) const { return dt_s * static_cast<float>(steps) - dt_frame_s; }
 };
 
-/// From the substep at whose begin nodes were corrected last to when they are corrected now.
+/// From the substep at whose begin points were corrected last to when they are corrected now.
 struct SubstepsTo {
   Index substep = 0;  ///< or, with `frame`, the device's
   Index steps = 1;
@@ -99,6 +65,7 @@ struct SubstepsTo {
 
 /// Thread i: all pieces after i + 1 substeps.
 struct PoseSurface {
+  static constexpr int kGrain = 16;
   View<const SurfaceMotion> motion;
   View<const SurfacePieces> pieces;
   ContactTimes times;
@@ -108,233 +75,315 @@ struct PoseSurface {
     const SurfacePieces& all = pieces[0];
     SurfacePoses& out = poses[i];
     const float time_s = times.after_s(i + 1);
-    for (Index k = 0; k < all.count; ++k) {
-      const SurfaceMotion& m = motion[k];
-      out.piece[k] = {m, all.piece[k], m.turn(time_s), center(k, time_s)};
-    }
-    out.count = all.count;
-    out.center_m = center(0, time_s);
-    if (all.count == 1) return;
     float area = 0;
     Vec3f x{};
-    for (Index j = 0; j < all.count; ++j) {
-      area += motion[j].area_m2;
-      x += motion[j].area_m2 * center(j, time_s);
+    for (Index k = 0; k < all.count; ++k) {
+      const SurfaceMotion& m = motion[k];
+      out.piece[k] = {m, all.piece[k], m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
+      area += m.area_m2;
+      x += m.area_m2 * m.center_m;
     }
-    if (area > 0.F) out.center_m = x / area;
-  }
-
- private:
-  TACTUS_HD Vec3f center(Index k, float time_s) const {
-    return motion[k].center_m + time_s * motion[k].velocity_m_s;
+    out.count = all.count;
+    out.reference_m = all.count > 1 && area > 0.F ? x / area : motion[0].center_m;
   }
 };
 
-/// Surface near a point: averages [P 20] over the samples of the near side within the reach.
-struct NearSurface {
-  Vec3f x_m, n;
-  bool found = false;
-};
-
-/// The samples that face as the nearest one does, weighted by their area and (1 - r²/reach²)²: a weight that
-/// vanishes at the reach, so samples come and go without a jump. Reach: 2 spacings, the cells' edge.
-/// Nothing is found where the nearest sample already shows that p is more than clear_m in front of the
-/// surface.
-/// @param piece whose samples count, or kAnyPiece
-TACTUS_HD inline NearSurface near_surface(const SamplesView& samples, Index piece, Vec3f p_m, float reach_m,
-                                          float clear_m) {
-  constexpr Index kKept = 64;  // samples in reach that needn't be sought twice: a plane has about 14
-  Index kept[kKept];
-  NearSurface near;
-  Index nearest = -1, in_reach = 0;
-  const float reach2 = reach_m * reach_m;
-  float nearest_d2 = reach2;
-  samples.for_each_near(p_m, [&](Index k) {
-    const Vec3f d = p_m - samples.x_m[k];
-    const float d2 = dot(d, d);
-    if (!(d2 < reach2) || !samples.is_of(piece, k)) return;
-    if (in_reach < kKept) kept[in_reach] = k;
-    ++in_reach;
-    if (d2 < nearest_d2) {
-      nearest_d2 = d2;
-      nearest = k;
-    }
-  });
-  if (nearest < 0) return near;
-  const Vec3f facing = samples.n[nearest];
-  if (dot(p_m - samples.x_m[nearest], facing) > clear_m) return near;
-  const float inverse_reach2 = 1.F / reach2;
-  float weight = 0;
-  Vec3f offset{}, n{};
-  const auto add = [&](Index k) {
-    const Vec3f d = samples.x_m[k] - p_m;
-    const float u = 1.F - dot(d, d) * inverse_reach2;
-    const bool counts = u > 0.F && dot(samples.n[k], facing) > 0.F && samples.is_of(piece, k);
-    const float w = counts ? samples.area_m2[k] * u * u : 0.F;
-    weight += w;
-    offset += w * d;
-    n += w * samples.n[k];
-  };
-  if (in_reach <= kKept) {
-    for (Index j = 0; j < in_reach; ++j) add(kept[j]);
-  } else {
-    samples.for_each_near(p_m, add);
-  }
-  if (!(weight > 0.F)) return near;
-  near.x_m = p_m + offset / weight;
-  near.n = normalized(n, facing);
-  near.found = true;
-  return near;
-}
-
-/// Velocity after touching a surface of velocity u and normal n: nothing when separating, else the normal
-/// part is reflected with restitution e and friction takes at most μ times the normal impulse from the
-/// tangential part.
-TACTUS_HD inline Vec3f touched_velocity(Vec3f v, Vec3f u, Vec3f n, float restitution, float friction) {
-  const Vec3f rel = v - u;
+/// Change of velocity of a point that moves by `rel` relative to what it touches, whose normal is n: nothing
+/// when separating, else the normal part is reflected with restitution e and friction takes at most μ times
+/// the normal impulse from the tangential part.
+TACTUS_HD inline Vec3f touch_kick(Vec3f rel, Vec3f n, float restitution, float friction) {
   const float approach = dot(rel, n);
-  if (!(approach < 0.F)) return v;
+  if (!(approach < 0.F)) return {};
   const Vec3f slide = rel - approach * n;
   const float speed = length(slide), most = -friction * (1.F + restitution) * approach;
-  const float kept = speed > most ? 1.F - most / speed : 0.F;
-  return u + kept * slide - restitution * approach * n;
+  const float taken = speed > most ? most / speed : 1.F;
+  return -(1.F + restitution) * approach * n - taken * slide;
 }
 
-/// Velocity-position correction of one node. Works in the frame of each piece of the surface at its capture:
-/// the node is taken back by the piece's motion, so samples and cells stay as they were made however fast the
-/// surface moves.
-struct ContactResponse {
-  static constexpr int kGrain = 128;
-  SamplesView samples;
+/// What is touched: the real surface at one time, and what stands still.
+struct Boundaries {
+  SurfaceTrianglesView surface;
+  SamplesView coarse;              ///< of the real surface
   View<const SurfacePoses> poses;  ///< after 1, 2, .. substeps
-  ContactNodes body;
-  float reach_m, restitution, friction;
-  SubstepsTo since;
-  View<ContactRecord> records;
-  float dt_s = 0;  ///< since the last correction: how far the surface carried what touched it
-  TACTUS_HD void load() {
-    since.load();
-    dt_s = since.dt_s * static_cast<float>(since.steps);
-    poses = poses.part(since.substep + since.steps - 1, 1);
-  }
-  TACTUS_HD void operator()(Index c) const {
-    const Index i = body.nodes[c];
-    if (!body.fixed.empty() && body.fixed[i] != 0) return;
-    ContactRecord record{};
-    ContactMemory memory = body.memory.empty() ? ContactMemory{} : body.memory[c];
-    const Index touched_before = memory.touched;
-    const SurfacePoses& all = poses[0];
-    if (touched_before != 0) hold(i, memory, record);
-    for (Index k = 0; k < all.count; ++k) respond(i, all.piece[k], all.own(k), memory, record);
-    if (touched_before == 0 && record.contacts == 0) return;  // most nodes write nothing
-    if (!body.memory.empty()) body.memory[c] = memory;
-    records[c].add(record);
-  }
+  View<const Obstacle> obstacles;
+};
 
- private:
-  /// Moves node i to x, takes the approach out of its velocity and notes what that did to the real object.
-  TACTUS_HD void touch(Index i, const SurfacePose& now, Vec3f x, Vec3f n, float depth_m,
-                       ContactRecord& record) const {
-    const Vec3f v = body.v_m_s[i];
-    const Vec3f v_new = touched_velocity(v, now.velocity_at(x), n, restitution, friction);
-    body.x_m[i] = x;
-    body.v_m_s[i] = v_new;
-    const Vec3f impulse = body.mass_kg[i] * (v - v_new);
-    record.impulse_N_s += impulse;
-    record.moment_N_m_s += cross(x - poses[0].center_m, impulse);
-    record.max_depth_m = max(record.max_depth_m, depth_m);
-    record.contacts = 1;
+/// The points of one body that take part in a correction.
+struct TouchingPoints {
+  ContactNodes nodes;
+  PointTable table;
+  PointState state;
+  Index first = 0;  ///< point of thread 0
+  float reach_m;    ///< points deeper than that are found by DeepRescue only
+  float margin_m;   ///< no point is farther from its leader
+  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
+    const Vec3f base = nodes.x_m[p.node[0]];
+    Vec3f sum{};
+    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (nodes.x_m[p.node[k]] - base);
+    return base + sum;
   }
-
-  /// Keeps a node that touched from going back through the plane on which it touched, which moves with its
-  /// piece of the surface. What it slid meanwhile is Coulomb's at the level of positions: at most mu times
-  /// how deep it went.
-  TACTUS_HD void hold(Index i, ContactMemory& memory, ContactRecord& record) const {
-    const SurfacePoses& all = poses[0];
-    memory.touched = 0;
-    Index k = 0;
-    while (k < all.count && all.piece[k].piece.label != memory.label) ++k;
-    if (k == all.count) return;  // it is gone
-    const SurfacePose& now = all.piece[k];
-    const Vec3f held = memory.x_m + dt_s * now.velocity_at(memory.x_m), moved = body.x_m[i] - held;
-    const float depth = -dot(moved, memory.n);
-    if (!(depth > 0.F)) return;
-    const Vec3f slide = moved + depth * memory.n;
-    const float distance = length(slide), most = friction * depth;
-    memory.x_m = held + (distance > most ? 1.F - most / distance : 0.F) * slide;
-    memory.touched = 1;
-    touch(i, now, memory.x_m, memory.n, depth, record);
+  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
+    Vec3f sum{};
+    for (int k = 0; k < 8; ++k) sum += p.weight[k] * nodes.v_m_s[p.node[k]];
+    return sum;
   }
-
-  TACTUS_HD void respond(Index i, const SurfacePose& now, Index own, ContactMemory& memory,
-                         ContactRecord& record) const {
-    const Vec3f p = now.to_capture(body.x_m[i]);
-    NearSurface near;
-    // The average plane is less than half the reach off the nearest sample's.
-    if (now.piece.may_reach(p, reach_m))
-      near = near_surface(samples, own, p, reach_m, body.rest_gap_m[i] + 0.5F * reach_m);
-    const float gap = near.found ? dot(p - near.x_m, near.n) - body.rest_gap_m[i] : 0.5F * reach_m;
-    if (gap < 0.F) {
-      const Vec3f n = now.turn * near.n;
-      touch(i, now, body.x_m[i] - gap * n, n, -gap, record);
-      memory = {body.x_m[i], n, 1, now.piece.label};
-    } else if (gap > 0.1F * reach_m && memory.label == now.piece.label) {
-      memory.touched = 0;  // the surface is no longer where it was
+  TACTUS_HD bool moves(const EmbeddedPoint& p) const {
+    for (int k = 0; k < 8; ++k) {
+      if (p.weight[k] != 0.F && !nodes.is_held(p.node[k])) return true;
+    }
+    return false;
+  }
+  /// Notes whether point i touches (1), and with it the weights of its nodes.
+  TACTUS_HD void set_touching(Index i, const EmbeddedPoint& p, Index touching) const {
+    const bool touched = state.touching[i] == 1, touches = touching == 1;
+    state.touching[i] = touching;
+    if (touched == touches) return;
+    for (int k = 0; k < 8; ++k) {
+      if (p.weight[k] == 0.F) continue;
+      const std::uint32_t weight = PointWeights::quantized(p.weight[k]);
+      atomic_add(state.node_weight[p.node[k]], touches ? weight : 0U - weight);
     }
   }
 };
 
-/// Brings back nodes that are inside a piece of the real object, but too deep for a sample within 2 spacings:
+/// A point remembers what it touched for so many corrections, less one: what rests leaves the surface for a
+/// substep now and then, by rounding or because it swings, and must not creep with each time.
+inline constexpr Index kLingering = 8;
+
+/// Finds what each point of a body touches at the end of a substep, and how its position and velocity are to
+/// change. Works in the frame of each piece of the surface at its capture: a point is taken back by the
+/// piece's motion, so triangles and cells stay as they were made however fast the surface moves.
+struct FindContacts {
+  static constexpr int kGrain = 256;
+  Boundaries boundaries;
+  TouchingPoints body;
+  float restitution, friction;
+  SubstepsTo now;
+  float dt_s = 0;  ///< since the last correction
+  TACTUS_HD void load() {
+    now.load();
+    dt_s = now.dt_s * static_cast<float>(now.steps);
+    boundaries.poses = boundaries.poses.part(now.substep + now.steps - 1, 1);
+  }
+  TACTUS_HD void operator()(Index thread) const {
+    if (body.nodes.has_stopped()) return;
+    const Index i = body.first + thread;
+    const Index touching = body.state.touching[i];
+    const bool touched = touching != 0;
+    const Vec3f leader = body.nodes.x_m[body.table.leaders[i]];
+    const SurfacePoses& all = boundaries.poses[0];
+    const bool near = touched || near_surface(all, leader) || near_obstacle(leader);
+    if (!near) return;
+    const EmbeddedPoint& p = body.table.points[i];
+    Deepest deepest;
+    const Vec3f x = body.position(p), v = body.velocity(p);
+    if (body.moves(p)) {
+      const Vec3f facing = touched ? body.state.contact[i].n : Vec3f{};
+      for (Index k = 0; k < all.count; ++k) see_piece(all, k, x, v, facing, deepest);
+      for (Index k = 0; k < boundaries.obstacles.size(); ++k) see_obstacle(k, x, v, facing, deepest);
+    }
+    if (deepest.owner >= 0)
+      touch(i, x, v, touching, deepest);
+    else if (touched)
+      linger(body.state.contact[i], all);
+    body.set_touching(i, p, deepest.owner >= 0 ? 1 : touched && touching < kLingering ? touching + 1 : 0);
+  }
+
+ private:
+  struct Deepest {
+    float gap_m = 0;
+    Vec3f n, velocity_m_s;
+    Index owner = -1;
+    TACTUS_HD void see(float gap, Vec3f normal, Vec3f velocity, Index who) {
+      if (!(gap < gap_m)) return;
+      gap_m = gap;
+      n = normal;
+      velocity_m_s = velocity;
+      owner = who;
+    }
+  };
+  TACTUS_HD bool near_surface(const SurfacePoses& all, Vec3f x) const {
+    bool near = false;
+    for (Index k = 0; k < all.count && !near; ++k) {
+      const Vec3f p = all.piece[k].to_capture(x);
+      near = all.piece[k].may_touch(p, body.margin_m) && boundaries.coarse.may_be_near(p);
+    }
+    return near;
+  }
+  TACTUS_HD bool near_obstacle(Vec3f x) const {
+    bool near = false;
+    for (Index k = 0; k < boundaries.obstacles.size() && !near; ++k)
+      near = boundaries.obstacles[k].may_be_near(x, body.margin_m);
+    return near;
+  }
+  TACTUS_HD void see_piece(const SurfacePoses& all, Index k, Vec3f x, Vec3f v, Vec3f facing,
+                           Deepest& deepest) const {
+    const SurfacePose& pose = all.piece[k];
+    const Vec3f p = pose.to_capture(x);
+    if (!pose.may_touch(p, body.reach_m) || !boundaries.surface.may_be_near(p)) return;
+    const Vec3f velocity = pose.velocity_at(x);
+    const Mat3f back = transpose(pose.turn);
+    const SurfaceGap g = boundaries.surface.gap(all.own(k), p, p - dt_s * (back * (v - velocity)),
+                                                body.reach_m, back * facing);
+    if (g.inside) deepest.see(g.gap_m, pose.turn * g.n, velocity, k);
+  }
+  TACTUS_HD void see_obstacle(Index k, Vec3f x, Vec3f v, Vec3f facing, Deepest& deepest) const {
+    const SurfaceGap g = boundaries.obstacles[k].gap(x, x - dt_s * v, body.reach_m, facing);
+    if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
+  }
+  /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back
+  /// to where the point was held, at most by mu times how deep it went: Coulomb's law for positions, without
+  /// which what rests creeps. Restitution is for what arrives: what touched already is carried.
+  TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
+    const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
+    const float depth = -deepest.gap_m;
+    PointContact& contact = body.state.contact[i];
+    const bool same = touching != 0 && contact.owner == deepest.owner;
+    const Vec3f held = same ? contact.held_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
+    const Vec3f away = x - held, slide = away - dot(away, n) * n;
+    const float distance = length(slide), most = friction * depth;
+    const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
+    const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);
+    contact = {x + push, push, kick, depth, deepest.owner, n, x + push};
+  }
+  TACTUS_HD void linger(PointContact& contact, const SurfacePoses& all) const {
+    if (contact.owner < all.count)
+      contact.held_m += dt_s * all.piece[contact.owner].velocity_at(contact.held_m);
+  }
+};
+
+/// Moves the nodes of a body by what its touching points want.
+///
+/// A point that is a mean of nodes, u = sum w_k v_k, changes by sum w_k²/m_k J under an impulse J on it.
+/// Points share nodes, so all of them together change a point's velocity by more than its own impulse does:
+/// the matrix A = W M^-1 W^T of all impulses isn't diagonal. Its row sums D = sum_k |w_k| s_k / m_k, with s_k
+/// the sum of the weights of all touching points at node k, bound it (D - A is diagonally dominant). So the
+/// impulses J = D^-1 (change wanted) change the kinetic energy by u^T J + J^T A J / 2 <= u^T J + J^T D J / 2,
+/// which for a reflection with e <= 1 and friction is never above 0, and what all points want alike they get
+/// in one go.
+struct ApplyContacts {
+  static constexpr int kGrain = 512;
+  TouchingPoints body;
+  Index end_point;  ///< points body.first .. end_point take part
+  View<const SurfacePoses> poses;
+  Index is_rescue;     ///< != 0: counts as that, not as contact
+  ContactTimes times;  ///< nothing moves in a frame without substeps
+  TACTUS_HD void load() { times.load(); }
+  TACTUS_HD void operator()(Index c) const {
+    const Index node = body.table.nodes[c];
+    if (body.state.node_weight[node] == 0U || body.nodes.has_stopped() || times.substeps == 0) return;
+    const bool held = body.nodes.is_held(node);
+    Vec3f impulse{}, push{};
+    for (Index e = body.table.first[c], end = body.table.first[c + 1]; e < end; ++e) {
+      const Index i = body.table.incident[e] / 8, corner = body.table.incident[e] % 8;
+      if (i < body.first || i >= end_point || body.state.touching[i] != 1) continue;
+      const EmbeddedPoint& p = body.table.points[i];
+      const float mass = 1.F / inverse_mass(p);
+      const PointContact& contact = body.state.contact[i];
+      impulse += (p.weight[corner] * mass) * contact.kick_m_s;
+      push += (p.weight[corner] * mass) * contact.push_m;
+      if (corner == 0) note(i, contact, -mass * contact.kick_m_s);
+    }
+    if (held) return;
+    const float inverse = 1.F / body.nodes.mass_kg[node];
+    body.nodes.v_m_s[node] += inverse * impulse;
+    body.nodes.x_m[node] += inverse * push;
+  }
+
+ private:
+  /// D of a point; what is held doesn't move. Some node is not held (FindContacts).
+  TACTUS_HD float inverse_mass(const EmbeddedPoint& p) const {
+    float sum = 0;
+    for (int k = 0; k < 8; ++k) {
+      if (p.weight[k] == 0.F || body.nodes.is_held(p.node[k])) continue;
+      sum += abs(p.weight[k]) * PointWeights::value(body.state.node_weight[p.node[k]]) /
+             body.nodes.mass_kg[p.node[k]];
+    }
+    return sum;
+  }
+  TACTUS_HD void note(Index i, const PointContact& contact, Vec3f impulse_N_s) const {
+    const bool moved = dot(contact.push_m, contact.push_m) > 0.F;
+    if (is_rescue != 0 && !moved) return;  // a contact of the last correction
+    ContactRecord& record = body.state.records[i];
+    if (body.state.recorded[i]++ == 0)
+      record = {};
+    else if (record.owner != contact.owner)
+      move_on(record);
+    record.owner = contact.owner;
+    atomic_store(body.state.owner_used[contact.owner], 1U);
+    record.add({impulse_N_s, cross(contact.x_m - poses[0].reference_m, impulse_N_s), contact.depth_m,
+                1 - is_rescue, is_rescue, contact.owner});
+  }
+  /// What was done to another owner so far is added up there.
+  TACTUS_HD void move_on(ContactRecord& record) const {
+    body.state.moved_on[record.owner].add_atomically(record.impulse_N_s, record.moment_N_m_s);
+    record.impulse_N_s = record.moment_N_m_s = {};
+  }
+};
+
+/// Brings back points that are inside a piece of the real object, but too deep for a triangle within reach:
 /// behind the nearest coarse sample, and inside by the winding number of all coarse samples of the piece
 /// (Barill et al. 2018).
 struct DeepRescue {
   static constexpr int kGrain = 64;
-  SamplesView fine, coarse;
-  View<const SurfacePoses> poses;
-  ContactNodes body;
-  float reach_m, far_reach_m;
-  View<ContactRecord> records;
-  TACTUS_HD void operator()(Index c) const {
-    const Index i = body.nodes[c];
-    if (!body.fixed.empty() && body.fixed[i] != 0) return;
-    ContactRecord record{};
-    const SurfacePoses& all = poses[0];
-    for (Index k = 0; k < all.count; ++k) rescue(i, all.piece[k], all.own(k), record);
-    if (record.rescued != 0) records[c].add(record);
+  ContactTimes times;  ///< a frame without substeps has no pose of the surface
+  Boundaries boundaries;
+  SamplesView fine;
+  TouchingPoints body;
+  float far_reach_m;
+  TACTUS_HD void load() { times.load(); }
+  TACTUS_HD void operator()(Index thread) const {
+    if (times.substeps == 0 || body.nodes.has_stopped()) return;
+    const Index i = body.first + thread;
+    if (body.state.touching[i] == 1) {  // of the last correction: not to be done again
+      PointContact& contact = body.state.contact[i];
+      contact.push_m = contact.kick_m_s = {};
+    }
+    const Vec3f leader = body.nodes.x_m[body.table.leaders[i]];
+    const SurfacePoses& all = boundaries.poses[0];
+    for (Index k = 0; k < all.count; ++k) {
+      const Vec3f near = all.piece[k].to_capture(leader);
+      // What is inside a closed surface is inside its box.
+      if (all.piece[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
+        rescue(i, all, k);
+    }
   }
 
  private:
-  TACTUS_HD void rescue(Index i, const SurfacePose& now, Index own, ContactRecord& record) const {
-    const Vec3f p = now.to_capture(body.x_m[i]);
-    // What is inside a closed surface is inside its box. Fine samples first: most nodes are near none.
-    if (!now.piece.may_reach(p, reach_m) || has_fine_sample(p, own)) return;
+  TACTUS_HD void rescue(Index i, const SurfacePoses& all, Index k) const {
+    const EmbeddedPoint& point = body.table.points[i];
+    const SurfacePose& now = all.piece[k];
+    const Vec3f x = body.position(point), p = now.to_capture(x);
+    const Index own = all.own(k);
+    if (!now.may_touch(p, 0.F) || !body.moves(point) || has_fine_sample(p, own)) return;
+    const SamplesView& coarse = boundaries.coarse;
     Index nearest = -1;
     float nearest_d2 = far_reach_m * far_reach_m;
-    coarse.for_each_near(p, [&](Index k) {
-      const Vec3f d = p - coarse.x_m[k];
+    coarse.for_each_near(p, [&](Index s) {
+      const Vec3f d = p - coarse.x_m[s];
       const float d2 = dot(d, d);
-      if (d2 < nearest_d2 && coarse.is_of(own, k)) {
+      if (d2 < nearest_d2 && coarse.is_of(own, s)) {
         nearest_d2 = d2;
-        nearest = k;
+        nearest = s;
       }
     });
     if (nearest < 0) return;
-    const Vec3f n = coarse.n[nearest];
-    const float gap = dot(p - coarse.x_m[nearest], n) - body.rest_gap_m[i];
+    const float gap = dot(p - coarse.x_m[nearest], coarse.n[nearest]);
     if (!(gap < 0.F) || !inside(p, own)) return;
-    body.x_m[i] = body.x_m[i] - gap * (now.turn * n);
-    record.max_depth_m = max(record.max_depth_m, -gap);
-    record.rescued = 1;
+    const Vec3f n = now.turn * coarse.n[nearest], push = -gap * n;
+    body.state.contact[i] = {x + push, push, {}, -gap, k, n, x + push};
+    body.set_touching(i, point, 1);
   }
   TACTUS_HD bool has_fine_sample(Vec3f p, Index own) const {
     bool found = false;
     fine.for_each_near(p, [&](Index k) {
       const Vec3f d = p - fine.x_m[k];
-      found = found || (dot(d, d) < reach_m * reach_m && fine.is_of(own, k));
+      found = found || (dot(d, d) < body.reach_m * body.reach_m && fine.is_of(own, k));
     });
     return found;
   }
   TACTUS_HD bool inside(Vec3f p, Index own) const {
+    const SamplesView& coarse = boundaries.coarse;
     float solid_angle = 0;
     for (Index k = 0, n = coarse.count[0]; k < n; ++k) {
       if (!coarse.is_of(own, k)) continue;
@@ -346,20 +395,24 @@ struct DeepRescue {
   }
 };
 
-/// Sums all records by one fixed tree, on every device the same.
+/// Sums the records of each owner by one fixed tree, on every device the same. Block: owner.
 struct SumRecords {
   static constexpr int kThreads = 256, kStrips = 16, kStrip = kThreads / kStrips;
+  View<const Index> recorded;
   View<const ContactRecord> records;
-  View<ContactRecord> total;
+  View<ReactionSums> moved_on;
+  View<std::uint32_t> owner_used;
+  View<ContactRecord> totals;  ///< (kOwners)
   struct Shared {
     ContactRecord of_thread[kThreads], of_strip[kStrips];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index owner = b.index(), count = owner_used[owner] != 0U ? recorded.size() : 0;
     b.for_each_thread([&](int t) {
       ContactRecord sum{};
-      for (Index c = t; c < records.size(); c += kThreads) {
-        if (records[c].contacts + records[c].rescued != 0) sum.add(records[c]);
+      for (Index i = t; i < count; i += kThreads) {
+        if (recorded[i] != 0 && records[i].owner == owner) sum.add(records[i]);
       }
       s.of_thread[t] = sum;
     });
@@ -371,7 +424,12 @@ struct SumRecords {
     b.on_one_thread([&] {
       ContactRecord sum{};
       for (const ContactRecord& strip : s.of_strip) sum.add(strip);
-      total[0] = sum;
+      sum.impulse_N_s += ReactionSums::value(moved_on[owner].impulse);
+      sum.moment_N_m_s += ReactionSums::value(moved_on[owner].moment);
+      sum.owner = owner;
+      totals[owner] = sum;
+      moved_on[owner] = {};
+      owner_used[owner] = 0;
     });
   }
 };

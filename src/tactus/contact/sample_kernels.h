@@ -14,6 +14,15 @@ inline constexpr Index kAnyPiece = -2;  ///< asks for samples whatever they are 
 inline constexpr int kCellBits = 5;
 inline constexpr Index kRowCells = 1 << kCellBits, kCellRows = kRowCells * kRowCells;
 
+/// Whether any of the 27 cells round p holds samples.
+TACTUS_HD inline bool near_any_cell(const CellGrid& grid, View<const std::uint32_t> near_rows, Vec3f p_m) {
+  if (!grid.holds(p_m)) return false;
+  const Vec3i c = grid.cell(p_m);
+  constexpr Index kMask = kRowCells - 1;
+  const std::uint32_t row = near_rows[(c.y & kMask) | (c.z & kMask) << kCellBits];
+  return (row >> (c.x & kMask) & 1U) != 0;
+}
+
 /// Samples of a closed surface, sorted by cells.
 struct SamplesView {
   View<const Vec3f> x_m;                ///< position [m]
@@ -26,12 +35,9 @@ struct SamplesView {
   /// f(i) for all samples in the 27 cells around p; most points are near none, and that costs one look.
   template <class F>
   TACTUS_HD void for_each_near(Vec3f p_m, F&& f) const {
-    if (!cells.grid.holds(p_m)) return;
-    const Vec3i c = cells.grid.cell(p_m);
-    constexpr Index kMask = kRowCells - 1;
-    const std::uint32_t row = near_rows[(c.y & kMask) | (c.z & kMask) << kCellBits];
-    if ((row >> (c.x & kMask) & 1U) != 0) cells.for_each_slot(p_m, f);
+    if (may_be_near(p_m)) cells.for_each_slot(p_m, f);
   }
+  TACTUS_HD bool may_be_near(Vec3f p_m) const { return near_any_cell(cells.grid, near_rows, p_m); }
   /// Whether sample i moves with that piece.
   TACTUS_HD bool is_of(Index wanted, Index i) const {
     return wanted == kAnyPiece || max(piece[i], Index(0)) == wanted;
@@ -76,6 +82,7 @@ struct TriangleSamples {
   View<Vec3f> x_m, n;
   View<float> area_m2;
   View<Index> root;  ///< of the piece that the triangle is on
+  View<Index> triangle;
   TACTUS_HD void operator()(Index t) const {
     if (cuts[t] == 0) return;
     const Vec3i v = triangles[t];
@@ -98,6 +105,7 @@ struct TriangleSamples {
         n[s] = normals.empty() ? face : normal_at(v, u, w, face);
         area_m2[s] = area;
         root[s] = of;
+        triangle[s] = t;
       }
     }
   }

@@ -17,6 +17,8 @@ class SampleLevel {
              View<const Index> piece, Count count);
 
   SamplesView view() const;
+  /// Cells of what was merged: slots, and the input's number of each slot.
+  CellListView input_cells() const { return list_.view(); }
   View<Index> pieces() { return piece_.view(); }
   Count count() const { return Count(count_.const_view(), x_m_.size()); }
   View<const Index> overflow() const { return overflow_.const_view(); }

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "tactus/geom/closest_point.h"
 #include "tactus/geom/mesh_defects.h"
 
 namespace tactus {
@@ -37,26 +38,8 @@ float squared_distance_to_box(Vec3f p, const Box3f& box) {
 }  // namespace
 
 float squared_distance_to_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c) {
-  const auto to = [&](Vec3f q) { return dot(p - q, p - q); };
-  const Vec3f ab = b - a, ac = c - a, ap = p - a;
-  const float d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return to(a);
-  const Vec3f bp = p - b;
-  const float d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return to(b);
-  const float vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return d1 - d3 > 0 ? to(a + (d1 / (d1 - d3)) * ab) : to(a);
-  const Vec3f cp = p - c;
-  const float d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return to(c);
-  const float vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return d2 - d6 > 0 ? to(a + (d2 / (d2 - d6)) * ac) : to(a);
-  const float va = d3 * d6 - d5 * d4;
-  const float e4 = d4 - d3, e5 = d5 - d6;
-  if (va <= 0 && e4 >= 0 && e5 >= 0) return e4 + e5 > 0 ? to(b + (e4 / (e4 + e5)) * (c - b)) : to(b);
-  const float sum = va + vb + vc;
-  if (!(sum > 0)) return min(to(a), min(to(b), to(c)));
-  return to(a + (vb / sum) * ab + (vc / sum) * ac);
+  const Vec3f d = p - closest_point_on_triangle(p, a, b, c);
+  return dot(d, d);
 }
 
 PointInMesh::PointInMesh(const TriangleMesh& mesh, MeshFill fill)

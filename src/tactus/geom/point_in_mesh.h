@@ -57,7 +57,7 @@ class PointInMesh {
   std::vector<Index> column_begin_, column_triangles_;
 };
 
-/// Squared distance from p to triangle abc (Ericson 2005, 5.1.5).
+/// Squared distance from p to triangle abc.
 float squared_distance_to_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c);
 
 }  // namespace tactus

@@ -14,6 +14,12 @@ BodyAssets load_body_assets(const Scene& scene) {
     for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(body.shape.unit_m);
     assets.meshes[body.name] = std::move(mesh);
   }
+  for (const ObstacleSetting& obstacle : scene.obstacles) {
+    if (obstacle.kind != ObstacleShape::mesh) continue;
+    TriangleMesh mesh = read_mesh(obstacle.path);
+    for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(obstacle.unit_m);
+    assets.obstacle_meshes[obstacle.name] = std::move(mesh);
+  }
   return assets;
 }
 

@@ -350,11 +350,30 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
   v.vector({"colour", "red, green, blue (sRGB)"}, b.colour, {"", 0, 1});
 }
 
+void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
+  v.text({"name", "unique name, used in results", kRequired}, o.name);
+  v.choice({"kind", "`plane`: solid below its y = 0; `box`; `mesh`: closed", kRequired}, o.kind,
+           {{"plane", ObstacleShape::plane}, {"box", ObstacleShape::box}, {"mesh", ObstacleShape::mesh}});
+  v.section({"placement", "from the obstacle's coordinates to the world: scale, rotate, move"},
+            [&](FieldVisitor& in) { describe_placement(in, o.placement); });
+  v.vector({"size_m", "edges of the box, centred on the obstacle's origin"}, o.size_m, positive("m", 1000));
+  v.path({"path", "closed mesh (.ply .obj .stl .off .gltf .glb)"}, o.path);
+  v.real({"unit_m", "metres per unit of length in the mesh file (0.001: millimetres)"}, o.unit_m,
+         positive("m", 1000));
+  const bool mesh = o.kind == ObstacleShape::mesh;
+  v.check(!mesh || !o.path.empty(), "path", "the obstacle lacks the key 'path': the file of its mesh");
+  v.only_when(o.kind == ObstacleShape::box, "size_m", "'kind' is box");
+  for (const char* key : {"path", "unit_m"}) v.only_when(mesh, key, "'kind' is mesh");
+}
+
 void describe_contact(FieldVisitor& v, ContactDescription& c) {
   v.real_or_auto({"sample_spacing_m", "distance of the samples on the real surface"}, c.sample_spacing_m,
                  {"m", 0.0001, 1}, "the smallest `spacing_m` of the bodies");
   v.real({"friction", "Coulomb's coefficient: 0 slides freely"}, c.friction, {"", 0, 10});
-  v.real({"restitution", "bounce: 0 none, 1 full"}, c.restitution, {"", 0, 1});
+  v.real({"restitution",
+          "of each point of a surface: the share of its approach velocity with which it leaves what it hits. "
+          "A soft body rebounds by what it stored, whatever this is; its `damping` makes it bounce less"},
+         c.restitution, {"", 0, 1});
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {
@@ -440,6 +459,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   v.section({"reconstruction", "how the real object is rebuilt"},
             [&](FieldVisitor& in) { describe_reconstruction(in, scene.reconstruction); });
   v.list({"bodies", "the soft bodies"}, appender(scene.bodies, describe_body));
+  v.list({"obstacles", "what stands still and is touched: a table, a tray"},
+         appender(scene.obstacles, describe_obstacle));
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
   v.section({"contact", "how the real surface meets the bodies"},
             [&](FieldVisitor& in) { describe_contact(in, scene.contact); });
@@ -450,6 +471,7 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   v.section({"output", "what is written into the output folder"},
             [&](FieldVisitor& in) { describe_output(in, scene.output); });
   check_unique_names(v, scene.bodies, "bodies");
+  check_unique_names(v, scene.obstacles, "obstacles");
   check_unique_names(v, scene.probes, "probes");
   check_probes(v, scene);
 }

@@ -4,7 +4,7 @@
 namespace tactus {
 
 void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& contact,
-                          const RealSurface& surface, Vec3f gravity_m_s2) {
+                          const RealSurface& surface, const Obstacles& obstacles, Vec3f gravity_m_s2) {
   ExecContext& ctx = devices_.context(0);
   const HybridStep step{
       .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_, .matched_every = matching_every()};
@@ -23,7 +23,7 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& conta
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
                 .submit = [this, step](BlockPlace at) { tissue_.substep(step, at.substep, at.count); }});
-  if (contact_node_count() > 0) add_contact_stages(schedule, contact, surface);
+  if (points_.count() > 0) add_contact_stages(schedule, readback, contact, surface, obstacles);
   const bool acted_on = !is_untouched() || !shape_.motions.empty() || !shape_.loads.empty();
   if (acted_on)
     schedule.add({.name = stage("watch"),
@@ -57,45 +57,56 @@ void SoftBody::begin_stage(ExecContext& ctx) {
   tissue_.begin_substeps();
 }
 
-/// Where shape matching goes several substeps at once, the nodes that it alone moves touch the surface once
-/// for all of them, where it will be at their end.
-void SoftBody::add_contact_stages(Schedule& schedule, Contact& contact, const RealSurface& surface) {
+/// Where shape matching goes several substeps at once, the points that it alone moves touch once for all of
+/// them, where the surface will be at their end.
+void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contact& contact,
+                                  const RealSurface& surface, const Obstacles& obstacles) {
   ExecContext& ctx = devices_.context(0);
-  const Index count = contact_node_count();
+  const Resource records = stage("contact records");
   schedule.add({.name = stage("rescue"),
                 .timed_as = "begin",
                 .rate = Rate::before,
-                .updates = {nodes_resource(), "contact/records"},
+                .updates = {nodes_resource(), records},
                 .reads = {"contact/poses"},
-                .submit = [this, &ctx, &contact, &surface, count](BlockPlace) {
-                  contact.rescue(ctx, surface, contact_nodes(0, count));
+                .submit = [this, &ctx, &contact, &surface](BlockPlace) {
+                  points_.begin_frame(ctx);
+                  contact.rescue(ctx, surface, points_, contact_nodes());
                 }});
-  const auto add = [&](const char* what, Index begin, Index end, int steps) {
-    if (begin == end) return;
+  const auto add = [&](const char* what, PointRange part, int steps) {
+    if (part.first == part.end) return;
     schedule.add({.name = stage(what),
                   .timed_as = "bodies",
                   .rate = Rate::substep,
                   .every = steps,
-                  .updates = {nodes_resource(), "contact/records"},
-                  .submit = [this, &ctx, &contact, &surface, begin, end, steps](BlockPlace at) {
-                    contact.correct(ctx, surface, contact_nodes(begin, end), at.substep, steps);
+                  .updates = {nodes_resource(), records},
+                  .submit = [this, &ctx, &contact, &surface, &obstacles, part, steps](BlockPlace at) {
+                    contact.correct(ctx, surface, obstacles.view(), points_, contact_nodes(), at.substep,
+                                    steps, part);
                   }});
   };
-  if (matching_every() == 1) return add("touch", 0, count, 1);
-  add("touch elements", 0, element_contact_nodes_, 1);
-  add("touch matched", element_contact_nodes_, count, matching_every());
+  if (matching_every() == 1) {
+    add("touch", {0, points_.count()}, 1);
+  } else {
+    add("touch elements", {0, element_points_}, 1);
+    add("touch matched", {element_points_, points_.count()}, matching_every());
+  }
+  schedule.add({.name = stage("contact sums"),
+                .timed_as = "end",
+                .rate = Rate::after,
+                .writes = {stage("contact report")},
+                .updates = {records},
+                .submit = [this, &ctx](BlockPlace) { points_.end_frame(ctx); }});
+  contact_report_ = readback.add(points_.totals());
 }
 
-ContactNodes SoftBody::contact_nodes(Index begin, Index end) {
+ContactReport SoftBody::contact(const Readback& readback, float dt_frame_s, int substeps) const {
+  if (points_.count() == 0) return {};
+  return contact_report(readback.get<ContactRecord>(contact_report_), dt_frame_s, substeps);
+}
+
+ContactNodes SoftBody::contact_nodes() {
   BodyState& state = tissue_.body();
-  return {state.x_m.view(),
-          state.v_m_s.view(),
-          mass_kg_.const_view(),
-          rest_gap_m_.const_view(),
-          contact_nodes_.const_view().part(begin, end - begin),
-          tissue_.boundary().held(),
-          memory_.view().part(begin, end - begin),
-          first_record_ + begin};
+  return {state.x_m.view(), state.v_m_s.view(), mass_kg_.const_view(), tissue_.boundary().held()};
 }
 
 }  // namespace tactus

@@ -190,6 +190,18 @@ struct BodyDescription {
   bool in(const SpaceRegion& region, Vec3d p_world_m) const;
 };
 
+enum class ObstacleShape : std::uint8_t { plane, box, mesh };
+
+/// What stands still and is touched.
+struct ObstacleSetting {
+  std::string name;
+  ObstacleShape kind = ObstacleShape::plane;
+  PlacementDescription placement;  ///< a plane is y = 0 of its own coordinates and solid below
+  Vec3d size_m = {1, 0.1, 1};      ///< box, centred on the obstacle's origin
+  std::string path;                ///< mesh: the file, resolved
+  double unit_m = 1;               ///< mesh: metres per unit of length in the file
+};
+
 struct ContactDescription {
   std::optional<double> sample_spacing_m;  ///< of the real surface; none: the smallest lattice spacing
   double friction = 0.4;                   ///< Coulomb's coefficient
@@ -242,6 +254,7 @@ struct Scene {
   SourceDescription source;
   ReconstructionDescription reconstruction;
   std::vector<BodyDescription> bodies;
+  std::vector<ObstacleSetting> obstacles;
   Vec3d gravity_m_s2 = {0, -9.81, 0};
   ContactDescription contact;
   FrameDescription frame;

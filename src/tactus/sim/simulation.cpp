@@ -48,6 +48,25 @@ RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
   return settings;
 }
 
+std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const BodyAssets& assets) {
+  std::vector<ObstacleDescription> all;
+  for (const ObstacleSetting& setting : scene.obstacles) {
+    ObstacleDescription& o = all.emplace_back();
+    const auto scale = static_cast<float>(setting.placement.scale);
+    o.name = setting.name;
+    o.kind = setting.kind == ObstacleShape::plane ? ObstacleKind::plane
+             : setting.kind == ObstacleShape::box ? ObstacleKind::box
+                                                  : ObstacleKind::mesh;
+    o.T_world_obstacle = {mat_cast<float>(setting.placement.rotation()),
+                          vec_cast<float>(setting.placement.position_m)};
+    o.half_m = (0.5F * scale) * vec_cast<float>(setting.size_m);
+    if (o.kind != ObstacleKind::mesh) continue;
+    o.mesh = assets.obstacle_meshes.at(setting.name);
+    for (Vec3f& p : o.mesh.positions_m) p *= scale;
+  }
+  return all;
+}
+
 }  // namespace
 
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
@@ -63,21 +82,13 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
-          bodies.push_back(std::make_unique<SoftBody>(devices, body, assets, sample_spacing_m_));
+          bodies.push_back(std::make_unique<SoftBody>(devices, body, assets));
         }
         return bodies;
       }()),
-      contact_(devices.device(0),
-               [&] {
-                 Index nodes = 0;
-                 for (const auto& body : bodies_) {
-                   body->set_first_record(nodes);
-                   nodes += body->contact_node_count();
-                 }
-                 return nodes;
-               }(),
-               {.restitution = static_cast<float>(scene.contact.restitution),
-                .friction = static_cast<float>(scene.contact.friction)}),
+      obstacles_(devices.context(0), obstacle_descriptions(scene, assets), sample_spacing_m_),
+      contact_(devices.device(0), {.restitution = static_cast<float>(scene.contact.restitution),
+                                   .friction = static_cast<float>(scene.contact.friction)}),
       readback_(devices),
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
@@ -96,7 +107,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     probes_.push_back({index, bodies_[index]->nearest_node(vec_cast<float>(at))});
   }
   for (const BodyDescription& body : scene.bodies) {
-    if (body.fixed.empty() && body.moved.empty() && dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
+    if (body.fixed.empty() && body.moved.empty() && scene.obstacles.empty() &&
+        dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   add_stages();
@@ -130,23 +142,17 @@ void Simulation::add_stages() {
       {.name = "contact/begin",
        .timed_as = "begin",
        .rate = Rate::before,
-       .writes = {"contact/poses", "contact/records"},
+       .writes = {"contact/poses"},
        .submit = [this, &ctx, frame](BlockPlace) { contact_.begin_frame(ctx, surface_, {.frame = frame}); }});
   for (auto& body : bodies_)
-    body->add_stages(schedule_, readback_, contact_, surface_, vec_cast<float>(scene_.gravity_m_s2));
-  schedule_.add({.name = "contact/end",
-                 .timed_as = "end",
-                 .rate = Rate::after,
-                 .writes = {"contact/report"},
-                 .submit = [this, &ctx](BlockPlace) { contact_.end_frame(ctx); }});
+    body->add_stages(schedule_, readback_, contact_, surface_, obstacles_,
+                     vec_cast<float>(scene_.gravity_m_s2));
   hull_.add_reports(readback_);
   surface_report_ = readback_.add(surface_.report_view());
-  contact_report_ = readback_.add(contact_.total());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
              .rate = Rate::end,
              .devices = StageDevices::all,
-             .reads = {"contact/report"},
              .submit = [this](BlockPlace) { readback_.submit(); }};
   for (const auto& body : bodies_) read.reads.push_back(body->report_resource());
   schedule_.add(std::move(read));
@@ -199,8 +205,26 @@ void Simulation::collect(const FrameTimes& times, StepReport& report) {
          "raise contact.sample_spacing_m");
   }
   if (report.substeps == 0) return;
-  report.contact = contact_report(readback_.get<ContactRecord>(contact_report_)[0],
-                                  static_cast<float>(times.dt_s), report.substeps);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const ContactReport contact =
+        bodies_[b]->contact(readback_, static_cast<float>(times.dt_s), report.substeps);
+    report.contact.add(contact);
+    for (const OwnerReaction& r : contact.owners) {
+      const bool real = r.owner < kPieces;
+      report.contacts.push_back({bodies_[b]->name(),
+                                 real ? std::to_string(surface.pieces.piece[r.owner].label)
+                                      : obstacles_.names().at(static_cast<std::size_t>(r.owner - kPieces)),
+                                 r});
+    }
+  }
+  for (Index k = 0; k < surface.pieces.count; ++k) {
+    if (surface.motions.at(static_cast<std::size_t>(k)).source == MotionSource::too_fast)
+      warn("surface.too_fast",
+           "piece " + std::to_string(surface.pieces.piece[k].label) + " of the real surface is faster than " +
+               std::to_string(static_cast<int>(surface_.settings().max_speed_m_s)) +
+               " m/s: it touches nothing in this frame",
+           "move it more slowly, or film more frames per second");
+  }
   for (auto& body : bodies_)
     warn("body.blew_up", body->end_frame(devices_.context(0), readback_, report.substeps));
 }

@@ -16,10 +16,19 @@
 
 namespace tactus {
 
+/// What one body did to one thing over a frame.
+struct BodyContact {
+  std::string body;
+  std::string piece;  ///< "3": label of a piece of the real surface, the same from frame to frame; or an
+                      ///< obstacle's name
+  OwnerReaction reaction;
+};
+
 /// How a frame went.
 struct StepReport {
   HullReport hull;
-  ContactReport contact;
+  ContactReport contact;              ///< of all bodies with all that is real
+  std::vector<BodyContact> contacts;  ///< of each body with each thing that it touched
   int substeps = 0;
   double dt_s = 0;              ///< simulated
   std::vector<Notice> notices;  ///< all of this frame
@@ -91,10 +100,11 @@ class Simulation {
   float sample_spacing_m_;
   RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
+  Obstacles obstacles_;
   Contact contact_;
   std::vector<Probe> probes_;
   Readback readback_;
-  Readback::Place surface_report_, contact_report_;
+  Readback::Place surface_report_;
   Schedule schedule_;
   FrameClock clock_;
   const FrameSet* incoming_ = nullptr;  ///< while it is uploaded

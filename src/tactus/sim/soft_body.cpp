@@ -65,12 +65,10 @@ HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const B
 
 }  // namespace
 
-SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
-                   float sample_spacing_m)
-    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
-               sample_spacing_m) {}
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets)
+    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0)))) {}
 
-SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, float sample_spacing_m)
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape)
     : description_(body),
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
@@ -82,30 +80,28 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.contact) tissue_.share_nodes();
-  if (body.contact) choose_contact_nodes(devices.context(0), sample_spacing_m);
+  if (body.contact) spread_contact_points(devices.context(0));
 }
 
-void SoftBody::choose_contact_nodes(ExecContext& ctx, float sample_spacing_m) {
-  // A node that lies outside the seen surface may come nearer by that much, one below it keeps its distance:
-  // what touches is what is seen (method, "Contact").
-  std::vector<float> gap_m = shape_.node_outside_m;
-  std::vector<Index> near;
-  for (std::size_t i = 0; i < gap_m.size(); ++i) {
-    gap_m[i] = -gap_m[i];
-    if (gap_m[i] < 1.5F * sample_spacing_m) near.push_back(static_cast<Index>(i));
-  }
-  std::vector<std::uint8_t> in_element(gap_m.size());
-  for (std::size_t c = 0; c < shape_.lattice.cubes.size(); ++c) {
+/// Half a spacing apart: with whole ones, a ball pressed into a block of R / h = 8 is 2 % too soft and a
+/// finger's edge may sink in between them.
+void SoftBody::spread_contact_points(ExecContext& ctx) {
+  const CubeLattice& lattice = shape_.lattice;
+  std::vector<EmbeddedPoint> points = surface_points(lattice, shape_.surface_m, 0.5F * lattice.spacing_m);
+  std::vector<std::uint8_t> in_element(lattice.nodes.size());
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (shape_.elements[c] == 0) continue;
-    for (const Index node : shape_.lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
   }
-  const auto others = std::stable_partition(
-      near.begin(), near.end(), [&](Index node) { return in_element[static_cast<std::size_t>(node)] != 0; });
-  element_contact_nodes_ = static_cast<Index>(others - near.begin());
-  mass_kg_ = to_device(ctx, shape_.lattice.node_mass_kg);
-  rest_gap_m_ = to_device(ctx, gap_m);
-  contact_nodes_ = to_device(ctx, near);
-  memory_ = to_device(ctx, std::vector<ContactMemory>(near.size()));
+  const auto others = std::stable_partition(points.begin(), points.end(), [&](const EmbeddedPoint& p) {
+    for (int k = 0; k < 8; ++k) {
+      if (p.weight[k] != 0 && in_element[static_cast<std::size_t>(p.node[k])] != 0) return true;
+    }
+    return false;
+  });
+  element_points_ = static_cast<Index>(others - points.begin());
+  mass_kg_ = to_device(ctx, lattice.node_mass_kg);
+  points_ = BodyPoints(ctx, points, lattice.node_count(), lattice.spacing_m);
 }
 
 std::string SoftBody::devices_text() const {
@@ -209,11 +205,11 @@ std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
   for (Index i = 0; i < lattice.node_count(); ++i)
     if (lattice.fixed[static_cast<std::size_t>(i)] != 0) fixed.push_back(i);
   add(fixed, "'fixed' holds it");
-  const std::vector<Index> near = to_host(ctx, contact_nodes_.const_view());
-  const std::vector<ContactMemory> memory = to_host(ctx, memory_.const_view());
-  for (std::size_t c = 0; c < near.size(); ++c)
-    if (memory[c].touched != 0) touched.push_back(near[c]);
-  add(touched, "the real surface touches it");
+  const std::vector<Index> leaders = to_host(ctx, points_.table().leaders),
+                           touching = to_host(ctx, points_.touching());
+  for (std::size_t p = 0; p < leaders.size(); ++p)
+    if (touching[p] == 1) touched.push_back(leaders[p]);
+  add(touched, "the real surface or an obstacle touches it");
   if (text.empty() || nearest_m < 0.9F * lattice.spacing_m) return text;
   char distance[48];
   std::snprintf(distance, sizeof distance, ", %.3g m from there", static_cast<double>(nearest_m));

@@ -14,15 +14,13 @@ namespace tactus {
 class SoftBody {
  public:
   /// Lives on the first device; one that nothing touches is stepped by as many as pay.
-  /// @param sample_spacing_m of the real surface: nodes within 1.5 of it below the surface take part in
-  /// contact.
-  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets, float sample_spacing_m);
+  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets);
 
   const std::string& name() const { return description_.name; }
   /// What its last stage leaves for the host.
   Resource report_resource() const { return stage("report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
-  Index contact_node_count() const { return contact_nodes_.size(); }
+  Index contact_point_count() const { return points_.count(); }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
   /// Substeps for which the body is stable as strained as it was at the end of the last frame.
@@ -33,7 +31,9 @@ class SoftBody {
   /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `contact`, `surface`
   /// and the schedule's frame must outlive its runs.
   void add_stages(Schedule& schedule, Readback& readback, Contact& contact, const RealSurface& surface,
-                  Vec3f gravity_m_s2);
+                  const Obstacles& obstacles, Vec3f gravity_m_s2);
+  /// What it did to what it touched, over the frame that was waited for.
+  ContactReport contact(const Readback& readback, float dt_frame_s, int substeps) const;
   /// After the frame was waited for: takes over how strained the elements are and what was noted. A body that
   /// blew up goes back to where it was at the beginning of the frame and stays there from then on, which
   /// synchronizes.
@@ -69,8 +69,6 @@ class SoftBody {
   /// Devices that step it, and why no more of those there are.
   int device_count() const { return tissue_.slab_count(); }
   std::string devices_text() const;
-  /// Where its records of contact begin among those of all bodies.
-  void set_first_record(Index first) { first_record_ = first; }
   /// Substeps of a frame are a multiple of this.
   int matching_every() const { return model().flsm() ? description_.matching_every : 1; }
   /// The seen surface on the host. Synchronizes.
@@ -85,17 +83,17 @@ class SoftBody {
   Index nearest_node(Vec3f rest_m) const;
 
  private:
-  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, float sample_spacing_m);
+  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape);
 
   std::string stage(const char* what) const { return "body '" + name() + "': " + what; }
   Resource nodes_resource() const { return stage("nodes"); }
   StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
-  void add_contact_stages(Schedule& schedule, Contact& contact, const RealSurface& surface);
+  void add_contact_stages(Schedule& schedule, Readback& readback, Contact& contact,
+                          const RealSurface& surface, const Obstacles& obstacles);
   void begin_stage(ExecContext& ctx);
-  /// The nodes as contact sees them; of those that touch, the ones in [begin, end).
-  ContactNodes contact_nodes(Index begin, Index end);
+  ContactNodes contact_nodes();
   int watch_every(int substeps) const;
-  void choose_contact_nodes(ExecContext& ctx, float sample_spacing_m);
+  void spread_contact_points(ExecContext& ctx);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -109,11 +107,10 @@ class SoftBody {
   Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
   bool full_stiffness_;
-  Buffer<float> mass_kg_, rest_gap_m_;
-  Buffer<Index> contact_nodes_;
-  Index first_record_ = 0;
-  Index element_contact_nodes_ = 0;  ///< the first so many; the others only shape matching moves
-  Buffer<ContactMemory> memory_;
+  Buffer<float> mass_kg_;
+  BodyPoints points_;
+  Readback::Place contact_report_;
+  Index element_points_ = 0;  ///< the first so many; the others only shape matching moves
 };
 
 }  // namespace tactus

@@ -75,6 +75,19 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
   return anchors;
 }
 
+std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
+                                          float spacing_m, float max_outside) {
+  const std::vector<SpreadPoint> points = spread_points(surface, spacing_m);
+  std::vector<Vec3f> x_m, local;
+  for (const SpreadPoint& point : points) x_m.push_back(point.x_m);
+  std::vector<Index> cube;
+  for (const embed::Anchor& anchor : anchor_points(lattice, x_m, max_outside)) {
+    cube.push_back(anchor.cube);
+    local.push_back(anchor.local);
+  }
+  return embed_points(lattice, points, cube, local);
+}
+
 namespace {
 
 std::vector<Index> flat_triangles(const TriangleMesh& mesh) {

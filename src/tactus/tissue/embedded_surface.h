@@ -1,5 +1,6 @@
 #pragma once
 /// A triangle mesh that moves with a cube lattice [P 15].
+#include "tactus/geom/boundary_points.h"
 #include "tactus/geom/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/embed_kernels.h"
@@ -10,6 +11,11 @@ namespace tactus {
 /// @throws Error for one that is further than max_outside spacings from all cubes.
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
                                          float max_outside);
+
+/// Points spread over a body's surface, moved by its nodes: what contact acts on.
+/// @throws Error as anchor_points and spread_points.
+std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
+                                          float spacing_m, float max_outside = 1);
 
 class EmbeddedSurface {
  public:

@@ -1,0 +1,140 @@
+#pragma once
+/// The points of a body's surface that touch, what they touch, and the nodes that they move.
+#include <array>
+#include <span>
+#include <vector>
+
+#include "tactus/compute/atomic.h"
+#include "tactus/compute/exec_context.h"
+#include "tactus/contact/motion_kernels.h"
+#include "tactus/geom/boundary_points.h"
+
+namespace tactus {
+
+inline constexpr Index kMaxObstacles = 16;
+/// Owners of what touches: the pieces of the real surface, then the obstacles.
+inline constexpr Index kOwners = kPieces + kMaxObstacles;
+
+/// Where a body's nodes are, on the device; one entry per node.
+struct ContactNodes {
+  View<Vec3f> x_m;                 ///< positions, world [m]
+  View<Vec3f> v_m_s;               ///< velocities [m/s]
+  View<const float> mass_kg;       ///< [kg], > 0
+  View<const Index> held;          ///< != 0: contact doesn't move the node; or empty
+  View<const Index> stopped = {};  ///< (1) != 0: contact leaves the body alone; or empty
+  TACTUS_HD bool has_stopped() const { return !stopped.empty() && stopped[0] != 0; }
+  TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] != 0; }
+};
+
+/// What a touching point wants: as if it were alone, with a mass of its own.
+struct PointContact {
+  Vec3f x_m;         ///< where it will be then
+  Vec3f push_m;      ///< change of its position
+  Vec3f kick_m_s;    ///< change of its velocity
+  float depth_m;     ///< how far it was inside
+  Index owner = -1;  ///< of what it touches
+  Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
+  Vec3f held_m;      ///< where friction holds it; moves along with what it touches
+};
+
+/// What one point, or all, did to an owner since the frame began.
+struct ContactRecord {
+  Vec3f impulse_N_s;      ///< on the owner
+  Vec3f moment_N_m_s;     ///< of that impulse about SurfacePoses::reference_m
+  float max_depth_m = 0;  ///< deepest point
+  Index contacts = 0;     ///< corrections in which a point was in contact
+  Index rescued = 0;      ///< points that were deeper than 2 spacings
+  Index owner = -1;
+  TACTUS_HD void add(const ContactRecord& r) {
+    impulse_N_s += r.impulse_N_s;
+    moment_N_m_s += r.moment_N_m_s;
+    max_depth_m = max(max_depth_m, r.max_depth_m);
+    contacts += r.contacts;
+    rescued += r.rescued;
+  }
+};
+
+/// Impulse and moment in units of 2^-40, as integers: sums that don't depend on the order in which they come.
+struct ReactionSums {
+  static constexpr float kUnit = 1.F / (1ULL << 40);
+  std::uint64_t impulse[3], moment[3];
+  TACTUS_HD void add_atomically(Vec3f impulse_N_s, Vec3f moment_N_m_s) {
+    for (int a = 0; a < 3; ++a) {
+      atomic_add(impulse[a], units(impulse_N_s[a]));
+      atomic_add(moment[a], units(moment_N_m_s[a]));
+    }
+  }
+  TACTUS_HD static Vec3f value(const std::uint64_t* sum) {
+    const auto of = [](std::uint64_t u) { return kUnit * static_cast<float>(static_cast<std::int64_t>(u)); };
+    return {of(sum[0]), of(sum[1]), of(sum[2])};
+  }
+
+ private:
+  TACTUS_HD static std::uint64_t units(float value) {
+    constexpr float kMost = 4e6F;  // N s: 2^62 units
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(value, -kMost, kMost) / kUnit));
+  }
+};
+
+/// Which points a node moves with: those of entries first[c] .. first[c + 1] of `incident`.
+struct PointTable {
+  View<const EmbeddedPoint> points;
+  View<const Index> leaders;   ///< node[0] of each point
+  View<const Index> nodes;     ///< that move with any point
+  View<const Index> first;     ///< (nodes + 1)
+  View<const Index> incident;  ///< 8 point + corner
+};
+
+/// What contact keeps of one body.
+struct PointState {
+  View<Index> touching;        ///< per point: 1 while it touches; 2 .. kLingering: so many corrections after
+  View<PointContact> contact;  ///< per point, where it touches
+  View<std::uint32_t> node_weight;  ///< per node of the body: sum of the weights of touching points
+  View<Index> recorded;             ///< per point: corrections of this frame that are in its record
+  View<ContactRecord> records;      ///< per point
+  View<ReactionSums> moved_on;      ///< (kOwners) of points that went on to another owner
+  View<std::uint32_t> owner_used;   ///< (kOwners) != 0: it has records
+};
+
+/// Weights as integers, so that their sums don't depend on the order in which they come. Rounded up: the sum
+/// must not be below the true one (ApplyContacts).
+struct PointWeights {
+  static constexpr float kOne = 1 << 20;
+  TACTUS_HD static std::uint32_t quantized(float weight) {
+    return static_cast<std::uint32_t>(floor_to_int(abs(weight) * kOne)) + 1U;
+  }
+  TACTUS_HD static float value(std::uint32_t sum) { return static_cast<float>(sum) / kOne; }
+};
+
+/// Host and device side of one body's points.
+class BodyPoints {
+ public:
+  BodyPoints() = default;
+  /// Synchronizes. @throws Error when a point names a node that is not there.
+  BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
+             float lattice_spacing_m);
+
+  Index count() const { return points_.size(); }
+  Index node_count() const { return node_weight_.size(); }
+  float lattice_spacing_m() const { return lattice_spacing_m_; }
+  PointTable table() const;
+  PointState state();
+  /// (kOwners) Sums of the frame that ended.
+  View<const ContactRecord> totals() const { return totals_.const_view(); }
+  void begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
+  void end_frame(ExecContext& ctx);
+  View<const Index> touching() const { return touching_.const_view(); }
+  /// Nothing touches: after a body's state was set anew.
+  void reset(ExecContext& ctx);
+
+ private:
+  float lattice_spacing_m_ = 0;
+  Buffer<EmbeddedPoint> points_;
+  Buffer<Index> leaders_, nodes_, first_, incident_, touching_, recorded_;
+  Buffer<PointContact> contact_;
+  Buffer<std::uint32_t> node_weight_, owner_used_;
+  Buffer<ContactRecord> records_, totals_;
+  Buffer<ReactionSums> moved_on_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,259 @@
+#pragma once
+/// The registration's steps: what every point finds, and what is made of the sums.
+#include "tactus/contact/motion_kernels.h"
+#include "tactus/geom/cholesky.h"
+
+namespace tactus {
+
+/// One registered point's share of the normal equations: its distance from the tangent plane of the nearest
+/// sample of this frame; all 0 where none is within reach. Block j: point j; its threads share the cells.
+/// With `first`, three poses at once: block kFitPoints e + j, e = 0: no motion, 1 and 2: the first guess, on
+/// the fine and on the coarse samples.
+struct FitPoints {
+  static constexpr int kThreads = 32, kCells = 27, kGrain = 8;
+  View<const Vec3f> previous_m;
+  SamplesView fine, coarse;
+  Index first, far;  ///< far != 0: on the coarse samples
+  float spacing_m;   ///< of the fine samples; distances above count less and less
+  View<const SurfacePieces> before, now;
+  View<const FitState> state;
+  View<FitSums> points;
+  struct Shared {
+    Vec3f at;
+    float reach_m;
+    Index piece, active;
+    float d2[kThreads];
+    Index sample[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index evaluation = b.index() / kFitPoints, j = b.index() % kFitPoints;
+    const bool on_coarse = first != 0 ? evaluation == 2 : far != 0;
+    b.on_one_thread([&] { begin(evaluation, j, on_coarse, s); });
+    if (s.active == 0) return;
+    b.for_threads(kCells, [&](int t) {
+      const SamplesView& samples = on_coarse ? coarse : fine;
+      const CellGrid& grid = samples.cells.grid;
+      const Vec3i c = grid.cell(s.at);
+      const Index w = grid.wrapped({c.x + t % 3 - 1, c.y + t / 3 % 3 - 1, c.z + t / 9 - 1});
+      Index best = -1;
+      float best_d2 = sqr(s.reach_m);
+      for (Index i = samples.cells.begin[w], end = samples.cells.end[w]; i < end; ++i) {
+        const Vec3f d = s.at - samples.x_m[i];
+        const float d2 = dot(d, d);
+        if (d2 < best_d2 && (s.piece == kAnyPiece || samples.piece[i] == s.piece)) {
+          best_d2 = d2;
+          best = i;
+        }
+      }
+      s.d2[t] = best_d2;
+      s.sample[t] = best;
+    });
+    b.on_one_thread([&] {
+      Index best = -1;
+      float best_d2 = 1e30F;
+      for (int t = 0; t < kCells; ++t) {
+        if (s.sample[t] < 0 || !(s.d2[t] < best_d2)) continue;
+        best_d2 = s.d2[t];
+        best = s.sample[t];
+      }
+      FitSums sums{};
+      if (best >= 0) add(sums, s.at, center(j), on_coarse ? coarse : fine, best);
+      points[b.index()] = sums;
+    });
+  }
+
+ private:
+  TACTUS_HD Index piece_of(Index j) const {
+    const Index q = j / before[0].share_of(kFitPoints);
+    return q < before[0].count ? before[0].piece[q].next : -1;
+  }
+  TACTUS_HD Vec3f center(Index j) const { return state[piece_of(j)].center_m; }
+  TACTUS_HD void begin(Index evaluation, Index j, bool on_coarse, Shared& s) const {
+    const SurfacePieces& was = before[0];
+    const Index share = was.share_of(kFitPoints), k = piece_of(j);
+    s.active = 0;
+    if (k < 0 || j % share >= was.points_of(j / share)) return;
+    s.active = 1;
+    Rigidf pose = state[k].pose;
+    if (first != 0 && evaluation > 0) pose.t = state[k].guess_m();
+    s.at = pose * previous_m[j];
+    s.piece = now[0].mixed != 0 ? k : kAnyPiece;
+    s.reach_m = on_coarse ? 8 * spacing_m : 2 * spacing_m;
+    const SamplesView& samples = on_coarse ? coarse : fine;
+    if (samples.may_be_near(s.at)) return;
+    points[evaluation * kFitPoints + j] = {};
+    s.active = 0;
+  }
+  TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f about, const SamplesView& samples, Index best) const {
+    const Vec3f n = samples.n[best], arm = q - about;
+    const float e = dot(q - samples.x_m[best], n);
+    const float weight = 1.F / (1.F + sqr(e / spacing_m));
+    const Vec3f r = cross(arm, n);
+    const float row[6] = {r.x, r.y, r.z, n.x, n.y, n.z};
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = a; b < 6; ++b) sums.value[k++] += weight * row[a] * row[b];
+    }
+    for (int a = 0; a < 6; ++a) sums.value[k++] += weight * row[a] * e;
+    sums.value[27] += e * e;
+    sums.value[28] += 1.F;
+    sums.value[29] += dot(arm, arm);
+  }
+};
+
+TACTUS_HD inline FitQuality quality_of(const FitSums& total, Index points) {
+  const float matched = total.value[28];
+  return {matched > 0.F ? tactus::sqrt(total.value[27] / matched) : 0.F,
+          points > 0 ? matched / static_cast<float>(points) : 0.F};
+}
+
+/// One damped Gauss-Newton step.
+struct FitStep {
+  static constexpr int kEvaluations = 1;
+  static constexpr float kDamping = 1e-3F;
+  View<FitState> state;
+  TACTUS_HD void operator()(Index, Index piece, const FitSums& total) const {
+    FitState& s = state[piece];
+    const float matched = total.value[28];
+    if (s.previous < 0 || matched < 12.F) return;
+    float a[6][6], x[6];
+    int k = 0;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) a[i][j] = a[j][i] = total.value[k++];
+    }
+    for (int i = 0; i < 6; ++i) x[i] = -total.value[k++];
+    const float move = kDamping * (a[3][3] + a[4][4] + a[5][5]);
+    const float turn = move * total.value[29] / matched;
+    for (int i = 0; i < 6; ++i) a[i][i] += i < 3 ? turn : move;
+    solve_cholesky(a, x);  // positive definite through its damping
+    const Vec3f w = {x[0], x[1], x[2]};
+    const float angle = length(w);
+    if (!(angle < 1.F)) return;
+    s.rotation = normalized(axis_angle(normalized(w), angle) * s.rotation);
+    const Vec3f moved_center = s.pose * s.previous_center_m;
+    const Mat3f step = rotation_matrix(axis_angle(normalized(w), angle));
+    const Vec3f new_center = s.center_m + step * (moved_center - s.center_m) + Vec3f{x[3], x[4], x[5]};
+    s.pose.R = rotation_matrix(s.rotation);
+    s.pose.t = new_center - s.pose.R * s.previous_center_m;
+  }
+};
+
+/// Notes how good no motion is, and how good the first guess [P 19]; then the first step from there.
+struct FirstFitStep {
+  static constexpr int kEvaluations = 3;
+  View<FitState> state;
+  TACTUS_HD void operator()(Index evaluation, Index k, const FitSums& total) const {
+    FitState& s = state[k];
+    if (s.previous < 0) return;
+    const FitQuality quality = quality_of(total, s.previous_points);
+    if (evaluation == 0) s.still = quality;
+    if (evaluation == 1) s.guess = quality;
+    if (evaluation < 2) return;
+    s.pose.t = s.guess_m();
+    FitStep{state}(0, k, total);
+  }
+};
+
+/// Sums over the points of each piece and then does `Step` for it. One block. Of a piece's points, strip r of
+/// its n strips sums every n-th, beginning with r: the same sums on every device.
+template <class Step>
+struct FitStage {
+  static constexpr int kStrips = kPieces, kThreads = 512;
+  static_assert(kStrips * FitSums::kSize <= kThreads);
+  View<const FitSums> points;
+  View<const SurfacePieces> before, now;
+  Step step;
+  struct Shared {
+    float strip[kStrips][FitSums::kSize];
+    FitSums total[kPieces];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const SurfacePieces& was = before[0];
+    const Index strips = was.share_of(kStrips), share = was.share_of(kFitPoints);
+    for (Index e = 0; e < Step::kEvaluations; ++e) {
+      b.for_threads(kStrips * FitSums::kSize, [&](int t) {
+        const Index strip = t / FitSums::kSize, q = strip / strips;
+        const int value = t % FitSums::kSize;
+        const Index count = q < was.count && was.piece[q].next >= 0 ? was.points_of(q) : 0;
+        float sum = 0;
+        for (Index i = strip % strips; i < count; i += strips)
+          sum += points[e * kFitPoints + q * share + i].value[value];
+        s.strip[strip][value] = sum;
+      });
+      b.for_threads(kPieces * FitSums::kSize, [&](int t) {
+        const Index q = t / FitSums::kSize;
+        const int value = t % FitSums::kSize;
+        float sum = 0;
+        for (Index strip = q * strips; q < was.count && strip < (q + 1) * strips; ++strip)
+          sum += s.strip[strip][value];
+        s.total[q].value[value] = sum;
+      });
+      b.for_threads(kPieces, [&](int k) {
+        if (k >= now[0].count) return;
+        const Index q = step.state[k].previous;
+        step(e, k, s.total[q < 0 ? 0 : q]);
+      });
+    }
+  }
+};
+
+/// The simplest of no motion, [P 19] and the fit that the next one doesn't clearly beat: the noise of
+/// sampling must not become a velocity, or friction makes what rests creep.
+struct ChooseMotion {
+  static constexpr int kEvaluations = 1;
+  View<FitState> state;
+  View<const float> dt_capture_s;  ///< (1) as MatchPieces'
+  float good_rms_m, max_speed_m_s;
+  View<SurfaceMotion> motion;
+  TACTUS_HD void operator()(Index, Index k, const FitSums& total) const {
+    const FitState& s = state[k];
+    const float dt_s = dt_capture_s[0];
+    SurfaceMotion m;
+    if (s.previous < 0) {
+      motion[k] = s.carried;
+      return;
+    }
+    m.center_m = s.center_m;
+    m.area_m2 = s.area_m2;
+    const FitQuality fit = quality_of(total, s.previous_points);
+    m.residual_m = s.still.rms_m;
+    if (s.previous_points > 0 && dt_s > 0.F && s.area_m2 > 0.F) {
+      const bool good = fit.share >= 0.6F && fit.rms_m <= good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
+      const bool moves =
+          s.guess.clearly_better_than(s.still) || s.still.share < 0.6F || s.still.rms_m > good_rms_m;
+      const FitQuality& simpler = moves ? s.guess : s.still;
+      if (good && fit.clearly_better_than(simpler))
+        set_rigid(s, m, fit.rms_m, dt_s);
+      else if (moves)
+        set_centroid(s, m, dt_s);
+      if (!(length(m.velocity_m_s) <= max_speed_m_s)) {
+        m.velocity_m_s = m.spin_rad_s = {};
+        m.source = MotionSource::too_fast;
+      }
+    }
+    motion[k] = m;
+  }
+
+ private:
+  TACTUS_HD void set_centroid(const FitState& s, SurfaceMotion& m, float dt_s) const {
+    m.source = MotionSource::centroid;
+    m.residual_m = s.guess.rms_m;
+    m.velocity_m_s = (s.center_m - s.previous_center_m) / dt_s;
+  }
+  TACTUS_HD void set_rigid(const FitState& s, SurfaceMotion& m, float rms, float dt_s) const {
+    const Vec3f back = inverse(s.pose) * s.center_m;
+    const float sign = s.rotation.w < 0.F ? -1.F : 1.F;
+    const Vec3f half = sign * Vec3f{s.rotation.x, s.rotation.y, s.rotation.z};
+    const float x2 = dot(half, half);  // sin²(angle/2) <= 0.19: asin's series to x^9 is good to 2e-6
+    const float asin_over_x =
+        1.F + x2 * (1.F / 6.F + x2 * (3.F / 40.F + x2 * (15.F / 336.F + x2 * (105.F / 3456.F))));
+    m.source = MotionSource::rigid;
+    m.residual_m = rms;
+    m.velocity_m_s = (m.center_m - back) / dt_s;
+    m.spin_rad_s = (2.F * asin_over_x / dt_s) * half;
+  }
+};
+
+}  // namespace tactus

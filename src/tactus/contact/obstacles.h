@@ -1,0 +1,118 @@
+#pragma once
+/// What stands still in a scene and is touched: planes, boxes, meshes.
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tactus/contact/real_surface.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+enum class ObstacleKind : Index { plane = 0, box = 1, mesh = 2 };
+
+/// An obstacle on the device.
+struct Obstacle {
+  ObstacleKind kind = ObstacleKind::plane;
+  Rigidf T_obstacle_world;  ///< plane: y is its height; box: its middle is the origin
+  Vec3f half_m;             ///< box
+  SurfaceTrianglesView mesh;
+
+  /// The gap of a point that is inside, or went through since it was at `before_m`; as
+  /// SurfaceTrianglesView::gap, in world coordinates.
+  TACTUS_HD SurfaceGap gap(Vec3f p_m, Vec3f before_m, float reach_m, Vec3f facing) const {
+    if (kind == ObstacleKind::mesh) return mesh.gap(kAnyPiece, p_m, before_m, reach_m, facing);
+    const Mat3f back = transpose(T_obstacle_world.R);
+    const Vec3f p = T_obstacle_world * p_m;
+    if (kind == ObstacleKind::plane) return {p.y, back.column(1), p.y < 0.F};
+    SurfaceGap g = box_gap(p, T_obstacle_world * before_m, T_obstacle_world.R * facing);
+    g.n = back * g.n;
+    return g;
+  }
+  /// False only for a point that is farther than margin_m outside.
+  TACTUS_HD bool may_be_near(Vec3f p_m, float margin_m) const {
+    if (kind == ObstacleKind::mesh) return mesh.may_be_near(p_m);
+    const Vec3f p = T_obstacle_world * p_m;
+    if (kind == ObstacleKind::plane) return p.y < margin_m;
+    const Vec3f out = max(Vec3f{abs(p.x), abs(p.y), abs(p.z)} - half_m, Vec3f{});
+    return dot(out, out) < sqr(margin_m);
+  }
+
+ private:
+  /// In the box's coordinates: through the face where the way from `before` enters, else to the face where it
+  /// touched, else to the nearest.
+  TACTUS_HD SurfaceGap box_gap(Vec3f p, Vec3f before, Vec3f facing) const {
+    float enter = -1, leave = 2;
+    int face = -1;
+    bool inside = true, misses = false;
+    float nearest = -1e30F, held = -1;
+    int nearest_axis = 0, held_axis = -1;
+    for (int a = 0; a < 3; ++a) {
+      const float d = abs(p[a]) - half_m[a];
+      inside = inside && d < 0.F;
+      if (d > nearest) {
+        nearest = d;
+        nearest_axis = a;
+      }
+      const float along = p[a] < 0.F ? -facing[a] : facing[a];
+      if (along > max(held, 0.7F)) {
+        held = along;
+        held_axis = a;
+      }
+      const float way = p[a] - before[a];
+      if (abs(before[a]) >= half_m[a]) {  // it has to enter through this pair of faces
+        const float sign = before[a] < 0.F ? -1.F : 1.F;
+        const float share = sign * way < 0.F ? (sign * half_m[a] - before[a]) / way : 2.F;
+        misses = misses || share > 1.F;
+        if (share > enter) {
+          enter = share;
+          face = a;
+        }
+      }
+      const float out = abs(way) > 0.F ? ((way < 0.F ? -half_m[a] : half_m[a]) - before[a]) / way : 2.F;
+      leave = min(leave, out);
+    }
+    if (face >= 0 && !misses && enter <= leave) {
+      const float sign = before[face] < 0.F ? -1.F : 1.F;
+      const float gap = sign * p[face] - half_m[face];
+      if (gap < 0.F) return {gap, axis(face, sign), true};
+    }
+    if (!inside) return {};
+    // A side that faces away from where it touched is not the one to go back to.
+    const int to = held_axis >= 0 ? held_axis : nearest_axis;
+    const float sign = p[to] < 0.F ? -1.F : 1.F;
+    return {abs(p[to]) - half_m[to], axis(to, sign), true};
+  }
+  TACTUS_HD static Vec3f axis(int a, float sign) {
+    return {a == 0 ? sign : 0.F, a == 1 ? sign : 0.F, a == 2 ? sign : 0.F};
+  }
+};
+
+/// As a scene says it.
+struct ObstacleDescription {
+  std::string name;
+  ObstacleKind kind = ObstacleKind::plane;
+  Rigidf T_world_obstacle{};
+  Vec3f half_m{0.5F, 0.05F, 0.5F};  ///< box
+  TriangleMesh mesh{};              ///< closed, in the obstacle's coordinates
+};
+
+class Obstacles {
+ public:
+  Obstacles() = default;
+  /// @param sample_spacing_m of meshes. Synchronizes.
+  /// @throws Error naming the obstacle: too many of them; a box without volume; a mesh that is open, not
+  /// finite, without volume, or with triangles too long for the spacing.
+  Obstacles(ExecContext& ctx, std::span<const ObstacleDescription> descriptions, float sample_spacing_m);
+
+  View<const Obstacle> view() const { return obstacles_.const_view(); }
+  const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<std::unique_ptr<RealSurface>> meshes_;
+  Buffer<Obstacle> obstacles_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,34 @@
+#pragma once
+/// Points spread over a body's surface that move with the nodes of its lattice. Contact acts on them.
+#include <span>
+#include <vector>
+
+#include "tactus/geom/cube_lattice.h"
+
+namespace tactus {
+
+/// A point on a surface and the area that it stands for.
+struct SpreadPoint {
+  Vec3f x_m;
+  float area_m2 = 0;
+};
+
+/// Points on the triangles of a mesh, no two on the same side nearer than 0.6 spacings, no surface farther
+/// than 1.3 spacings from all of them. Vertices come first, so corners and edges keep their points. The areas
+/// add up to the mesh's.
+/// @throws Error for a spacing that is not positive.
+std::vector<SpreadPoint> spread_points(const TriangleMesh& mesh, float spacing_m);
+
+/// A point that moves with a body: x = sum_k weight[k] x_node[k].
+struct EmbeddedPoint {
+  Index node[8];      ///< the largest weight first
+  float weight[8];    ///< they sum to 1; 0 for nodes that don't count
+  float area_m2 = 0;  ///< at rest
+};
+
+/// @param cube_of the cube that holds each point, or is nearest to it @param local_of where in that cube, in
+/// spacings from its corner 0
+std::vector<EmbeddedPoint> embed_points(const CubeLattice& lattice, std::span<const SpreadPoint> points,
+                                        std::span<const Index> cube_of, std::span<const Vec3f> local_of);
+
+}  // namespace tactus
