@@ -130,8 +130,8 @@ TEST(Frame, TextNamesEveryStageAndWhatItReads) {
   DeviceSet devices("cpu");
   const Simulation simulation(devices, slab_scene(), make_synthetic_rig(), {});
   const std::string text = simulation.frame_text();
-  for (const char* part : {"hull/upload", "hull/carve", "surface/update", "body 'slab': step", "contact/end",
-                           "reads hull/mesh", "every substep"})
+  for (const char* part : {"hull/upload", "hull/carve", "surface/update", "body 'slab': step",
+                           "body 'slab': contact sums", "reads hull/mesh", "every substep"})
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
 }
 

@@ -49,7 +49,7 @@ struct PointRange {
 /// Order in a frame, all on one context and without a read-back:
 ///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),
 ///   contact.rescue(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
-///   and where one synchronises, report_contact().
+///   and where the frame was waited for, contact_report().
 class Contact {
  public:
   /// @throws Error naming the setting that is out of range.

@@ -93,7 +93,7 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
   schedule.add({.name = stage("contact sums"),
                 .timed_as = "end",
                 .rate = Rate::after,
-                .writes = {stage("contact report")},
+                .writes = {contact_resource()},
                 .updates = {records},
                 .submit = [this, &ctx](BlockPlace) { points_.end_frame(ctx); }});
   contact_report_ = readback.add(points_.totals());

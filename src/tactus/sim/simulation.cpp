@@ -154,7 +154,10 @@ void Simulation::add_stages() {
              .rate = Rate::end,
              .devices = StageDevices::all,
              .submit = [this](BlockPlace) { readback_.submit(); }};
-  for (const auto& body : bodies_) read.reads.push_back(body->report_resource());
+  for (const auto& body : bodies_) {
+    read.reads.push_back(body->report_resource());
+    if (body->contact_point_count() > 0) read.reads.push_back(body->contact_resource());
+  }
   schedule_.add(std::move(read));
 }
 

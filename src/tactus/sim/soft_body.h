@@ -19,6 +19,7 @@ class SoftBody {
   const std::string& name() const { return description_.name; }
   /// What its last stage leaves for the host.
   Resource report_resource() const { return stage("report"); }
+  Resource contact_resource() const { return stage("contact report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_point_count() const { return points_.count(); }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
