@@ -7,9 +7,9 @@
 namespace tactus {
 
 struct MaskCleaning {
-  int open_px = 1;            ///< radius of the disc: what is thinner than it goes
-  int close_px = 3;           ///< radius: gaps that are narrower are closed
-  int largest_hole_px = 150;  ///< smaller holes are filled [pixels]; 0: none
+  int open_px = 0;          ///< radius of the disc: what is thinner than it goes
+  int close_px = 0;         ///< radius: gaps that are narrower are closed
+  int largest_hole_px = 0;  ///< smaller holes are filled [pixels]; 0: none
   /// Parts smaller than this share of the largest go; 1: only the largest stays.
   double least_part = 1;
 };
