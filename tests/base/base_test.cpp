@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/base/printable.h"
 #include "tactus/base/timing.h"
 #include "tactus/base/vec.h"
 
@@ -54,6 +55,11 @@ TEST(Error, NearestSpelling) {
   EXPECT_EQ(nearest_spelling("camreas", known), "cameras");
   EXPECT_EQ(nearest_spelling("xyz", known), "");
   EXPECT_EQ(bytes_text(1.25e10), "12.5 GB");
+}
+
+TEST(Printable, ControlCharactersOfAFileDoNotReachTheTerminal) {
+  EXPECT_EQ(printable("caf\xc3\xa9\n\t"), "caf\xc3\xa9\n\t");
+  EXPECT_EQ(printable(std::string("a\0\x1b[2J\x7f", 7)), "a\\x00\\x1b[2J\\x7f");
 }
 
 TEST(Timing, Percentiles) {

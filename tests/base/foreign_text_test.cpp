@@ -82,7 +82,7 @@ TEST_F(ReadFile, WhatIsNoFileIsNamed) {
             "can't read '" + path("none") + "': No such file or directory");
   EXPECT_EQ(message_of([&] { read_file(folder_, 1); }), "can't read '" + folder_ + "': Is a directory");
   EXPECT_EQ(message_of([&] { read_file(std::string("a\0b", 3), 1); }),
-            "can't read 'a': the path holds a zero byte");
+            "can't read 'a\\x00b': the path holds a zero byte");
 }
 
 TEST_F(ReadFile, FifoThatAnotherFileNamesDoesNotBlock) {

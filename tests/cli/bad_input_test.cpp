@@ -413,7 +413,7 @@ TEST_F(BadInput, OutputsThatCantBeWritten) {
       expect_refused(verb + " --json " + target, 1, {"can't write '" + target + "': "});
   }
   expect_refused("reconstruct sphere --devices cpu --mesh " + path("folder.ply"), 1,
-                 {"can't write '" + path("folder.ply") + "': Is a directory"});
+                 {"can't write '" + path("folder.ply") + "': it is a folder"});
   expect_refused("run " + scene + " --devices cpu --out " + path("file/out"), 1,
                  {"output folder '" + path("file/out") + "': "});
 }

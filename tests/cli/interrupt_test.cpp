@@ -68,6 +68,28 @@ TEST_F(Interrupt, RunThatHasNoFrameYetIsInterruptedNotFailed) {
   expect_no_parts();
 }
 
+/// A frame of 10,000 substeps of 68,921 nodes takes many seconds on any CPU.
+TEST_F(Interrupt, SecondSignalEndsWithinAFrameAndLeavesNoPart) {
+  const std::string scene =
+      write("s.yaml",
+            "source: {kind: synthetic, figure: sphere}\nreconstruction: {resolution: 16}\n"
+            "frame: {dt_s: 1, substeps: 10000}\nbodies:\n"
+            "  - {name: b, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.005, material: {model: "
+            "tled}}\n");
+  for (const int again : {SIGINT, SIGTERM}) {
+    const Outcome o = run_and_signal({"run", scene, "--devices", "cpu", "--frames", "2", "--out", path("out"),
+                                      "--verbose", "--json", path("run.json")},
+                                     "body 'b': ", SIGINT, again);
+    if (o.text.find("OpenGL") != std::string::npos) GTEST_SKIP() << "no pictures here: " << o.text;
+    EXPECT_EQ(o.code, -1) << o.text;  // killed by the signal
+    EXPECT_NE(o.text.find("interrupted: this frame and the files are finished; once more ends at once"),
+              std::string::npos)
+        << o.text;
+    EXPECT_FALSE(fs::exists(path("run.json")));
+    expect_no_parts();  // the video had begun
+  }
+}
+
 TEST_F(Interrupt, BenchStopsWithinABenchmarkAndKeepsFinishedRows) {
   const auto begin = std::chrono::steady_clock::now();
   const Outcome o =

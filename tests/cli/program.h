@@ -19,9 +19,11 @@ struct Outcome {
 std::string program();
 /// Runs it through a shell.
 Outcome run_tactus(const std::string& arguments);
-/// Starts it, waits until `started` appears in what it prints (at most a minute), then sends `signal`.
+/// Starts it, waits until `started` appears in what it prints (at most a minute), then sends `signal`; and,
+/// when it has told of that, `again` unless 0.
 /// @returns its exit code (-1: it was killed by the signal) and all that it printed.
-Outcome run_and_signal(const std::vector<std::string>& arguments, const std::string& started, int signal);
+Outcome run_and_signal(const std::vector<std::string>& arguments, const std::string& started, int signal,
+                       int again = 0);
 
 /// A folder for each test; the test is skipped where the program is not.
 class ProgramTest : public ::testing::Test {

@@ -9,7 +9,8 @@
 #include "support/data_folder.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
-#include "tactus/io/safe_file.h"
+#include "tactus/base/read_file.h"
+#include "tactus/base/safe_file.h"
 
 namespace tactus {
 namespace {
@@ -361,6 +362,36 @@ TEST(SceneFile, SecondDocumentIsRefused) {
             "scenes/x.yaml:2: a second YAML document begins, expected one");
 }
 
+/// A body named "x/../../escaped" was written outside of the output folder, and a zero byte cut a name.
+TEST(SceneFile, NamesThatBecomePathsStayInTheirFolder) {
+  const auto body = [](const std::string& name) {
+    return error_of("source: {kind: synthetic}\nbodies:\n- {name: " + name + ", shape: {kind: sphere}}\n");
+  };
+  const std::string expected =
+      ", expected a name of at most 100 bytes that a file can have: not . or .., and without '/'";
+  for (const std::string name : {"x/../../escaped", "/tmp/x", "a/", ".", ".."})
+    EXPECT_EQ(body(name), "scenes/x.yaml:3: in 'bodies[0]': 'name' is '" + name + "'" + expected);
+  EXPECT_EQ(body(std::string(100, 'a')), "");
+  EXPECT_EQ(body(std::string(101, 'a')),
+            "scenes/x.yaml:3: in 'bodies[0]': 'name' is '" + std::string(100, 'a') + "'" + expected);
+  EXPECT_EQ(body("\"a\\0b\""),
+            "scenes/x.yaml:3: 'bodies[0].name' is 'a\\x00b', expected a text without control characters");
+  EXPECT_EQ(body("\"\""), "scenes/x.yaml:3: 'bodies[0].name' is '', expected a text");
+  EXPECT_EQ(body("\"le foie gauche, \xc3\xa9paissi\""), "");
+  const std::string box = "kind: box, min_m: [0, 0, 0], max_m: [1, 1, 1]";
+  for (const std::string part : {"regions", "moved", "loads"}) {
+    EXPECT_NE(error_of("source: {kind: synthetic}\nbodies:\n- {name: b, shape: {kind: sphere}, " + part +
+                       ": [{name: a/b, " + box + ", force_n: [0, 0, 1]}]}\n"),
+              "")
+        << part;
+  }
+  EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n- {name: b, shape: {kind: sphere}}\n"
+                     "probes:\n- {name: a/b, body: b, position_m: [0, 0, 0]}\n"),
+            "scenes/x.yaml:5: in 'probes[0]': 'name' is 'a/b'" + expected);
+  EXPECT_EQ(error_of("source: {kind: masks, path: \"a\\0b\"}\n"),
+            "scenes/x.yaml:1: 'source.path' is 'a\\x00b', expected a path without control characters");
+}
+
 /// yaml-cpp made empty documents of ", x" until the memory was full.
 TEST(SceneFile, WhatYamlCppCannotEndIsRefused) {
   EXPECT_EQ(error_of(", x"), "scenes/x.yaml:1: not valid YAML: ', x' belongs to no key and no list");
@@ -379,7 +410,7 @@ TEST(SceneFile, WhatYamlCppCannotEndIsRefused) {
 }
 
 TEST(SceneFile, DamagedTextNeverEscapesAsAnotherException) {
-  const std::string whole = read_text_file(source_path("scenes/demo.yaml"));
+  const std::string whole = read_file(source_path("scenes/demo.yaml"), kMaxMeshBytes);
   std::uint32_t state = 1;
   const auto random = [&](std::size_t below) {
     return ((state = state * 1664525U + 1013904223U) >> 8) % below;
@@ -430,7 +461,8 @@ TEST(SceneFile, ReferenceIsUpToDate) {
     file.write(reference.str());
     file.commit();
   }
-  EXPECT_EQ(read_text_file(path), reference.str()) << "run this test with TACTUS_UPDATE_DOCS=1 to renew it";
+  EXPECT_EQ(read_file(path, kMaxMeshBytes), reference.str())
+      << "run this test with TACTUS_UPDATE_DOCS=1 to renew it";
 }
 
 TEST(SceneFile, EveryShippedSceneIsValid) {

@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <opencv2/imgcodecs.hpp>
 
 #include "support/recordings.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
+#include "tactus/rig/image_header.h"
 #include "tactus/rig/numbered_files.h"
 
 namespace tactus {
@@ -146,6 +148,69 @@ TEST_F(BadFrames, SequenceWithoutAFileNamesTheNearest) {
   EXPECT_TRUE(has(wrong.message, "expected one %d or %04d")) << wrong.message;
 }
 
+/// A file `a_2147483647.png` beside the sequence: two milliards of bad frames, and a count that overflows.
+TEST_F(BadFrames, StrayNumbersAreRefusedAndNotWalkedTo) {
+  const std::string rig_file = mask_sequences(3, {});
+  write_picture(path("a_2147483647.png"), 255);
+  const Refusal large = refusal([&] { open_masks(rig_file); });
+  EXPECT_TRUE(
+      has(large.message, "camera 'a': " + path("a_%d.png") +
+                             ": 'a_2147483647.png' is no frame, expected numbers of at most 1000000000"))
+      << large.message;
+  fs::rename(path("a_2147483647.png"), path("a_20000.png"));
+  const Refusal gap = refusal([&] { open_masks(rig_file); });
+  EXPECT_EQ(gap.kind, ErrorKind::usage);
+  EXPECT_TRUE(has(gap.message,
+                  "rig.yaml: no camera has a file between frames 2 and 20000, expected gaps of at "
+                  "most 10000; ask for frames on one side, or take the stray file away"))
+      << gap.message;
+  DataOptions options;
+  options.last_frame = 2;
+  EXPECT_EQ(open_masks(rig_file, options)->frame_count(), 3);
+  fs::rename(path("a_20000.png"), path("a_10002.png"));
+  EXPECT_EQ(open_masks(rig_file)->frame_count(), 10003);
+}
+
+/// 60000 x 60000 pixels in a header of 33 bytes: the decoder's exception ended the run.
+TEST_F(BadFrames, ImageThatIsTooLargeCostsOnlyItsCameraTheFrame) {
+  const std::string rig_file = mask_sequences(2, {});
+  std::string png;
+  const std::string file = path("a_1.png");
+  {
+    std::ifstream in(file, std::ios::binary);
+    png.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  for (const std::size_t at : {16U, 20U}) png.replace(at, 4, std::string("\0\0\xea\x60", 4));
+  std::ofstream(file, std::ios::binary) << png;
+  const auto source = open_masks(rig_file);
+  FrameSet frame;
+  ASSERT_EQ(source->next(frame), NextFrame::success);
+  ASSERT_EQ(source->next(frame), NextFrame::success);
+  EXPECT_TRUE(has(source->status(), "camera 'a': " + file +
+                                        ": 60000x60000 pixels are too many, expected at most 256 megapixels"))
+      << source->status();
+  EXPECT_TRUE(frame.silhouettes[0].words.empty());
+  EXPECT_FALSE(frame.silhouettes[1].words.empty());
+}
+
+TEST(ImageHeader, SizesOfEveryKindAreReadBeforeTheDecoder) {
+  const cv::Mat image(7, 13, CV_8UC1, cv::Scalar(9));
+  for (const char* kind : {".png", ".jpg", ".bmp", ".pgm", ".tiff"}) {
+    std::vector<std::uint8_t> bytes;
+    ASSERT_TRUE(cv::imencode(kind, image, bytes));
+    const std::string text(bytes.begin(), bytes.end());
+    const auto size = size_in_header(text);
+    ASSERT_TRUE(size) << kind;
+    EXPECT_EQ(size->width_px, 13U) << kind;
+    EXPECT_EQ(size->height_px, 7U) << kind;
+    for (std::size_t n = 0; n < text.size(); ++n)
+      size_in_header(text.substr(0, n));  // no read beyond the end
+  }
+  EXPECT_EQ(size_in_header("P5 # a comment\n 640\n480 255\n")->height_px, 480U);
+  EXPECT_FALSE(size_in_header("GIF89a"));
+  EXPECT_FALSE(size_in_header(""));
+}
+
 TEST(NumberedFiles, NumberMayBeInAFoldersName) {
   const fs::path folder = fs::temp_directory_path() / ("tactus_numbers_" + std::to_string(getpid()));
   for (const char* name : {"t003", "t017", "t4"}) fs::create_directories(folder / name);
@@ -153,8 +218,7 @@ TEST(NumberedFiles, NumberMayBeInAFoldersName) {
     write_picture((folder / name).string(), 0);
   const NumberedFiles files((folder / "t%03d/m.pgm").string());
   EXPECT_EQ(files.file(17), (folder / "t017/m.pgm").string());
-  EXPECT_EQ(files.range().first, 3);  // t4 is not how %03d writes 4
-  EXPECT_EQ(files.range().last, 17);
+  EXPECT_EQ(files.numbers(), (std::vector<int>{3, 17}));  // t4 is not how %03d writes 4
   fs::remove_all(folder);
 }
 

@@ -48,7 +48,7 @@ std::vector<Vec3f> shaken(const CubeLattice& lattice, unsigned seed) {
   return x;
 }
 
-/// The definition in double: sums over explicit region lists [P 9-12], rotations by many iterations.
+/// The definition in double: weighted sums over explicit region lists [P 9-12], rotations by many iterations.
 std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const std::vector<Vec3f>& x) {
   const Index n = lattice.node_count();
   const Vec3i dims = lattice.node_dims;
@@ -63,6 +63,7 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
       ++holders[at(region[at(r)].back())];
     }
   }
+  std::vector<double> weight_sum(at(n));
   const auto rest = [&](Index i) {
     return double{lattice.spacing_m} * vec_cast<double>(lattice.nodes[at(i)]);
   };
@@ -77,6 +78,20 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
       c0 += m * rest(i);
     }
     c = c / mass, c0 = c0 / mass;
+    // Weight: one over the largest variance along any direction, by iterating the matrix on a vector.
+    Mat3d covariance{};
+    for (const Index i : region[at(r)])
+      covariance =
+          covariance +
+          outer(double{lattice.node_mass_kg[at(i)]} / holders[at(i)] / mass * (rest(i) - c0), rest(i) - c0);
+    Vec3d axis{0.6, 0.5, 0.4};
+    double spread = 0;
+    for (int k = 0; k < 2000; ++k) {
+      axis = covariance * axis;
+      spread = length(axis);
+      axis = axis / spread;
+    }
+    const double weight = sqr(double{kH}) / spread;
     Mat3d A{};
     for (const Index i : region[at(r)])
       A = A + outer(double{lattice.node_mass_kg[at(i)]} / holders[at(i)] * (vec_cast<double>(x[at(i)]) - c),
@@ -88,8 +103,12 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
     for (int k = 0; k < 30; ++k)
       q = improve_rotation(q, {scaled.column(0), scaled.column(1), scaled.column(2)});
     const Mat3d R = mat_cast<double>(rotation_matrix(q));
-    for (const Index i : region[at(r)]) goals[at(i)] += (1.0 / holders[at(i)]) * (R * (rest(i) - c0) + c);
+    for (const Index i : region[at(r)]) {
+      goals[at(i)] += weight * (R * (rest(i) - c0) + c);
+      weight_sum[at(i)] += weight;
+    }
   }
+  for (std::size_t i = 0; i < goals.size(); ++i) goals[i] = goals[i] / weight_sum[i];
   return goals;
 }
 

@@ -64,8 +64,8 @@ std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elem
     for (int k = 0; k < count; ++k) {
       body.substep({.matched_every = matched_every}, k, count);
       body.watch(k, count);
-      frame.next_substep();
     }
+    frame.end_block(count);
   };
   for (const FrameOfTest& f : kFrames) {
     const int substeps = f.substeps + odd;

@@ -1,6 +1,8 @@
 #include "tactus/view/image_files.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
@@ -8,6 +10,8 @@
 #include <opencv2/videoio.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
+#include "tactus/view/mp4_check.h"
 
 namespace tactus {
 namespace {
@@ -74,6 +78,23 @@ TEST_F(ImageFiles, VideoRoundTrip) {
   EXPECT_EQ(frames, 40);
 }
 
+/// A full disk cuts the file somewhere; OpenCV says nothing of it.
+TEST_F(ImageFiles, VideoThatIsCutAnywhereIsKnown) {
+  {
+    VideoWriter video(path("a.mp4"), 64, 64, 25);
+    for (int i = 0; i < 5; ++i) video.add(ColorImage(64, 64, {static_cast<std::uint8_t>(50 * i), 60, 200}));
+  }
+  const int fd = open(path("a.mp4").c_str(), O_RDWR);
+  ASSERT_GE(fd, 0);
+  EXPECT_EQ(what_is_wrong_with_mp4(fd, 5), "");
+  EXPECT_EQ(what_is_wrong_with_mp4(fd, 6), "the video is cut short: it holds 5 of 6 frames");
+  for (auto size = static_cast<off_t>(fs::file_size(path("a.mp4"))) - 1; size >= 0; --size) {
+    ASSERT_EQ(ftruncate(fd, size), 0);
+    ASSERT_NE(what_is_wrong_with_mp4(fd, 5), "") << size;
+  }
+  close(fd);
+}
+
 TEST_F(ImageFiles, VideoWithoutAFrameLeavesNothing) {
   { const VideoWriter video(path("a.mp4"), 160, 96, 25); }
   EXPECT_EQ(file_count(), 0U);
@@ -94,11 +115,11 @@ TEST_F(ImageFiles, UnwritablePathsAreNamedWithTheReason) {
   const std::string missing = path("nowhere/a.png");
   EXPECT_NE(message([&] { write_png(missing, ColorImage(4, 4)); }).find(missing), std::string::npos);
   EXPECT_NE(message([&] { write_png(missing, ColorImage(4, 4)); }).find("does not exist"), std::string::npos);
-  EXPECT_NE(message([&] { check_writable(folder_.string()); }).find("it is a folder"), std::string::npos);
+  EXPECT_NE(message([&] { output_is_writable(folder_.string()); }).find("it is a folder"), std::string::npos);
   const std::string video = path("nowhere/a.mp4");
   EXPECT_NE(message([&] { VideoWriter(video, 160, 96, 25); }).find(video), std::string::npos);
   write_png(path("file"), ColorImage(4, 4));
-  EXPECT_NE(message([&] { check_writable(path("file/a.png")); }).find("not a folder"), std::string::npos);
+  EXPECT_NE(message([&] { output_is_writable(path("file/a.png")); }).find("not a folder"), std::string::npos);
   EXPECT_THROW(write_png(path("empty.png"), {}), Error);
   EXPECT_EQ(file_count(), 1U);
 }

@@ -5,6 +5,8 @@
 
 #include <atomic>
 
+#include "tactus/base/printable.h"
+
 namespace tactus {
 namespace {
 std::atomic<LogLevel> current_level{LogLevel::info};
@@ -25,8 +27,8 @@ void set_log_level(LogLevel level) {
   logger().set_level(kLevels[static_cast<int>(level)]);
 }
 LogLevel log_level() { return current_level; }
-void log_warning(std::string_view message) { logger().warn("{}", message); }
-void log_info(std::string_view message) { logger().info("{}", message); }
-void log_debug(std::string_view message) { logger().debug("{}", message); }
+void log_warning(std::string_view message) { logger().warn("{}", printable(message)); }
+void log_info(std::string_view message) { logger().info("{}", printable(message)); }
+void log_debug(std::string_view message) { logger().debug("{}", printable(message)); }
 
 }  // namespace tactus

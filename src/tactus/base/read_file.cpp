@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "tactus/base/error.h"
+#include "tactus/base/printable.h"
 
 namespace tactus {
 namespace {
@@ -31,7 +32,7 @@ class FileDescriptor {
 
 std::string read_file(const std::string& path, std::uint64_t max_bytes, ReadFrom from) {
   const auto fail = [&](const std::string& why) {
-    throw Error("can't read '" + std::string(path.c_str()) + "': " + why);
+    throw Error("can't read '" + printable(path) + "': " + why);
   };
   if (path.find('\0') != std::string::npos) fail("the path holds a zero byte");
   const bool regular_only = from == ReadFrom::regular_file;

@@ -1,9 +1,9 @@
 #include "tactus/base/timing.h"
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
-#include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 
 namespace tactus {
 
@@ -51,7 +51,7 @@ std::vector<std::string> Timings::stages() const {
 
 void Timings::write_trace(const std::string& path) const {
   const std::lock_guard lock(mutex_);
-  std::ofstream out(path);
+  std::ostringstream out;
   out << "[";
   const double start_s = events_.empty() ? 0 : events_.front().begin_s;
   for (std::size_t i = 0; i < events_.size(); ++i) {
@@ -60,7 +60,7 @@ void Timings::write_trace(const std::string& path) const {
         << R"(,"ts":)" << (e.begin_s - start_s) * 1e6 << R"(,"dur":)" << (e.end_s - e.begin_s) * 1e6 << "}";
   }
   out << "\n]\n";
-  if (!out) throw Error("trace file '" + path + "': cannot write it");
+  write_file(path, out.str());
 }
 
 void Timings::clear() {

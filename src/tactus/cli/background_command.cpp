@@ -1,7 +1,7 @@
 #include <cstdio>
 
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/rig/background_film.h"
 
 namespace tactus {

@@ -2,12 +2,12 @@
 
 #include "bench.h"
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
@@ -68,7 +68,7 @@ void add_bench_command(CLI::App& app) {
   command->add_option("name", options->name, list)->capture_default_str();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
-  command->add_option("--json", options->json_path, "write the rows");
+  add_output(*command, "--json", options->json_path, "write the rows (-: standard output)");
   command->footer("Example:\n  tactus bench hull --devices cpu --json hull.json");
   command->callback([options] { run_benchmarks(options->name, options->devices, options->json_path); });
 }

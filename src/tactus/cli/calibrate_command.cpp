@@ -4,9 +4,9 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/calibrate_tof.h"
 #include "tactus/cli/commands.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/rig/calibrate/board_pictures.h"
 #include "tactus/rig/calibrate/coverage.h"
 #include "tactus/rig/calibrate/report.h"

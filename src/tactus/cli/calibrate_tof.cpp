@@ -6,7 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
-#include "tactus/io/safe_file.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/rig/depth_error.h"
 #include "tactus/rig/depth_images.h"

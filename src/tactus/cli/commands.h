@@ -1,8 +1,14 @@
 #pragma once
 /// The verbs. Each adds its subcommand with flags, help and callback; errors are thrown.
 #include <CLI/CLI.hpp>
+#include <string>
 
 namespace tactus {
+/// An option for a file to write; with "-" it owns standard output, and what is printed goes to standard
+/// error.
+CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string& path,
+                        const std::string& help);
+
 void add_run_command(CLI::App& app);
 void add_reconstruct_command(CLI::App& app);
 void add_background_command(CLI::App& app);

@@ -5,11 +5,11 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/doctor_report.h"
 #include "tactus/cli/program.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/depth_check.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/data_writers.h"
@@ -325,8 +325,9 @@ void add_doctor_command(CLI::App& app) {
   command->add_option("--timestamps", options->timestamps,
                       "CSV with sync_index, cam_id, frame_time [s]: are the cameras synchronised?");
   command->add_option("--fix", options->fix_folder, "write a copy of the rig with all cures to this folder");
-  command->add_option("--json", options->json_path, "write verdict and findings");
-  command->add_option("--html", options->html_path, "write a page with a picture of the rig");
+  add_output(*command, "--json", options->json_path, "write verdict and findings (-: standard output)");
+  add_output(*command, "--html", options->html_path,
+             "write a page with a picture of the rig (-: standard output)");
   command->footer(
       "Examples:\n  tactus doctor rigs/horseman-masks.yaml --distance cam1 cam3 2.83\n"
       "  tactus doctor $TACTUS_DATA/middlebury_dino --html dino.html\n"

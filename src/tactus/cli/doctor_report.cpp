@@ -6,7 +6,7 @@
 #include <functional>
 #include <sstream>
 
-#include "tactus/io/safe_file.h"
+#include "tactus/base/safe_file.h"
 
 namespace tactus {
 namespace {

@@ -2,13 +2,13 @@
 #include <nlohmann/json.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/sim/simulation.h"
@@ -74,7 +74,7 @@ void add_info_command(CLI::App& app) {
   auto scene_path = std::make_shared<std::string>();
   CLI::App* command =
       app.add_subcommand("info", "What this machine offers: devices, memory, peers, versions");
-  command->add_option("--json", *json_path, "the same as JSON");
+  add_output(*command, "--json", *json_path, "the same as JSON (-: standard output)");
   command->add_option("--frame", *scene_path,
                       "the frame of a scene: its stages in order, what they read and write");
   command->footer("Examples:\n  tactus info --json info.json\n  tactus info --frame scenes/demo.yaml");

@@ -1,5 +1,6 @@
 #pragma once
-/// Ctrl-C: long loops poll, finish their files and end; the program then exits with 130.
+/// Ctrl-C. The first signal asks: long loops poll, finish the frame and their files, and the program exits
+/// with 130. The second ends the program at once; its temporary files go, what is finished stays.
 namespace tactus {
 void install_interrupt_handler();
 bool interrupted();

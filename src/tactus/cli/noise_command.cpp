@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/version.h"
@@ -11,7 +12,6 @@
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/figure_tracer.h"
 #include "tactus/rig/synthetic_noise.h"
@@ -229,7 +229,7 @@ void add_noise_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
-  command->add_option("--json", options->json_path, "write the rows");
+  add_output(*command, "--json", options->json_path, "write the rows (-: standard output)");
   command->footer("Example:\n  tactus noise hand --runs 20 --json noise.json");
   command->callback([options] { run_noise(*options); });
 }

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/geom/polygonize.h"
@@ -279,7 +280,7 @@ void add_paper_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("paper", "Make a figure of the paper: pictures of reconstructions");
   command->add_option("which", options->which, "fig14 or fig15")->required();
-  command->add_option("--out", options->path, "picture to write (.png)")->required();
+  add_output(*command, "--out", options->path, "picture to write (.png)")->required();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->footer("Example:\n  tactus paper fig15 --out fig15.png");
@@ -287,7 +288,7 @@ void add_paper_command(CLI::App& app) {
     static const std::string kKnown[] = {"fig14", "fig15"};
     if (std::find(std::begin(kKnown), std::end(kKnown), options->which) == std::end(kKnown))
       throw usage_error("'" + options->which + "' is no figure" + suggestion(options->which, kKnown));
-    check_writable(options->path);
+    output_is_writable(options->path);
     DeviceSet devices(options->devices);
     write_png(options->path, options->which == "fig14" ? figure14(devices) : figure15(devices));
   });

@@ -1,9 +1,17 @@
 #include "tactus/cli/program.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <iostream>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/printable.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/interrupt.h"
 
 namespace tactus {
@@ -30,13 +38,31 @@ void add_shared_flags(CLI::App& verb) {
       ->excludes(loud);
 }
 
+/// What is opened later must not take the place of a standard stream that the caller closed.
+void open_standard_streams() {
+  for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
+    if (::fcntl(fd, F_GETFD) < 0) ::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
+}
+
+/// What was printed must have arrived: a full disk behind `> file` is a failure.
+void flush_standard_output() {
+  errno = 0;
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return;
+  throw Error(std::string("can't write standard output: ") + std::strerror(errno == 0 ? EIO : errno));
+}
+
 int parse_and_run(CLI::App& app, int argc, char** argv) {
   try {
     check_verb(app, argc, argv);
     app.parse(argc, argv);
+    flush_standard_output();
     return interrupted() ? 130 : exit_code;
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    const bool asked = app.exit(e) == 0;  // --help, --version
+    if (asked) flush_standard_output();
+    return asked ? 0 : 2;
   }
 }
 
@@ -44,8 +70,16 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
 
 void set_exit_code(int code) { exit_code = code; }
 
+CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string& path,
+                        const std::string& help) {
+  return command.add_option(flags, path, help)->each([](const std::string& value) {
+    if (value == "-") reserve_standard_output();
+  });
+}
+
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up) {
+  open_standard_streams();
   try {
     CLI::App app(description, name);
     app.require_subcommand(1);
@@ -54,10 +88,10 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
     install_interrupt_handler();
     return parse_and_run(app, argc, argv);
   } catch (const Error& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
+    std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
     return e.kind() == ErrorKind::usage ? 2 : 1;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
+    std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
     return 1;
   }
 }

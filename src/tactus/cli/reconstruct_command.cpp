@@ -7,6 +7,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
@@ -18,7 +19,6 @@
 #include "tactus/geom/rasterize.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/reconstruct/workspace_from_cones.h"
@@ -80,8 +80,9 @@ void check_capacities(const ReconstructOptions& options) {
   }
 }
 
-/// In small letters, with its dot.
+/// In small letters, with its dot; standard output gets PLY.
 std::string extension_of(const std::string& path) {
+  if (path == "-") return ".ply";
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return extension;
@@ -95,8 +96,12 @@ void check_outputs(const ReconstructOptions& options) {
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   if (!options.views_path.empty()) {
     if (!options.texture) throw usage_error("--texture-views needs --texture K");
-    check_writable(options.views_path);
+    output_is_writable(options.views_path);
   }
+  const FrameRange frames = describe_source(options).frames;
+  if (frames.last != frames.first && (options.mesh_path == "-" || options.views_path == "-"))
+    throw usage_error("'-' (standard output) holds one frame; with --frames " + frame_range_text(frames) +
+                      ", give a file name");
   if (options.mesh_path.empty()) return;
   const std::string& path = options.mesh_path;
   const std::string extension = extension_of(path);
@@ -375,9 +380,10 @@ void add_reconstruct_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "A-B, A- or A (default: the first; videos: all)");
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
-  command->add_option("--mesh", options->mesh_path,
-                      "write the mesh (.ply, .obj, .glb, .gltf); several frames get a number");
-  command->add_option("--json", options->json_path, "write the measurements");
+  add_output(
+      *command, "--mesh", options->mesh_path,
+      "write the mesh (.ply, .obj, .glb, .gltf; -: PLY to standard output); several frames get a number");
+  add_output(*command, "--json", options->json_path, "write the measurements (-: standard output)");
   command
       ->add_option("--workspace", options->workspace,
                    "x0,y0,z0,x1,y1,z1 [m] instead of the rig's, or auto: where the silhouettes' cones meet")
@@ -393,8 +399,8 @@ void add_reconstruct_command(CLI::App& app) {
       "--texture", options->texture,
       "colour the mesh from the photos: each vertex (.ply) from its best K cameras; .glb and .gltf get the "
       "photos as an atlas, each triangle from its best");
-  command->add_option("--texture-views", options->views_path,
-                      "with --texture: write a picture (.png) of three free views, K = 1 above K");
+  add_output(*command, "--texture-views", options->views_path,
+             "with --texture: write a picture (.png) of three free views, K = 1 above K");
   command->add_flag("--no-depth", options->no_depth, "silhouettes alone, though the source has depth");
   command->add_flag("--repair-masks", options->repair_masks,
                     "fill holes in the mask of a view that alone carves what all others keep");

@@ -8,6 +8,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/run_explain.h"
@@ -16,7 +17,6 @@
 #include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/io/scene_file.h"
 
 namespace tactus {
@@ -127,11 +127,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
 
 void run(const RunOptions& options) {
   const Scene scene = read_scene(options.scene_path);
-  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.trace) {
-    std::error_code failed;
-    std::filesystem::create_directories(options.out, failed);
-    if (failed) throw Error("output folder '" + options.out + "': " + failed.message());
-  }
+  std::optional<FolderLock> lock;
+  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.trace) lock.emplace(options.out);
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(
@@ -185,7 +182,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "stop after so many frames")->check(CLI::PositiveNumber);
   command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();
-  command->add_option("--json", options->json_path, "stage times, counters, monitors and probes as JSON");
+  add_output(*command, "--json", options->json_path,
+             "stage times, counters, monitors and probes as JSON (-: standard output)");
   command->add_flag(
       "--explain", options->explain,
       "say in which frames and where bodies are strained badly, what acts there, and what it costs");

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/safe_file.h"
+
 namespace tactus {
 namespace {
 
@@ -41,7 +43,7 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, float voxel_size_m,
   if (scene.output.video)
     video_ = std::make_unique<VideoWriter>(stem + ".mp4", scene.view.size_px.x, scene.view.size_px.y, fps);
   if (scene.output.contact_sheet) {
-    check_writable(sheet_path_);
+    output_is_writable(sheet_path_);
     sheet_ = std::make_unique<ContactSheet>(scene.name);
   }
   if (scene.view.show_frusta) {

@@ -17,6 +17,8 @@ nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frame
     json["elastic_J"].push_back(m.elastic_J);
     json["hourglass_J"].push_back(m.hourglass_J);
     json["momentum_kg_m_s"].push_back({m.momentum_kg_m_s.x, m.momentum_kg_m_s.y, m.momentum_kg_m_s.z});
+    const Vec3d turning = m.angular_momentum_kg_m2_s;
+    json["angular_momentum_kg_m2_s"].push_back({turning.x, turning.y, turning.z});
     json["volume_m3"].push_back(m.volume_m3);
     json["min_J"].push_back(m.min_J);
     json["inverted_cubes"].push_back(m.inverted_cubes);

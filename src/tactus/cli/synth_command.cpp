@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
-#include "tactus/io/safe_file.h"
 #include "tactus/rig/data_writers.h"
 #include "tactus/rig/synthetic_noise.h"
 #include "tactus/rig/synthetic_source.h"
@@ -43,8 +43,13 @@ void check(const SynthOptions& options) {
     throw usage_error("--frames " + std::to_string(options.frames) + ": expected 1 to 9999");
   if (!(options.fps > 0 && options.fps <= 1e4))
     throw usage_error("--fps " + std::to_string(options.fps) + ": expected above 0 to 10000");
-  if (fs::exists(options.folder) && !fs::is_empty(options.folder))
-    throw usage_error("--out '" + options.folder + "' is not an empty folder");
+}
+
+void check_is_empty(const std::string& folder) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != FolderLock::kName)
+      throw usage_error("--out '" + folder + "' is not an empty folder");
+  }
 }
 
 std::string file_of(const std::string& stem, int frame, const char* extension) {
@@ -76,9 +81,7 @@ void write_truth(const std::string& path, const SyntheticSubject& subject, doubl
     append(std::uint8_t{3});
     append(triangle);
   }
-  SafeFile file(path);
-  file.write(bytes);
-  file.commit();
+  write_file(path, bytes);
 }
 
 /// What the camera photographs: paint before a dark grey wall.
@@ -117,9 +120,7 @@ void write_rig(const SynthOptions& options, const Rig& rig) {
             "_%04d.png\n    image_size_px: [" + std::to_string(camera.width_px) + ", " +
             std::to_string(camera.height_px) + "]\n    unit_m: 0.0001\n    distance: radial\n";
   }
-  SafeFile file(options.folder + "/rig.yaml");
-  file.write(yaml);
-  file.commit();
+  write_file(options.folder + "/rig.yaml", yaml);
 }
 
 /// One tick: every camera at its own moment.
@@ -162,6 +163,8 @@ void synthesize(const SynthOptions& options) {
   const std::unique_ptr<SyntheticSubject> subject = make_subject(options);
   const Rig rig = make_synthetic_rig(options.rig);
   const Box3f box = subject->bounds_m();
+  const FolderLock lock(options.folder);
+  check_is_empty(options.folder);
   for (const char* part : {"masks", "photos", "depth", "cameras", "truth/cameras", "truth/depth"}) {
     std::error_code error;
     fs::create_directories(fs::path(options.folder) / part, error);

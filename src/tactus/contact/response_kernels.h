@@ -58,7 +58,7 @@ struct SubstepsTo {
   View<const FrameParams> frame = {};
   TACTUS_HD void load() {
     if (frame.empty()) return;
-    substep = frame[0].substep;
+    substep += frame[0].done;
     dt_s = frame[0].dt_s;
   }
 };

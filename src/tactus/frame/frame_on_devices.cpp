@@ -14,9 +14,10 @@ void FrameOnDevices::begin(const FrameParams& params) {
   ring_.sent();
 }
 
-void FrameOnDevices::next_substep() {
+void FrameOnDevices::end_block(int substeps) {
   devices_.for_each_part([&](ExecContext& ctx, int p) {
-    ctx.parallel_for("frame/next_substep", 1, NextSubstep{on_device_[static_cast<std::size_t>(p)].view()});
+    ctx.parallel_for("frame/end_block", 1,
+                     EndBlock{on_device_[static_cast<std::size_t>(p)].view(), substeps});
   });
 }
 

@@ -12,8 +12,8 @@ class FrameOnDevices {
 
   /// Sends the parameters of a new frame to all devices. Asynchronous.
   void begin(const FrameParams& params);
-  /// A substep is over, on all devices. Asynchronous; may be recorded.
-  void next_substep();
+  /// A block of so many substeps is over, on all devices. Asynchronous; may be recorded.
+  void end_block(int substeps);
 
   View<const FrameParams> view(int part) const {
     return on_device_[static_cast<std::size_t>(part)].const_view();

@@ -185,8 +185,8 @@ void Schedule::submit_block(int units) {
       for (const std::size_t stage : group.stages)
         if (k % stages_[stage].every == 0) submit_stage(stage, {k, count});
     }
-    frame_.next_substep();
   }
+  frame_.end_block(count);
 }
 
 bool Schedule::replays() const { return devices_.is_cuda() && recorded_ && !is_profiling(devices_); }

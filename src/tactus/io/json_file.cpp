@@ -2,15 +2,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tactus/io/safe_file.h"
+#include "tactus/base/safe_file.h"
 
 namespace tactus {
 
 void write_json_file(const std::string& path, const nlohmann::json& value) {
-  SafeFile file(path);
   // Bytes that aren't UTF-8 (a file name, perhaps) are replaced: they must not cost the results.
-  file.write(value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  file.commit();
+  write_file(path, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace tactus

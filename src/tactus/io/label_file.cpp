@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -121,11 +122,16 @@ LabelVolume read_label_volume(const std::string& path) {
                   " voxels are too many, expected fewer than 2^31");
     }
   }
-  volume.labels.resize(static_cast<std::size_t>(voxels));
-  if (const std::size_t n = file.read(volume.labels.data(), volume.labels.size());
-      n != volume.labels.size()) {
-    throw Error(path + ": truncated, it holds " + std::to_string(n) + " of " + std::to_string(voxels) +
-                " voxels");
+  // Memory is taken as bytes come: a header may promise what no file holds.
+  for (std::size_t done = 0; done < static_cast<std::size_t>(voxels);) {
+    constexpr std::size_t kBlock = std::size_t{1} << 24;
+    const std::size_t block = std::min(kBlock, static_cast<std::size_t>(voxels) - done);
+    volume.labels.resize(done + block);
+    const std::size_t n = file.read(volume.labels.data() + done, block);
+    done += n;
+    if (n != block)
+      throw Error(path + ": truncated, it holds " + std::to_string(done) + " of " + std::to_string(voxels) +
+                  " voxels");
   }
   return volume;
 }

@@ -7,16 +7,36 @@
 #include <unordered_map>
 
 #include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/io/mesh_reading.h"
-#include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
+
+namespace read = mesh_reading;
 
 std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return extension;
+}
+
+void check_extension(const std::string& path) {
+  const std::string extension = extension_of(path);
+  static const std::vector<std::string> known = {".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+  if (std::find(known.begin(), known.end(), extension) != known.end()) return;
+  throw usage_error("can't read '" + path + "': unknown extension '" + extension +
+                    "', expected .ply, .obj, .stl, .off, .gltf or .glb");
+}
+
+read::RawMesh parse_raw(const std::string& path, const std::string& bytes) {
+  const std::string extension = extension_of(path);
+  if (extension == ".ply") return read::read_ply(path, bytes);
+  if (extension == ".obj") return read::read_obj(path, bytes);
+  if (extension == ".off") return read::read_off(path, bytes);
+  if (extension == ".stl") return read::read_stl(path, bytes);
+  return read::read_gltf(path, bytes, extension == ".glb");
 }
 
 void check_counts(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors) {
@@ -45,20 +65,21 @@ struct PositionHash {
 }  // namespace
 
 TriangleMesh read_mesh(const std::string& path) {
+  check_extension(path);
+  return parse_mesh(path, read_file(path, kMaxMeshBytes));
+}
+
+TriangleMesh parse_mesh(const std::string& path, const std::string& bytes) {
+  check_extension(path);
   const std::string extension = extension_of(path);
-  static const std::vector<std::string> known = {".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
-  if (std::find(known.begin(), known.end(), extension) == known.end()) {
-    throw usage_error("can't read '" + path + "': unknown extension '" + extension +
-                      "', expected .ply, .obj, .stl, .off, .gltf or .glb");
+  TriangleMesh mesh;
+  try {
+    mesh = read::finish(path, parse_raw(path, bytes));
+  } catch (const read::TooLarge&) {
+    throw Error(path + ": too large, expected at most " + std::to_string(read::kMaxVertices) +
+                " vertices and " + std::to_string(read::kMaxTriangles) + " triangles");
   }
-  const std::string bytes = read_text_file(path);
-  namespace read = mesh_reading;
-  if (extension == ".ply") return read::finish(path, read::read_ply(path, bytes));
-  if (extension == ".obj") return read::finish(path, read::read_obj(path, bytes));
-  if (extension == ".off") return read::finish(path, read::read_off(path, bytes));
-  const TriangleMesh mesh = extension == ".stl"
-                                ? read::finish(path, read::read_stl(path, bytes))
-                                : read::finish(path, read::read_gltf(path, bytes, extension == ".glb"));
+  if (extension != ".stl" && extension != ".gltf" && extension != ".glb") return mesh;
   TriangleMesh welded = weld_exact(mesh);
   if (welded.triangles.empty())
     throw Error(path + ": all its triangles are points or lines, expected a surface");
@@ -66,7 +87,7 @@ TriangleMesh read_mesh(const std::string& path) {
 }
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors) {
-  const std::string extension = extension_of(path);
+  const std::string extension = path == "-" ? ".ply" : extension_of(path);
   if (extension == ".ply") {
     write_ply(path, mesh, colors);
   } else if (extension == ".obj") {
@@ -100,9 +121,7 @@ void write_ply(const std::string& path, const TriangleMesh& mesh, std::span<cons
     append(bytes, std::uint8_t{3});
     append(bytes, triangle);
   }
-  SafeFile file(path);
-  file.write(bytes);
-  file.commit();
+  write_file(path, bytes);
 }
 
 void write_obj(const std::string& path, const TriangleMesh& mesh) {
@@ -125,9 +144,7 @@ void write_obj(const std::string& path, const TriangleMesh& mesh) {
                           : std::snprintf(line, sizeof line, "f %d %d %d\n", i, j, k);
     text.append(line, static_cast<std::size_t>(n));
   }
-  SafeFile file(path);
-  file.write(text);
-  file.commit();
+  write_file(path, text);
 }
 
 TriangleMesh weld_exact(const TriangleMesh& mesh) {

@@ -13,11 +13,14 @@ namespace tactus {
 /// Coordinates stay in the file's unit. Polygons become fans of triangles. glTF: all meshes of the scene in
 /// their rest pose; glTF and STL, which repeat vertices along seams, are welded.
 /// @throws Error naming the file, the line or element and the value: unreadable, unknown extension (lists
-///         the known), truncated, malformed number, index out of range, vertex not finite, no triangles.
+///         the known), truncated, malformed number, index out of range, vertex
+///         not finite, no triangles, more than 4.3 GB, 2^26 vertices or 2^27 triangles.
 TriangleMesh read_mesh(const std::string& path);
+/// As read_mesh, from the bytes of the file.
+TriangleMesh parse_mesh(const std::string& path, const std::string& bytes);
 
-/// Writes a mesh by its extension: .ply, .obj, .glb or .gltf. Either the whole file is there afterwards or
-/// nothing is. `colors`: one a vertex, or none; OBJ doesn't hold them.
+/// Writes a mesh by its extension: .ply, .obj, .glb or .gltf; PLY to "-", standard output. Either the whole
+/// file is there afterwards or nothing is. `colors`: one a vertex, or none; OBJ doesn't hold them.
 /// @throws Error: unknown extension (usage), path that can't be written, with the reason.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors = {});
 /// Binary little-endian PLY: positions bit for bit, normals when there are any.

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "tactus/base/error.h"
+#include "tactus/base/foreign_text.h"
+#include "tactus/base/read_file.h"
 #include "tactus/io/mesh_reading.h"
 
 namespace tactus::mesh_reading {
@@ -60,6 +64,7 @@ class GltfReader {
         if (!child[i]) place(static_cast<int>(i), {});
       }
     }
+    check_budget();
     for (std::size_t i = 0; i < model_.nodes.size(); ++i) {  // after all joints have their place
       if (visited_[i] && model_.nodes[i].mesh >= 0) add_mesh(i);
     }
@@ -82,12 +87,41 @@ class GltfReader {
     return static_cast<std::size_t>(i);
   }
 
-  void place(int i, const Affine& parent) {
-    const std::size_t n = node_index(i);
-    if (visited_[n]) fail("node " + std::to_string(i) + " has two parents, expected a tree");
-    visited_[n] = 1;
-    world_[n] = parent * local_transform(model_.nodes[n]);
-    for (const int c : model_.nodes[n].children) place(c, world_[n]);
+  /// Places a node and all below it; chains may be long, so they stand in a list and not on the stack.
+  void place(int root, const Affine& parent) {
+    std::vector<std::pair<int, Affine>> waiting{{root, parent}};
+    while (!waiting.empty()) {
+      const auto [i, above] = waiting.back();
+      waiting.pop_back();
+      const std::size_t n = node_index(i);
+      if (visited_[n]) fail("node " + std::to_string(i) + " has two parents, expected a tree");
+      visited_[n] = 1;
+      world_[n] = above * local_transform(model_.nodes[n]);
+      for (const int c : model_.nodes[n].children) waiting.emplace_back(c, world_[n]);
+    }
+  }
+
+  /// A small file may show a large mesh in every node: what that makes is counted before it is made.
+  void check_budget() const {
+    std::size_t vertices = 0, corners = 0, steps = 0;
+    const auto add = [](std::size_t& sum, std::size_t n, std::size_t most) {
+      if (n > most - sum) throw TooLarge();
+      sum += n;
+    };
+    constexpr std::size_t kMaxSteps = 10000000;  // joints and primitives of all nodes
+    for (std::size_t i = 0; i < model_.nodes.size(); ++i) {
+      const tinygltf::Node& node = model_.nodes[i];
+      if (!visited_[i] || node.mesh < 0) continue;
+      if (node.skin >= 0) add(steps, item(model_.skins, node.skin, "skin").joints.size(), kMaxSteps);
+      for (const auto& primitive : item(model_.meshes, node.mesh, "mesh").primitives) {
+        add(steps, 1, kMaxSteps);
+        const auto position = primitive.attributes.find("POSITION");
+        if (position != primitive.attributes.end())
+          add(vertices, item(model_.accessors, position->second, "accessor").count, kMaxVertices);
+        if (primitive.indices >= 0)
+          add(corners, item(model_.accessors, primitive.indices, "accessor").count, 3 * kMaxTriangles);
+      }
+    }
   }
 
   /// Component c of element i of an accessor.
@@ -188,11 +222,10 @@ class GltfReader {
       if (joint.count < position.count || weight.count < position.count)
         fail("JOINTS_0 or WEIGHTS_0 has fewer elements than POSITION");
       for (std::size_t i = 0; i < position.count; ++i)
-        raw_.positions.push_back(
-            vec_cast<float>(skinned_position(position.vec(i), joint, weight, i, joints)));
+        raw_.add_vertex(vec_cast<float>(skinned_position(position.vec(i), joint, weight, i, joints)));
     } else {
       for (std::size_t i = 0; i < position.count; ++i)
-        raw_.positions.push_back(vec_cast<float>(world * position.vec(i)));
+        raw_.add_vertex(vec_cast<float>(world * position.vec(i)));
     }
     const bool mirrored = !skinned && determinant(world.A) < 0;
     add_triangles(primitive, base, position.count, mirrored);
@@ -257,22 +290,97 @@ bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, c
   return true;
 }
 
+/// The files that a glTF file may name: regular ones in its folder and below.
+class BufferFolder {
+ public:
+  explicit BufferFolder(const std::string& folder)
+      : folder_(std::filesystem::weakly_canonical(folder.empty() ? "." : folder)) {}
+
+  tinygltf::FsCallbacks callbacks() { return {exists, expand, read, nullptr, this}; }
+
+ private:
+  static bool exists(const std::string& path, void* self) {
+    return static_cast<BufferFolder*>(self)->holds(path);
+  }
+  static std::string expand(const std::string& path, void*) { return path; }
+  static bool read(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* self) {
+    try {
+      if (!static_cast<BufferFolder*>(self)->holds(path)) throw Error("it lies outside of the folder");
+      const std::string bytes = read_file(path, kMaxMeshBytes, ReadFrom::regular_file);
+      out->assign(bytes.begin(), bytes.end());
+      return true;
+    } catch (const Error& e) {
+      *error += e.what();
+      return false;
+    }
+  }
+  bool holds(const std::string& path) const {
+    std::error_code failed;
+    const std::filesystem::path real = std::filesystem::weakly_canonical(path, failed);
+    if (failed || !std::filesystem::is_regular_file(real, failed)) return false;
+    const auto [rest, end] = std::mismatch(folder_.begin(), folder_.end(), real.begin(), real.end());
+    return rest == folder_.end();
+  }
+  std::filesystem::path folder_;
+};
+
+/// The JSON of either kind of file. A GLB begins with magic, version and length, then the JSON chunk's length
+/// and kind.
+std::string_view json_of(const std::string& path, const std::string& bytes, bool binary) {
+  if (!binary) return bytes;
+  constexpr std::size_t kHeader = 20;
+  std::uint32_t size = 0;
+  if (bytes.size() >= kHeader) std::memcpy(&size, bytes.data() + 12, sizeof size);
+  if (bytes.size() < kHeader || !bytes.starts_with("glTF") || bytes.compare(16, 4, "JSON") != 0 ||
+      size > bytes.size() - kHeader)
+    throw Error(path + ": not a valid glTF file: no GLB header, or it is cut short");
+  std::string_view json(bytes.data() + kHeader, size);
+  while (!json.empty() && json.back() == '\0') json.remove_suffix(1);  // some pad with zeros
+  return json;
+}
+
+/// tinygltf recurses with the nesting and copies the binary chunk into every buffer without a URI.
+void check_json(const std::string& path, std::string_view text) {
+  check_foreign_text(text, TextSyntax::json, path);
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  const auto buffers = json.is_object() ? json.find("buffers") : json.end();
+  if (!json.is_object() || buffers == json.end() || !buffers->is_array()) return;
+  double bytes = 0;
+  for (const nlohmann::json& buffer : *buffers) {
+    const auto length = buffer.is_object() ? buffer.find("byteLength") : buffer.end();
+    if (buffer.is_object() && length != buffer.end() && length->is_number()) bytes += length->get<double>();
+  }
+  if (bytes > static_cast<double>(kMaxMeshBytes))
+    throw Error(path + ": its buffers take " + bytes_text(bytes) + ", expected at most " +
+                bytes_text(static_cast<double>(kMaxMeshBytes)));
+}
+
 }  // namespace
 
 RawMesh read_gltf(const std::string& path, const std::string& bytes, bool binary) {
+  check_json(path, json_of(path, bytes, binary));
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  BufferFolder files(folder);
   tinygltf::TinyGLTF loader;
+  loader.SetFsCallbacks(files.callbacks());
   loader.SetImageLoader(ignore_image, nullptr);  // pictures aren't needed
   tinygltf::Model model;
   std::string error, warning;
-  const std::string folder = std::filesystem::path(path).parent_path().string();
   const auto size = static_cast<unsigned>(bytes.size());
-  const bool ok =
-      binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+  bool ok = false;
+  try {
+    ok = binary
+             ? loader.LoadBinaryFromMemory(&model, &error, &warning,
                                            reinterpret_cast<const unsigned char*>(bytes.data()), size, folder)
              : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
   if (!ok) {
     std::replace(error.begin(), error.end(), '\n', ' ');
-    throw Error(path + ": not a valid glTF file: " + error);
+    const bool missing = error.find("File not found") != std::string::npos;
+    throw Error(path + ": not a valid glTF file: " + error +
+                (missing ? "(buffers must be regular files in the folder of the glTF file)" : ""));
   }
   for (const std::string& extension : model.extensionsRequired) {
     if (extension.find("compression") != extension.npos)

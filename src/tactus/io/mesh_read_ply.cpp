@@ -188,7 +188,7 @@ void read_vertices(const std::string& path, const Element& element, Values& valu
         if (target[p] >= 0) v[target[p]] = static_cast<float>(value);
       }
     }
-    raw.positions.push_back({v[0], v[1], v[2]});
+    raw.add_vertex({v[0], v[1], v[2]});
     if (found == 63U) raw.normals.push_back({v[3], v[4], v[5]});
     if (format == Format::ascii) raw.lines.push_back(in.line());
   }

@@ -1,4 +1,5 @@
 /// OBJ, OFF and STL.
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -35,13 +36,12 @@ ObjCorner obj_corner(const LineReader& in, std::string_view word, std::size_t ve
 
 RawMesh read_binary_stl(const std::string& bytes, std::uint32_t count) {
   RawMesh raw;
-  raw.positions.reserve(3 * static_cast<std::size_t>(count));
+  raw.positions.reserve(std::min(3 * static_cast<std::size_t>(count), kMaxVertices));
   for (std::uint32_t t = 0; t < count; ++t) {
     float corner[9];
     std::memcpy(corner, bytes.data() + 84 + 50 * static_cast<std::size_t>(t) + 12, sizeof corner);
     const std::int64_t first = 3 * static_cast<std::int64_t>(t);
-    for (int i = 0; i < 3; ++i)
-      raw.positions.push_back({corner[3 * i], corner[3 * i + 1], corner[3 * i + 2]});
+    for (int i = 0; i < 3; ++i) raw.add_vertex({corner[3 * i], corner[3 * i + 1], corner[3 * i + 2]});
     raw.add_face(std::array<std::int64_t, 3>{first, first + 1, first + 2}, t);
   }
   return raw;
@@ -57,7 +57,7 @@ RawMesh read_ascii_stl(const std::string& path, const std::string& bytes) {
     const std::string_view key = in.words()[0];
     if (key == "vertex") {
       corners.push_back(static_cast<std::int64_t>(raw.positions.size()));
-      raw.positions.push_back(in.position(1));
+      raw.add_vertex(in.position(1));
       raw.lines.push_back(in.line());
     } else if (key == "endfacet") {
       if (corners.size() != 3)
@@ -86,7 +86,7 @@ RawMesh read_obj(const std::string& path, const std::string& bytes) {
   for (LineReader in(path, bytes); in.next();) {
     const auto& words = in.words();
     if (words[0] == "v") {
-      raw.positions.push_back(in.position(1));
+      raw.add_vertex(in.position(1));
       raw.lines.push_back(in.line());
     } else if (words[0] == "vn") {
       normals.push_back(in.position(1));
@@ -121,7 +121,7 @@ RawMesh read_off(const std::string& path, const std::string& bytes) {
   if (vertices < 0 || faces < 0) in.fail("a negative number of vertices or faces");
   for (std::int64_t i = 0; i < vertices; ++i) {
     in.require("vertex " + std::to_string(i) + " of " + std::to_string(vertices));
-    raw.positions.push_back(in.position(0));
+    raw.add_vertex(in.position(0));
     raw.lines.push_back(in.line());
   }
   std::vector<std::int64_t> corners;

@@ -18,7 +18,13 @@ std::string position_text(Vec3f p) {
 
 }  // namespace
 
+void RawMesh::add_vertex(Vec3f position_m) {
+  if (positions.size() >= kMaxVertices) throw TooLarge();
+  positions.push_back(position_m);
+}
+
 void RawMesh::add_face(std::span<const std::int64_t> corners, std::int64_t place) {
+  if (corners.size() > 2 && corners.size() - 2 > kMaxTriangles - triangles.size()) throw TooLarge();
   for (std::size_t i = 2; i < corners.size(); ++i) {
     triangles.push_back({corners[0], corners[i - 1], corners[i]});
     faces.push_back(place);
@@ -27,9 +33,6 @@ void RawMesh::add_face(std::span<const std::int64_t> corners, std::int64_t place
 
 TriangleMesh finish(const std::string& path, RawMesh&& raw) {
   const auto count = static_cast<std::int64_t>(raw.positions.size());
-  constexpr std::int64_t kMax = (std::int64_t{1} << 31) - 1;
-  if (count > kMax || static_cast<std::int64_t>(raw.triangles.size()) > kMax)
-    throw Error(path + ": too large, expected fewer than 2^31 vertices and triangles");
   for (std::size_t i = 0; i < raw.positions.size(); ++i) {
     const Vec3f p = raw.positions[i];
     if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;

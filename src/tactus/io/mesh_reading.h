@@ -11,6 +11,11 @@
 
 namespace tactus::mesh_reading {
 
+/// Largest mesh that is read: 67 million vertices, 134 million triangles.
+constexpr std::size_t kMaxVertices = std::size_t{1} << 26, kMaxTriangles = std::size_t{1} << 27;
+/// Thrown where a file asks for more, before memory is taken. Caught by parse_mesh.
+struct TooLarge {};
+
 /// What a file holds, before it is checked.
 struct RawMesh {
   std::vector<Vec3f> positions, normals;
@@ -19,7 +24,9 @@ struct RawMesh {
   std::vector<std::int64_t> lines;  ///< per position: its line; empty: the number of the vertex is named
   bool faces_are_lines = false;
 
-  /// Adds a polygon as a fan of triangles.
+  /// @throws TooLarge beyond kMaxVertices.
+  void add_vertex(Vec3f position_m);
+  /// Adds a polygon as a fan of triangles. @throws TooLarge beyond kMaxTriangles.
   void add_face(std::span<const std::int64_t> corners, std::int64_t place);
 };
 
@@ -55,6 +62,7 @@ RawMesh read_ply(const std::string& path, const std::string& bytes);
 RawMesh read_obj(const std::string& path, const std::string& bytes);
 RawMesh read_stl(const std::string& path, const std::string& bytes);
 RawMesh read_off(const std::string& path, const std::string& bytes);
+/// Buffers are looked for in the folder of `path` and below, nowhere else.
 RawMesh read_gltf(const std::string& path, const std::string& bytes, bool binary);
 
 }  // namespace tactus::mesh_reading

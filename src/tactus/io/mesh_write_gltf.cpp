@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/io/mesh_file.h"
-#include "tactus/io/safe_file.h"
 
 namespace tactus {
 namespace {
@@ -150,9 +150,7 @@ void write_gltf(const std::string& path, const TexturedMesh& textured, std::span
   const std::string bytes =
       gltf.finish(path.size() >= 4 && (path.ends_with(".glb") || path.ends_with(".GLB")));
   if (bytes.empty()) throw Error("can't write '" + path + "': the glTF encoder failed");
-  SafeFile file(path);
-  file.write(bytes);
-  file.commit();
+  write_file(path, bytes);
 }
 
 }  // namespace tactus

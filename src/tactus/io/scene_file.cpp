@@ -10,6 +10,7 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/base/printable.h"
 #include "tactus/base/read_file.h"
 #include "tactus/io/field_visitor.h"
 #include "tactus/rig/yaml_document.h"
@@ -55,6 +56,12 @@ std::string value_text(const YAML::Node& node) {
   return "'" + node.Scalar() + "'";
 }
 
+/// A zero byte would cut a path, an escape would steer the terminal that shows a name.
+bool has_control_characters(std::string_view text) {
+  return std::any_of(text.begin(), text.end(),
+                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+}
+
 template <class T>
 std::optional<T> parse_number(const YAML::Node& node) {
   if (!node.IsScalar() || node.Tag() == "!") return {};  // "!": quoted, a text
@@ -81,6 +88,7 @@ class MappingReader : public FieldVisitor {
   void text(const Field& f, std::string& value) override {
     if (const YAML::Node node = find(f)) {
       if (!node.IsScalar() || node.Scalar().empty()) reject(f, node, "a text");
+      if (has_control_characters(node.Scalar())) reject(f, node, "a text without control characters");
       value = node.Scalar();
     }
   }
@@ -90,6 +98,7 @@ class MappingReader : public FieldVisitor {
     const YAML::Node node = find(f);
     if (!node) return;
     if (!node.IsScalar() || node.Scalar().empty()) reject(f, node, "a path");
+    if (has_control_characters(node.Scalar())) reject(f, node, "a path without control characters");
     std::string p = node.Scalar();
     if (p.starts_with(kData)) {
       const char* folder = std::getenv("TACTUS_DATA");
@@ -206,7 +215,7 @@ class MappingReader : public FieldVisitor {
 
  private:
   [[noreturn]] void fail(int line, const std::string& message) const {
-    throw usage_error(file_ + ":" + std::to_string(line) + ": " + message);
+    throw usage_error(file_ + ":" + std::to_string(line) + ": " + printable(message));
   }
   [[noreturn]] void reject(const Field& f, const YAML::Node& node, const std::string& expected) const {
     const int line = node.IsNull() ? line_of(f.name) : node.Mark().line + 1;

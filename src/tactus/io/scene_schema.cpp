@@ -27,6 +27,16 @@ constexpr Range kPoisson{"", -0.99, 0.499};
 
 Range positive(const char* unit, double max) { return {unit, 0, max, true}; }
 
+/// A name that files are called by, or results: it must stay in its folder and on its line.
+void describe_name(FieldVisitor& v, const Field& field, std::string& name) {
+  v.text(field, name);
+  constexpr std::size_t kMaxBytes = 100;  // file systems allow 255, and frame numbers follow
+  const bool dots = name == "." || name == "..", slash = name.find('/') != std::string::npos;
+  v.check(!dots && !slash && name.size() <= kMaxBytes, field.name,
+          "'" + std::string(field.name) + "' is '" + name.substr(0, kMaxBytes) +
+              "', expected a name of at most 100 bytes that a file can have: not . or .., and without '/'");
+}
+
 void describe_box(FieldVisitor& v, BoxRegion& box) {
   v.vector({"min_m", "corner with the smallest coordinates", kRequired}, box.min_m, kPosition);
   v.vector({"max_m", "corner with the largest coordinates", kRequired}, box.max_m, kPosition);
@@ -221,7 +231,7 @@ void describe_region(FieldVisitor& v, SpaceRegion& r) {
 }
 
 void describe_painted(FieldVisitor& v, PaintedRegion& r) {
-  v.text({"name", "for messages and pictures"}, r.name);
+  describe_name(v, {"name", "for messages and pictures"}, r.name);
   describe_region(v, r.where);
   v.choice({"model", "hybrid bodies: what deforms these cubes"}, r.model,
            {{"unchanged", RegionModel::unchanged}, {"flsm", RegionModel::flsm}, {"tled", RegionModel::tled}});
@@ -249,7 +259,7 @@ void describe_motion_key(FieldVisitor& v, MotionKeyDescription& k) {
 }
 
 void describe_moved(FieldVisitor& v, MovedRegion& m) {
-  v.text({"name", "for messages and results"}, m.name);
+  describe_name(v, {"name", "for messages and results"}, m.name);
   describe_region(v, m.where);
   v.list({"path", "where it goes: keyframes, linear in between; from rest at 0 s; the last one holds",
           kRequired},
@@ -274,7 +284,7 @@ void describe_load_key(FieldVisitor& v, LoadKeyDescription& k) {
 
 void describe_load(FieldVisitor& v, LoadedRegion& l) {
   constexpr Range kForce{"N", -1e9, 1e9}, kStress{"Pa", -1e9, 1e9};
-  v.text({"name", "for messages"}, l.name);
+  describe_name(v, {"name", "for messages"}, l.name);
   describe_region(v, l.where);
   v.vector_or_auto({"force_n", "in all, shared by area; its direction stays"}, l.force_n, kForce, "none");
   v.vector_or_auto({"traction_pa", "force per area at rest; its direction stays"}, l.traction_pa, kStress,
@@ -302,7 +312,7 @@ void describe_ratio(FieldVisitor& v, RatioDescription& r) {
 }
 
 void describe_body(FieldVisitor& v, BodyDescription& b) {
-  v.text({"name", "unique name, used in results and probes", kRequired}, b.name);
+  describe_name(v, {"name", "unique name, used in results and probes", kRequired}, b.name);
   v.section({"shape", "outline of the body", kRequired},
             [&](FieldVisitor& in) { describe_shape(in, b.shape); });
   v.section({"placement", "from the shape's coordinates to the world: scale, rotate, move"},
@@ -414,7 +424,7 @@ void describe_view(FieldVisitor& v, ViewDescription& view) {
 }
 
 void describe_probe(FieldVisitor& v, ProbeDescription& p) {
-  v.text({"name", "unique name in the results", kRequired}, p.name);
+  describe_name(v, {"name", "unique name in the results", kRequired}, p.name);
   v.text({"body", "name of the body it sticks to", kRequired}, p.body);
   describe_frame_of(v, p.frame);
   v.vector({"position_m", "its place at rest", kRequired}, p.position_m, kPosition);

@@ -29,7 +29,7 @@ struct BackgroundOptions {
   Rgb8 key{0, 177, 64};     ///< colour of the cloth
   double key_degrees = 18;  ///< colours whose direction is nearer to the key's are cloth
   int open_px = 1, close_px = 3;
-  int largest_hole_px = 1500;  ///< smaller holes are filled [pixels]: larger ones are seen through
+  int largest_hole_px = 150;  ///< smaller holes are filled [pixels]: larger ones are seen through
   double least_part = 1;      ///< parts smaller than this share of the largest go
 };
 

@@ -1,21 +1,25 @@
 #include "tactus/rig/data_writers.h"
 
 #include <cmath>
+#include <filesystem>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 
 namespace tactus {
 namespace {
 
 void write_image(const std::string& file, const cv::Mat& image) {
-  bool written = false;
+  std::vector<std::uint8_t> bytes;
+  bool encoded = false;
   try {
-    written = cv::imwrite(file, image);
+    encoded = cv::imencode(std::filesystem::path(file).extension().string(), image, bytes);
   } catch (const cv::Exception&) {
   }
-  if (!written) throw Error(file + ": can't be written");
+  if (!encoded) throw Error(file + ": OpenCV can't encode it");
+  write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
@@ -27,15 +31,17 @@ void write_calibration(const std::string& file, const Camera& c) {
     for (int j = 0; j < 3; ++j) R.at<double>(i, j) = c.T_cam_world.R(i, j);
     t.at<double>(i) = c.T_cam_world.t[i];
   }
+  std::string text;
   try {
-    cv::FileStorage store(file, cv::FileStorage::WRITE);
-    if (!store.isOpened()) throw Error(file + ": can't be written");
+    cv::FileStorage store(".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
     store << "image_width" << c.width_px << "image_height" << c.height_px << "CameraMatrix" << K
           << "DistortionCoeffs" << cv::Mat::zeros(5, 1, CV_64F) << "RotationValues" << R
           << "TranslationValues" << t;
-  } catch (const cv::Exception&) {
-    throw Error(file + ": can't be written");
+    text = store.releaseAndGetString();
+  } catch (const cv::Exception& e) {
+    throw Error(file + ": OpenCV can't write it: " + e.msg);
   }
+  write_file(file, text);
 }
 
 void write_mask(const std::string& file, const BitMask& mask) {

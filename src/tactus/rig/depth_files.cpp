@@ -12,7 +12,7 @@ DepthFiles::DepthFiles(const std::string& rig_file, const std::vector<DepthRecor
       readers_.push_back({camera, NumberedFiles(r.images), DepthUndistortion(r.calibrated, r.encoding)});
       DepthImage first;
       if (readers_.back().files.is_sequence())
-        readers_.back().files.range();
+        readers_.back().files.numbers();
       else
         read(readers_.back(), 0, first);
     });

@@ -3,14 +3,19 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
+#include "tactus/rig/image_header.h"
 #include "tactus/rig/numbered_files.h"
 
 namespace tactus {
 namespace {
+
+/// 16384 x 16384: what no camera of a rig has, and a few hundred megabytes.
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28, kMaxSide_px = std::uint64_t{1} << 20;
 
 /// OpenCV hands out half-read pictures without a word, or prints words of its own: what a file says of its
 /// length is looked at first. PNG and JPEG end with a mark, BMP names its size, PGM and PPM follow from
@@ -38,13 +43,22 @@ bool is_cut_short(const std::string& bytes) {
 
 cv::Mat read_image(const std::string& file, int flags) {
   if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such image" + suggest_file(file));
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string bytes = read_file(file, kMaxImageBytes, ReadFrom::regular_file);
   if (is_cut_short(bytes)) throw Error(file + ": the image is cut short");
+  const std::optional<HeaderSize> size = size_in_header(bytes);
+  if (!size) throw Error(file + ": not an image that can be read, expected PNG, JPEG, BMP, PGM, PPM or TIFF");
+  if (size->width_px > kMaxSide_px || size->height_px > kMaxSide_px ||
+      size->width_px * size->height_px > kMaxPixels) {
+    throw Error(file + ": " + std::to_string(size->width_px) + "x" + std::to_string(size->height_px) +
+                " pixels are too many, expected at most " + std::to_string(kMaxPixels >> 20U) +
+                " megapixels");
+  }
   cv::Mat image;
-  if (!bytes.empty()) {
+  try {
     const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
     image = cv::imdecode(row, flags);
+  } catch (const std::exception&) {  // cv::Exception, std::bad_alloc: told below as of any other bad file
+    image.release();
   }
   if (image.empty()) throw Error(file + ": not an image that can be read");
   return image;

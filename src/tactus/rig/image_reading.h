@@ -5,8 +5,9 @@
 
 namespace tactus {
 
-/// `flags` as of cv::imread. @throws Error naming the file (and the nearest name): missing, cut short or not
-/// an image.
+/// `flags` as of cv::imread. Takes PNG, JPEG, BMP, PGM, PPM and TIFF of at most 256 megapixels: the size in
+/// the header is looked at before the decoder takes memory for it.
+/// @throws Error naming the file (and the nearest name): missing, cut short, too large or not an image.
 cv::Mat read_image(const std::string& file, int flags);
 
 }  // namespace tactus

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/foreign_text.h"
+#include "tactus/base/read_file.h"
 #include "tactus/rig/frame_window.h"
 #include "tactus/rig/numbered_files.h"
 
@@ -115,11 +117,11 @@ class KinectSource final : public FrameSource {
 
 KinectCalibration read_kinect_calibration(const std::string& file, Index color_width_px,
                                           Index color_height_px) {
-  std::ifstream in(file);
-  if (!in) throw Error(file + ": no such file");
+  if (!fs::exists(file)) throw Error(file + ": no such file");
   // The device ends its text with a zero byte, some tools keep it.
-  std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text = read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file);
   while (!text.empty() && text.back() == '\0') text.pop_back();
+  check_foreign_text(text, TextSyntax::json, file);
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
   if (json.is_discarded()) throw Error(file + ": not JSON");
   if (color_height_px * 16 != color_width_px * 9)
@@ -129,7 +131,8 @@ KinectCalibration read_kinect_calibration(const std::string& file, Index color_w
     const nlohmann::json::json_pointer at("/CalibrationInformation/Cameras");
     if (json.contains(at) && json[at].is_array()) {
       for (const nlohmann::json& c : json[at]) {
-        if (c.is_object() && c.value("Purpose", "") == "CALIBRATION_CameraPurpose" + purpose) return c;
+        const bool named = c.is_object() && c.contains("Purpose") && c["Purpose"].is_string();
+        if (named && c["Purpose"] == "CALIBRATION_CameraPurpose" + purpose) return c;
       }
     }
     throw Error(file + ": no camera with the purpose CALIBRATION_CameraPurpose" + purpose);
@@ -138,7 +141,8 @@ KinectCalibration read_kinect_calibration(const std::string& file, Index color_w
   // NFOV unbinned: 640x576 pixels of the 1024x1024 sensor from (192, 180).
   out.depth = read_camera(camera("Depth"), file + ": depth camera", {1024, 1024, 192, 180, 1}, 640, 576);
   out.depth.camera.name = "depth";
-  out.depth_metric_radius = camera("Depth").value("MetricRadius", 0.0);
+  const auto radius = camera("Depth").find("MetricRadius");
+  if (radius != camera("Depth").end() && radius->is_number()) out.depth_metric_radius = radius->get<double>();
   // 16:9: the middle 2304 of the 3072 rows of the 4096 wide sensor.
   out.color = read_camera(camera("PhotoVideo"), file + ": colour camera",
                           {4096, 3072, 0, 384, color_width_px / 4096.0}, color_width_px, color_height_px);

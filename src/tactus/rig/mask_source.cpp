@@ -19,27 +19,27 @@ class MaskSource final : public FrameSource {
         depths_(path, options.depth ? file_.depths : std::vector<DepthRecording>()) {
     file_.rig.depth_cameras = depths_.cameras();
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
-    std::optional<FrameWindow> held;
+    std::vector<int> numbers;
     for (std::size_t i = 0; i < file_.masks.size(); ++i) {
       undistort_.emplace_back(file_.calibrated[i]);
       for_camera(path, file_.rig.cameras[i].name, [&] {
         if (file_.masks[i].empty()) throw usage_error("has no 'mask', which source 'masks' needs");
         masks_.emplace_back(file_.masks[i]);
         if (!masks_[i].is_sequence()) return;
-        const FrameWindow range = masks_[i].range();
-        if (!held) held = range;
-        held = FrameWindow{std::min(held->first, range.first), std::max(held->last, range.last)};
+        const std::vector<int> of_camera = masks_[i].numbers();
+        numbers.insert(numbers.end(), of_camera.begin(), of_camera.end());
       });
     }
-    sequence_ = held.has_value();
+    sequence_ = !numbers.empty();
     const auto& photos = file_.photos;
     const bool has_all =
         std::none_of(photos.begin(), photos.end(), [](const std::string& photo) { return photo.empty(); });
     for (std::size_t i = 0; i < photos.size() && has_all && options.colors; ++i)
       photos_.emplace_back(photos[i]);
-    window_ = frame_window(path, options.first_frame ? options.first_frame : file_.first_frame,
-                           options.last_frame ? options.last_frame : file_.last_frame,
-                           held.value_or(FrameWindow{0, 0}));
+    const std::optional<int> first = options.first_frame ? options.first_frame : file_.first_frame,
+                             last = options.last_frame ? options.last_frame : file_.last_frame;
+    window_ = frame_window(path, first, last,
+                           sequence_ ? window_of(path, std::move(numbers), first, last) : FrameWindow{0, 0});
     tick_ = window_.first;
     bytes_.resize(masks_.size());
     if (sequence_) return;

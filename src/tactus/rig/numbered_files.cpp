@@ -12,6 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kMaxNumber = 1000000000, kMaxGap = 10000;
+
 std::vector<std::string> names_in(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code failed;
@@ -62,11 +64,11 @@ std::string NumberedFiles::file(int number) const {
   return head_ + digits + tail_;
 }
 
-FrameWindow NumberedFiles::range() const {
+std::vector<int> NumberedFiles::numbers() const {
   // The number may be part of a folder's name ("%04d/left.png"), so names are matched where it stands.
   const fs::path folder = fs::path(head_ + "x").parent_path();
   const std::string head = head_.substr(head_.rfind('/') + 1), tail = tail_.substr(0, tail_.find('/'));
-  std::optional<FrameWindow> found;
+  std::vector<int> found;
   std::string other;  // a number written in another width
   for (const std::string& name : names_in(folder)) {
     const std::optional<int> number = number_in(name, head, tail);
@@ -75,14 +77,34 @@ FrameWindow NumberedFiles::range() const {
       other = name;
       continue;
     }
-    if (!found) found = {*number, *number};
-    found = FrameWindow{std::min(found->first, *number), std::max(found->last, *number)};
+    if (*number > kMaxNumber)
+      throw Error(pattern_ + ": '" + name + "' is no frame, expected numbers of at most " +
+                  std::to_string(kMaxNumber));
+    found.push_back(*number);
   }
-  if (!found)
+  if (found.empty())
     throw Error(pattern_ + ": no file has such a name" +
                 (other.empty() ? suggest_file(file(0))
                                : "; '" + other + "' is there (%d: plain numbers, %04d: four digits)"));
-  return *found;
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+FrameWindow window_of(const std::string& path, std::vector<int> numbers, std::optional<int> first,
+                      std::optional<int> last) {
+  std::sort(numbers.begin(), numbers.end());
+  const FrameWindow held{numbers.front(), numbers.back()};
+  const auto asked = [&](int number) {
+    return number >= first.value_or(held.first) && number <= last.value_or(held.last);
+  };
+  for (std::size_t i = 1; i < numbers.size(); ++i) {
+    const int before = numbers[i - 1], after = numbers[i];
+    if (after - before <= kMaxGap || !asked(before) || !asked(after)) continue;
+    throw usage_error(path + ": no camera has a file between frames " + std::to_string(before) + " and " +
+                      std::to_string(after) + ", expected gaps of at most " + std::to_string(kMaxGap) +
+                      "; ask for frames on one side, or take the stray file away");
+  }
+  return held;
 }
 
 }  // namespace tactus

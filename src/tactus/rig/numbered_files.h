@@ -2,6 +2,7 @@
 /// Files that are numbered: "masks/%04d.png".
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tactus/rig/frame_window.h"
 
@@ -15,15 +16,23 @@ class NumberedFiles {
   bool is_sequence() const { return is_sequence_; }
   const std::string& pattern() const { return pattern_; }
   std::string file(int number) const;
-  /// Smallest and largest number that has a file; there may be holes between.
-  /// @throws Error naming the pattern and the nearest name when no file matches.
-  FrameWindow range() const;
+  /// The numbers that have a file, ascending.
+  /// @throws Error naming the pattern and the nearest name when no file matches, or a number above 10^9.
+  std::vector<int> numbers() const;
 
  private:
   std::string pattern_, head_, tail_;
   std::size_t digits_ = 0;
   bool is_sequence_ = false;
 };
+
+/// Smallest and largest of some cameras' numbers between `first` and `last` (none: whatever there is). There
+/// may be holes between, but no gap of more than 10,000 frames: a stray file would make a run walk through
+/// it.
+/// @param numbers of at least one file, in any order
+/// @throws usage Error naming `path` and the frames on both sides of the gap.
+FrameWindow window_of(const std::string& path, std::vector<int> numbers, std::optional<int> first,
+                      std::optional<int> last);
 
 /// "; did you mean 'x'?" for the name in the path's folder that is nearest to the path's, or "".
 std::string suggest_file(const std::string& path);

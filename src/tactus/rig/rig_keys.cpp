@@ -70,7 +70,7 @@ std::span<const RigSection> rig_sections() {
          "colours whose direction is nearer to the key's are cloth"},
         {"open_px", "whole number >= 0 and <= 50", "`1`", "radius of the opening that removes specks"},
         {"close_px", "whole number >= 0 and <= 50", "`3`", "radius of the closing"},
-        {"largest_hole_px", "whole number >= 0 and <= 100000000", "`1500`",
+        {"largest_hole_px", "whole number >= 0 and <= 100000000", "`150`",
          "smaller holes are filled [pixels]"},
         {"least_part", "number >= 0 and <= 1", "`1`", "parts smaller than this share of the largest go"}}},
       {"calibration_nodes",

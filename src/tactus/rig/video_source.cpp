@@ -143,7 +143,12 @@ class VideoSource final : public FrameSource {
   }
   void read(std::size_t i, FrameSet& frame) {
     Reader& r = *readers_[i];
-    if (!r.video.read(r.photo)) {
+    bool read = false;
+    try {
+      read = r.video.read(r.photo);
+    } catch (const cv::Exception&) {  // costs this camera the frame, as what can't be read does
+    }
+    if (!read) {
       notes_.fail(i, r.path + ": frame " + std::to_string(tick_) +
                          " can't be read; the file is cut short or damaged");
       return;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/base/printable.h"
 #include "tactus/rig/yaml_document.h"
 
 namespace tactus {
@@ -41,7 +42,8 @@ YamlMapping YamlMapping::load(const std::string& file, const std::vector<std::st
 
 void YamlMapping::fail(const std::string& key, const std::string& what) const {
   const YAML::Node value = node_[key];
-  throw usage_error(place(file_, value.IsDefined() ? value.Mark() : node_.Mark()) + "'" + key + "': " + what);
+  throw usage_error(place(file_, value.IsDefined() ? value.Mark() : node_.Mark()) + "'" + key +
+                    "': " + printable(what));
 }
 
 bool YamlMapping::has(const std::string& key) const { return node_[key].IsDefined(); }
@@ -55,6 +57,10 @@ YAML::Node YamlMapping::required(const std::string& key) const {
 std::string YamlMapping::text(const std::string& key) const {
   const YAML::Node value = required(key);
   if (!value.IsScalar() || value.Scalar().empty()) fail(key, "expected a text");
+  for (const char c : value.Scalar()) {  // a zero byte would cut a path
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      fail(key, "'" + value.Scalar() + "', expected a text without control characters");
+  }
   return value.Scalar();
 }
 

@@ -14,9 +14,9 @@ namespace tactus {
 
 /// What shapes need from files, by the body's name; in the file's own coordinates, metres.
 struct BodyAssets {
-  std::map<std::string, TriangleMesh> meshes;
-  std::map<std::string, TriangleMesh> obstacle_meshes;  ///< by the obstacle's name
-  std::map<std::string, LabelVolume> labels;
+  std::map<std::string, TriangleMesh> meshes = {};
+  std::map<std::string, LabelVolume> labels = {};
+  std::map<std::string, TriangleMesh> obstacle_meshes = {};  ///< by the obstacle's name
 };
 
 /// A body's shape, placed in the world, and what its cubes are made of.

@@ -179,12 +179,15 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
   }
-  schedule_.run({.dt_s = dt_frame_s / static_cast<float>(std::max(report.substeps, 1)),
+  const float dt_substep_s = dt_frame_s / static_cast<float>(std::max(report.substeps, 1));
+  schedule_.run({.dt_s = dt_substep_s,
+                 .dt_before_s = last_substep_s_,
                  .dt_capture_s = static_cast<float>(times.dt_capture_s),
                  .surface_age_s = static_cast<float>(times.surface_age_s),
                  .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
                  .substeps = report.substeps},
                 frame != nullptr);
+  if (report.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   collect(times, report);
   if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
@@ -252,10 +255,11 @@ std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vec
   return repaired_;
 }
 
-int Simulation::substeps_for(double dt_s) const {
+int Simulation::substeps_for(double dt_s) {
   if (scene_.frame.substeps) return *scene_.frame.substeps;
   int count = 1;
   for (const auto& body : bodies_) count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
+  count = substep_choice_.of_frame(count, kMostSubsteps);
   return ceil_div(count, schedule_.unit()) * schedule_.unit();
 }
 

@@ -13,6 +13,7 @@
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/soft_body.h"
+#include "tactus/tissue/substep_choice.h"
 
 namespace tactus {
 
@@ -84,7 +85,7 @@ class Simulation {
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
   /// As many as the bodies' stable steps ask for, or the scene.
-  int substeps_for(double dt_s) const;
+  int substeps_for(double dt_s);
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
   void collect(const FrameTimes& times, StepReport& report);
@@ -111,6 +112,8 @@ class Simulation {
   std::span<const BitMask> masks_;      ///< likewise
   std::int64_t tick_ = 0;
   double captured_s_ = 0, last_dt_s_ = 0;
+  float last_substep_s_ = 0;
+  SubstepChoice substep_choice_;
   Timings timings_;
 };
 

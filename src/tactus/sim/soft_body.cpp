@@ -12,6 +12,9 @@
 namespace tactus {
 namespace {
 
+/// Of a cube's volume over that at rest.
+constexpr float kLeastJ = -2;
+
 double memory_bytes(const Device& device) {
   double bytes = 0;
   for (const DeviceInfo& info : list_devices()) {
@@ -77,6 +80,10 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
       surface_(devices.context(0), shape_.lattice, shape_.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper) {
+  float young_Pa = 0;
+  for (const ElasticMaterial& m : shape_.materials) young_Pa = std::max(young_Pa, m.young_Pa);
+  largest_energy_J_ = 100 * double{young_Pa} * std::pow(double{shape_.lattice.spacing_m}, 3) *
+                      static_cast<double>(shape_.lattice.cube_count());
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.contact) tissue_.share_nodes();
@@ -138,10 +145,12 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   const WatchRecord before = watched_;
   strain_ = tissue_.extremes(&readback);
   watched_ = tissue_.watched(&readback);
-  const bool fine = std::isfinite(strain_.speed_ratio) && std::isfinite(strain_.smallest_J);
-  if (fine && watched_.bad_substep < 0) return "";
+  motion_ = tissue_.rigid_motion(&readback);
+  tissue_.set_spin(motion_.spin_rad_s);
+  const std::string impossible = impossible_state();
+  if (impossible.empty() && watched_.bad_substep < 0) return "";
   const WatchRecord bad = watched_;
-  std::string text = "body '" + name() + "' blew up";
+  std::string text = "body '" + name() + "' blew up" + (bad.bad_substep < 0 ? impossible : "");
   if (bad.bad_substep >= 0) {
     const int last = bad.bad_substep + 1, every = watch_every(substeps),
               first = (last - 1) / every * every + 1;
@@ -169,6 +178,27 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   }
   return text +
          "; it rests from now on: press or move it less, use more substeps, more damping or a finer lattice";
+}
+
+std::string SoftBody::impossible_state() const {
+  // Of the kinetic energy what is neither flight nor turning, which no material limits.
+  const double moving_J = motion_.kinetic_J -
+                          0.5 * motion_.mass_kg * dot(motion_.velocity_m_s, motion_.velocity_m_s) -
+                          0.5 * dot(motion_.spin_rad_s, motion_.angular_momentum_kg_m2_s);
+  char text[160];
+  // A cube turned inside out by twice its volume: no force of a law makes that.
+  if (!(strain_.smallest_J > kLeastJ)) {
+    std::snprintf(text, sizeof text, ": the volume of %s is %.3g times that at rest",
+                  cube_text(strain_.smallest_cube).c_str(), double{strain_.smallest_J});
+    return text;
+  }
+  if (!(moving_J < largest_energy_J_)) {
+    std::snprintf(text, sizeof text,
+                  ": its kinetic energy is %.3g J, and a hundred times what strains it wholly is %.3g J",
+                  moving_J, largest_energy_J_);
+    return text;
+  }
+  return std::isfinite(strain_.speed_ratio) ? "" : ": its strain is not finite";
 }
 
 float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
@@ -201,9 +231,12 @@ std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
   }
   for (std::size_t k = 0; k < shape_.loads.size(); ++k)
     add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
+  // What holds a body far away is no cause of what happens here.
   std::vector<Index> fixed, touched;
   for (Index i = 0; i < lattice.node_count(); ++i)
-    if (lattice.fixed[static_cast<std::size_t>(i)] != 0) fixed.push_back(i);
+    if (lattice.fixed[static_cast<std::size_t>(i)] != 0 &&
+        length(lattice.rest_m(i) - p_m) < 3.5F * lattice.spacing_m)
+      fixed.push_back(i);
   add(fixed, "'fixed' holds it");
   const std::vector<Index> leaders = to_host(ctx, points_.table().leaders),
                            touching = to_host(ctx, points_.touching());
@@ -223,7 +256,33 @@ Vec3f SoftBody::cube_center_m(Index cube) const {
              (vec_cast<float>(lattice.cubes[static_cast<std::size_t>(cube)]) + Vec3f{0.5F, 0.5F, 0.5F});
 }
 
+void SoftBody::warn_of_many_substeps(float dt_frame_s) {
+  if (warned_of_substeps_ || at_rest_ || needed_substeps(dt_frame_s) <= kMostWhenCrushed) return;
+  const int at_rest = model().substeps_for(dt_frame_s);
+  const MaterialDescription& m = description_.material;
+  char text[320];
+  if (at_rest > kMostWhenCrushed) {
+    std::snprintf(
+        text, sizeof text,
+        "': a frame of %.3g s takes %d substeps, as it is stable up to %.3g s: young_modulus_pa %.3g, "
+        "density_kg_m3 %.3g and spacing_m %.3g make waves that fast; a coarser lattice, a softer or "
+        "a heavier material takes fewer",
+        double{dt_frame_s}, at_rest, double{model().stable_step_s()}, m.young_modulus_pa, m.density_kg_m3,
+        description_.spacing_m);
+  } else {
+    std::snprintf(
+        text, sizeof text,
+        "' is crushed: waves are %.3g times as fast as at rest in %s, which asks for %d substeps; it "
+        "gets %d: press it less or slower, or make it stiffer",
+        double{strain_.speed_ratio}, cube_text(strain_.fastest_cube).c_str(), needed_substeps(dt_frame_s),
+        kMostWhenCrushed);
+  }
+  log_warning("body '" + name() + text);
+  warned_of_substeps_ = true;
+}
+
 void SoftBody::check_substeps(float dt_frame_s, int substeps) {
+  warn_of_many_substeps(dt_frame_s);
   const float dt_s = dt_frame_s / static_cast<float>(substeps);
   char text[256];
   if (model().has_elements() && dt_s > 1.0001F * model().tled().stable_step_s()) {

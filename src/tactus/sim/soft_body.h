@@ -1,5 +1,6 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
+#include <algorithm>
 #include <string>
 
 #include "tactus/contact/contact.h"
@@ -24,8 +25,17 @@ class SoftBody {
   Index contact_point_count() const { return points_.count(); }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
-  /// Substeps for which the body is stable as strained as it was at the end of the last frame.
-  int substeps_for(float dt_frame_s) const { return model().substeps_for(dt_frame_s, strain_.speed_ratio); }
+  /// Substeps for which the body is stable as strained as it was at the end of the last frame; if strain asks
+  /// for more than kMostWhenCrushed, only as many.
+  int substeps_for(float dt_frame_s) const {
+    return std::max(model().substeps_for(dt_frame_s),
+                    std::min(needed_substeps(dt_frame_s), kMostWhenCrushed));
+  }
+  int needed_substeps(float dt_frame_s) const {
+    return model().substeps_for(dt_frame_s, strain_.speed_ratio);
+  }
+  /// Of a crushed body's frame: so it ends.
+  static constexpr int kMostWhenCrushed = 2000;
   /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
@@ -95,6 +105,9 @@ class SoftBody {
   ContactNodes contact_nodes();
   int watch_every(int substeps) const;
   void spread_contact_points(ExecContext& ctx);
+  void warn_of_many_substeps(float dt_frame_s);
+  /// "" or why the body's state is none that its material could reach.
+  std::string impossible_state() const;
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -102,9 +115,11 @@ class SoftBody {
   TledOptions element_options_;
   DeviceSet& devices_;
   HybridSlabs tissue_;
-  bool at_rest_ = false, warned_of_softness_ = false;
+  bool at_rest_ = false, warned_of_softness_ = false, warned_of_substeps_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   WatchRecord watched_;
+  RigidMotion motion_;
+  double largest_energy_J_ = 0;  ///< that its material could hold: Young's modulus times volume
   Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
   bool full_stiffness_;

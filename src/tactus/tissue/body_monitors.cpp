@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "tactus/tissue/tled/material_laws.h"
+#include "tactus/tissue/rigid_motion.h"
+#include "tactus/tissue/tled/cube_forces.h"
 
 namespace tactus {
 namespace {
@@ -22,19 +23,26 @@ Mat3d gradient(const Vec3d (&x)[8], double h, const Vec3d& at) {
   return F;
 }
 
-/// h E / 6 over 8 times half the squares of the four modes without strain at the centre.
-double hourglass_energy_J(const Vec3d (&x)[8], double h, double young_Pa) {
-  double squares = 0;
+/// tled::HourglassControl. @param F at the centre
+double hourglass_energy_J(const Vec3d (&x)[8], const Mat3d& F, double h, const ElasticMaterial& m,
+                          double lasting) {
+  const double mu = lasting * double{m.mu_Pa()}, lambda = double{m.lambda_Pa()};
+  const double k = h / 6 * mu * (3 * lambda + 2 * mu) / (lambda + mu);
+  const double t = h / 6 * mu * double{tled::HourglassControl::kTwist};
+  double squares = 0, twist[3] = {};
   for (int mode = 0; mode < 4; ++mode) {
     Vec3d amount{};
     for (int q = 0; q < 8; ++q) {
       const int a = q & 1, b = q >> 1 & 1, c = q >> 2;
-      const int odd[4] = {a ^ b, b ^ c, a ^ c, a ^ b ^ c ^ 1};
+      const int odd[4] = {b ^ c, a ^ c, a ^ b, a ^ b ^ c ^ 1};
       amount += (odd[mode] != 0 ? -1.0 : 1.0) * x[q];
     }
     squares += dot(amount, amount);
+    if (mode < 3) twist[mode] = dot(F.column(mode), amount);
   }
-  return h * young_Pa / 6 / 8 / 2 * squares;
+  const auto [A, B, C] = twist;
+  const double fade = double{tled::HourglassControl::fade(static_cast<float>(trace_C(F)))};
+  return (k * squares - fade * ((k - t) * (A * A + B * B + C * C) - t * sqr(A + B + C))) / 16;
 }
 
 double strain_energy_J_m3(const TledOptions& options, const ElasticMaterial& m, const Mat3d& F) {
@@ -62,12 +70,12 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
                           std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
                           std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
   BodyMonitors m;
-  for (std::size_t i = 0; i < x_m.size(); ++i) {
-    const Vec3d v = vec_cast<double>(v_m_s[i]);
-    const auto mass = static_cast<double>(lattice.node_mass_kg[i]);
-    m.kinetic_J += 0.5 * mass * dot(v, v);
-    m.momentum_kg_m_s += mass * v;
-  }
+  MotionSums nodes;
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    nodes.add_node(double{lattice.node_mass_kg[i]}, vec_cast<double>(x_m[i]), vec_cast<double>(v_m_s[i]));
+  m.kinetic_J = nodes.kinetic_J;
+  m.momentum_kg_m_s = nodes.momentum_kg_m_s;
+  m.angular_momentum_kg_m2_s = rigid_motion({&nodes, 1}).angular_momentum_kg_m2_s;
   const auto h = static_cast<double>(lattice.spacing_m);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     Vec3d x[8];
@@ -82,7 +90,8 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
     const ElasticMaterial& material = materials[material_of_cube.empty() ? 0 : material_of_cube[c]];
     m.elastic_J += fill * elastic_energy_J(x, h, options, material);
     if (!options.full_integration)
-      m.hourglass_J += fill * hourglass_energy_J(x, h, static_cast<double>(material.young_Pa));
+      m.hourglass_J +=
+          fill * hourglass_energy_J(x, gradient(x, h, {}), h, material, 1 - double{options.faded_share()});
   }
   return m;
 }

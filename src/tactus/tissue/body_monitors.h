@@ -13,8 +13,9 @@ struct BodyMonitors {
   double hourglass_J =
       0;  ///< of the elements' hourglass control: far below elastic_J where the lattice is fine enough
   Vec3d momentum_kg_m_s{};
-  double volume_m3 = 0;  ///< of all cubes, by their fill
-  double min_J = 1;      ///< smallest ratio of a cube's volume to that at rest; <= 0 is inverted
+  Vec3d angular_momentum_kg_m2_s{};  ///< about the centre of mass
+  double volume_m3 = 0;              ///< of all cubes, by their fill
+  double min_J = 1;                  ///< smallest ratio of a cube's volume to that at rest; <= 0 is inverted
   Index min_J_cube = 0;
   Index inverted_cubes = 0;
   friend bool operator==(const BodyMonitors&, const BodyMonitors&) = default;

@@ -19,11 +19,12 @@ class BodyWatch {
   void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, Index substep) {
     ctx.parallel_for("watch/nodes", records_.size(), WatchNodes{x_m, v_m_s, records_.view(), substep});
   }
-  /// The same where the substep's number is on the device: looks after every so many, and after the last.
-  void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, View<const FrameParams> frame,
-            Index every) {
+  /// The same in a recorded block, of which `substep` counts: looks after every so many of the frame's
+  /// substeps, and after the last.
+  void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, Index substep,
+            View<const FrameParams> frame, Index every) {
     ctx.parallel_for("watch/nodes", records_.size(),
-                     WatchNodes{x_m, v_m_s, records_.view(), 0, frame, every});
+                     WatchNodes{x_m, v_m_s, records_.view(), substep, frame, every});
   }
   /// Finds the earliest bad node, of several the lowest, and the fastest of the others. Asynchronous.
   void summarise(ExecContext& ctx) {

@@ -1,6 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
+#include "tactus/tissue/rigid_motion_kernels.h"
 #include "tactus/tissue/summary_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::flsm::LoadNodes);
@@ -14,6 +15,7 @@ TACTUS_CUDA_KERNEL(tactus::flsm::CorrectGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::Integrate);
 TACTUS_CUDA_KERNEL(tactus::embed::MoveVertices);
 TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);
+TACTUS_CUDA_KERNEL(tactus::SumMotion);
 TACTUS_CUDA_KERNEL(tactus::WatchNodes);
 TACTUS_CUDA_KERNEL(tactus::ClearRecords);
 TACTUS_CUDA_KERNEL(tactus::SummariseWatch);

@@ -30,12 +30,12 @@ struct WatchNodes {
   static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
   View<const Vec3f> x_m, v_m_s;
   View<WatchRecord> records;
-  Index substep;  ///< or, with `frame`, the device's
+  Index substep;  ///< of the frame or, with `frame`, of its block
   View<const FrameParams> frame = {};
   Index every = 1;  ///< with `frame`: only after so many substeps, and after the last
   TACTUS_HD void load() {
-    // After the frame's last substep the device has counted on.
-    if (!frame.empty()) substep = min(frame[0].substep, frame[0].substeps - 1);
+    // After the frame's last block all substeps are done.
+    if (!frame.empty()) substep = min(frame[0].done + substep, frame[0].substeps - 1);
   }
   TACTUS_HD bool looks() const {
     return frame.empty() || (substep + 1) % every == 0 || substep + 1 == frame[0].substeps;

@@ -1,18 +1,15 @@
 #include "tactus/view/image_files.h"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
-#include <system_error>
 #include <utility>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/safe_file.h"
+#include "tactus/view/mp4_check.h"
 
 namespace tactus {
 namespace {
@@ -21,21 +18,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const std::string& path, const std::string& why) {
   throw Error("can't write '" + path + "': " + why);
-}
-
-/// "a/b.mp4" -> "a/b.part.mp4": the container is chosen by the extension.
-std::string part_path(const std::string& path) {
-  fs::path part(path);
-  part.replace_filename(part.stem().string() + ".part" + part.extension().string());
-  return part.string();
-}
-
-void rename_part(const std::string& path) {
-  std::error_code error;
-  fs::rename(part_path(path), path, error);
-  if (!error) return;
-  std::remove(part_path(path).c_str());
-  fail(path, error.message());
 }
 
 cv::Mat to_bgr(const ColorImage& image) {
@@ -50,21 +32,6 @@ cv::Mat view_of(ColorImage& image) { return {image.height_px, image.width_px, CV
 
 }  // namespace
 
-void check_writable(const std::string& path) {
-  std::error_code error;
-  if (path.empty()) fail(path, "the path is empty");
-  if (fs::is_directory(path, error)) fail(path, "it is a folder");
-  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-  if (!fs::exists(folder, error)) fail(path, "the folder '" + folder.string() + "' does not exist");
-  if (!fs::is_directory(folder, error)) fail(path, "'" + folder.string() + "' is not a folder");
-  const std::string probe = part_path(path);
-  const bool existed = fs::exists(probe, error);
-  std::FILE* file = std::fopen(probe.c_str(), "ab");
-  if (file == nullptr) fail(path, std::strerror(errno));
-  std::fclose(file);
-  if (!existed) std::remove(probe.c_str());
-}
-
 std::vector<std::uint8_t> encode_png(const ColorImage& image) {
   if (image.empty()) throw Error("can't encode a PNG: the image is empty");
   std::vector<unsigned char> bytes;
@@ -75,20 +42,9 @@ std::vector<std::uint8_t> encode_png(const ColorImage& image) {
 }
 
 void write_png(const std::string& path, const ColorImage& image) {
-  check_writable(path);
   if (image.empty()) fail(path, "the image is empty");
   const std::vector<std::uint8_t> bytes = encode_png(image);
-  {
-    std::ofstream file(part_path(path), std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) {
-      const std::string why = std::strerror(errno);
-      std::remove(part_path(path).c_str());
-      fail(path, why);
-    }
-  }
-  rename_part(path);
+  write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px,
@@ -106,44 +62,40 @@ void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_p
 }
 
 struct VideoWriter::Impl {
+  explicit Impl(const std::string& to) : path(to), file(to, ".mp4") {}
   std::string path, codec;
+  TemporaryFile file;
   Index width_px = 0, height_px = 0;
   int frames = 0;
   bool finished = false;
   cv::VideoWriter writer;
 
+  /// The encoder tells of no failure, so what it left is looked at.
   void finish() {
     if (std::exchange(finished, true)) return;
     writer.release();
-    if (frames == 0) {
-      std::remove(part_path(path).c_str());
-      return;
-    }
-    std::error_code error;
-    if (fs::file_size(part_path(path), error) == 0 || error)
-      fail(path, "the video encoder wrote nothing (disk full?)");
-    rename_part(path);
+    if (frames == 0) return;
+    const std::string wrong = what_is_wrong_with_mp4(file.fd(), frames);
+    if (!wrong.empty()) fail(path, wrong + "; is the disk full?");
+    file.commit();
   }
 };
 
-VideoWriter::VideoWriter(const std::string& path, Index width_px, Index height_px, double fps)
-    : impl_(std::make_unique<Impl>()) {
+VideoWriter::VideoWriter(const std::string& path, Index width_px, Index height_px, double fps) {
   if (fs::path(path).extension() != ".mp4") fail(path, "a video's name must end in '.mp4'");
   if (width_px <= 0 || height_px <= 0 || width_px % 2 != 0 || height_px % 2 != 0) {
     fail(path, "frames of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
                    " px, expected even, positive sides");
   }
   if (!(fps >= 1 && fps <= 240)) fail(path, "fps is " + std::to_string(fps) + ", expected 1 to 240");
-  check_writable(path);
-  impl_->path = path;
+  impl_ = std::make_unique<Impl>(path);
   impl_->width_px = width_px;
   impl_->height_px = height_px;
   for (const char* codec : {"avc1", "mp4v"}) {
     const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
     impl_->codec = codec;
-    if (impl_->writer.open(part_path(path), cv::CAP_FFMPEG, fourcc, fps, {width_px, height_px})) return;
+    if (impl_->writer.open(impl_->file.path(), cv::CAP_FFMPEG, fourcc, fps, {width_px, height_px})) return;
   }
-  std::remove(part_path(path).c_str());
   fail(path, "OpenCV has neither an H.264 nor an MPEG-4 encoder here (its videoio needs FFmpeg)");
 }
 

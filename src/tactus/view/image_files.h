@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures and videos on disk. Every file is written beside its name and renamed when it is whole.
+/// Pictures and videos on disk. Files are whole or not there (base/safe_file.h).
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,16 +14,12 @@ void write_png(const std::string& path, const ColorImage& image);
 /// The same in memory. @throws Error when the image is empty.
 std::vector<std::uint8_t> encode_png(const ColorImage& image);
 
-/// @throws Error naming the path and the reason when no file can be written there (folder missing or not
-/// writable, a folder of that name); leaves nothing behind. For checks before any work is done.
-void check_writable(const std::string& path);
-
 /// Text on a picture, its lower left corner at (x_px, y_px): light with a dark rim, so that it reads on
 /// anything.
 void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px = 16,
                Rgb8 color = {255, 255, 255});
 
-/// An MP4 (H.264 where OpenCV's build has an encoder, else MPEG-4). Frames go to `<stem>.part.mp4`.
+/// An MP4 (H.264 where OpenCV's build has an encoder, else MPEG-4). Frames go to a temporary file.
 class VideoWriter {
  public:
   /// @throws Error when the path can't be written or doesn't end in ".mp4", the sides are not even and
@@ -36,7 +32,8 @@ class VideoWriter {
 
   /// @throws Error when the size differs from the video's, or after finish().
   void add(const ColorImage& frame);
-  /// Closes the file and gives it its name; without a frame nothing is left. @throws Error.
+  /// Closes the file, sees that it is whole and gives it its name; without a frame nothing is left.
+  /// @throws Error naming the path, when the disk was full for example.
   void finish();
   int frame_count() const;
   /// "avc1" or "mp4v".

@@ -36,12 +36,9 @@ void for_pictures(const std::string& path, Index step,
                   const std::function<void(Index, Index, const Image<std::uint8_t>&)>& use) {
   if (!is_film(path)) {
     const NumberedFiles files(path);
-    const FrameWindow range = files.is_sequence() ? files.range() : FrameWindow{0, 0};
-    for (int i = range.first; i <= range.last; ++i) {
-      if (!std::filesystem::exists(files.file(i)) && files.is_sequence())
-        continue;  // sequences may have holes
-      use(i, range.last - range.first + 1, read_grey(files.file(i)));
-    }
+    const std::vector<int> numbers = files.is_sequence() ? files.numbers() : std::vector<int>{0};
+    const int pictures = numbers.back() - numbers.front() + 1;  // sequences may have holes
+    for (const int i : numbers) use(i, pictures, read_grey(files.file(i)));
     return;
   }
   if (!std::filesystem::is_regular_file(path)) throw Error(path + ": no such film" + suggest_file(path));

@@ -3,9 +3,9 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
 #include "tactus/geom/rotation.h"
 
 namespace tactus::calibration {
@@ -113,18 +113,7 @@ Rigidd from_opengl_camera_to_world(const Rigidd& T_world_glcam) {
   return {{{T.R.row[0], -T.R.row[1], -T.R.row[2]}}, {T.t.x, -T.t.y, -T.t.z}};
 }
 
-void write_text(const std::string& path, const std::string& text) {
-  const std::string part = path + ".part";
-  std::ofstream out(part, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(part, path, error);
-  if (!out || error) {
-    std::filesystem::remove(part, error);
-    throw Error(path + ": can't be written");
-  }
-}
+void write_text(const std::string& path, const std::string& text) { write_file(path, text); }
 
 void make_folder(const std::string& path) {
   std::error_code error;

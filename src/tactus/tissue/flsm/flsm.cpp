@@ -41,10 +41,12 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
   shared_mass_kg_ = to_device(ctx, r.shared_mass_kg);
   mass_kg_ = to_device(ctx, lattice.node_mass_kg);
-  std::vector<double> inverse_nodes(r.region_nodes.size());
-  std::transform(r.region_nodes.begin(), r.region_nodes.end(), inverse_nodes.begin(),
-                 [](Index n) { return 1.0 / n; });
-  inverse_region_nodes_ = to_device(ctx, inverse_nodes);
+  std::vector<double> inverse_weight(r.weight_sum.size());
+  std::transform(r.weight_sum.begin(), r.weight_sum.end(), inverse_weight.begin(),
+                 [](double sum) { return 1 / sum; });
+  inverse_weight_ = to_device(ctx, inverse_weight);
+  held_ = to_device(ctx, r.held);
+  turn_m_ = to_device(ctx, r.turn_m);
   inverse_mass_ = to_device(ctx, r.inverse_mass_per_kg);
   center_ = to_device(ctx, r.center);
   std::vector<float> identity(static_cast<std::size_t>(4 * grid_.cells));
@@ -125,8 +127,8 @@ void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmSte
   ctx.parallel_for(
       "flsm/fit", node_rows_.size(),
       flsm::FitRegions{node_rows_.const_view(), sums_z_.const_view(), inverse_mass_.const_view(),
-                       center_.const_view(), quaternion_.view(), rotation_.view(), translation_.view(),
-                       grid_.cells, 1 / double{spacing_m_}, spacing_m_, step.rotation_iterations});
+                       turn_m_.const_view(), center_.const_view(), quaternion_.view(), rotation_.view(),
+                       translation_.view(), grid_.cells, 1 / double{spacing_m_}, step.rotation_iterations});
   sum_goals(ctx);
 }
 
@@ -138,18 +140,17 @@ void Flsm::step(ExecContext& ctx, BodyState& state, const FlsmStep& step) {
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
   compute_goals(ctx, state, step);
-  ctx.parallel_for(
-      "flsm/integrate", node_count(),
-      flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
-                      goal_sum_.const_view(), cell_.const_view(), inverse_region_nodes_.const_view(),
-                      mass_kg_.const_view(), fixed_.const_view(), grid_.cells, step.time(), pace(step),
-                      step.drag_per_s});
+  ctx.parallel_for("flsm/integrate", node_count(),
+                   flsm::Integrate{state.x_m.view(), state.v_m_s.view(), state.f_ext_N.const_view(),
+                                   goal_sum_.const_view(), cell_.const_view(), inverse_weight_.const_view(),
+                                   held_.const_view(), mass_kg_.const_view(), fixed_.const_view(),
+                                   grid_.cells, step.time(), pace(step), step.drag_per_s});
 }
 
 std::vector<Vec3d> Flsm::goals_m(ExecContext& ctx) const {
   const std::vector<double> sum = to_host(ctx, goal_sum_.const_view());
   const std::vector<Index> cell = to_host(ctx, cell_.const_view());
-  const std::vector<double> inverse = to_host(ctx, inverse_region_nodes_.const_view());
+  const std::vector<double> inverse = to_host(ctx, inverse_weight_.const_view());
   std::vector<Vec3d> goals(cell.size());
   for (std::size_t i = 0; i < cell.size(); ++i) {
     for (int a = 0; a < 3; ++a) {

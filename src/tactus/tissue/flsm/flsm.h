@@ -27,14 +27,17 @@ struct FlsmStep {
   /// When given, dt_s and gravity are read from here when the kernels run.
   View<const FrameParams> frame = {};
   View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
-  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped}; }
+  /// One: how fast the body turns as a whole, which is not damped; none: it does not.
+  View<const Vec3f> spin_rad_s = {};
+  Index in_block = 0;  ///< with `frame`: which substep of its block
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s, in_block}; }
 };
 
 /// What compute_goals left, for solvers that go on with it.
 struct FlsmGoals {
-  View<const Index> cell;                   ///< per node
-  View<const double> sum_m;                 ///< 3 fields over cells: sum of T_r x0_i over i's regions
-  View<const double> inverse_region_nodes;  ///< per node: 1 / |R_i|
+  View<const Index> cell;             ///< per node
+  View<const double> sum_m;           ///< 3 fields over cells: weighted sum of T_r x0_i over i's regions
+  View<const double> inverse_weight;  ///< per node: 1 / sum of those weights
   Index cells = 0;
 };
 
@@ -46,8 +49,10 @@ struct FlsmGoals {
 ///   for (int k = 0; k < n; ++k) flsm.step(ctx, body, {.dt_s = dt_frame_s / n});
 ///
 /// The goal force linearises to rho omega^2 (sigma^2/2) (laplace u + grad div u): shear modulus
-/// rho omega^2 sigma^2 / 2 and lambda = 0. So E is matched by omega^2 = E / (rho sigma^2), sigma^2 over the
-/// actual regions; Poisson's ratio cannot be chosen. kappa = min(1, (omega dt)^2) [ours].
+/// rho omega^2 sigma^2 / 2 and lambda = 0. So E is matched by omega^2 = E / (rho sigma^2); Poisson's ratio
+/// cannot be chosen. Goals are means over regions with weights 1 / sigma_r^2 [ours], sigma_r^2 the region's
+/// largest variance along any direction: along that direction each resists as the material does, across it
+/// less. kappa = min(1, (omega dt)^2) [ours].
 class Flsm {
  public:
   /// @throws Error naming the field for a material out of range, or a body too large.
@@ -58,13 +63,13 @@ class Flsm {
 
   /// One substep: goals, forces, integration. @throws Error when dt_s or another parameter is out of range.
   void step(ExecContext& ctx, BodyState& state, const FlsmStep& step);
-  /// The first half of a step: sum over i's regions of T_r x0_i [m], times 1/|R_i| the goals [P 12].
+  /// The first half of a step: goals [P 12], the weighted mean of T_r x0_i [m] over i's regions r.
   void compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step);
   /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
   std::vector<Vec3d> goals_m(ExecContext& ctx) const;
 
   FlsmGoals goals() const {
-    return {cell_.const_view(), goal_sum_.const_view(), inverse_region_nodes_.const_view(), grid_.cells};
+    return {cell_.const_view(), goal_sum_.const_view(), inverse_weight_.const_view(), grid_.cells};
   }
 
   /// What depends on the length of a step.
@@ -90,10 +95,11 @@ class Flsm {
   // per node
   Buffer<Index> cell_, fixed_;
   Buffer<float> mass_kg_;
-  Buffer<double> shared_mass_kg_, inverse_region_nodes_;
+  Buffer<float> held_;
+  Buffer<double> shared_mass_kg_, inverse_weight_;
   // per cell
   Buffer<double> inverse_mass_, center_;
-  Buffer<float> quaternion_;
+  Buffer<float> quaternion_, turn_m_;
   Buffer<FlsmException> exceptions_;
   Buffer<FlsmOffset> offsets_;
   Buffer<Index> node_rows_, x_rows_, y_blocks_, z_blocks_, goal_z_blocks_, goal_y_blocks_;

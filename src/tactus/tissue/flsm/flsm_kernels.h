@@ -171,14 +171,14 @@ struct FitRegions {
   using Shared = NoShared;
   View<const Index> rows;
   View<const double> sums;          ///< 12 fields
-  View<const double> inverse_mass;  ///< 1 field; 0: no node
+  View<const double> inverse_mass;  ///< 1 field: weight over mass of the region; 0: no node
+  View<const float> turn_m;         ///< 1 field: weight times spacing; 0: no node
   View<const double> center;        ///< 3 fields [spacings]
   View<float> quaternion;           ///< 4 fields w x y z, kept from step to step
-  View<float> rotation;             ///< out: 9 fields, column by column, times the spacing; 0 without a node
-  View<double> translation_m;       ///< out: 3 fields
+  View<float> rotation;             ///< out: 9 fields, column by column, times weight and spacing; 0: no node
+  View<double> translation_m;       ///< out: 3 fields, times the weight
   Index cells;
   double inverse_spacing_per_m;
-  float spacing_m;
   int iterations;
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
@@ -211,7 +211,7 @@ struct FitRegions {
     }
     b.for_each_thread([&](int t) {
       const Columns R = rotation_columns({q[0][t], q[1][t], q[2][t], q[3][t]});
-      const float h = inverse_mass[base + t] > 0 ? spacing_m : 0.F;
+      const float h = turn_m[base + t];
       A[0][t] = h * R.x.x, A[1][t] = h * R.x.y, A[2][t] = h * R.x.z;
       A[3][t] = h * R.y.x, A[4][t] = h * R.y.y, A[5][t] = h * R.y.z;
       A[6][t] = h * R.z.x, A[7][t] = h * R.z.y, A[8][t] = h * R.z.z;
@@ -363,33 +363,39 @@ struct Integrate {
   View<const Vec3f> f_ext_N;
   View<const double> goal_sum_m;
   View<const Index> cell;
-  View<const double> inverse_region_nodes;
+  View<const double> inverse_weight;
+  View<const float> held;  ///< FlsmRegions::held
   View<const float> mass_kg;
   View<const Index> fixed;
   Index cells;
   StepTime time;
   Pace pace;
   float drag_per_s;
-  float dt_s = 0, stiffness_per_s = 0;  ///< kappa / dt
-  float damping_time_s = 0, drag = 1;   ///< drag: share of the velocity that it leaves
+  float dt_s = 0, kick_s = 0;
+  float stiffness_per_s = 0;           ///< kappa / dt
+  float damping_time_s = 0, drag = 1;  ///< drag: share of the velocity that it leaves
+  Vec3f turn_rad{};
   TACTUS_HD void load() {
     time.load();
     dt_s = pace.dt_s(time);
-    stiffness_per_s = pace.kappa(dt_s) / dt_s;
+    kick_s = time.kick_s * static_cast<float>(pace.substeps);
+    stiffness_per_s = pace.kappa(dt_s) / sqr(dt_s) * kick_s;
     damping_time_s = pace.damping_time_s(dt_s);
+    turn_rad = time.turn_rad(damping_time_s, dt_s);
     drag = 1 / (1 + dt_s * drag_per_s);
   }
   TACTUS_HD void operator()(Index i) const {
     const Index d = cell[i];
     const Vec3f x = x_m[i], v = v_m_s[i];
-    const double n = inverse_region_nodes[i];
+    const double n = inverse_weight[i];
     const auto pull = [&](Index a, float xa, float va) {
       const double ahead =
           static_cast<double>(xa) + static_cast<double>(damping_time_s) * static_cast<double>(va);
       return static_cast<float>(goal_sum_m[a * cells + d] * n - ahead);
     };
-    const Vec3f to_goal{pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)};
-    const Vec3f dv = stiffness_per_s * to_goal + dt_s * (time.gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
+    const Vec3f to_goal = turned_back({pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)}, turn_rad);
+    const Vec3f dv =
+        (held[i] * stiffness_per_s) * to_goal + kick_s * (time.gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
     const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
     v_m_s[i] = next;
     x_m[i] = x + dt_s * next;

@@ -33,17 +33,22 @@ struct FlsmOffset {
 /// to. Reach is symmetric: i is in region r exactly when r is in region i.
 struct FlsmRegions {
   int half_width = 1;
-  double sigma2_m2 =
-      0;  ///< mean spread of the actual regions: sum M_r tr(Cov_r)/3 / sum M_r (method of E -> omega)
+  /// Spread that gives omega: omega^2 = E / (rho sigma^2). A region of spread s^2 (the largest variance of
+  /// its nodes along any direction) resists strain with its weight times rho omega^2 s^2, so weights are
+  /// proportional to 1 / s^2: what is cut off at an end is as stiff as what is whole.
+  double sigma2_m2 = 0;
   FlsmGrid grid;
 
   // per node
   std::vector<Index> cell;             ///< dense cell of the node
   std::vector<Index> region_nodes;     ///< |R_i|
   std::vector<double> shared_mass_kg;  ///< m~_i = m_i / |R_i|; float would pull towards the world's origin
+  std::vector<double> weight_sum;      ///< of the regions that hold the node
+  std::vector<float> held;             ///< their mean weight, 1 at most: part of omega^2 that acts on it
 
   // per cell; 0 where there is no node
-  std::vector<double> inverse_mass_per_kg;  ///< 1 / M_r, M_r = sum of m~
+  std::vector<double> inverse_mass_per_kg;  ///< weight / M_r, M_r = sum of m~
+  std::vector<float> turn_m;                ///< weight times spacing
   std::vector<double> center;  ///< [3 * cells] rest centre of r minus rest position of node r, in spacings
 
   std::vector<FlsmException> exceptions;

@@ -34,7 +34,9 @@ FlsmStep matching_step(const HybridStep& step) {
           .gravity_m_s2 = step.gravity_m_s2,
           .full_stiffness = step.full_stiffness,
           .frame = step.frame,
-          .stopped = step.stopped};
+          .stopped = step.stopped,
+          .spin_rad_s = step.spin_rad_s,
+          .in_block = step.in_block};
 }
 
 }  // namespace
@@ -44,7 +46,9 @@ TledStep elements_step(const HybridStep& step) {
           .gravity_m_s2 = step.gravity_m_s2,
           .drag_per_s = step.drag_per_s,
           .frame = step.frame,
-          .stopped = step.stopped};
+          .stopped = step.stopped,
+          .spin_rad_s = step.spin_rad_s,
+          .in_block = step.in_block};
 }
 
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched) {
@@ -120,8 +124,11 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
     if (material[c] == Tled::kNoElement) continue;
     for (const Index i : part.lattice.cube_nodes[c]) only_matched[static_cast<std::size_t>(i)] = 0;
   }
-  if (!others.node.empty())
+  if (!others.node.empty()) {
     regions = flsm_layers(make_flsm_regions(others.lattice, half_width), others.lattice, own);
+    for (std::size_t i = 0; i < matched_nodes.size(); ++i)
+      share[static_cast<std::size_t>(matched_nodes[i])] *= regions->held[i];
+  }
   own = {own.begin - window.begin, own.end - window.begin};
 }
 
@@ -195,7 +202,7 @@ void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, in
                         .matched_node = own(matched_node_.const_view()),
                         .matched_cell = goals.cell,
                         .goal_sum_m = goals.sum_m,
-                        .inverse_region_nodes = goals.inverse_region_nodes,
+                        .inverse_weight = goals.inverse_weight,
                         .matched_share = own(matched_share_.const_view()),
                         .inverse_mass_per_kg = own(inverse_mass_per_kg_.const_view()),
                         .fixed = own(fixed_.const_view()),
@@ -205,6 +212,7 @@ void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, in
                         .time = step.time(),
                         .pace = flsm_ ? flsm_->pace(matching_step(step)) : flsm::Pace{0, 0, 1, 1},
                         .drag_per_s = step.drag_per_s,
+                        .elements_damping_time_s = tled_.damping_time_s(),
                         .new_goals = k % step.matched_every == 0});
 }
 

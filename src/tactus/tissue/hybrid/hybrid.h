@@ -28,7 +28,10 @@ struct HybridStep {
   /// When given, dt_s and gravity are read from here when the kernels run: of the device that they run on.
   View<const FrameParams> frame = {};
   View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
-  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped}; }
+  /// One: how fast the body turns as a whole, which is not damped; none: it does not.
+  View<const Vec3f> spin_rad_s = {};
+  Index in_block = 0;  ///< with `frame`: which substep of its block
+  StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s, in_block}; }
 };
 
 /// What of a step concerns the elements.

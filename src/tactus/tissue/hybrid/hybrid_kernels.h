@@ -30,31 +30,35 @@ struct Integrate {
   // shape matching: per node of that part
   View<const Index> matched_node;  ///< per node of the body; -1: in no matched cube
   View<const Index> matched_cell;
-  View<const double> goal_sum_m, inverse_region_nodes;
-  View<const float> matched_share;  ///< m^F / m, per node of the body
+  View<const double> goal_sum_m, inverse_weight;
+  View<const float> matched_share;  ///< m^F / m times FlsmRegions::held, per node of the body
   View<const float> inverse_mass_per_kg;
   View<const Index> fixed, only_matched;
   Index element_cells, matched_cells;
   StepTime time;
   flsm::Pace pace;
-  float drag_per_s;
+  float drag_per_s, elements_damping_time_s;
   bool new_goals;
-  float dt_matched_s = 0;
+  float dt_matched_s = 0, kick_matched_s = 0;
   float stiffness_per_s = 0;         ///< kappa / dt_matched
   float damping_time_s = 0;          ///< of shape matching
   float drag = 1, drag_matched = 1;  ///< shares of the velocity that drag leaves
+  Vec3f elements_turn_rad{}, matched_turn_rad{};
   TACTUS_HD void load() {
     time.load();
     dt_matched_s = pace.dt_s(time);
-    stiffness_per_s = pace.kappa(dt_matched_s) / dt_matched_s;
+    kick_matched_s = time.kick_s * static_cast<float>(pace.substeps);
+    stiffness_per_s = pace.kappa(dt_matched_s) / sqr(dt_matched_s) * kick_matched_s;
     damping_time_s = pace.damping_time_s(dt_matched_s);
+    elements_turn_rad = time.turn_rad(elements_damping_time_s, time.dt_s);
+    matched_turn_rad = time.turn_rad(damping_time_s, dt_matched_s);
     drag = 1 / (1 + time.dt_s * drag_per_s);
     drag_matched = 1 / (1 + dt_matched_s * drag_per_s);
   }
 
   TACTUS_HD Vec3f to_goal(Index matched, Vec3f x, Vec3f v) const {
     const Index d = matched_cell[matched];
-    const double n = inverse_region_nodes[matched], t = static_cast<double>(damping_time_s);
+    const double n = inverse_weight[matched], t = static_cast<double>(damping_time_s);
     const auto pull = [&](Index a, float xa, float va) {
       return static_cast<float>(goal_sum_m[a * matched_cells + d] * n -
                                 (static_cast<double>(xa) + t * static_cast<double>(va)));
@@ -67,11 +71,13 @@ struct Integrate {
     if (alone && !new_goals) return;
     const Vec3f x = x_m[i], v = v_m_s[i];
     const Index d = element_cell[i], matched = matched_node[i];
-    const float dt = alone ? dt_matched_s : time.dt_s;
-    const Vec3f f =
-        Vec3f{f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]} + f_ext_N[i];
-    Vec3f dv = dt * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
-    if (matched >= 0 && new_goals) dv += (matched_share[i] * stiffness_per_s) * to_goal(matched, x, v);
+    const float dt = alone ? dt_matched_s : time.dt_s, kick = alone ? kick_matched_s : time.kick_s;
+    const Vec3f f = turned_back({f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]},
+                                elements_turn_rad) +
+                    f_ext_N[i];
+    Vec3f dv = kick * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
+    if (matched >= 0 && new_goals)
+      dv += (matched_share[i] * stiffness_per_s) * turned_back(to_goal(matched, x, v), matched_turn_rad);
     const Vec3f next =
         fixed[i] != 0 || time.stands_still() ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
     v_m_s[i] = next;

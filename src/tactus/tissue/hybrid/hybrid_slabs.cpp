@@ -45,7 +45,9 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
       beside(context.device()),
       tissue(std::move(model)),
       boundary(ctx, lattice, conditions, tissue.window()),
-      watch(ctx, tissue.window().own.count()) {
+      watch(ctx, tissue.window().own.count()),
+      motion(ctx, lattice, {first_own(), first_own() + tissue.window().own.count()}),
+      spin_rad_s(to_device(ctx, std::vector<Vec3f>(1))) {
   const std::vector<Vec3f> rest = lattice.rest_positions_m();
   const Slab window = tissue.window().held;
   const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
@@ -59,7 +61,10 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
                          const FlsmMaterial& flsm, std::optional<double> least_elements,
                          const BoundaryConditions& conditions)
-    : devices_(devices), motion_count_(conditions.motions.size()), has_boundary_(!conditions.empty()) {
+    : devices_(devices),
+      motion_count_(conditions.motions.size()),
+      has_boundary_(!conditions.empty()),
+      is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.end(), [](auto f) { return f == 0; })) {
   const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
@@ -121,12 +126,14 @@ void HybridSlabs::step(const HybridStep& step, int count) {
   end_substeps(count);
 }
 
-HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part) const {
+HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part, int k) const {
   HybridStep own = step;
+  own.in_block = k;
   if (frame_ != nullptr) {
     own.frame = frame_->view(static_cast<int>(part));
     own.stopped = parts_[part]->stopped.const_view();
   }
+  if (is_free_) own.spin_rad_s = parts_[part]->spin_rad_s.const_view();
   return own;
 }
 
@@ -139,14 +146,14 @@ void HybridSlabs::end_substeps(int count) {
   if (!stays_in_cells()) return;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    part.tissue.tled().store(part.ctx, part.state, count, on_part({}, p).frame);
+    part.tissue.tled().store(part.ctx, part.state, count, on_part({}, p, 0).frame);
   }
 }
 
 void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
   if (parts_.size() == 1) {
     Part& only = *parts_.front();
-    return only.tissue.tled().move(only.ctx, elements_step(on_part(step, 0)), k, Tled::Tiles::all);
+    return only.tissue.tled().move(only.ctx, elements_step(on_part(step, 0, k)), k, Tled::Tiles::all);
   }
   if (k == 0) {
     for (auto& part : parts_) {
@@ -159,7 +166,7 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
   cell_halo_->finish(cells(k));
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    const TledStep tled = elements_step(on_part(step, p));
+    const TledStep tled = elements_step(on_part(step, p, k));
     // Each half reads what the other moved in the last substep, and overwrites what it read then.
     part.beside.wait(part.moved);
     part.ctx.wait(part.interior_moved);
@@ -179,7 +186,7 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
   node_halo_->finish(nodes());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    const HybridStep own = on_part(step, p);
+    const HybridStep own = on_part(step, p, k);
     part.boundary.load(part.ctx, part.state, own.time());
     part.tissue.sum_forces(part.ctx, part.state, own, k);
     node_halo_->await_readers(static_cast<int>(p), nodes());
@@ -192,7 +199,7 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
 void HybridSlabs::look(int k, int every) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (frame_ != nullptr)
-      parts_[p]->look(frame_->view(static_cast<int>(p)), every);
+      parts_[p]->look(k, frame_->view(static_cast<int>(p)), every);
     else
       parts_[p]->look(k);
   }
@@ -204,8 +211,9 @@ void HybridSlabs::watch(int k, int count) {
 }
 
 void HybridSlabs::end_frame(int count) {
-  look(count - 1, 1);
+  look(frame_ != nullptr ? 0 : count - 1, 1);
   for (auto& part : parts_) {
+    part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
     part->watch.summarise(part->ctx);
     part->ctx.record(part->moved);
   }
@@ -233,6 +241,7 @@ void HybridSlabs::add_reports(Readback& readback) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
+    part.motion_report = readback.add(part.motion.sums(), static_cast<int>(p));
     part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
   }
 }
@@ -255,6 +264,22 @@ tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
     worst = tled::FindExtremes::worse(worst, part->tissue.in_body(own));
   }
   return worst;
+}
+
+RigidMotion HybridSlabs::rigid_motion(const Readback* readback) {
+  std::vector<MotionSums> sums;
+  for (auto& part : parts_) {
+    const std::vector<MotionSums> own = readback != nullptr ? readback->get<MotionSums>(part->motion_report)
+                                                            : to_host(part->ctx, part->motion.sums());
+    sums.insert(sums.end(), own.begin(), own.end());
+  }
+  return tactus::rigid_motion(sums);
+}
+
+void HybridSlabs::set_spin(Vec3d spin_rad_s) {
+  if (!is_free_) return;
+  spin_rad_s_ = {vec_cast<float>(spin_rad_s)};
+  for (auto& part : parts_) part->ctx.upload(std::span<const Vec3f>(spin_rad_s_), part->spin_rad_s.view());
 }
 
 void HybridSlabs::stop() {

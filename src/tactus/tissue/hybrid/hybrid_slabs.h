@@ -11,6 +11,7 @@
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
 #include "tactus/tissue/hybrid/hybrid_kernels.h"
+#include "tactus/tissue/rigid_motion.h"
 
 namespace tactus {
 
@@ -49,8 +50,8 @@ class HybridSlabs {
   /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
   /// matched_every.
   void substep(const HybridStep& step, int k, int count);
-  /// After substep k of the frame's `count`: notes which nodes diverged. With follow(), the device knows both
-  /// numbers. The last look is end_frame's.
+  /// After substep k of the frame's `count`, or with follow(), of a block: notes which nodes diverged. The
+  /// last look is end_frame's.
   void watch(int k, int count);
   /// Diverged nodes are looked for after so many substeps: of elements alone four, as a look costs a
   /// twentieth of such a substep.
@@ -72,6 +73,11 @@ class HybridSlabs {
   tled::CubeExtremes extremes(const Readback* readback = nullptr);
   /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
   void stop();
+  /// Of the whole body, at the last end_frame; the same on any number of devices; likewise.
+  RigidMotion rigid_motion(const Readback* readback = nullptr);
+  /// How fast the body turns as a whole in the coming frame: this turning is not damped
+  /// (tissue/rigid_motion.h finds it). Of a body with fixed nodes nothing happens. Asynchronous.
+  void set_spin(Vec3d spin_rad_s);
   /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);
   /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
@@ -99,8 +105,8 @@ class HybridSlabs {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
     void look(int k) { watch.look(ctx, own(state.x_m), own(state.v_m_s), k); }
-    void look(View<const FrameParams> frame, int every) {
-      watch.look(ctx, own(state.x_m), own(state.v_m_s), frame, every);
+    void look(int k, View<const FrameParams> frame, int every) {
+      watch.look(ctx, own(state.x_m), own(state.v_m_s), k, frame, every);
     }
     Index first_own() const { return tissue.window().held.begin + tissue.window().own.begin; }
     ExecContext& ctx;
@@ -108,10 +114,12 @@ class HybridSlabs {
     Hybrid tissue;
     Boundary boundary;
     BodyWatch watch;
-    BodyState state;  ///< of the window
+    MotionMeter motion;
+    Buffer<Vec3f> spin_rad_s;  ///< one
+    BodyState state;           ///< of the window
     Event moved, interior_moved;
     Buffer<Index> stopped;  ///< (1)
-    Readback::Place watch_report, extremes_report;
+    Readback::Place watch_report, motion_report, extremes_report;
   };
   void link_neighbours();
   template <class F>
@@ -138,7 +146,7 @@ class HybridSlabs {
   void substep_in_cells(const HybridStep& step, int k, int count);
   void look(int k, int every);
   /// As one device reads it.
-  HybridStep on_part(const HybridStep& step, std::size_t part) const;
+  HybridStep on_part(const HybridStep& step, std::size_t part, int k) const;
   std::vector<Vec3f> all_of(Buffer<Vec3f> BodyState::*field);
 
   DeviceSet& devices_;
@@ -146,7 +154,8 @@ class HybridSlabs {
   std::optional<Halo<Vec3f, 2>> node_halo_;
   std::optional<Halo<float, 3>> cell_halo_;
   std::size_t motion_count_;
-  bool has_boundary_, shares_nodes_ = false;
+  bool has_boundary_, is_free_, shares_nodes_ = false;
+  std::array<Vec3f, 1> spin_rad_s_{};  ///< what is sent to the devices
   const FrameOnDevices* frame_ = nullptr;
   BodyState body_;  ///< x and v, of several parts
   Event stored_;

@@ -59,7 +59,7 @@ struct StiffnessFields {
 /// what it needs later while it works on something else: a processor of it has only 24 warps to wait with.
 struct TilesOnCpu {
   using Stiffnesses = StiffnessFields;
-  static constexpr int kGroups = 32, kGroupsX = 6;
+  static constexpr int kGroups = 16, kGroupsX = 6;
   static constexpr bool kSegments = false, kReadsAhead = false;
 };
 struct TilesOnGpu {

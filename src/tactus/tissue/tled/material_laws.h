@@ -4,9 +4,11 @@
 ///
 /// A law is
 ///   static Law of(const TledOptions&)        its constants of the whole body
-///   stress(F, mu, lambda)                    first Piola-Kirchhoff stress P = dW/dF, for kernels
+///   stress(F, mu, lambda)                    first Piola-Kirchhoff stress P = dW/dF, for kernels; linear in
+///                                            mu and lambda, of any sign
 ///   energy(F, mu, lambda)                    W [J/m^3], on the host in double; linear in mu and lambda
 ///   added_stiffness_Pa(mu)                   beyond 3 lambda + 2 mu, for the stable step
+///   least_poisson                            below, its energy has no least value
 /// P does not invert F, and keeps pushing back through J = det F <= 0: 1/J is replaced by 1/max(J, 0.1).
 #include <algorithm>
 #include <cmath>
@@ -23,6 +25,13 @@ struct GradientColumns {
 
 TACTUS_HD inline Vec3f fused_cross(Vec3f a, Vec3f b) {
   return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
+}
+
+TACTUS_HD inline float fused_dot(Vec3f a, Vec3f b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
+
+/// a + s b.
+TACTUS_HD inline Vec3f fused_add(Vec3f a, float s, Vec3f b) {
+  return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)};
 }
 
 TACTUS_HD inline GradientColumns cofactor(const GradientColumns& F) {
@@ -44,14 +53,16 @@ inline double trace_C(const Mat3d& F) {
   return dot(F.row[0], F.row[0]) + dot(F.row[1], F.row[1]) + dot(F.row[2], F.row[2]);
 }
 
-/// W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J - 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
+/// With lambda < 0 the last term falls without bound as J grows. W = mu/2 (tr C - 3) - mu ln J + lambda/2 (J
+/// - 1)^2: S = mu (1 - C^-1) + lambda J (J - 1) C^-1 [P 5].
 struct NeoHookean {
   float unused = 0;
+  static constexpr float least_poisson = 0;
   static NeoHookean of(const TledOptions&) { return {}; }
   static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
-    const float J = dot(F.x, cof.x);
+    const float J = fused_dot(F.x, cof.x);
     return combine(mu, F, lambda * (J - 1.F) - mu / max(J, kSmallestJ), cof);
   }
   double energy(const Mat3d& F, double mu, double lambda) const {
@@ -73,12 +84,13 @@ TACTUS_HD inline float inverse_cbrt(float x) {
 /// W = mu/2 (J^-2/3 tr C - 3) + K/2 (J - 1)^2 with K = lambda + 2/3 mu: volume and shape apart.
 struct IsochoricNeoHookean {
   float unused = 0;
+  static constexpr float least_poisson = -1;
   static IsochoricNeoHookean of(const TledOptions&) { return {}; }
   static float added_stiffness_Pa(float) { return 0; }
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
-    const float J = dot(F.x, cof.x), safe = max(J, kSmallestJ), r = inverse_cbrt(safe);
-    const float shape = mu * r * r, trace = dot(F.x, F.x) + dot(F.y, F.y) + dot(F.z, F.z);
+    const float J = fused_dot(F.x, cof.x), safe = max(J, kSmallestJ), r = inverse_cbrt(safe);
+    const float shape = mu * r * r, trace = fused_dot(F.x, F.x) + fused_dot(F.y, F.y) + fused_dot(F.z, F.z);
     const float bulk = fma(0.6666666667F, mu, lambda);
     return combine(shape, F, bulk * (J - 1.F) - shape * trace / (3.F * safe), cof);
   }
@@ -93,6 +105,7 @@ struct IsochoricNeoHookean {
 struct TransverselyIsotropic {
   Vec3f fibre{1, 0, 0};  ///< a, unit, rest frame
   float ratio = 0;       ///< fibre stiffness over mu
+  static constexpr float least_poisson = 0;
   static TransverselyIsotropic of(const TledOptions& o) {
     return {normalized(o.fibre, Vec3f{1, 0, 0}), o.fibre_ratio};
   }

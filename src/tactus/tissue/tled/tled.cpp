@@ -23,6 +23,21 @@ float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
   return mu * (3 * lambda + 2 * mu) / (lambda + mu);
 }
 
+/// Of a cube that swells (3 lambda + 2 mu), is sheared (2 mu, more if lambda < 0) or bends (E / 3, less):
+/// times 4 / (rho h^2) the largest eigenvalue.
+float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options) {
+  const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
+  return std::max(3 * m.lambda_Pa(), 0.F) + 2 * m.mu_Pa() + added;
+}
+
+void check_law(const ElasticMaterial& m, const TledOptions& options) {
+  const float least = with_law(options, [](const auto& law) { return law.least_poisson; });
+  if (m.poisson < least)
+    throw Error("Poisson's ratio is " + number_text(m.poisson) +
+                ", expected 0 or more with this law, as its " +
+                "energy has no least value below; law isochoric_neo_hookean takes -1 to 0.5");
+}
+
 /// Cubes of the same material and fill are of one kind; kind 0 is no cube.
 struct Kinds {
   std::vector<tled::Stiffness> stiffness;
@@ -130,11 +145,11 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   }
   for (const ElasticMaterial& m : materials) {
     check_material(m);
-    const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
     undamped_step_s = std::min(
-        undamped_step_s,
-        lattice.spacing_m * std::sqrt(m.density_kg_m3 / (3 * m.lambda_Pa() + 2 * m.mu_Pa() + added)));
+        undamped_step_s, lattice.spacing_m * std::sqrt(m.density_kg_m3 / largest_stiffness_Pa(m, options)));
   }
+  for (std::size_t c = 0; c < material.size(); ++c)
+    if (material[c] != kNoElement) check_law(materials[material[c]], options);
   damping_time_s_ = options.damping_ratio * undamped_step_s;
   stable_step_s_ = damped_step_s(undamped_step_s, damping_time_s_);
 
@@ -216,7 +231,8 @@ template <class Sink>
 void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   with_law(options_, [&]<class Law>(const Law& law) {
-    const tled::OnePointCube<Law> elastic{law, gradient, area};
+    const tled::OnePointCube<Law> elastic{
+        law, gradient, area, tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / 6};
     if (relaxes()) {
       tled::RelaxingCube<Law> cube{.elastic = elastic,
                                    .before = history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
@@ -298,7 +314,8 @@ void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
 
 int Tled::substeps_for(float dt_frame_s, float speed_ratio) const {
   require(dt_frame_s > 0, "frame time [s]", dt_frame_s, "a positive number");
-  return std::max(1, static_cast<int>(std::ceil(dt_frame_s / stable_step_s_ * std::max(1.F, speed_ratio))));
+  const float needed = std::ceil(dt_frame_s / stable_step_s_ * std::max(1.F, speed_ratio));
+  return static_cast<int>(std::clamp(needed, 1.F, 1e9F));
 }
 
 std::vector<Vec3f> Tled::forces_N(ExecContext& ctx) const {

@@ -96,9 +96,11 @@ struct MoveNodes {
   Index cells;
   StepTime time;
   float drag_per_s, damping_time_s;
-  float drag = 1;  ///< share of the velocity that drag leaves
+  float drag = 1;    ///< share of the velocity that drag leaves
+  Vec3f turn_rad{};  ///< of the body in damping_time
   TACTUS_HD void load() {
     time.load();
+    turn_rad = time.turn_rad(damping_time_s, time.dt_s);
     drag = 1 / (1 + time.dt_s * drag_per_s);
   }
   struct Node {
@@ -111,10 +113,12 @@ struct MoveNodes {
   }
   TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node) const {
     const float w = node.inverse_mass_per_kg;
-    const Vec3f v = node.v_m_s, dv = time.dt_s * (time.gravity_m_s2 + node.push_m_s2 + w * f);
-    const Vec3f next = w > 0 && !time.stands_still() ? drag * (v + dv) : Vec3f{};
+    const Vec3f v = node.v_m_s, f_now = turned_back(f, turn_rad);
+    const Vec3f a = fused_add(time.gravity_m_s2 + node.push_m_s2, w, f_now);
+    const Vec3f next = w > 0 && !time.stands_still() ? drag * fused_add(v, time.kick_s, a) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
-    store_vector(next_ahead_m, cells, cell, node.ahead_m + (time.dt_s * next + damping_time_s * (next - v)));
+    store_vector(next_ahead_m, cells, cell,
+                 node.ahead_m + fused_add(damping_time_s * (next - v), time.dt_s, next));
   }
 };
 

@@ -1,0 +1,12 @@
+#pragma once
+/// Text of files in messages.
+#include <string>
+#include <string_view>
+
+namespace tactus {
+
+/// Control characters as \x1b: what a file says must not steer a terminal, nor a zero byte end a message.
+/// Line ends and tabs stay.
+std::string printable(std::string_view text);
+
+}  // namespace tactus

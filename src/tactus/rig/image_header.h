@@ -1,0 +1,16 @@
+#pragma once
+/// What an image file says of its size, read before a decoder takes memory for it.
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace tactus {
+
+struct HeaderSize {
+  std::uint64_t width_px, height_px;
+};
+/// Size in the header of a PNG, JPEG, BMP, PBM/PGM/PPM or TIFF file; nothing for other files and broken
+/// headers.
+std::optional<HeaderSize> size_in_header(std::string_view bytes);
+
+}  // namespace tactus

@@ -1,0 +1,69 @@
+#pragma once
+/// Sums over a body's nodes that give its motion as a whole.
+#include "tactus/base/vec.h"
+#include "tactus/compute/kernel.h"
+
+namespace tactus {
+
+/// Moments of some nodes about the world's origin.
+struct MotionSums {
+  double mass_kg = 0, kinetic_J = 0;
+  Vec3d first_kg_m, momentum_kg_m_s, angular_kg_m2_s;
+  double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;  ///< second moments [kg m^2]
+
+  TACTUS_HD void add_node(double m, Vec3d x, Vec3d v) {
+    mass_kg += m;
+    kinetic_J += 0.5 * m * dot(v, v);
+    first_kg_m = first_kg_m + m * x;
+    momentum_kg_m_s = momentum_kg_m_s + m * v;
+    angular_kg_m2_s = angular_kg_m2_s + m * cross(x, v);
+    xx += m * x.x * x.x, yy += m * x.y * x.y, zz += m * x.z * x.z;
+    xy += m * x.x * x.y, yz += m * x.y * x.z, zx += m * x.z * x.x;
+  }
+  TACTUS_HD void add(const MotionSums& o) {
+    mass_kg += o.mass_kg;
+    kinetic_J += o.kinetic_J;
+    first_kg_m = first_kg_m + o.first_kg_m;
+    momentum_kg_m_s = momentum_kg_m_s + o.momentum_kg_m_s;
+    angular_kg_m2_s = angular_kg_m2_s + o.angular_kg_m2_s;
+    xx += o.xx, yy += o.yy, zz += o.zz;
+    xy += o.xy, yz += o.yz, zx += o.zx;
+  }
+};
+
+/// Nodes [begin, end) of one layer of a lattice, at most SumMotion::kNodes.
+struct MotionBlock {
+  Index begin = 0, end = 0;
+};
+
+/// Sums over blocks of nodes. Blocks never cross layers, so slabs of layers have the blocks of the whole
+/// body.
+struct SumMotion {
+  static constexpr int kThreads = 16, kNodes = 256;
+  View<const Vec3f> x_m, v_m_s;
+  View<const float> mass_kg;
+  View<const MotionBlock> blocks;
+  View<MotionSums> out;
+  struct Shared {
+    MotionSums of[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const MotionBlock nodes = blocks[b.index()];
+    constexpr Index kStrip = kNodes / kThreads;
+    b.for_threads(kThreads, [&](int t) {
+      MotionSums sum{};
+      const Index begin = min(nodes.begin + t * kStrip, nodes.end), end = min(begin + kStrip, nodes.end);
+      for (Index i = begin; i < end; ++i)
+        sum.add_node(static_cast<double>(mass_kg[i]), vec_cast<double>(x_m[i]), vec_cast<double>(v_m_s[i]));
+      s.of[t] = sum;
+    });
+    b.on_one_thread([&] {
+      MotionSums all = s.of[0];
+      for (int t = 1; t < kThreads; ++t) all.add(s.of[t]);
+      out[b.index()] = all;
+    });
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,116 @@
+#include "fuzz/readers.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
+#include "tactus/io/label_file.h"
+#include "tactus/io/mesh_file.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/rig/calibration_files/calibration_file.h"
+#include "tactus/rig/camera_file.h"
+#include "tactus/rig/image_reading.h"
+#include "tactus/rig/kinect.h"
+#include "tactus/rig/rig_file.h"
+
+namespace tactus::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file in memory for readers that want a path.
+class MemoryFile {
+ public:
+  explicit MemoryFile(const std::string& bytes) : fd_(::memfd_create("input", MFD_CLOEXEC)) {
+    if (fd_ < 0 || ::write(fd_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+      std::abort();
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { ::close(fd_); }
+  std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
+
+ private:
+  int fd_;
+};
+
+/// An empty folder with one good calibration, that the rig files of the inputs can name.
+const std::string& rig_folder() {
+  static const std::string folder = [] {
+    std::string name = (fs::temp_directory_path() / "tactus-fuzz-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) std::abort();
+    write_file(
+        name + "/camera.yaml",
+        "%YAML:1.0\n---\nCameraMatrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+        "   data: [ 60., 0., 32., 0., 60., 32., 0., 0., 1. ]\n"
+        "DistortionCoeffs: !!opencv-matrix\n   rows: 1\n   cols: 4\n   dt: d\n   data: [ 0., 0., 0., 0. ]\n"
+        "RotationValues: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0., 0., 0. ]\n"
+        "TranslationValues: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0., 0., 4. ]\n");
+    static const std::string kept = name;
+    std::atexit([] { fs::remove_all(kept); });
+    return name;
+  }();
+  return folder;
+}
+
+template <class F>
+void expect_answer(F&& read) {
+  try {
+    read();
+  } catch (const Error&) {
+  }
+}
+
+}  // namespace
+
+Family family_of(std::string_view name) {
+  if (name == "mesh") return Family::mesh;
+  if (name == "volume") return Family::volume;
+  if (name == "scene") return Family::scene;
+  if (name == "calibration") return Family::calibration;
+  return Family::image;
+}
+
+void read_input(Family family, const std::string& bytes) {
+  switch (family) {
+    case Family::mesh:
+      for (const char* path : {"a.ply", "a.obj", "a.off", "a.stl", "a.gltf", "a.glb"})
+        expect_answer([&] { parse_mesh(path, bytes); });
+      return;
+    case Family::volume: {
+      const MemoryFile file(bytes);
+      expect_answer([&] { read_label_volume(file.path()); });
+      return;
+    }
+    case Family::scene: {
+      expect_answer([&] { parse_scene(bytes, "scenes/a.yaml"); });
+      const std::string rig = rig_folder() + "/rig.yaml";
+      std::ofstream(rig, std::ios::binary) << bytes;  // write_file would wait for the disk
+      expect_answer([&] { read_rig_file(rig); });
+      return;
+    }
+    case Family::calibration: {
+      const MemoryFile file(bytes);
+      CalibrationAnswers answers;
+      answers.unit_m = 1;
+      answers.image_size_px = Vec2i{64, 64};
+      expect_answer([&] { read_calibration_file(file.path(), answers); });
+      expect_answer([&] { read_kinect_calibration(file.path(), 1280, 720); });
+      return;
+    }
+    case Family::image: {
+      const MemoryFile file(bytes);
+      expect_answer([&] { read_image(file.path(), cv::IMREAD_UNCHANGED); });
+      expect_answer([&] { read_mask(file.path(), 8, 8); });
+      return;
+    }
+  }
+}
+
+}  // namespace tactus::fuzz
