@@ -209,6 +209,7 @@ double seen_by_few(const std::vector<Camera>& cameras, const Box3f& box) {
 
 /// The cured rig as files that stand for themselves: pinholes, and the masks of the examined frame.
 void write_fixed(const std::string& folder, const Diagnosis& d, const Box3f& workspace_m) {
+  const FolderLock lock(folder);
   fs::create_directories(fs::path(folder) / "cameras");
   fs::create_directories(fs::path(folder) / "masks");
   std::ostringstream yaml;
