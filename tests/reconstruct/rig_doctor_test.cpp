@@ -184,17 +184,14 @@ TEST(RigDoctor, PassesAndNamesEveryPlantedErrorOfTheSyntheticRig) {
   planted_errors_are_named(right, all);
 }
 
-/// A slip of one camera and a leak.
-TEST(RigDoctor, PassesAndNamesTwoErrorsOfTheDino) {
+/// One of the errors; the next test plants all.
+TEST(RigDoctor, PassesAndNamesAnErrorOfTheDino) {
   const std::optional<DoctorInput> right = dino();
   if (!right) GTEST_SKIP() << "no data: set TACTUS_DATA";
   EXPECT_EQ(text(examine_rig(*right)), "well");
   std::vector<Planted> some = planted();
-  const std::string kinds[] = {"one pose inverted", "one leaks"};
-  std::erase_if(some, [&](const Planted& p) {
-    return std::find(std::begin(kinds), std::end(kinds), p.name) == std::end(kinds);
-  });
-  EXPECT_EQ(some.size(), std::size(kinds));
+  std::erase_if(some, [](const Planted& p) { return p.name != "one pose inverted"; });
+  EXPECT_EQ(some.size(), 1U);
   planted_errors_are_named(*right, some);
 }
 
@@ -251,11 +248,11 @@ TEST(RigDoctor, ALateCameraIsNamedWithItsFrames) {
   EXPECT_EQ(d.late_by_ticks[3], 8);
 }
 
-/// Rigs drawn at random, calibrated to 0.3 px. TACTUS_HEALTHY_RIGS=200 tries as many; else 12, 24 with
+/// Rigs drawn at random, calibrated to 0.3 px. TACTUS_HEALTHY_RIGS=200 tries as many; else 6, 24 with
 /// TACTUS_LONG_TESTS.
 TEST(RigDoctor, HealthyRigsRaiseNoAlarm) {
   const char* asked = std::getenv("TACTUS_HEALTHY_RIGS");
-  const int rigs = asked != nullptr ? std::atoi(asked) : long_tests() ? 24 : 12;
+  const int rigs = asked != nullptr ? std::atoi(asked) : long_tests() ? 24 : 6;
   std::mt19937 random(7);
   const auto between = [&](double low, double high) {
     return low + (high - low) * static_cast<double>(random()) / 4294967296.0;

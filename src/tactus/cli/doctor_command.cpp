@@ -215,7 +215,7 @@ void write_fixed(const std::string& folder, const Diagnosis& d, const Box3f& wor
   std::ostringstream yaml;
   yaml.precision(9);
   const Camera& first = d.cameras.front();
-  yaml << "# Written by `tactus doctor --fix`.\nup: +y\nimage_size_px: [" << first.width_px << ", "
+  yaml << "# Written by `tactus doctor --fix`.\nunit_m: 1\nup: +y\nimage_size_px: [" << first.width_px << ", "
        << first.height_px << "]\nworkspace_m: {min: [" << workspace_m.min.x << ", " << workspace_m.min.y
        << ", " << workspace_m.min.z << "], max: [" << workspace_m.max.x << ", " << workspace_m.max.y << ", "
        << workspace_m.max.z << "]}\ncameras:\n";
