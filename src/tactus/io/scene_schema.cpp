@@ -431,7 +431,8 @@ void describe_probe(FieldVisitor& v, ProbeDescription& p) {
   describe_name(v, {"name", "unique name in the results", kRequired}, p.name);
   v.text({"body", "name of the body it sticks to", kRequired}, p.body);
   describe_frame_of(v, p.frame);
-  v.vector({"position_m", "its place at rest, in the body or on its surface", kRequired}, p.position_m, kPosition);
+  v.vector({"position_m", "its place at rest, in the body or on its surface", kRequired}, p.position_m,
+           kPosition);
 }
 
 void describe_output(FieldVisitor& v, OutputDescription& o) {

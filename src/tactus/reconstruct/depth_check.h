@@ -19,7 +19,8 @@ namespace tactus {
 /// what it looks like, with the counts. What lies near the optical axis is the same as z and as radial
 /// distance, and what is read too far shows only where it is thin or slanted enough to leave the hull at its
 /// back: nothing is said of a thick or flat object that faces the camera. Empty images and masks take no
-/// part; without a silhouette nothing is said. Allocates nothing; about 40 us when all is well, several times that when masks are too small.
+/// part; without a silhouette nothing is said. Allocates nothing; about 40 us when all is well, several times
+/// that when masks are too small.
 std::string depth_inconsistency(std::span<const Camera> cameras, std::span<const BitMask> silhouettes,
                                 const Camera& depth_camera, const DepthImage& depth_m, Box3f workspace_m);
 
