@@ -12,9 +12,9 @@ void tilt(T tau_x, T tau_y, T& x, T& y) {
   const T cx = cos(tau_x), sx = sin(tau_x), cy = cos(tau_y), sy = sin(tau_y);
   // R = R_y R_x; the point on the tilted plane, seen from the pinhole.
   const T u = cy * x + sy * sx * y - sy * cx, v = cx * y + sx, w = sy * x - cy * sx * y + cy * cx;
-  const T r02 = -(sy * cx), r12 = sx, r22 = cy * cx;
+  const T r02 = -(sy * cx), r22 = cy * cx;  // and r12 = sx
   x = (r22 * u - r02 * w) / w;
-  y = (r22 * v - r12 * w) / w;
+  y = (r22 * v - sx * w) / w;
 }
 
 template <class T>

@@ -36,7 +36,7 @@ class Bytes {
   std::string name() {
     const std::size_t end = bytes_.find('\0', at_);
     if (end == std::string::npos || end - at_ > 4096) throw Error(file_ + ": a name without an end");
-    const std::string text = bytes_.substr(at_, end - at_);
+    std::string text = bytes_.substr(at_, end - at_);
     at_ = end + 1;
     return text;
   }
