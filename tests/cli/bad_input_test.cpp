@@ -49,7 +49,7 @@ class BadInput : public ProgramTest {
     write_picture(path("m.png"), 255);
     write_calibration(path("camera.yaml"), calibration);
     std::vector<std::string> all = parts;
-    all.push_back("rig.yaml: camera 'left': " + path("camera.yaml") + ": ");
+    all.push_back("rig.yaml: camera 'left': " + path("camera.yaml") + ":");
     expect_mask_refused(all);
   }
 };

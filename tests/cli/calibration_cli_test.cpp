@@ -76,7 +76,8 @@ TEST_F(CalibrationProgram, IntrinsicsOfOpenCvsBoards) {
   EXPECT_TRUE(has(o.text, "board in 13 of 13 pictures")) << o.text;
   const CalibrationData data = read_calibration_file(path("left.yaml"));
   EXPECT_FALSE(data.cameras.at(0).has_pose);
-  EXPECT_NEAR(data.cameras[0].calibrated.camera.fx_px, 536, 2);
+  // The window that fits the squares gives 533.9; OpenCV's own of 11 px 536 (calibrate_test).
+  EXPECT_NEAR(data.cameras[0].calibrated.camera.fx_px, 534, 1);
   EXPECT_GT(std::filesystem::file_size(path("left.html")), 10000U);
   expect_refused(verb + "--board chess:9x6 --out " + path("x.yaml"), 2, {"expected chessboard:9x6"});
   expect_refused("calibrate rig --camera a=x.mp4 --board chessboard:9x6 --square-mm 25 --out " + path("x"), 2,
