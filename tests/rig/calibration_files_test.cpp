@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -14,6 +15,7 @@
 #include "support/data_folder.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/rig/background_model.h"
 #include "tactus/rig/rig_keys.h"
 
 namespace tactus {
@@ -309,6 +311,28 @@ TEST(CalibrationData, OpenCvsOwnBoards) {
   CalibrationAnswers answers;
   answers.image_size_px = Vec2i{640, 480};
   EXPECT_EQ(read_calibration_file(folder + "/intrinsics.yml", answers).cameras.size(), 2U);
+}
+
+TEST(RigReference, DefaultsOfTheBackgroundAreThoseOfTheCode) {
+  const BackgroundOptions o;
+  const std::map<std::string, double> numbers{
+      {"chroma", o.chroma},           {"darkest_shadow", o.darkest_shadow},
+      {"brightest", o.brightest},     {"noise", o.noise},
+      {"spread", o.spread},           {"adapt_s", o.adapt_s},
+      {"key_degrees", o.key_degrees}, {"open_px", o.open_px},
+      {"close_px", o.close_px},       {"largest_hole_px", o.largest_hole_px},
+      {"least_part", o.least_part}};
+  std::size_t compared = 0;
+  for (const RigSection& section : rig_sections()) {
+    if (std::string(section.where) != "background") continue;
+    for (const RigKey& key : section.keys) {
+      const auto found = numbers.find(key.name);
+      if (found == numbers.end()) continue;
+      EXPECT_EQ(std::atof(key.otherwise + 1), found->second) << key.name;  // after the backtick
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, numbers.size());
 }
 
 TEST(RigReference, IsUpToDate) {

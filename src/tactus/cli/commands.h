@@ -11,6 +11,8 @@ CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string
 
 void add_run_command(CLI::App& app);
 void add_reconstruct_command(CLI::App& app);
+void add_background_command(CLI::App& app);
+void add_doctor_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
 void add_noise_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

@@ -14,6 +14,8 @@ int main(int argc, char** argv) {
             "130 interrupted.");
         tactus::add_run_command(app);
         tactus::add_reconstruct_command(app);
+        tactus::add_doctor_command(app);
+        tactus::add_background_command(app);
         tactus::add_synth_command(app);
         tactus::add_noise_command(app);
         tactus::add_masks_command(app);

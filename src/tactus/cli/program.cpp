@@ -17,6 +17,8 @@
 namespace tactus {
 namespace {
 
+int exit_code = 0;
+
 /// A first word that is no verb gets the nearest one.
 void check_verb(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -56,7 +58,7 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
     check_verb(app, argc, argv);
     app.parse(argc, argv);
     flush_standard_output();
-    return interrupted() ? 130 : 0;
+    return interrupted() ? 130 : exit_code;
   } catch (const CLI::ParseError& e) {
     const bool asked = app.exit(e) == 0;  // --help, --version
     if (asked) flush_standard_output();
@@ -65,6 +67,8 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
 }
 
 }  // namespace
+
+void set_exit_code(int code) { exit_code = code; }
 
 CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string& path,
                         const std::string& help) {

@@ -13,4 +13,7 @@ namespace tactus {
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up);
 
+/// For a verb whose result is an exit code: what run_program returns when nothing is thrown.
+void set_exit_code(int code);
+
 }  // namespace tactus

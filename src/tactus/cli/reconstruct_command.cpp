@@ -21,6 +21,7 @@
 #include "tactus/io/mesh_file.h"
 #include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/workspace_from_cones.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
@@ -35,7 +36,7 @@ struct ReconstructOptions {
   int max_vertices = 0, max_triangles = 0, max_active_bricks = 0;
   double depth_jump_m = 0.1;
   bool moving = false, no_depth = false, repair_masks = false;
-  std::vector<double> workspace;
+  std::vector<std::string> workspace;
   ThresholdOptions threshold;
 };
 
@@ -46,11 +47,22 @@ SourceDescription describe_source(const ReconstructOptions& options) {
   return source;
 }
 
+bool takes_workspace_from_cones(const ReconstructOptions& options) {
+  return options.workspace.size() == 1 && options.workspace[0] == "auto";
+}
+
 std::optional<BoxRegion> workspace_of(const ReconstructOptions& options) {
-  const std::vector<double>& w = options.workspace;
-  if (w.empty()) return {};
-  if (w.size() != 6)
-    throw usage_error("--workspace takes six numbers (x0,y0,z0,x1,y1,z1), not " + std::to_string(w.size()));
+  if (options.workspace.empty() || takes_workspace_from_cones(options)) return {};
+  if (options.workspace.size() != 6)
+    throw usage_error("--workspace takes six numbers (x0,y0,z0,x1,y1,z1) or auto, not " +
+                      std::to_string(options.workspace.size()));
+  std::vector<double> w;
+  for (const std::string& text : options.workspace) {
+    char* end = nullptr;
+    w.push_back(std::strtod(text.c_str(), &end));
+    if (text.empty() || *end != '\0' || !std::isfinite(w.back()))
+      throw usage_error("--workspace: '" + text + "', expected a number of metres, or auto alone");
+  }
   return BoxRegion{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
 }
 
@@ -299,9 +311,31 @@ void print_row(const nlohmann::json& row) {
               row["iou_min"].get<double>(), row["recall"].get<double>(), row["ms"]["total"].get<double>());
 }
 
-void reconstruct(const ReconstructOptions& options) {
+/// Six numbers in place of `auto`, from the first usable frame.
+void find_workspace(ReconstructOptions& options) {
+  const std::unique_ptr<FrameSource> source = open_described(options);
+  FrameSet frame;
+  NextFrame next = source->next(frame);
+  while (next == NextFrame::bad_frame) next = source->next(frame);
+  if (next == NextFrame::no_more_data)
+    throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+  const std::optional<ConeBox> cones = workspace_from_cones(source->rig().cameras, frame.silhouettes);
+  if (!cones)
+    throw Error(
+        "--workspace auto: the cones of the silhouettes do not meet; `tactus doctor RIG` looks for the "
+        "cause");
+  if (!cones->is_bounded)
+    log_warning("--workspace auto: the masks touch the borders of their images, and the cones are open");
+  options.workspace.clear();
+  for (const Vec3f corner : {cones->box_m.min, cones->box_m.max}) {
+    for (int i = 0; i < 3; ++i) options.workspace.push_back(number_text(static_cast<double>(corner[i])));
+  }
+}
+
+void reconstruct(ReconstructOptions options) {
   check_capacities(options);
   check_threshold_flags(options.threshold);
+  if (takes_workspace_from_cones(options)) find_workspace(options);
   check_outputs(options);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_described(options);
@@ -350,7 +384,9 @@ void add_reconstruct_command(CLI::App& app) {
       *command, "--mesh", options->mesh_path,
       "write the mesh (.ply, .obj, .glb, .gltf; -: PLY to standard output); several frames get a number");
   add_output(*command, "--json", options->json_path, "write the measurements (-: standard output)");
-  command->add_option("--workspace", options->workspace, "x0,y0,z0,x1,y1,z1 [m] instead of the rig's")
+  command
+      ->add_option("--workspace", options->workspace,
+                   "x0,y0,z0,x1,y1,z1 [m] instead of the rig's, or auto: where the silhouettes' cones meet")
       ->delimiter(',');
   add_threshold_flags(*command, options->threshold);
   command->add_option("--slack-px", options->slack_px,

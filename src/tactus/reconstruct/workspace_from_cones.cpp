@@ -108,12 +108,12 @@ std::vector<Plane> pyramid(const Camera& camera, const PixelRect& rect) {
   return planes;
 }
 
-constexpr int kSamples = 48, kTurns = 2;
+constexpr int kSamples = 48;
 constexpr float kMarginSamples = 2;
 
 /// Bounds of the samples of the box that no mask carves; none when all are carved.
 std::optional<Box3f> carve(const Box3f& box, std::span<const Camera> cameras,
-                           std::span<const BitMask> masks) {
+                           std::span<const BitMask* const> masks) {
   const Vec3f step = 1.F / kSamples * box.extent();
   Box3f kept{box.max, box.min};
   bool any = false;
@@ -124,11 +124,11 @@ std::optional<Box3f> carve(const Box3f& box, std::span<const Camera> cameras,
                                     (static_cast<float>(at.z) + 0.5F) * step.z};
     bool inside = true;
     for (std::size_t c = 0; c < cameras.size() && inside; ++c) {
-      if (masks[c].words.empty()) continue;
+      if (masks[c] == nullptr || masks[c]->words.empty()) continue;
       const Pixel px = project(cameras[c], vec_cast<double>(p));
       const double u = std::floor(px.u_px + 0.5), v = std::floor(px.v_px + 0.5);
       const bool seen = px.z_m > 0 && u >= 0 && v >= 0 && u < cameras[c].width_px && v < cameras[c].height_px;
-      inside = !seen || masks[c](static_cast<Index>(u), static_cast<Index>(v));
+      inside = !seen || (*masks[c])(static_cast<Index>(u), static_cast<Index>(v));
     }
     if (!inside) continue;
     any = true;
@@ -164,12 +164,19 @@ Reach reach_of(std::span<const Camera> cameras) {
 
 std::optional<ConeBox> workspace_from_cones(std::span<const Camera> cameras,
                                             std::span<const BitMask> silhouettes) {
+  std::vector<const BitMask*> masks;
+  for (const BitMask& mask : silhouettes) masks.push_back(&mask);
+  return workspace_from_cones(cameras, masks);
+}
+
+std::optional<ConeBox> workspace_from_cones(std::span<const Camera> cameras,
+                                            std::span<const BitMask* const> silhouettes, int turns) {
   const Reach reach = reach_of(cameras);
   ConvexBody body(reach.center, reach.half);
   std::size_t counted = 0;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    if (silhouettes[c].words.empty()) continue;
-    const PixelRect rect = bounds_of(silhouettes[c]);
+    if (silhouettes[c] == nullptr || silhouettes[c]->words.empty()) continue;
+    const PixelRect rect = bounds_of(*silhouettes[c]);
     if (rect.empty()) continue;
     ++counted;
     for (const Plane& plane : pyramid(cameras[c], rect)) body.cut(plane);
@@ -177,7 +184,7 @@ std::optional<ConeBox> workspace_from_cones(std::span<const Camera> cameras,
   }
   if (counted == 0) return {};
   ConeBox result{body.bounds()};
-  for (int turn = 0; turn < kTurns; ++turn) {
+  for (int turn = 0; turn < turns; ++turn) {
     const std::optional<Box3f> tighter = carve(result.box_m, cameras, silhouettes);
     if (!tighter) break;  // thinner than the samples
     result.box_m = *tighter;

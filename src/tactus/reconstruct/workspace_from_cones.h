@@ -21,5 +21,9 @@ struct ConeBox {
 /// (0x0), do not count. None when the cones do not meet or no mask counts.
 std::optional<ConeBox> workspace_from_cones(std::span<const Camera> cameras,
                                             std::span<const BitMask> silhouettes);
+/// Likewise of masks that lie apart; null: not there.
+/// @param turns of carving that make the box tighter; 0: the box of the pyramids' intersection
+std::optional<ConeBox> workspace_from_cones(std::span<const Camera> cameras,
+                                            std::span<const BitMask* const> silhouettes, int turns = 2);
 
 }  // namespace tactus

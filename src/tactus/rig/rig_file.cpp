@@ -34,6 +34,19 @@ BackgroundOptions background_options(const YamlMapping& rig) {
   BackgroundOptions o;
   if (!rig.has("background")) return o;
   const YamlMapping y = rig.child("background", rig_keys("background"));
+  o.method = background_method(y.text("method", "model"));
+  o.spread = y.number("spread", 0, 100, o.spread);
+  o.adapt_s = y.number("adapt_s", 0, 1e6, o.adapt_s);
+  o.key_degrees = y.number("key_degrees", 0, 90, o.key_degrees);
+  o.least_part = y.number("least_part", 0, 1, o.least_part);
+  if (y.has("key")) {
+    const std::vector<double> rgb = y.numbers("key", 3);
+    for (const double v : rgb) {
+      if (v < 0 || v > 255) y.fail("key", "expected red, green and blue, 0 to 255 each");
+    }
+    o.key = {static_cast<std::uint8_t>(rgb[0]), static_cast<std::uint8_t>(rgb[1]),
+             static_cast<std::uint8_t>(rgb[2])};
+  }
   o.chroma = y.number("chroma", 0, 442, o.chroma);
   o.darkest_shadow = y.number("darkest_shadow", 0, 1, o.darkest_shadow);
   o.brightest = y.number("brightest", 1, 100, o.brightest);
@@ -205,6 +218,7 @@ RigFile read_rig_file(const std::string& path) {
   RigFile file;
   read_world(yaml, file);
   CameraReader reader(path, yaml);
+  file.R_file_world = transpose(rotation_to_y_up(yaml));
   const auto cameras = yaml.children("cameras", rig_keys("cameras[]"));
   std::optional<Vec2i> size;
   if (yaml.has("image_size_px")) size = image_size(yaml);

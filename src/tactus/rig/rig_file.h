@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "tactus/geom/lens.h"
+#include "tactus/rig/background_model.h"
 #include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_source.h"
-#include "tactus/rig/silhouettes.h"
 
 namespace tactus {
 
@@ -16,6 +16,8 @@ struct RigFile {
   Rig rig;  ///< world +Y up, metres; its cameras are the undistorted ones
   std::vector<CalibratedCamera>
       calibrated;  ///< the same cameras with their lenses and the size of their photos
+  /// From the world to that of the calibrations: R_cam_file = R_cam_world * R_file_world^-1.
+  Mat3d R_file_world = Mat3d::identity();
   std::vector<std::string> videos, backgrounds, masks,
       photos;                          ///< one per camera, "" where not given
   std::vector<DepthRecording> depths;  ///< `rig` has no depth cameras until a source reads them

@@ -12,11 +12,38 @@ struct Undistortion::Maps {
   Camera pinhole;
   cv::Size photo;
   cv::Mat xy, fraction;  ///< fixed point; empty without a lens
+  /// Of each word of the result: the pixels of the photo that its samples read.
+  struct Source {
+    std::int16_t x0, y0, x1, y1;
+  };
+  std::vector<Source> sources;
 };
+
+namespace {
+
+/// Whether the rectangle's pixels are all clear (0), all set (1), or neither (2).
+int uniform(const BitMask& mask, Index x0, Index y0, Index x1, Index y1) {
+  const Index words = mask.words_per_row(), first = x0 >> 5, last = x1 >> 5;
+  const std::uint32_t left = ~0U << (x0 & 31), right = ~0U >> (31 - (x1 & 31));
+  std::uint32_t any = 0, missing = 0;
+  for (Index y = y0; y <= y1; ++y) {
+    const std::uint32_t* row = mask.words.data() + static_cast<std::ptrdiff_t>(y) * words;
+    for (Index w = first; w <= last; ++w) {
+      const std::uint32_t asked = (w == first ? left : ~0U) & (w == last ? right : ~0U);
+      any |= row[w] & asked;
+      missing |= ~row[w] & asked;
+    }
+    if (any != 0 && missing != 0) return 2;
+  }
+  return any != 0 ? 1 : 0;
+}
+
+}  // namespace
 
 Undistortion::Undistortion(const CalibratedCamera& calibrated)
     : maps_(std::make_unique<Maps>(Maps{undistorted_camera(calibrated),
                                         {calibrated.camera.width_px, calibrated.camera.height_px},
+                                        {},
                                         {},
                                         {}})) {
   if (calibrated.lens.model == LensModel::none) return;
@@ -31,6 +58,20 @@ Undistortion::Undistortion(const CalibratedCamera& calibrated)
     }
   });
   cv::convertMaps(at, cv::Mat(), maps_->xy, maps_->fraction, CV_16SC2);
+  for (Index y = 0; y < to.height_px; ++y) {
+    for (Index begin = 0; begin < to.width_px; begin += 32) {
+      Maps::Source s{32767, 32767, 0, 0};
+      for (Index x = begin; x < min(begin + 32, to.width_px); ++x) {
+        const auto p = maps_->xy.at<cv::Vec2s>(y, x);
+        const auto inside = [](int v, int size) { return static_cast<std::int16_t>(clamp(v, 0, size - 1)); };
+        s.x0 = std::min(s.x0, inside(p[0], maps_->photo.width));
+        s.y0 = std::min(s.y0, inside(p[1], maps_->photo.height));
+        s.x1 = std::max(s.x1, inside(p[0] + 1, maps_->photo.width));
+        s.y1 = std::max(s.y1, inside(p[1] + 1, maps_->photo.height));
+      }
+      maps_->sources.push_back(s);
+    }
+  }
 }
 Undistortion::~Undistortion() = default;
 Undistortion::Undistortion(Undistortion&&) noexcept = default;
@@ -48,6 +89,42 @@ void Undistortion::mask(const std::uint8_t* bytes, Image<std::uint8_t>& scratch,
   cv::remap(cv::Mat(maps_->photo, CV_8U, const_cast<std::uint8_t*>(bytes)), to, maps_->xy, maps_->fraction,
             cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   pack_mask(scratch.pixels.data(), size.width, size.height, result);
+}
+
+void Undistortion::mask(const BitMask& photo, BitMask& result) const {
+  if (maps_->xy.empty()) {
+    result = photo;
+    return;
+  }
+  const Camera& c = maps_->pinhole;
+  if (result.width_px != c.width_px || result.height_px != c.height_px)
+    result = BitMask(c.width_px, c.height_px);
+  const Index words = result.words_per_row();
+  const Index last_x = maps_->photo.width - 1, last_y = maps_->photo.height - 1;
+  const auto bit = [&](Index x, Index y) { return photo(clamp(x, 0, last_x), clamp(y, 0, last_y)) ? 1 : 0; };
+  for (Index y = 0; y < c.height_px; ++y) {
+    const auto* xy = maps_->xy.ptr<cv::Vec2s>(y);
+    const auto* fraction = maps_->fraction.ptr<std::uint16_t>(y);
+    for (Index w = 0; w < words; ++w) {
+      const std::size_t at =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(words) + static_cast<std::size_t>(w);
+      const Maps::Source s = maps_->sources[at];
+      const Index begin = 32 * w, count = min(32, c.width_px - begin);
+      const std::uint32_t real = count == 32 ? ~0U : (1U << count) - 1U;
+      const int same = uniform(photo, s.x0, s.y0, s.x1, s.y1);
+      std::uint32_t bits = same == 1 ? real : 0U;
+      for (Index i = 0; i < count && same == 2; ++i) {
+        const cv::Vec2s p = xy[begin + i];
+        const int fx = fraction[begin + i] & (cv::INTER_TAB_SIZE - 1),
+                  fy = fraction[begin + i] >> cv::INTER_BITS;
+        const int top = (cv::INTER_TAB_SIZE - fx) * bit(p[0], p[1]) + fx * bit(p[0] + 1, p[1]);
+        const int bottom = (cv::INTER_TAB_SIZE - fx) * bit(p[0], p[1] + 1) + fx * bit(p[0] + 1, p[1] + 1);
+        const bool set = 2 * ((cv::INTER_TAB_SIZE - fy) * top + fy * bottom) >= cv::INTER_TAB_SIZE2;
+        bits |= (set ? 1U : 0U) << i;
+      }
+      result.words[at] = bits;
+    }
+  }
 }
 
 void Undistortion::color(const std::uint8_t* bgr, ColorImage& result) const {

@@ -52,16 +52,22 @@ struct Reader {
         path(video_path),
         frame_count(count_frames(video_path, calibrated.camera)),
         video(open_video(video_path, calibrated.camera)),
-        bytes(calibrated.camera.width_px, calibrated.camera.height_px) {
-    cv::VideoCapture room = open_video(empty_room, calibrated.camera);
+        size(calibrated.camera.width_px, calibrated.camera.height_px) {
+    learn_room(empty_room, calibrated.camera);
+  }
+  /// A film, a still picture, or what `tactus background` wrote.
+  void learn_room(const std::string& empty_room, const Camera& camera) {
+    const std::string end = empty_room.substr(std::min(empty_room.rfind('.'), empty_room.size()));
+    if (end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".bmp") return model.read(empty_room);
+    cv::VideoCapture room = open_video(empty_room, camera);
     int n = 0;
     for (; room.read(photo) && fits(); ++n) model.learn(photo.data);
     if (n == 0) throw Error(empty_room + ": no frame of the empty room can be read");
   }
   /// A damaged stream may change its size on the way.
   bool fits() const {
-    return photo.type() == CV_8UC3 && photo.isContinuous() && photo.cols == bytes.width_px &&
-           photo.rows == bytes.height_px;
+    return photo.type() == CV_8UC3 && photo.isContinuous() && photo.cols == size.width &&
+           photo.rows == size.height;
   }
   Undistortion undistort;
   BackgroundModel model;
@@ -69,7 +75,8 @@ struct Reader {
   int frame_count;
   cv::VideoCapture video;
   cv::Mat photo;
-  Image<std::uint8_t> bytes, scratch;
+  cv::Size size;  ///< of the photos
+  BitMask bits;   ///< of the newest photo, with the lens
 };
 
 class VideoSource final : public FrameSource {
@@ -149,13 +156,12 @@ class VideoSource final : public FrameSource {
     if (!r.fits()) {
       notes_.fail(i, r.path + ": frame " + std::to_string(tick_) + " has " +
                          size_text(r.photo.cols, r.photo.rows) + " pixels, expected " +
-                         size_text(r.bytes.width_px, r.bytes.height_px));
+                         size_text(r.size.width, r.size.height));
       return;
     }
-    r.model.classify(r.photo.data, file_.background, r.bytes.pixels.data());
-    const auto& pixels = r.bytes.pixels;
-    notes_.odd(i, odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels)));
-    r.undistort.mask(pixels.data(), r.scratch, frame.silhouettes[i]);
+    r.model.classify(r.photo.data, file_.background, r.bits, 1 / file_.frames_per_s);
+    notes_.odd(i, odd_coverage(r.bits.area_px(), std::int64_t{r.size.width} * r.size.height));
+    r.undistort.mask(r.bits, frame.silhouettes[i]);
     if (colors_) r.undistort.color(r.photo.data, frame.colors[i]);
   }
 

@@ -1,0 +1,116 @@
+#include "tactus/reconstruct/rig_doctor.h"
+
+#include <cmath>
+
+#include "tactus/base/error.h"
+#include "tactus/reconstruct/rig_examination.h"
+
+namespace tactus {
+
+bool Examination::cameras_stand_within() const {
+  std::size_t within = 0;
+  const Box3f& w = input_.workspace_m;
+  for (const std::size_t c : used_) {
+    const auto p = vec_cast<float>(diagnosis_.cameras[c].center_world());
+    within +=
+        p.x > w.min.x && p.y > w.min.y && p.z > w.min.z && p.x < w.max.x && p.y < w.max.y && p.z < w.max.z
+            ? 1U
+            : 0U;
+  }
+  return 2 * within > used_.size();
+}
+
+/// Whether the workspace holds what the cones name, and whether a unit explains that it does not.
+void Examination::check_workspace(const Agreement& after) {
+  const std::vector<SeenView> all = views();
+  const std::optional<Box3f> box = box_of(all);
+  if (!box) return;
+  const SilhouetteConsistency hull(*box, all, kCoarse);
+  if (hull.sample_count() == 0) return;
+  const auto share_within = [&](double unit) {
+    std::size_t within = 0;
+    for (const Vec3f p : hull.points_m()) {
+      const Vec3f q = static_cast<float>(unit) * p;
+      const Box3f& w = input_.workspace_m;
+      within += q.x >= w.min.x && q.y >= w.min.y && q.z >= w.min.z && q.x <= w.max.x && q.y <= w.max.y &&
+                        q.z <= w.max.z
+                    ? 1U
+                    : 0U;
+    }
+    return static_cast<double>(within) / static_cast<double>(hull.sample_count());
+  };
+  const double held = share_within(1);
+  if (held >= 0.98 && !cameras_stand_within()) return;
+  if (held < 0.05 || cameras_stand_within()) {
+    const RigHypothesis* best = nullptr;
+    for (const RigHypothesis& h : rig_hypotheses()) {
+      const double size = h.unit * std::cbrt(volume(*box) / volume(input_.workspace_m));
+      if (h.unit == 1 || size > 1.3 || share_within(h.unit) < 0.9) continue;
+      if (best == nullptr || h.unit > best->unit) best = &h;
+    }
+    if (best != nullptr) {
+      for (Camera& c : diagnosis_.cameras) c.T_cam_world.t = best->unit * c.T_cam_world.t;
+      note({-1, -1, "unit of t", "all cameras: " + best->cure, after.mean, after.mean});
+      return;
+    }
+  }
+  if (held >= 0.98) return;
+  const Vec3f low = box->min, high = box->max;
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "what the cones name lies in (%.3g,%.3g,%.3g) to (%.3g,%.3g,%.3g) m: --workspace auto, or these",
+      static_cast<double>(low.x), static_cast<double>(low.y), static_cast<double>(low.z),
+      static_cast<double>(high.x), static_cast<double>(high.y), static_cast<double>(high.z));
+  DoctorFinding finding{-1,   -1,         "the workspace holds " + percent(held) + " of the object",
+                        text, after.mean, after.mean};
+  finding.is_fault = held < 0.9;
+  diagnosis_.workspace_m = *box;
+  note(finding);
+}
+
+void Examination::decide(const Agreement& after) {
+  const bool faulty = std::any_of(diagnosis_.findings.begin(), diagnosis_.findings.end(),
+                                  [](const DoctorFinding& f) { return f.is_fault; });
+  diagnosis_.verdict = faulty                             ? Verdict::faulty
+                       : used_.size() >= kDeterminedViews ? Verdict::well
+                                                          : Verdict::unsure;
+  if (faulty) {
+    diagnosis_.why = "something is wrong";
+  } else if (diagnosis_.verdict == Verdict::well) {
+    diagnosis_.why = "the silhouettes of " + std::to_string(used_.size()) + " views agree (recall " +
+                     number(after.mean, "%.3f") + ", at least " + number(after.least, "%.3f") + ")";
+  } else {
+    diagnosis_.why = "the silhouettes agree, but " + std::to_string(used_.size()) +
+                     " views do not determine a rig: " + std::to_string(used_.size() * (used_.size() - 1)) +
+                     " equations for " + std::to_string(6 * std::max<std::size_t>(used_.size(), 2) - 7) +
+                     " unknowns";
+    diagnosis_.help =
+        "metric evidence: a distance between two cameras (--distance cam1 cam3 2.83), a board that "
+        "all see (--corners), or a depth camera; or more cameras";
+  }
+}
+
+Diagnosis examine_rig(const DoctorInput& input, const DoctorLimits& limits) {
+  if (input.cameras.empty() || input.ticks.empty()) throw Error("doctor: no cameras or no masks");
+  for (const std::vector<BitMask>& masks : input.ticks) {
+    if (masks.size() != input.cameras.size())
+      throw Error("doctor: " + std::to_string(masks.size()) + " masks for " +
+                  std::to_string(input.cameras.size()) + " cameras");
+    for (std::size_t c = 0; c < masks.size(); ++c) {
+      const Camera& camera = input.cameras[c];
+      if (!masks[c].words.empty() &&
+          (masks[c].width_px != camera.width_px || masks[c].height_px != camera.height_px))
+        throw Error("camera '" + camera.name + "': the mask has " + std::to_string(masks[c].width_px) + "x" +
+                    std::to_string(masks[c].height_px) + " pixels, its calibration says " +
+                    std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+    }
+  }
+  return Examination(input, limits).run();
+}
+
+const char* verdict_name(Verdict verdict) {
+  return verdict == Verdict::well ? "well" : verdict == Verdict::faulty ? "faulty" : "unsure";
+}
+
+}  // namespace tactus

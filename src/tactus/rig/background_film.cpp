@@ -1,0 +1,69 @@
+#include "tactus/rig/background_film.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/image_reading.h"
+#include "tactus/rig/numbered_files.h"
+
+namespace tactus {
+namespace {
+
+constexpr int kMedianFrames = 31;
+
+bool is_picture(const std::string& file) {
+  const std::string end = std::filesystem::path(file).extension().string();
+  return end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".bmp";
+}
+
+double sharpness_of(const cv::Mat& photo) {
+  cv::Mat grey, laplacian, mean, deviation;
+  cv::cvtColor(photo, grey, cv::COLOR_BGR2GRAY);
+  cv::Laplacian(grey, laplacian, CV_64F);
+  cv::meanStdDev(laplacian, mean, deviation);
+  return deviation.at<double>(0);
+}
+
+}  // namespace
+
+LearntRoom learn_room(const std::string& film, bool median) {
+  if (is_picture(film)) {
+    const cv::Mat photo = read_image(film, cv::IMREAD_COLOR);
+    LearntRoom room{
+        BackgroundModel(photo.cols, photo.rows), photo.cols, photo.rows, 1, 0, sharpness_of(photo)};
+    room.model.learn(photo.data);
+    return room;
+  }
+  if (!std::filesystem::is_regular_file(film)) throw Error(film + ": no such film" + suggest_file(film));
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  cv::VideoCapture video(film, cv::CAP_FFMPEG);
+  cv::Mat photo;
+  if (!video.isOpened() || !video.read(photo)) throw Error(film + ": no frame of the film can be read");
+  const int told = static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT));
+  const int stride = median ? std::max(told / kMedianFrames, 1) : 1;
+  LearntRoom room{BackgroundModel(photo.cols, photo.rows), photo.cols, photo.rows, 0, 0, sharpness_of(photo)};
+  double sum = 0, sum2 = 0;
+  do {
+    if (photo.cols != room.width_px || photo.rows != room.height_px || !photo.isContinuous()) break;
+    const cv::Scalar mean = cv::mean(photo);
+    const double brightness = (mean[0] + mean[1] + mean[2]) / 3;
+    sum += brightness;
+    sum2 += brightness * brightness;
+    if (!median)
+      room.model.learn(photo.data);
+    else if (room.frames % stride == 0)
+      room.model.collect(photo.data);
+    ++room.frames;
+  } while (video.read(photo));
+  if (median) room.model.finish_median();
+  const double n = room.frames;
+  room.flicker = std::sqrt(std::max(sum2 / n - sqr(sum / n), 0.0));
+  return room;
+}
+
+}  // namespace tactus

@@ -1,0 +1,242 @@
+// Silhouettes before a known room: exact truth composed over a synthetic room and over real frames.
+#include "tactus/rig/background_model.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <random>
+
+#include "support/data_folder.h"
+#include "support/masks.h"
+#include "support/message_of.h"
+#include "support/synthetic_frame.h"
+#include "tactus/geom/mask_metrics.h"
+#include "tactus/rig/undistortion.h"
+
+namespace tactus {
+namespace {
+
+constexpr int kWidth = 640, kHeight = 480;
+
+/// A room of soft colours with the noise of a camera.
+cv::Mat room(unsigned seed, double light = 1, double sigma = 2) {
+  cv::Mat photo(kHeight, kWidth, CV_8UC3);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, sigma);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double b = 90 + 40 * std::sin(0.02 * x), g = 110 + 30 * std::cos(0.03 * y),
+                   r = 120 + 20 * std::sin(0.01 * (x + y));
+      photo.at<cv::Vec3b>(y, x) = {cv::saturate_cast<std::uint8_t>(light * b + noise(random)),
+                                   cv::saturate_cast<std::uint8_t>(light * g + noise(random)),
+                                   cv::saturate_cast<std::uint8_t>(light * r + noise(random))};
+    }
+  }
+  return photo;
+}
+
+/// Puts the figure into the photo, and a soft shadow of 0.7 beside and below it.
+void compose(cv::Mat& photo, const BitMask& figure, cv::Vec3b color, BitMask* shadow = nullptr) {
+  cv::Mat shade(photo.size(), CV_32F, cv::Scalar(1));
+  for (Index y = 0; y + 40 < figure.height_px; ++y) {
+    for (Index x = 0; x + 60 < figure.width_px; ++x) {
+      if (figure(x, y)) shade.at<float>(y + 40, x + 60) = 0.7F;
+    }
+  }
+  cv::GaussianBlur(shade, shade, {0, 0}, 4);
+  for (int y = 0; y < photo.rows; ++y) {
+    for (int x = 0; x < photo.cols; ++x) {
+      auto& p = photo.at<cv::Vec3b>(y, x);
+      const float s = shade.at<float>(y, x);
+      for (int c = 0; c < 3; ++c) p[c] = cv::saturate_cast<std::uint8_t>(s * static_cast<float>(p[c]));
+      if (figure(x, y))
+        p = color;
+      else if (shadow != nullptr && s < 0.85F)
+        shadow->set(x, y);
+    }
+  }
+}
+
+BitMask hand() { return test::silhouettes_of("hand-still").frame.silhouettes[0]; }
+
+TEST(Background, FindsTheFigureAndLeavesItsShadow) {
+  BackgroundModel model(kWidth, kHeight);
+  for (unsigned k = 0; k < 10; ++k) model.learn(room(k).data);
+  const BitMask truth = hand();
+  for (const cv::Vec3b& color : {cv::Vec3b{40, 60, 200}, {200, 80, 40}, {30, 30, 30}, {60, 200, 60}}) {
+    cv::Mat photo = room(99);
+    BitMask shadow(kWidth, kHeight), mask;
+    compose(photo, truth, color, &shadow);
+    model.classify(photo.data, {}, mask);
+    EXPECT_GE(iou(mask, truth), 0.95) << color;
+    const double taken =
+        static_cast<double>(common_area_px(mask, shadow)) / static_cast<double>(shadow.area_px());
+    EXPECT_LE(taken, 0.03) << color;
+  }
+}
+
+TEST(Background, OneStillPictureIsEnoughAndStoredRoomsAreTheSame) {
+  BackgroundModel one(kWidth, kHeight), film(kWidth, kHeight), stored(kWidth, kHeight);
+  one.learn(room(1).data);
+  for (unsigned k = 0; k < 8; ++k) film.learn(room(k).data);
+  const std::string path = (std::filesystem::temp_directory_path() / "tactus_room.png").string();
+  film.write(path);
+  stored.read(path);
+  cv::Mat photo = room(50);
+  const BitMask truth = hand();
+  compose(photo, truth, {40, 60, 200});
+  BitMask by_one, by_film, by_stored;
+  one.classify(photo.data, {}, by_one);
+  film.classify(photo.data, {}, by_film);
+  stored.classify(photo.data, {}, by_stored);
+  EXPECT_GE(iou(by_one, truth), 0.95);
+  EXPECT_EQ(by_film, by_stored);
+  EXPECT_NEAR(film.mean_spread(), 2 * std::sqrt(3.0), 0.5);  // three channels of 2 grey levels
+  BackgroundModel other(100, 100);
+  EXPECT_NE(test::message_of([&] { other.read(path); }).find("640x960 pixels, expected 100x100"),
+            std::string::npos);
+  std::filesystem::remove(path);
+}
+
+TEST(Background, TheMedianForgetsASubjectThatMoves) {
+  BackgroundModel model(kWidth, kHeight);
+  const BitMask figure = hand();
+  for (int k = 0; k < 31; ++k) {
+    cv::Mat photo = room(static_cast<unsigned>(k));
+    // Steps of 40 pixels: before any pixel it stands in at most a third of the frames.
+    BitMask there(kWidth, kHeight);
+    const int shift = 40 * (k % 15 - 7);
+    for (Index y = 0; y < kHeight; ++y) {
+      for (Index x = std::max(0, -shift); x < std::min(kWidth, kWidth - shift); ++x) {
+        if (figure(x, y)) there.set(x + shift, y);
+      }
+    }
+    compose(photo, there, {40, 60, 200});
+    model.collect(photo.data);
+  }
+  model.finish_median();
+  cv::Mat photo = room(77);
+  compose(photo, figure, {40, 60, 200});
+  BitMask mask;
+  model.classify(photo.data, {}, mask);
+  EXPECT_GE(iou(mask, figure), 0.95);
+}
+
+/// The light changes by 15 % within 60 s, and the subject stands still all the time.
+TEST(Background, FollowsTheLightAndNeverLearnsTheSubject) {
+  BackgroundModel model(kWidth, kHeight);
+  for (unsigned k = 0; k < 5; ++k) model.learn(room(k).data);
+  BackgroundOptions options;
+  options.adapt_s = 10;
+  const BitMask truth = hand();
+  cv::Mat first = room(20);
+  compose(first, truth, {40, 60, 200});
+  BitMask mask;
+  model.classify(first.data, options, mask);
+  const double before = iou(mask, truth);
+  for (const double light : {1.15, 0.85}) {
+    // Five photos a second would take minutes here; each stands for one and a half.
+    for (int k = 1; k <= 40; ++k) {
+      cv::Mat photo = room(static_cast<unsigned>(k % 4), 1 + (light - 1) * k / 40.0);
+      compose(photo, truth, {40, 60, 200});
+      model.classify(photo.data, options, mask, 1.5);
+    }
+    EXPECT_GE(iou(mask, truth), before - 0.01) << light;
+  }
+}
+
+TEST(Background, AKeyIsAColour) {
+  cv::Mat photo(kHeight, kWidth, CV_8UC3, cv::Scalar(64, 177, 0));
+  const BitMask truth = hand();
+  compose(photo, truth, {120, 140, 200});  // its shadow darkens the cloth and keeps its colour
+  BackgroundOptions options;
+  options.method = BackgroundMethod::key;
+  BackgroundModel model(kWidth, kHeight);
+  BitMask mask;
+  model.classify(photo.data, options, mask);
+  EXPECT_GE(iou(mask, truth), 0.97);
+}
+
+TEST(Background, MethodsHaveNames) {
+  EXPECT_EQ(background_method("knn"), BackgroundMethod::knn);
+  EXPECT_EQ(test::message_of([] { background_method("mog"); }, ErrorKind::usage),
+            "background.method 'mog': expected model, key, mog2 or knn; did you mean 'mog2'?");
+}
+
+/// Hand-painted masks of frame 0 (one pixel of erosion costs them 0.074).
+TEST(Background, HorsemanIsSegmentedAsWellAsByMixtures) {
+  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  double sum = 0, mog2 = 0;
+  for (int cam = 1; cam <= 4; ++cam) {
+    const std::string folder = data_folder() + "/utrecht_horseman/cam" + std::to_string(cam) + "/";
+    cv::VideoCapture empty(folder + "background.avi"), film(folder + "video.avi");
+    cv::Mat photo;
+    ASSERT_TRUE(empty.read(photo));
+    BackgroundModel model(photo.cols, photo.rows);
+    do model.learn(photo.data);
+    while (empty.read(photo));
+    ASSERT_TRUE(film.read(photo));
+    const cv::Mat painted = cv::imread(folder + "customMask.png", cv::IMREAD_GRAYSCALE);
+    const BitMask truth = test::make_mask(
+        photo.cols, photo.rows, [&](Index x, Index y) { return painted.at<std::uint8_t>(y, x) > 127; });
+    BitMask mask;
+    BackgroundOptions options;
+    model.classify(photo.data, options, mask);
+    sum += iou(mask, truth) / 4;
+    options.method = BackgroundMethod::mog2;
+    model.classify(photo.data, options, mask);
+    mog2 += iou(mask, truth) / 4;
+  }
+  RecordProperty("iou", std::to_string(sum));
+  RecordProperty("iou_mog2", std::to_string(mog2));
+  EXPECT_GE(sum, 0.90);
+}
+
+/// Packed undistortion gives the bits of the byte chain, and the chain from photo to mask has its budget.
+TEST(Background, PackedUndistortionIsThatOfBytesAndTheChainIsFast) {
+  CalibratedCamera calibrated;
+  Camera& c = calibrated.camera;
+  c.name = "cam";
+  c.width_px = kWidth;
+  c.height_px = kHeight;
+  c.fx_px = c.fy_px = 500;
+  c.cx_px = 322;
+  c.cy_px = 235;
+  const double k[] = {-0.36, 0.18, 1e-3, -2e-3, -0.05};
+  calibrated.lens = make_lens(LensModel::brown, k);
+  const Undistortion undistort(calibrated);
+  cv::Mat photo = room(3);
+  compose(photo, hand(), {40, 60, 200});
+  BackgroundModel model(kWidth, kHeight);
+  for (unsigned i = 0; i < 5; ++i) model.learn(room(i).data);
+  BitMask bits, packed, from_bytes;
+  double best_ms = 1e9;
+  for (int i = 0; i < 40; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    model.classify(photo.data, {}, bits);
+    undistort.mask(bits, packed);
+    best_ms = std::min(best_ms,
+                       1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  std::vector<std::uint8_t> bytes;
+  for (Index y = 0; y < kHeight; ++y) {
+    for (Index x = 0; x < kWidth; ++x) bytes.push_back(bits(x, y) ? 255 : 0);
+  }
+  Image<std::uint8_t> scratch;
+  undistort.mask(bytes.data(), scratch, from_bytes);
+  // Both are bilinear in steps of 1/32 pixel; OpenCV rounds its weights to 1/32768, so a pixel on the half
+  // may differ.
+  BitMask differ = packed;
+  for (std::size_t w = 0; w < differ.words.size(); ++w) differ.words[w] ^= from_bytes.words[w];
+  EXPECT_LE(differ.area_px(), packed.area_px() / 500);
+  RecordProperty("best_ms", std::to_string(best_ms));
+  std::printf("photo to packed, undistorted mask: %.2f ms\n", best_ms);
+}
+
+}  // namespace
+}  // namespace tactus
