@@ -215,6 +215,8 @@ DataNode parse_json_data(const std::string& text, const std::string& file) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     throw Error(file + ":" + std::to_string(line) + ": not valid JSON" +
                 (at == text.size() ? "; the file ends too early" : ""));
+  } catch (const nlohmann::json::exception& e) {  // a number that no double holds
+    throw Error(file + ": not valid JSON: " + e.what());
   }
   return root;
 }

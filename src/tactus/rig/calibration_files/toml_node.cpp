@@ -3,7 +3,9 @@
 #ifdef TACTUS_WITH_TOML
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <sstream>
+#include <string_view>
 #endif
 
 #include "tactus/base/error.h"
@@ -52,10 +54,50 @@ void convert(const toml::node& from, DataNode& to) {
   }
 }
 
+/// toml++ takes for granted that a table's name begins like a name ("[%" ends a program that checks
+/// assertions), and its test for white space is undefined for letters such as U+017A. Both are refused before
+/// it sees them.
+void check_toml_text(std::string_view text, const std::string& file) {
+  int depth = 0, number = 0;  // of open brackets: lines within a list may begin with '[', too
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    ++number;
+    const std::size_t first = std::min(line.find_first_not_of(" \t"), line.size());
+    if (depth == 0 && line.substr(first).starts_with("[")) {
+      const auto skip_space = [&](std::size_t at) {
+        return std::min(line.find_first_not_of(" \t", at), line.size());
+      };
+      std::size_t name = skip_space(first + 1);
+      if (line.substr(name).starts_with("[")) name = skip_space(name + 1);
+      const char c = name == line.size() ? '\0' : line[name];
+      const bool word = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+      if (!word && c != '_' && c != '-' && c != '"' && c != '\'')
+        throw Error(file + ":" + std::to_string(number) +
+                    ": not valid TOML: a table's name begins with a letter, a digit, _, - or a quote");
+    }
+    char quote = '\0';
+    for (const char c : line) {
+      if (c == '#' && quote == '\0') break;
+      if (static_cast<unsigned char>(c) >= 0x80)
+        throw Error(file + ":" + std::to_string(number) + ": a character beyond ASCII outside of comments");
+      if (quote != '\0') {
+        quote = c == quote ? '\0' : quote;
+        continue;
+      }
+      if (c == '"' || c == '\'') quote = c;
+      if (c == '[') ++depth;
+      if (c == ']') depth = std::max(0, depth - 1);
+    }
+  }
+}
+
 }  // namespace
 
 DataNode parse_toml_data(const std::string& text, const std::string& file) {
   check_foreign_text(text, TextSyntax::json, file);
+  check_toml_text(text, file);
   DataNode root;
   root.file = file;
   try {
