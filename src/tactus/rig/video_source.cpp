@@ -163,7 +163,7 @@ class VideoSource final : public FrameSource {
                          size_text(r.size.width, r.size.height));
       return;
     }
-    r.model.classify(r.photo.data, file_.background, r.bits, 1 / file_.frames_per_s);
+    r.model.classify(r.photo.data, file_.background, r.bits, 1 / fps_);
     notes_.odd(i, odd_coverage(r.bits.area_px(), std::int64_t{r.size.width} * r.size.height));
     r.undistort.mask(r.bits, frame.silhouettes[i]);
     if (colors_) r.undistort.color(r.photo.data, frame.colors[i]);
