@@ -6,7 +6,7 @@ set -euo pipefail
 # Parts of OpenCV, not libopencv-dev: that one brings VTK, Qt and Tcl along (60 packages, 330 MB).
 packages=(cmake ninja-build g++ git python3 pkg-config libtbb-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
   libpugixml-dev libtomlplusplus-dev
-  libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-videoio-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-video-dev libopencv-videoio-dev
   libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev)
 if [ "${1:-}" = tests ]; then packages+=(libgtest-dev libceres-dev libopencv-contrib-dev); fi
 if ! command -v apt-get >/dev/null; then

@@ -17,10 +17,10 @@ struct ViewCounter {
       const HullCamera& v = views[c];
       const Vec3f h = project_node(v, node);
       const float z = h.z > 1e-6F ? h.z : 1.F, x = h.x + 0.5F * z, y = h.y + 0.5F * z;
-      seen += (h.z > 1e-6F) & (x >= 0.F) & (y >= 0.F) & (x <= static_cast<float>(v.width_px) * z) &
-                      (y <= static_cast<float>(v.height_px) * z)
-                  ? 1
-                  : 0;
+      const bool in_view = (h.z > 1e-6F) & (x >= 0.F) & (y >= 0.F) &
+                           (x <= static_cast<float>(v.width_px) * z) &
+                           (y <= static_cast<float>(v.height_px) * z);
+      seen += in_view ? 1 : 0;
     }
     return seen >= min_views;
   }
