@@ -69,7 +69,7 @@ TEST_F(ReadFile, SizeIsBoundedBeforeMemoryIsTaken) {
   EXPECT_EQ(message_of([&] { read_file(path("a"), 4); }),
             "can't read '" + path("a") + "': it has 5 B, expected at most 4 B");
   // 8 TB that take no room on the disk: taking them in would end the program.
-  std::ofstream(path("hole"));
+  std::ofstream(path("hole")) << "";
   ASSERT_EQ(truncate(path("hole").c_str(), 1LL << 43), 0);
   EXPECT_EQ(message_of([&] { read_file(path("hole"), kMaxMeshBytes); }),
             "can't read '" + path("hole") + "': it has 8.8 TB, expected at most 4.3 GB");

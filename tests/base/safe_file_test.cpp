@@ -128,7 +128,7 @@ TEST_F(SafeFileTest, DeviceIsWrittenToAndItsErrorTold) {
 TEST_F(SafeFileTest, ErrorsNamePathAndReason) {
   const std::string file = make("a", "");
   const auto refusal = [](const std::string& target) {
-    const std::string early = message_of([&] { output_is_writable(target); });
+    std::string early = message_of([&] { output_is_writable(target); });
     EXPECT_EQ(early, message_of([&] { write_file(target, "x"); }));
     return early;
   };

@@ -295,7 +295,7 @@ class Reconstruction {
   HullReport make_surface(const FrameSet& frame) {
     for (;;) {
       time_stages(frame);
-      const HullReport report = stages_->hull.report();
+      HullReport report = stages_->hull.report();
       if (!report.overflow) return report;
       const std::string text = "frame " + std::to_string(frame.tick) + ": " + overflow_text(*report.overflow);
       if (room_of(*report.overflow, options_) > 0)
