@@ -92,7 +92,7 @@ tled::TileLimits limits_of(Index processors) {
   return {.groups = Tiles::kGroups,
           .groups_x = Tiles::kGroupsX,
           .segments = Tiles::kSegments,
-          .layers = 16,
+          .layers = tled::kMostLayers,
           .processors = processors};
 }
 
@@ -231,8 +231,9 @@ template <class Sink>
 void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   with_law(options_, [&]<class Law>(const Law& law) {
-    const tled::OnePointCube<Law> elastic{
-        law, gradient, area, tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / 6};
+    const float twist_m =
+        tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / (6 * 8);
+    const tled::OnePointCube<Law> elastic{law, gradient, area, twist_m};
     if (relaxes()) {
       tled::RelaxingCube<Law> cube{.elastic = elastic,
                                    .before = history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
@@ -240,10 +241,10 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time
                                    .cells = grid_.cells,
                                    .time = time,
                                    .share = {},
-                                   .relaxation_s = {}};
+                                   .rate_per_s = {}};
       for (std::size_t n = 0; n < options_.relaxation.size(); ++n) {
         cube.share[n] = options_.relaxation[n].share;
-        cube.relaxation_s[n] = options_.relaxation[n].time_s;
+        cube.rate_per_s[n] = 1 / options_.relaxation[n].time_s;
       }
       return launch_forces(ctx, which, k, cube, sink);
     }
