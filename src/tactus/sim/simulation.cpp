@@ -116,6 +116,16 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
+  for (std::size_t b = 1; b < bodies_.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      const Index count = cubes_in_another(bodies_[a]->shape().lattice, bodies_[b]->shape().lattice);
+      if (count > 0)
+        log_warning("bodies '" + bodies_[a]->name() + "' and '" + bodies_[b]->name() +
+                    "' overlap at rest in " + std::to_string(count) +
+                    " cubes: bodies don't touch one another");
+    }
+  }
+  surface_.clear(devices_.context(0));
   add_stages();
   schedule_.close();
   devices_.synchronize();
