@@ -23,7 +23,8 @@ std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const El
   std::vector<std::uint8_t> material(lattice.cubes.size());
   for (std::size_t c = 0; c < material.size(); ++c) {
     const std::uint8_t own = material_of_cube.empty() ? std::uint8_t{0} : material_of_cube[c];
-    material[c] = is_element(elements, c) ? own : Tled::kNoElement;
+    const bool is_room = c >= static_cast<std::size_t>(lattice.regular_cubes()) && !lattice.has_cube(c);
+    material[c] = is_element(elements, c) && !is_room ? own : Tled::kNoElement;
   }
   return material;
 }
@@ -77,8 +78,10 @@ ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements
 struct Hybrid::Layout {
   Layout(const CubeLattice& lattice, const ElementMask& elements, std::span<const std::uint8_t> materials,
          int half_width, std::optional<Slab> own_layers);
+  NodeWindow window() const;
 
   LatticeLayers part;                  ///< nodes and cubes of the window
+  Index first_virtual = 0;             ///< node of the body
   Slab own;                            ///< layers of the part
   std::vector<std::uint8_t> material;  ///< per cube of the part
   bool has_elements = false;           ///< the body has, here or elsewhere
@@ -100,17 +103,22 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   const LatticePart others = lattice_part(lattice, [&](std::size_t c) { return !is_element(elements, c); });
   const Index layers = lattice.node_dims.z;
   own = own_layers.value_or(Slab{0, layers});
+  first_virtual = lattice.regular_nodes();
   const Slab window = others.node.empty() ? Slab{std::max(own.begin - 1, 0), std::min(own.end + 1, layers)}
                                           : flsm_window(own, half_width, layers);
-  part = lattice_layers(lattice, window);
+  part = lattice_window(lattice, window, own);
   const auto first_cube = all_materials.begin() + part.first_cube;
-  material.assign(first_cube, first_cube + part.lattice.cube_count());
+  material.assign(first_cube, first_cube + part.lattice.regular_cubes());
+  material.insert(material.end(), all_materials.begin() + lattice.regular_cubes(), all_materials.end());
 
   const std::size_t nodes = part.lattice.nodes.size();
   matched_node.assign(nodes, -1);
   share.resize(nodes);
   inverse_mass_per_kg.resize(nodes);
-  for (std::size_t i = 0; i < nodes; ++i) inverse_mass_per_kg[i] = 1 / part.lattice.node_mass_kg[i];
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const float mass_kg = part.lattice.node_mass_kg[i];
+    inverse_mass_per_kg[i] = mass_kg > 0 ? 1 / mass_kg : 0;
+  }
   matched = lattice_layers(others.lattice, window);
   for (std::size_t i = 0; i < matched.lattice.nodes.size(); ++i) {
     const Index node = others.node[static_cast<std::size_t>(matched.first_node) + i] - part.first_node;
@@ -119,9 +127,10 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
     share[static_cast<std::size_t>(node)] =
         matched.lattice.node_mass_kg[i] / part.lattice.node_mass_kg[static_cast<std::size_t>(node)];
   }
-  only_matched.assign(nodes, 1);
+  only_matched.assign(nodes, 0);
+  std::fill_n(only_matched.begin(), part.lattice.regular_nodes(), 1);
   for (std::size_t c = 0; c < material.size(); ++c) {
-    if (material[c] == Tled::kNoElement) continue;
+    if (material[c] == Tled::kNoElement || !part.lattice.has_cube(c)) continue;
     for (const Index i : part.lattice.cube_nodes[c]) only_matched[static_cast<std::size_t>(i)] = 0;
   }
   if (!others.node.empty()) {
@@ -132,6 +141,18 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   own = {own.begin - window.begin, own.end - window.begin};
 }
 
+NodeWindow Hybrid::Layout::window() const {
+  const CubeLattice& held = part.lattice;
+  const PatchRegions places = patch_regions(held, own);
+  if (places.count() == 1) return all_nodes(held);
+  const LatticeLayers of_own = lattice_layers(held, own);
+  return {.held = {part.first_node, part.first_node + held.regular_nodes()},
+          .own = {of_own.first_node, of_own.first_node + of_own.lattice.node_count()},
+          .patch = places.own(),
+          .places = places.count() * places.room,
+          .first_virtual = first_virtual};
+}
+
 Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
                std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
                const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own)
@@ -140,12 +161,9 @@ Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& 
 Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
                const TledOptions& tled, const FlsmMaterial& flsm)
     : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
-      window_{.held = {layout.part.first_node, layout.part.first_node + layout.part.lattice.node_count()},
-              .own = {}},
+      window_(layout.window()),
       first_cube_(layout.part.first_cube),
       has_elements_(layout.has_elements) {
-  const LatticeLayers own = lattice_layers(layout.part.lattice, layout.own);
-  window_.own = {own.first_node, own.first_node + own.lattice.node_count()};
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
     matched_ = rest_state(ctx, layout.matched.lattice);
@@ -190,10 +208,15 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridSt
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k) {
+  move_nodes(ctx, state, step, k, window_.own);
+  if (window_.patch.count() > 0) move_nodes(ctx, state, step, k, window_.patch);
+}
+
+void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const HybridStep& step, int k, Slab nodes) {
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
-  const auto own = [&](auto view) { return view.part(window_.own.begin, window_.own.count()); };
+  const auto own = [&](auto view) { return view.part(nodes.begin, nodes.count()); };
   ctx.parallel_for(
-      "hybrid/integrate", window_.own.count(),
+      "hybrid/integrate", nodes.count(),
       hybrid::Integrate{.x_m = own(state.x_m.view()),
                         .v_m_s = own(state.v_m_s.view()),
                         .f_ext_N = own(state.f_ext_N.const_view()),

@@ -81,6 +81,7 @@ class Hybrid {
   struct Layout;
   Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
          const TledOptions& tled, const FlsmMaterial& flsm);
+  void move_nodes(ExecContext& ctx, BodyState& state, const HybridStep& step, int k, Slab nodes);
 
   Tled tled_;
   NodeWindow window_;

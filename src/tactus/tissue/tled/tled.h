@@ -7,6 +7,7 @@
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/tled/elastic_material.h"
+#include "tactus/tissue/tled/patch.h"
 #include "tactus/tissue/tled/tled_kernels.h"
 
 namespace tactus {
@@ -25,7 +26,8 @@ struct TledStep {
 };
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
-/// Between two steps anyone may change x and v (contact does).
+/// Between two steps anyone may change x and v (contact does). Regular cubes are in dense tiles, copies of
+/// cut ones in a patch.
 class Tled {
  public:
   static constexpr std::uint8_t kNoElement = 255;
@@ -48,14 +50,15 @@ class Tled {
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
   /// Substeps in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
-  /// move the edges and the interior, in any order or at once, each node's neighbours having been moved by
-  /// k - 1; store after `count` moves. Between, nodes are in cells only.
+  /// move the patch, then the edges and the interior, in any order or at once, each node's neighbours having
+  /// been moved by k - 1; store after `count` moves. Between, nodes are in cells only.
   enum class Tiles : std::uint8_t {
     all,
     edges,     ///< own nodes that other devices read
     interior,  ///< those that depend on no other device's
   };
   void load(ExecContext& ctx, const BodyState& state);
+  void move_patch(ExecContext& ctx, const TledStep& step, int k);
   void move(ExecContext& ctx, const TledStep& step, int k, Tiles which);
   /// @param frame when given, it says how many moves there were
   void store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame = {});
@@ -91,8 +94,17 @@ class Tled {
   View<const float> force_fields_N() const { return f_N_.view(); }
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
+  tled::Patch& patch() { return patch_; }
 
  private:
+  /// Calls use(cube) with what resists in substep k. @param before,after history, `stride` of each field
+  template <class F>
+  void with_cube(const StepTime& time, View<const float> before, View<float> after, Index stride, F&& use);
+  /// Of the copies in the patch.
+  void find_patch_forces(ExecContext& ctx, int k, const StepTime& time);
+  tled::MoveNodes move_nodes(const TledStep& step, int k);
+  void make_patch(ExecContext& ctx, const CubeLattice& lattice, std::span<const tled::Stiffness> stiffness,
+                  Slab own_layers, Index first_virtual_cell);
   /// Reads what move k - 1 left.
   template <class Sink>
   void sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink);
@@ -120,6 +132,7 @@ class Tled {
   std::array<Buffer<float>, 2> ahead_m_;                         ///< a step reads one and writes the other
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
+  tled::Patch patch_;
 };
 
 }  // namespace tactus
