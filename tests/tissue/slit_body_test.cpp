@@ -7,6 +7,8 @@
 #include "support/device_sets.h"
 #include "tactus/geom/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
+#include "tactus/tissue/body_monitors.h"
+#include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/hybrid/hybrid_slabs.h"
 #include "tled_bodies.h"
 
@@ -224,6 +226,16 @@ TEST_F(HalfSlit, OpensAsTheStiffnessOfItsCubesSays) {
   EXPECT_GT(opening_m, 5 * opening_of_body_m(whole, kForce_N));
 }
 
+/// Cubes that were cut, and room, count neither as volume nor as inverted.
+TEST(SlitBody, HasTheVolumeOfTheWhole) {
+  const CubeLattice whole = box({5, 4, 3}), lattice = slit(whole, 2, 1, {.copies = 30, .nodes = 40});
+  std::vector<Vec3f> x = lattice.rest_positions_m();
+  const BodyMonitors m = measure_body(lattice, {}, {&kMaterial, 1}, {}, {}, x, std::vector<Vec3f>(x.size()));
+  EXPECT_NEAR(m.volume_m3, 60 * std::pow(double{kH}, 3), 1e-6 * m.volume_m3);
+  EXPECT_EQ(m.inverted_cubes, 0);
+  EXPECT_NEAR(m.min_J, 1, 1e-5);
+}
+
 TEST(SlitBody, KeepsItsMomentum) {
   const CubeLattice lattice = slit(box({5, 4, 3}), 2, 1);
   DeviceSet set("cpu");
@@ -246,6 +258,42 @@ TEST(SlitBody, KeepsItsMomentum) {
   body.step(ctx, state, {.dt_s = body.stable_step_s(), .gravity_m_s2 = {}}, 300);
   // 300 steps, each rounded to 6e-8 of the nodes' momenta, which add up like a walk: 1e-6.
   EXPECT_LT(length(momentum().first - before), 2e-6 * size);
+}
+
+/// A box of the body's surface, its corners in spacings.
+void add_box(TriangleMesh& mesh, Vec3f low, Vec3f high) {
+  const auto first = static_cast<Index>(mesh.positions_m.size());
+  for (int q = 0; q < 8; ++q)
+    mesh.positions_m.push_back(kH * Vec3f{(q & 1) != 0 ? high.x : low.x, (q & 2) != 0 ? high.y : low.y,
+                                          (q & 4) != 0 ? high.z : low.z});
+  constexpr Index kCorners[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  for (const auto& c : kCorners) {
+    mesh.triangles.push_back({first + c[0], first + c[1], first + c[2]});
+    mesh.triangles.push_back({first + c[0], first + c[2], first + c[3]});
+  }
+}
+
+/// Both walls of a slit lie in one plane, in the middle of cubes. Each moves with its own side.
+TEST(SlitBody, WallsMoveWithTheirSides) {
+  const CubeLattice whole = box({5, 4, 3}), lattice = slit(whole, 2, 0);
+  TriangleMesh mesh;
+  add_box(mesh, {0, 0, 0}, {2.5F, 4, 3});
+  add_box(mesh, {2.5F, 0, 0}, {5, 4, 3});
+  DeviceSet set("cpu");
+  ExecContext& ctx = set.context(0);
+  EmbeddedSurface surface(ctx, lattice, mesh);
+  BodyState state = rest_state(ctx, lattice);
+  std::vector<Vec3f> x = lattice.rest_positions_m();
+  for (Index i = 0; i < lattice.node_count(); ++i) {
+    const bool is_virtual = i >= lattice.regular_nodes();
+    if ((lattice.nodes[at(i)].x <= 2) != is_virtual) x[at(i)].x -= 0.01F;
+  }
+  state.x_m = to_device(ctx, x);
+  surface.update(ctx, state);
+  const TriangleMesh moved = surface.to_mesh(ctx);
+  for (std::size_t v = 0; v < 16; ++v)
+    EXPECT_NEAR(moved.positions_m[v].x, mesh.positions_m[v].x - (v < 8 ? 0.01F : 0.F), 1e-8F) << v;
 }
 
 class SlitDevices : public testing::TestWithParam<std::string> {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <string>
 
@@ -19,8 +20,29 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 class CubeFinder {
  public:
   explicit CubeFinder(const CubeLattice& lattice)
-      : dims_(lattice.node_dims - Vec3i{1, 1, 1}), id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
-    for (Index c = 0; c < lattice.cube_count(); ++c) id_[index(lattice.cubes[at(c)])] = c;
+      : lattice_(lattice),
+        dims_(lattice.node_dims - Vec3i{1, 1, 1}),
+        id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
+    for (Index c = 0; c < lattice.regular_cubes(); ++c) id_[index(lattice.cubes[at(c)])] = c;
+    for (std::size_t k = 0; k < lattice.copies.size(); ++k)
+      if (lattice.copies[k].of >= 0) copies_.emplace(lattice.copies[k].of, k);
+  }
+  /// The cube itself or, if it was cut, its copy whose material a point in it lies nearest to.
+  Index copy_at(Index cube, Vec3d local) const {
+    const auto [begin, end] = copies_.equal_range(cube);
+    if (begin == end) return cube;
+    Index best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (auto copy = begin; copy != end; ++copy) {
+      for (int q = 0; q < 8; ++q) {
+        if ((lattice_.copies[copy->second].corners >> q & 1) == 0) continue;
+        const Vec3d d = local - vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2});
+        if (dot(d, d) >= least) continue;
+        least = dot(d, d);
+        best = lattice_.regular_cubes() + static_cast<Index>(copy->second);
+      }
+    }
+    return best;
   }
   /// Cube and squared distance to it [spacings^2] of a point in lattice coordinates; cube -1: none within
   /// `reach` cubes.
@@ -49,14 +71,31 @@ class CubeFinder {
 
  private:
   std::size_t index(Vec3i p) const { return at((std::int64_t{p.z} * dims_.y + p.y) * dims_.x + p.x); }
+  const CubeLattice& lattice_;
   Vec3i dims_;
   std::vector<Index> id_;
+  std::multimap<Index, std::size_t> copies_;  ///< of regular cubes
 };
+
+/// In spacings: so far below a wall of a cut a point's side of it is looked up.
+constexpr double kBelowSurface = 0.01;
+
+/// Outward, unit; as many as vertices.
+std::vector<Vec3f> vertex_normals(const TriangleMesh& mesh) {
+  std::vector<Vec3f> normals(mesh.positions_m.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3f n = cross(mesh.positions_m[at(b)] - mesh.positions_m[at(a)],
+                          mesh.positions_m[at(c)] - mesh.positions_m[at(a)]);
+    for (const Index v : {a, b, c}) normals[at(v)] += n;
+  }
+  for (Vec3f& n : normals) n = normalized(n, Vec3f{});
+  return normals;
+}
 
 }  // namespace
 
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
-                                         float max_outside) {
+                                         float max_outside, std::span<const Vec3f> outward) {
   const CubeFinder finder(lattice);
   std::vector<embed::Anchor> anchors(points_m.size());
   for (std::size_t v = 0; v < anchors.size(); ++v) {
@@ -70,7 +109,9 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
                   std::to_string(p.y) + ", " + std::to_string(p.z) + ") m is more than " +
                   std::to_string(max_outside) +
                   " spacings outside the lattice: surface and lattice are not of the same body");
-    anchors[v] = {cube, vec_cast<float>(q - vec_cast<double>(lattice.cubes[at(cube)]))};
+    const Vec3d local = q - vec_cast<double>(lattice.cubes[at(cube)]),
+                out = outward.empty() ? Vec3d{} : vec_cast<double>(outward[v]);
+    anchors[v] = {finder.copy_at(cube, local - kBelowSurface * out), vec_cast<float>(local)};
   }
   return anchors;
 }
@@ -120,7 +161,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   std::vector<embed::CubeNodes> cubes(lattice.cubes.size());
   for (std::size_t c = 0; c < cubes.size(); ++c)
     std::copy(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end(), cubes[c].node);
-  anchors_ = to_device(ctx, anchor_points(lattice, mesh.positions_m, max_outside));
+  anchors_ = to_device(ctx, anchor_points(lattice, mesh.positions_m, max_outside, vertex_normals(mesh)));
   cubes_ = to_device(ctx, cubes);
   triangles_ = to_device(ctx, flat);
   incident_begin_ = to_device(ctx, begin);

@@ -7,10 +7,13 @@
 
 namespace tactus {
 
-/// Where points of a body at rest sit: in a cube, or near one.
+/// Where points of a body at rest sit: in a cube, or near one. Of a cube that was cut, in the copy that has
+/// the nearest corner.
+/// @param outward per point the surface's normal, if it lies on one: points on both walls of a cut differ by
+/// it
 /// @throws Error for one that is further than max_outside spacings from all cubes.
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
-                                         float max_outside);
+                                         float max_outside, std::span<const Vec3f> outward = {});
 
 /// Points spread over a body's surface, moved by its nodes: what contact acts on.
 /// @throws Error as anchor_points and spread_points.
