@@ -26,6 +26,10 @@ std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const El
     const bool is_room = c >= static_cast<std::size_t>(lattice.regular_cubes()) && !lattice.has_cube(c);
     material[c] = is_element(elements, c) && !is_room ? own : Tled::kNoElement;
   }
+  for (const CubeCopy& copy : lattice.copies) {
+    if (copy.of >= 0 && material[static_cast<std::size_t>(copy.of)] == Tled::kNoElement)
+      throw Error("cube " + std::to_string(copy.of) + " is cut and shape-matched: only elements can be cut");
+  }
   return material;
 }
 
@@ -82,6 +86,8 @@ struct Hybrid::Layout {
 
   LatticeLayers part;                  ///< nodes and cubes of the window
   Index first_virtual = 0;             ///< node of the body
+  Index first_copy = 0;                ///< cube of the body
+  Slab own_of_body, held_of_body;      ///< layers
   Slab own;                            ///< layers of the part
   std::vector<std::uint8_t> material;  ///< per cube of the part
   bool has_elements = false;           ///< the body has, here or elsewhere
@@ -90,7 +96,7 @@ struct Hybrid::Layout {
   std::optional<FlsmRegions> regions;
   std::vector<Index> matched_nodes;  ///< of the part, per node of matched
   std::vector<Index> matched_node;   ///< of matched, per node of the part; -1: none
-  std::vector<float> share, inverse_mass_per_kg;
+  std::vector<float> share, inverse_mass_per_kg, matched_mass_kg, held;
   std::vector<Index> only_matched;
 };
 
@@ -104,9 +110,12 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   const Index layers = lattice.node_dims.z;
   own = own_layers.value_or(Slab{0, layers});
   first_virtual = lattice.regular_nodes();
+  first_copy = lattice.regular_cubes();
+  own_of_body = own;
   const Slab window = others.node.empty() ? Slab{std::max(own.begin - 1, 0), std::min(own.end + 1, layers)}
                                           : flsm_window(own, half_width, layers);
   part = lattice_window(lattice, window, own);
+  held_of_body = window;
   const auto first_cube = all_materials.begin() + part.first_cube;
   material.assign(first_cube, first_cube + part.lattice.regular_cubes());
   material.insert(material.end(), all_materials.begin() + lattice.regular_cubes(), all_materials.end());
@@ -114,6 +123,8 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   const std::size_t nodes = part.lattice.nodes.size();
   matched_node.assign(nodes, -1);
   share.resize(nodes);
+  matched_mass_kg.resize(nodes);
+  held.assign(nodes, 1);
   inverse_mass_per_kg.resize(nodes);
   for (std::size_t i = 0; i < nodes; ++i) {
     const float mass_kg = part.lattice.node_mass_kg[i];
@@ -124,6 +135,7 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
     const Index node = others.node[static_cast<std::size_t>(matched.first_node) + i] - part.first_node;
     matched_nodes.push_back(node);
     matched_node[static_cast<std::size_t>(node)] = static_cast<Index>(i);
+    matched_mass_kg[static_cast<std::size_t>(node)] = matched.lattice.node_mass_kg[i];
     share[static_cast<std::size_t>(node)] =
         matched.lattice.node_mass_kg[i] / part.lattice.node_mass_kg[static_cast<std::size_t>(node)];
   }
@@ -135,18 +147,20 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   }
   if (!others.node.empty()) {
     regions = flsm_layers(make_flsm_regions(others.lattice, half_width), others.lattice, own);
-    for (std::size_t i = 0; i < matched_nodes.size(); ++i)
+    for (std::size_t i = 0; i < matched_nodes.size(); ++i) {
+      held[static_cast<std::size_t>(matched_nodes[i])] = regions->held[i];
       share[static_cast<std::size_t>(matched_nodes[i])] *= regions->held[i];
+    }
   }
   own = {own.begin - window.begin, own.end - window.begin};
 }
 
 NodeWindow Hybrid::Layout::window() const {
-  const CubeLattice& held = part.lattice;
-  const PatchRegions places = patch_regions(held, own);
-  if (places.count() == 1) return all_nodes(held);
-  const LatticeLayers of_own = lattice_layers(held, own);
-  return {.held = {part.first_node, part.first_node + held.regular_nodes()},
+  const CubeLattice& nodes = part.lattice;
+  const PatchRegions places = patch_regions(nodes, own);
+  if (places.count() == 1) return all_nodes(nodes);
+  const LatticeLayers of_own = lattice_layers(nodes, own);
+  return {.held = {part.first_node, part.first_node + nodes.regular_nodes()},
           .own = {of_own.first_node, of_own.first_node + of_own.lattice.node_count()},
           .patch = places.own(),
           .places = places.count() * places.room,
@@ -162,7 +176,11 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
                const TledOptions& tled, const FlsmMaterial& flsm)
     : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
       window_(layout.window()),
+      own_layers_(layout.own_of_body),
+      held_layers_(layout.held_of_body),
       first_cube_(layout.part.first_cube),
+      regular_cubes_(layout.part.lattice.regular_cubes()),
+      first_copy_(layout.first_copy),
       has_elements_(layout.has_elements) {
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
@@ -175,6 +193,9 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
   const std::vector<std::uint8_t>& fixed = layout.part.lattice.fixed;
   fixed_ = to_device(ctx, std::vector<Index>(fixed.begin(), fixed.end()));
   only_matched_ = to_device(ctx, layout.only_matched);
+  if (layout.part.lattice.copies.empty()) return;
+  matched_mass_kg_ = to_device(ctx, layout.matched_mass_kg);
+  held_ = to_device(ctx, layout.held);
 }
 
 void Hybrid::check_step(const HybridStep& step, int count) const {

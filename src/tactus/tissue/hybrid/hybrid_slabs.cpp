@@ -51,6 +51,7 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
   const std::vector<Vec3f> zero(static_cast<std::size_t>(tissue.window().count()));
   state = {to_device(ctx, held(lattice.rest_positions_m())), to_device(ctx, zero), to_device(ctx, zero)};
   stopped = to_device(ctx, std::vector<Index>{0});
+  if (!lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(lattice.copies.size()));
 }
 
 std::vector<Vec3f> HybridSlabs::Part::held(std::span<const Vec3f> of_body) const {

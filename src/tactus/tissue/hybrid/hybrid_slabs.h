@@ -93,6 +93,11 @@ class HybridSlabs {
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
+  /// A cut, between frames: what it adds takes places that the body's lattice has room for. New nodes begin
+  /// where those are that they were split from, copies take over their cubes' history. No address changes, so
+  /// recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a shape-matched
+  /// cube is cut.
+  void apply(const TopologyChange& change);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
@@ -122,11 +127,13 @@ class HybridSlabs {
     Event moved, patch_moved, interior_moved;
     Buffer<Index> stopped;  ///< (1)
     Readback::Place watch_report, motion_report, extremes_report;
+    std::optional<ChangeLists> change;  ///< where there is room for a cut
   };
   /// Virtual nodes of a body on several devices, on the first.
   struct PatchOfAll {
     PatchOfAll(ExecContext& ctx, const CubeLattice& lattice, const std::vector<Slab>& slabs);
     void take(ExecContext& ctx, Index part, View<const Vec3f> x_m, View<const Vec3f> v_m_s, BodyState& to);
+    void apply(ExecContext& ctx, const TopologyChange& change, std::span<const std::unique_ptr<Part>> parts);
     Index first;  ///< node of the body
     MotionMeter motion;
     std::vector<Index> owner;  ///< per node: part

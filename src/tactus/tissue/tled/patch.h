@@ -32,6 +32,7 @@ class Patch {
   View<const Stiffness> stiffness() const { return stiffness_.const_view(); }
   View<const CopyCells> corners() const { return corners_.const_view(); }
   /// Of substep k, before and after.
+  View<float> history() { return history_Pa_[0].view(); }  ///< between frames
   View<const float> history_before(int k) const { return history_Pa_[at(k)].const_view(); }
   View<float> history_after(int k) { return history_Pa_[at(k + 1)].view(); }
 

@@ -57,14 +57,15 @@ struct Kinds {
   }
 };
 
-/// Of cube c of a lattice. The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly
+/// Of a cube. The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly
 /// (the often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of
 /// the relaxed material: what lasts is right.
-tled::Stiffness stiffness_of(const CubeLattice& lattice, std::size_t c, const ElasticMaterial& m,
-                             float faded_share) {
-  const float fill = lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
-  return {fill * m.mu_Pa(), fill * m.lambda_Pa(),
-          fill * lattice.spacing_m * relaxed_young_Pa(m, faded_share) / 6};
+tled::Stiffness stiffness_of(float fill, float spacing_m, const ElasticMaterial& m, float faded_share) {
+  return {fill * m.mu_Pa(), fill * m.lambda_Pa(), fill * spacing_m * relaxed_young_Pa(m, faded_share) / 6};
+}
+
+float fill_of(const CubeLattice& lattice, std::size_t c) {
+  return lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
 }
 
 Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
@@ -74,7 +75,8 @@ Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
   std::map<std::array<float, 3>, std::uint16_t> known;
   for (std::size_t c = 0; c < plan.cube_cell.size(); ++c) {
     if (material_of_cube[c] == Tled::kNoElement || !lattice.has_cube(c)) continue;
-    const tled::Stiffness stiffness = stiffness_of(lattice, c, materials[material_of_cube[c]], faded_share);
+    const tled::Stiffness stiffness =
+        stiffness_of(fill_of(lattice, c), lattice.spacing_m, materials[material_of_cube[c]], faded_share);
     const auto [at, is_new] =
         known.try_emplace({stiffness.mu_Pa, stiffness.lambda_Pa, stiffness.hourglass_N_m},
                           static_cast<std::uint16_t>(kinds.stiffness.size()));
@@ -201,7 +203,12 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   for (std::size_t k = 0; k < of_copies.size(); ++k) {
     const std::size_t c = static_cast<std::size_t>(lattice.regular_cubes()) + k;
     if (material[c] != kNoElement && lattice.has_cube(c))
-      of_copies[k] = stiffness_of(lattice, c, materials[material[c]], options.faded_share());
+      of_copies[k] =
+          stiffness_of(fill_of(lattice, c), spacing_m_, materials[material[c]], options.faded_share());
+  }
+  if (!of_copies.empty()) {
+    materials_.assign(materials.begin(), materials.end());
+    material_ = std::move(material);
   }
   make_patch(ctx, lattice, of_copies, own_layers, plan.first_virtual_cell);
 }
@@ -219,6 +226,37 @@ void Tled::make_patch(ExecContext& ctx, const CubeLattice& lattice,
       tled::Patch(ctx, copies, stiffness, cell_.const_view(),
                   {own.first_node, own.first_node + own.lattice.node_count(), of_patch.begin, of_patch.end},
                   first_virtual_cell, relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
+}
+
+tled::Stiffness Tled::copy_stiffness(Index of_cube, float fill) const {
+  const std::uint8_t material = material_.at(static_cast<std::size_t>(of_cube));
+  if (material == kNoElement)
+    throw Error("cube " + std::to_string(of_cube) + " is shape-matched: only elements can be cut");
+  return stiffness_of(fill, spacing_m_, materials_[material], options_.faded_share());
+}
+
+void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
+  ctx.parallel_for("tled/add_copies", change.copies.size(),
+                   cut::AddCopies{.copies = change.copies,
+                                  .cube_cell = cube_cell_.const_view(),
+                                  .of_cells = kinds(),
+                                  .history_Pa = history_Pa_[0].const_view(),
+                                  .nodes = patch_.copies(),
+                                  .stiffness = patch_.stiffness(),
+                                  .patch_history_Pa = patch_.history(),
+                                  .cells = grid_.cells});
+  ctx.parallel_for("tled/clear_cubes", change.cubes.size(),
+                   cut::ClearCubes{.cubes = change.cubes,
+                                   .cube_cell = cube_cell_.const_view(),
+                                   .kind = kind_.view(),
+                                   .stiffness_fields = stiffness_.view(),
+                                   .history_Pa = history_Pa_[0].view(),
+                                   .patch_history_Pa = patch_.history(),
+                                   .of_copies = patch_.stiffness(),
+                                   .cells = grid_.cells});
+  ctx.parallel_for("tled/set_masses", change.nodes.size(),
+                   cut::SetCellMasses{change.nodes, cell_.const_view(), inverse_mass_per_kg_.view()});
+  patch_.rebuild(ctx);
 }
 
 template <class Cube, class Sink>

@@ -9,6 +9,7 @@
 #include "tactus/tissue/tled/elastic_material.h"
 #include "tactus/tissue/tled/patch.h"
 #include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/topology_on_device.h"
 
 namespace tactus {
 
@@ -94,7 +95,11 @@ class Tled {
   View<const float> force_fields_N() const { return f_N_.view(); }
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
-  tled::Patch& patch() { return patch_; }
+
+  /// Replaces cubes by copies, between frames. What is recorded stays valid. Asynchronous.
+  void apply(ExecContext& ctx, const ChangeLists& change);
+  /// Of a copy that has `fill` of a cube.
+  tled::Stiffness copy_stiffness(Index of_cube, float fill) const;
 
  private:
   /// Calls use(cube) with what resists in substep k. @param before,after history, `stride` of each field
@@ -133,6 +138,8 @@ class Tled {
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
   tled::Patch patch_;
+  std::vector<ElasticMaterial> materials_;  ///< where there is room for copies
+  std::vector<std::uint8_t> material_;      ///< likewise, per cube
 };
 
 }  // namespace tactus
