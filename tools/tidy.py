@@ -4,7 +4,8 @@
 usage: tools/tidy.py [source.cpp ...]      without names: all of src/, bench/ and tests/
 
 A file that was clean is checked again when it, a project header that it includes, .clang-tidy or the compiler's flags change
-(stamps in build-tidy/stamps).
+(stamps in build-tidy/stamps). Most of the time goes into headers, so files with the same flags are checked together, as one
+source that includes them; where that finds something, its halves are looked at, down to single files.
 """
 import concurrent.futures
 import hashlib
@@ -12,6 +13,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -20,6 +22,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build-tidy"
 STAMPS = BUILD / "stamps"
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+MOST_TOGETHER = 10
+# What a line at the margin of a source defines, and no other file of a batch may: a function, a type or a value.
+DEFINED = re.compile(r"^(?:template <[^>]*> *)?(?:(?:struct|class|enum class|enum|union) (\w+) *(?:\{|: )|using (\w+) =|(?!using|namespace|extern)\w[\w:<>,&*\[\] ]+?[ &*](\w+) *[({=;\[])")
 FOLDERS = (ROOT / "src", ROOT / "bench", ROOT / "tests")
 
 
@@ -43,15 +48,53 @@ def stamp_of(entry: dict, common: str) -> pathlib.Path:
     return STAMPS / digest.hexdigest()
 
 
-def check(entry: dict, stamp: pathlib.Path) -> str:
-    """What clang-tidy has to say; empty when the file is clean."""
-    run = subprocess.run(["clang-tidy", "-p", str(BUILD), "--quiet", "--extra-arg=-Wno-unknown-warning-option",
-                          "--extra-arg=-Wno-ignored-optimization-argument", entry["file"]],
-                         capture_output=True, text=True, check=False)
+def flags_of(entry: dict) -> tuple[str, ...]:
+    """The compiler's arguments without the source and its object."""
+    words = shlex.split(entry["command"])[1:]
+    drop = {i for i, word in enumerate(words) if word in ("-o", "-c", entry["file"])}
+    return tuple(w for i, w in enumerate(words) if i not in drop and i - 1 not in {d for d in drop if words[d] == "-o"})
+
+
+def names_of(file: str) -> set[str]:
+    found = (DEFINED.match(line) for line in pathlib.Path(file).read_text().splitlines())
+    return {m[1] or m[2] or m[3] for m in found if m}
+
+
+def batches(entries: list[dict]) -> list[list[dict]]:
+    """Files with the same flags that define no name twice, MOST_TOGETHER at most."""
+    made: list[tuple[tuple[str, ...], set[str], list[dict]]] = []
+    for entry in entries:
+        flags, names = flags_of(entry), names_of(entry["file"])
+        for other_flags, other_names, batch in made:
+            if flags == other_flags and len(batch) < MOST_TOGETHER and not names & other_names:
+                other_names |= names
+                batch.append(entry)
+                break
+        else:
+            made.append((flags, names, [entry]))
+    return [batch for _, _, batch in made]
+
+
+def check(batch: list[dict], stamps: dict[str, pathlib.Path]) -> list[str]:
+    """What clang-tidy has to say of each file that is not clean."""
+    files = [entry["file"] for entry in batch]
+    source, checks = files[0], []
+    if len(files) > 1:
+        text = "".join(f'#include "{file}"\n' for file in files)
+        source = str(BUILD / f"together-{hashlib.sha256(text.encode()).hexdigest()[:16]}.cpp")
+        pathlib.Path(source).write_text(text)
+        checks = ["--checks=-bugprone-suspicious-include"]
+    run = subprocess.run(["clang-tidy", "--quiet", f"--config-file={ROOT / '.clang-tidy'}", *checks, source, "--",
+                          *flags_of(batch[0]), "-Wno-unknown-warning-option", "-Wno-ignored-optimization-argument"],
+                         capture_output=True, text=True, check=False, cwd=batch[0]["directory"])
     if run.returncode == 0:
-        stamp.touch()
-        return ""
-    return run.stdout.replace(f"{ROOT}/", "") or run.stderr
+        for file in files:
+            stamps[file].touch()
+        return []
+    if len(files) == 1:
+        return [run.stdout.replace(f"{ROOT}/", "").strip() or run.stderr.strip()]
+    half = len(batch) // 2
+    return check(batch[:half], stamps) + check(batch[half:], stamps)
 
 
 def self_test() -> bool:
@@ -82,13 +125,14 @@ def main() -> int:
         print("tidy: not part of the build: " + ", ".join(sorted(unknown)), file=sys.stderr)
         return 1
     todo = [(e, stamp_of(e, common)) for e in entries if not wanted or e["file"] in wanted]
-    stale = {e["file"]: (e, stamp) for e, stamp in todo if not stamp.exists()}
+    stamps = {e["file"]: stamp for e, stamp in todo if not stamp.exists()}
+    stale = {e["file"]: e for e, _ in todo if e["file"] in stamps}
     findings = 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for text in pool.map(lambda job: check(*job), stale.values()):
-            if text:
+        for texts in pool.map(lambda batch: check(batch, stamps), batches(list(stale.values()))):
+            for text in texts:
                 findings += 1
-                print(text.strip())
+                print(text)
     print(f"tidy: {len(todo)} files, {len(stale)} checked now, " + (f"{findings} WITH FINDINGS" if findings else "clean"))
     return 1 if findings else 0
 
