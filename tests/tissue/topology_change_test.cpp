@@ -8,6 +8,8 @@
 #include "support/device_sets.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/geom/lattice_cut.h"
+#include "tactus/multi_device/device_replay.h"
+#include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/hybrid/hybrid_slabs.h"
 #include "tled_bodies.h"
 
@@ -174,7 +176,82 @@ TEST(TopologyChange, LatticesFollow) {
   EXPECT_EQ(lattice.virtual_nodes, after.virtual_nodes);
   EXPECT_EQ(lattice.fixed, after.fixed);
   EXPECT_TRUE(lattice.nodes == after.nodes);
-  EXPECT_TRUE(topology_change(after, lattice).empty());
+  const TopologyChange none = topology_change(after, lattice);
+  EXPECT_TRUE(none.cut.empty() && none.copies.empty() && none.nodes.empty());
+}
+
+/// Corners in spacings, faces as quads with outward normals.
+TriangleMesh quads(const std::vector<Vec3f>& corners, const std::vector<std::array<Index, 4>>& faces) {
+  TriangleMesh mesh;
+  for (const Vec3f p : corners) mesh.positions_m.push_back(kH * p);
+  for (const auto& [a, b, c, d] : faces) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  }
+  return mesh;
+}
+
+/// The surface of a block, and of its halves: the same eight corners, and the walls of the cut.
+std::vector<Vec3f> corners_and_walls() {
+  std::vector<Vec3f> p;
+  for (const float x : {0.F, 5.F, 2.5F, 2.5F})
+    for (const Vec3f yz : {Vec3f{0, 0, 0}, Vec3f{0, 4, 0}, Vec3f{0, 4, 3}, Vec3f{0, 0, 3}})
+      p.push_back(yz + Vec3f{x, 0, 0});
+  return p;
+}
+/// Between a ring of four vertices at low x and one at high x.
+void add_box(std::vector<std::array<Index, 4>>& faces, Index low, Index high) {
+  faces.push_back({low, low + 3, low + 2, low + 1});
+  faces.push_back({high, high + 1, high + 2, high + 3});
+  for (Index k = 0; k < 4; ++k) {
+    const Index next = (k + 1) % 4;
+    faces.push_back({low + k, low + next, high + next, high + k});
+  }
+}
+
+TEST_P(ChangeDevices, ASurfaceThatIsCutMovesAsOneThatWasBuiltCut) {
+  DeviceSet devices(GetParam(), 12);
+  ExecContext& ctx = devices.context(0);
+  const CubeLattice whole = box({5, 4, 3}), before = uncut(whole),
+                    after = cut_lattice(
+                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kRoom);
+  std::vector<std::array<Index, 4>> one_box, two_boxes;
+  add_box(one_box, 0, 4);
+  add_box(two_boxes, 0, 8);
+  add_box(two_boxes, 12, 4);
+  std::vector<Vec3f> corners = corners_and_walls();
+  const TriangleMesh cut_mesh = quads(corners, two_boxes);
+  corners.resize(8);
+  const TriangleMesh mesh = quads(corners, one_box);
+  TopologyChange change = topology_change(before, after);
+  const std::vector<embed::Anchor> anchors = anchor_vertices(after, cut_mesh);
+  for (std::size_t v = 0; v < anchors.size(); ++v)
+    change.vertices.push_back({static_cast<Index>(v), anchors[v].cube, anchors[v].local});
+  for (std::size_t t = 0; t < cut_mesh.triangles.size(); ++t)
+    change.triangles.push_back({static_cast<Index>(t), cut_mesh.triangles[t]});
+  const SurfaceRoom room{.vertices = 30, .triangles = 40};
+  EmbeddedSurface surface(ctx, before, mesh, 1, room), built(ctx, after, cut_mesh, 1, room);
+  BodyState state = rest_state(ctx, after);
+  std::vector<Vec3f> x = after.rest_positions_m();
+  for (Index i = 0; i < after.node_count(); ++i) {
+    const bool is_virtual = i >= after.regular_nodes();
+    x[at(i)] += Vec3f{(after.nodes[at(i)].x <= 2) != is_virtual ? -0.01F : 0.01F, 0.3F * x[at(i)].x, 0};
+  }
+  state.x_m = to_device(ctx, x);
+  DeviceReplay replay;  // recorded before the cut
+  for (int k = 0; k < 3; ++k) replay.run(devices, [&] { surface.update(ctx, state); });
+  EXPECT_EQ(surface.to_mesh(ctx).positions_m.size(), 8U);
+  surface.apply(ctx, change);
+  replay.run(devices, [&] { surface.update(ctx, state); });
+  built.update(ctx, state);
+  const TriangleMesh a = surface.to_mesh(ctx), b = built.to_mesh(ctx);
+  EXPECT_TRUE(a.positions_m == b.positions_m);
+  EXPECT_TRUE(a.normals == b.normals);
+  EXPECT_EQ(a.triangles, b.triangles);
+  // The walls are apart by twice the shift.
+  EXPECT_NEAR(a.positions_m[12].x - a.positions_m[8].x, 0.02F, 1e-7F);
+  change.vertices.front().vertex = 30;
+  EXPECT_THROW(surface.apply(ctx, change), Error);
 }
 
 TEST(TopologyChange, RefusesWhatItCannotHold) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <string>
 
 #include "tactus/base/error.h"
@@ -149,38 +148,129 @@ std::vector<Index> flat_triangles(const TriangleMesh& mesh) {
 
 }  // namespace
 
+std::vector<embed::Anchor> anchor_vertices(const CubeLattice& lattice, const TriangleMesh& mesh,
+                                           float max_outside) {
+  return anchor_points(lattice, mesh.positions_m, max_outside, vertex_normals(mesh));
+}
+
 EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,
-                                 float max_outside) {
-  const std::vector<Index> flat = flat_triangles(mesh);
-  const std::size_t vertices = mesh.positions_m.size();
-  std::vector<Index> begin(vertices + 1), incident(flat.size());
-  for (const Index v : flat) ++begin[at(v) + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<Index> next(begin.begin(), begin.end() - 1);
-  for (std::size_t e = 0; e < flat.size(); ++e) incident[at(next[at(flat[e])]++)] = static_cast<Index>(e / 3);
+                                 float max_outside, SurfaceRoom room) {
+  std::vector<Index> flat = flat_triangles(mesh);
+  std::vector<embed::Anchor> anchors = anchor_vertices(lattice, mesh, max_outside);
+  std::vector<Vec3f> positions = mesh.positions_m;
+  counts_ = {static_cast<Index>(positions.size()), static_cast<Index>(mesh.triangles.size())};
+  positions.resize(at(std::max(room.vertices, counts_[0])));
+  anchors.resize(positions.size());
+  flat.resize(3 * at(std::max(room.triangles, counts_[1])));
   std::vector<embed::CubeNodes> cubes(lattice.cubes.size());
   for (std::size_t c = 0; c < cubes.size(); ++c)
     std::copy(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end(), cubes[c].node);
-  anchors_ = to_device(ctx, anchor_points(lattice, mesh.positions_m, max_outside, vertex_normals(mesh)));
+  const auto vertices = static_cast<Index>(positions.size()), corners = static_cast<Index>(flat.size());
+  device_counts_ = to_device(ctx, std::vector<Index>(counts_.begin(), counts_.end()));
+  anchors_ = to_device(ctx, anchors);
   cubes_ = to_device(ctx, cubes);
   triangles_ = to_device(ctx, flat);
-  incident_begin_ = to_device(ctx, begin);
-  incident_ = to_device(ctx, incident);
-  positions_ = to_device(ctx, mesh.positions_m);
-  normals_ = Buffer<Vec3f>(ctx.device(), static_cast<std::int64_t>(vertices));
-  ctx.parallel_for("embed/normals", vertex_count(),
-                   embed::GatherNormals{incident_begin_.const_view(), incident_.const_view(),
-                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+  positions_ = to_device(ctx, positions);
+  normals_ = Buffer<Vec3f>(ctx.device(), vertices);
+  for (auto* buffer : {&begin_, &end_}) *buffer = Buffer<Index>(ctx.device(), vertices);
+  for (auto* buffer : {&incident_, &corner_, &corner_scratch_})
+    *buffer = Buffer<Index>(ctx.device(), corners);
+  for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = Buffer<std::uint32_t>(ctx.device(), corners);
+  find_triangles(ctx);
+  gather_normals(ctx);
   ctx.synchronize();
+  if (lattice.copies.empty()) {
+    for (auto* buffer : {&corner_, &corner_scratch_}) *buffer = {};
+    for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = {};
+    return;
+  }
+  new_anchors_ = Buffer<embed::SetAnchors::Change>(ctx.device(), vertices);
+  new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
+  new_cubes_ = Buffer<embed::SetCubeNodes::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
+}
+
+void EmbeddedSurface::find_triangles(ExecContext& ctx) {
+  ctx.parallel_for("embed/key_corners", corner_.size(),
+                   embed::KeyTriangleCorners{triangles_.const_view(), device_counts_.const_view().part(1, 1),
+                                             vertex_.view(), corner_.view()});
+  ctx.sort_pairs("embed/sort_corners", vertex_.view(), corner_.view(), vertex_scratch_.view(),
+                 corner_scratch_.view());
+  ctx.parallel_for("embed/clear_ranges", begin_.size(), embed::ClearRanges{begin_.view(), end_.view()});
+  ctx.parallel_for("embed/find_ranges", corner_.size(),
+                   embed::FindRanges{vertex_.const_view(), corner_.const_view(), begin_.view(), end_.view(),
+                                     incident_.view()});
+}
+
+void EmbeddedSurface::gather_normals(ExecContext& ctx) {
+  ctx.parallel_for("embed/normals", vertices(),
+                   embed::GatherNormals{begin_.const_view(), end_.const_view(), incident_.const_view(),
+                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
 }
 
 void EmbeddedSurface::update(ExecContext& ctx, const BodyState& state) {
-  ctx.parallel_for("embed/move", vertex_count(),
+  ctx.parallel_for("embed/move", vertices(),
                    embed::MoveVertices{anchors_.const_view(), cubes_.const_view(), state.x_m.const_view(),
                                        positions_.view()});
-  ctx.parallel_for("embed/normals", vertex_count(),
-                   embed::GatherNormals{incident_begin_.const_view(), incident_.const_view(),
-                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+  gather_normals(ctx);
+}
+
+void EmbeddedSurface::check(const TopologyChange& change) const {
+  const auto require = [](Index id, Index room, const char* what) {
+    if (id < 0 || id >= room)
+      throw Error(std::string("cut surface: ") + what + " " + std::to_string(id) +
+                  ", but there is room for " + std::to_string(room));
+  };
+  const auto room = [&](std::size_t count, Index most, const char* what) {
+    if (count > at(most))
+      throw Error("cut surface: " + std::to_string(count) + " " + what + ", but there is room for " +
+                  std::to_string(most));
+  };
+  room(change.copies.size(), new_cubes_.size(), "copies");
+  room(change.vertices.size(), new_anchors_.size(), "vertices");
+  room(change.triangles.size(), new_triangles_.size(), "triangles");
+  for (const TopologyChange::Copy& copy : change.copies) require(copy.cube, cubes_.size(), "cube");
+  for (const TopologyChange::Vertex& v : change.vertices) {
+    require(v.vertex, positions_.size(), "vertex");
+    require(v.cube, cubes_.size(), "cube");
+  }
+  for (const TopologyChange::Triangle& t : change.triangles) {
+    require(t.triangle, triangles_.size() / 3, "triangle");
+    for (const Index v : t.vertices) require(v, positions_.size(), "vertex");
+  }
+}
+
+void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
+  check(change);
+  std::vector<embed::SetCubeNodes::Change> cubes;
+  for (const TopologyChange::Copy& copy : change.copies) {
+    cubes.push_back({copy.cube, {}});
+    std::copy(copy.nodes.begin(), copy.nodes.end(), cubes.back().nodes.node);
+  }
+  std::vector<embed::SetAnchors::Change> anchors;
+  for (const TopologyChange::Vertex& v : change.vertices) {
+    anchors.push_back({v.vertex, {v.cube, v.local}});
+    counts_[0] = std::max(counts_[0], v.vertex + 1);
+  }
+  std::vector<embed::SetTriangles::Change> triangles;
+  for (const TopologyChange::Triangle& t : change.triangles) {
+    triangles.push_back({t.triangle, {t.vertices[0], t.vertices[1], t.vertices[2]}});
+    counts_[1] = std::max(counts_[1], t.triangle + 1);
+  }
+  ctx.upload(std::span<const Index>(counts_), device_counts_.view());
+  const auto put = [&]<class T>(const std::vector<T>& from, Buffer<T>& to) {
+    const View<T> part = to.view().part(0, static_cast<Index>(from.size()));
+    ctx.upload(std::span<const T>(from), part);
+    return View<const T>(part);
+  };
+  const auto of_cubes = put(cubes, new_cubes_);
+  const auto of_vertices = put(anchors, new_anchors_);
+  const auto of_triangles = put(triangles, new_triangles_);
+  ctx.parallel_for("embed/set_cubes", of_cubes.size(), embed::SetCubeNodes{of_cubes, cubes_.view()});
+  ctx.parallel_for("embed/set_anchors", of_vertices.size(), embed::SetAnchors{of_vertices, anchors_.view()});
+  ctx.parallel_for("embed/set_triangles", of_triangles.size(),
+                   embed::SetTriangles{of_triangles, triangles_.view()});
+  find_triangles(ctx);
+  ctx.synchronize();
 }
 
 TriangleMesh EmbeddedSurface::to_mesh(ExecContext& ctx) const {

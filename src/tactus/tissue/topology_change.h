@@ -34,7 +34,20 @@ struct TopologyChange {
   std::vector<Cut> cut;  ///< cubes that are no more
   std::vector<Copy> copies;
   std::vector<Node> nodes;
-  bool empty() const { return cut.empty() && copies.empty() && nodes.empty(); }
+
+  /// A vertex of the body's surface that is new, or that another cube or copy moves from now on.
+  struct Vertex {
+    Index vertex = 0;
+    Index cube = 0;
+    Vec3f local{};  ///< where in the cube, in spacings
+  };
+  /// A triangle that is new, or has other vertices.
+  struct Triangle {
+    Index triangle = 0;
+    std::array<Index, 3> vertices{};
+  };
+  std::vector<Vertex> vertices;
+  std::vector<Triangle> triangles;
 };
 
 /// From a lattice that has room, and no cuts yet, to one with the same room that cut_lattice made.

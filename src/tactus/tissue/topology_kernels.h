@@ -22,9 +22,9 @@ struct LocalNode {
 /// Cubes that are no more have no stiffness, and no stress that has to fade.
 struct ClearCubes {
   View<const Index> cubes;
-  View<const Index> cube_cell;   ///< of regular cubes; the others are copies
-  View<std::uint16_t> kind;      ///< over cells
-  View<float> stiffness_fields;  ///< on a CPU: 3 fields over cells
+  View<const Index> cube_cell;               ///< of regular cubes; the others are copies
+  View<std::uint16_t> kind;                  ///< over cells
+  View<float> stiffness_fields;              ///< on a CPU: 3 fields over cells
   View<float> history_Pa, patch_history_Pa;  ///< fields over cells and over copies, if anything relaxes
   View<tled::Stiffness> of_copies;
   Index cells;

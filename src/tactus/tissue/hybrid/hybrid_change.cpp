@@ -54,7 +54,6 @@ void Hybrid::apply(ExecContext& ctx, const ChangeLists& change) {
 }
 
 void HybridSlabs::apply(const TopologyChange& change) {
-  if (change.empty()) return;
   std::vector<LocalChange> local;
   for (auto& part : parts_) {
     if (!part->change) throw Error("a body without room for copies can't be cut");
