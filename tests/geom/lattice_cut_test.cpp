@@ -60,7 +60,8 @@ void expect_sound(const CubeLattice& cut, const CubeLattice& whole) {
     fill[regular] += cut.cube_fill[at(c)];
     for (int q = 0; q < 8; ++q) {
       const Index node = cut.cube_nodes[at(c)][at(q)];
-      ASSERT_TRUE(cut.nodes[at(node)] == cut.cubes[at(c)] + Vec3i{q & 1, q >> 1 & 1, q >> 2});
+      const Vec3i corner{q & 1, q >> 1 & 1, q >> 2};
+      ASSERT_TRUE(cut.nodes[at(node)] == cut.cubes[at(c)] + corner);
       const bool is_own =
           c < cut.regular_cubes() || (cut.copies[at(c - cut.regular_cubes())].corners >> q & 1) != 0;
       if (is_own) {
