@@ -78,6 +78,7 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
   m.angular_momentum_kg_m2_s = rigid_motion({&nodes, 1}).angular_momentum_kg_m2_s;
   const auto h = static_cast<double>(lattice.spacing_m);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    if (!lattice.has_cube(c)) continue;
     Vec3d x[8];
     for (std::size_t q = 0; q < 8; ++q)
       x[q] = vec_cast<double>(x_m[static_cast<std::size_t>(lattice.cube_nodes[c][q])]);
