@@ -254,7 +254,8 @@ TEST(WrongRig, ALeakInAnyOneMaskOfTheDinoIsToldByTheHull) {
     const Passed here = reconstruct(input);
     EXPECT_FALSE(here.stopped);
     const std::string named = "camera '" + input.cameras[c].name + "'";
-    EXPECT_TRUE(here.told.find(named) != std::string::npos && here.told.find("too large") != std::string::npos)
+    EXPECT_TRUE(here.told.find(named) != std::string::npos &&
+                here.told.find("too large") != std::string::npos)
         << c << ": " << here.told;
   }
 }

@@ -192,6 +192,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   if (frame != nullptr) {
     incoming_ = frame;
     masks_ = silhouettes(*frame, report.notices);
+    hull_check_.prepare(frame->silhouettes);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
   }
@@ -203,7 +204,6 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
                  .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
                  .substeps = report.substeps},
                 frame != nullptr);
-  if (frame != nullptr) hull_check_.prepare(frame->silhouettes);  // while the devices work
   if (report.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   collect(times, report);
