@@ -174,9 +174,9 @@ TEST_F(DepthInput, VideosHaveDepthCamerasToo) {
   };
   const std::vector<double> with = volumes(""), without = volumes("--no-depth");
   // The silhouette (16 px of 60 px focal length) holds the cube of 1 m; the plane at its middle halves it, to
-  // the millimetre of its own images.
-  EXPECT_NEAR(without[0], 1, 0.01);
-  EXPECT_NEAR(with[0], 0.5, 0.01);
+  // the millimetre of its own images. The opening takes its four corners: 4 / 16^2.
+  EXPECT_NEAR(without[0], 1 - 4.0 / 256, 0.01);
+  EXPECT_NEAR(with[0], 0.5 * (1 - 4.0 / 256), 0.01);
   EXPECT_EQ(with[1], without[1]);  // there is no tof1.png
   EXPECT_TRUE(has(read_json("out.json")["depth"].dump(), "false"));
 }

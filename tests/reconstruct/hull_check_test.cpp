@@ -182,9 +182,9 @@ TEST(HullCheck, APieceThatFewCamerasSeeIsNamed) {
 TEST(HullCheck, MinViewsOutOfRangeIsNamed) {
   DeviceSet set("cpu");
   const std::vector<Camera> cameras = test::ring(3);
-  EXPECT_EQ(test::message_of([&] { VisualHull(set, cameras, {.workspace_m = kCube, .min_views = 33}); },
+  EXPECT_EQ(test::message_of([&] { VisualHull(set, cameras, {.workspace_m = kCube, .min_views = 65}); },
                              ErrorKind::usage),
-            "min_views 33: expected 0 to 32");
+            "min_views 65: expected 0 to 64");
 }
 
 /// A point of a mask that is too small or too large carves, or covers nothing: the verdict separates them.

@@ -5,12 +5,14 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <random>
 
+#include "support/allocations.h"
 #include "support/data_folder.h"
 #include "support/masks.h"
 #include "support/message_of.h"
@@ -168,37 +170,110 @@ TEST(Background, MethodsHaveNames) {
             "background.method 'mog': expected model, key, mog2 or knn; did you mean 'mog2'?");
 }
 
-/// Hand-painted masks of frame 0 (one pixel of erosion costs them 0.074).
+/// Mean distance of the contours' pixels from the other contour, both ways [pixels].
+double contour_distance_px(const BitMask& a, const BitMask& b) {
+  const auto contour = [](const BitMask& m) {
+    cv::Mat image(m.height_px, m.width_px, CV_8U, cv::Scalar(255));
+    for (Index y = 1; y + 1 < m.height_px; ++y) {
+      for (Index x = 1; x + 1 < m.width_px; ++x) {
+        if (m(x, y) && !(m(x - 1, y) && m(x + 1, y) && m(x, y - 1) && m(x, y + 1)))
+          image.at<std::uint8_t>(y, x) = 0;
+      }
+    }
+    return image;
+  };
+  const auto mean = [](const cv::Mat& from, const cv::Mat& to) {
+    cv::Mat distance;
+    cv::distanceTransform(to, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    return cv::mean(distance, from == 0)[0];
+  };
+  const cv::Mat in_a = contour(a), in_b = contour(b);
+  return 0.5 * (mean(in_a, in_b) + mean(in_b, in_a));
+}
+
+/// The frames of a film, all of them.
+std::vector<cv::Mat> frames_of(const std::string& file, std::size_t most = 1000) {
+  std::vector<cv::Mat> frames;
+  cv::VideoCapture film(file);
+  cv::Mat photo;
+  while (frames.size() < most && film.read(photo)) frames.push_back(photo.clone());
+  return frames;
+}
+std::string horseman(int cam) { return data_folder() + "/utrecht_horseman/cam" + std::to_string(cam) + "/"; }
+
+/// Figures of four colours with their shadows, over the last real frame of the empty room; learnt from those
+/// before. OpenCV's mixtures with an opening and the largest part: IoU 0.906, contours off by 2.0 px, 4.6 to
+/// 17 % of the shadow taken.
+TEST(Background, FiguresOverRealFramesHaveTrueContours) {
+  if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  const BitMask figure = hand();
+  double iou_sum = 0, contour_sum = 0, shadow_taken = 0, shadow_all = 0;
+  int count = 0;
+  for (int cam = 1; cam <= 4; ++cam) {
+    std::vector<cv::Mat> frames = frames_of(horseman(cam) + "background.avi");
+    ASSERT_GT(frames.size(), 3U);
+    const cv::Mat last = frames.back();
+    frames.pop_back();
+    BackgroundModel model(last.cols, last.rows);
+    for (const cv::Mat& photo : frames) model.learn(photo.data);
+    const BitMask truth = test::make_mask(last.cols, last.rows, [&](Index x, Index y) {
+      return x < figure.width_px && y < figure.height_px && figure(x, y);
+    });
+    for (const cv::Vec3b& color : {cv::Vec3b{40, 60, 200}, {200, 80, 40}, {30, 30, 30}, {60, 200, 60}}) {
+      cv::Mat photo = last.clone();
+      BitMask shadow(last.cols, last.rows), mask;
+      compose(photo, truth, color, &shadow);
+      model.classify(photo.data, {}, mask);
+      const double contour = contour_distance_px(mask, truth);
+      if (std::getenv("TACTUS_VERBOSE") != nullptr)
+        std::printf("cam%d (%d,%d,%d): IoU %.4f, contour %.2f px\n", cam, color[0], color[1], color[2],
+                    iou(mask, truth), contour);
+      iou_sum += iou(mask, truth);
+      contour_sum += contour;
+      shadow_taken += static_cast<double>(common_area_px(mask, shadow));
+      shadow_all += static_cast<double>(shadow.area_px());
+      ++count;
+    }
+  }
+  std::printf("figures over real frames: IoU %.4f, contour %.2f px, shadow taken %.2f %%\n", iou_sum / count,
+              contour_sum / count, 100 * shadow_taken / shadow_all);
+  EXPECT_GE(iou_sum / count, 0.95);
+  EXPECT_LE(contour_sum / count, 0.7);
+  EXPECT_LE(shadow_taken / shadow_all, 0.03);
+}
+
+/// Hand-painted masks, of about frame 246. They are generous: a pixel of erosion costs them 0.074, so what
+/// true contours reach is limited, to 0.914 to 0.916 over all settings tried.
 TEST(Background, HorsemanIsSegmentedAsWellAsByMixtures) {
   if (data_folder().empty()) GTEST_SKIP() << "no data: set TACTUS_DATA";
-  double sum = 0, mog2 = 0;
+  double sum = 0, mog2 = 0, at_0 = 0;
   for (int cam = 1; cam <= 4; ++cam) {
-    const std::string folder = data_folder() + "/utrecht_horseman/cam" + std::to_string(cam) + "/";
-    cv::VideoCapture empty(folder + "background.avi"), film(folder + "video.avi");
-    cv::Mat photo;
-    ASSERT_TRUE(empty.read(photo));
+    const std::vector<cv::Mat> empty = frames_of(horseman(cam) + "background.avi"),
+                               film = frames_of(horseman(cam) + "video.avi", 247);
+    ASSERT_EQ(film.size(), 247U);
+    const cv::Mat& photo = film.back();
     BackgroundModel model(photo.cols, photo.rows);
-    do model.learn(photo.data);
-    while (empty.read(photo));
-    ASSERT_TRUE(film.read(photo));
-    const cv::Mat painted = cv::imread(folder + "customMask.png", cv::IMREAD_GRAYSCALE);
+    for (const cv::Mat& room : empty) model.learn(room.data);
+    const cv::Mat painted = cv::imread(horseman(cam) + "customMask.png", cv::IMREAD_GRAYSCALE);
     const BitMask truth = test::make_mask(
         photo.cols, photo.rows, [&](Index x, Index y) { return painted.at<std::uint8_t>(y, x) > 127; });
     BitMask mask;
     BackgroundOptions options;
+    model.classify(film.front().data, options, mask);
+    at_0 += iou(mask, truth) / 4;
     model.classify(photo.data, options, mask);
     sum += iou(mask, truth) / 4;
     options.method = BackgroundMethod::mog2;
     model.classify(photo.data, options, mask);
     mog2 += iou(mask, truth) / 4;
   }
-  RecordProperty("iou", std::to_string(sum));
-  RecordProperty("iou_mog2", std::to_string(mog2));
-  EXPECT_GE(sum, 0.90);
+  std::printf("Horseman, frame 246: IoU %.4f, by MOG2 %.4f; frame 0: %.4f\n", sum, mog2, at_0);
+  EXPECT_GE(sum, 0.913);
+  EXPECT_GE(sum, mog2 - 0.002);
+  EXPECT_GT(sum, at_0);
 }
 
-/// Packed undistortion gives the bits of the byte chain, and the chain from photo to mask has its budget.
-TEST(Background, PackedUndistortionIsThatOfBytesAndTheChainIsFast) {
+CalibratedCamera camera_with_lens() {
   CalibratedCamera calibrated;
   Camera& c = calibrated.camera;
   c.name = "cam";
@@ -209,19 +284,48 @@ TEST(Background, PackedUndistortionIsThatOfBytesAndTheChainIsFast) {
   c.cy_px = 235;
   const double k[] = {-0.36, 0.18, 1e-3, -2e-3, -0.05};
   calibrated.lens = make_lens(LensModel::brown, k);
-  const Undistortion undistort(calibrated);
+  return calibrated;
+}
+
+TEST(Background, NothingIsAllocatedPerPhoto) {
+  const Undistortion undistort(camera_with_lens());
+  BackgroundModel model(kWidth, kHeight);
+  for (unsigned i = 0; i < 3; ++i) model.learn(room(i).data);
+  cv::Mat photos[] = {room(3), room(4), room(5)};
+  for (cv::Mat& photo : photos) compose(photo, hand(), {40, 60, 200});
+  BackgroundOptions options;
+  options.adapt_s = 20;
+  BitMask bits, packed;
+  model.classify(photos[0].data, options, bits, 0.04);
+  undistort.mask(bits, packed);
+  const test::AllocationCount allocations;
+  for (const cv::Mat& photo : photos) {
+    model.classify(photo.data, options, bits, 0.04);
+    undistort.mask(bits, packed);
+  }
+  EXPECT_EQ(allocations.so_far(), 0);
+  EXPECT_GT(packed.area_px(), 1000);
+}
+
+/// Packed undistortion gives the bits of the byte chain, and the chain from photo to mask has its budget.
+TEST(Background, PackedUndistortionIsThatOfBytesAndTheChainIsFast) {
+  const Undistortion undistort(camera_with_lens());
   cv::Mat photo = room(3);
   compose(photo, hand(), {40, 60, 200});
   BackgroundModel model(kWidth, kHeight);
   for (unsigned i = 0; i < 5; ++i) model.learn(room(i).data);
   BitMask bits, packed, from_bytes;
-  double best_ms = 1e9;
-  for (int i = 0; i < 40; ++i) {
+  double best_ms = 1e9, classify_ms = 1e9;
+  const auto since_ms = [](std::chrono::steady_clock::time_point begin) {
+    return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  cv::setNumThreads(1);  // a core's time
+  for (int i = 0; i < 200; ++i) {
     const auto begin = std::chrono::steady_clock::now();
     model.classify(photo.data, {}, bits);
+    classify_ms = std::min(classify_ms, since_ms(begin));
     undistort.mask(bits, packed);
-    best_ms = std::min(best_ms,
-                       1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    best_ms = std::min(best_ms, since_ms(begin));
   }
   std::vector<std::uint8_t> bytes;
   for (Index y = 0; y < kHeight; ++y) {
@@ -235,7 +339,8 @@ TEST(Background, PackedUndistortionIsThatOfBytesAndTheChainIsFast) {
   for (std::size_t w = 0; w < differ.words.size(); ++w) differ.words[w] ^= from_bytes.words[w];
   EXPECT_LE(differ.area_px(), packed.area_px() / 500);
   RecordProperty("best_ms", std::to_string(best_ms));
-  std::printf("photo to packed, undistorted mask: %.2f ms\n", best_ms);
+  std::printf("photo to packed, undistorted mask: %.2f ms, of it undistortion %.2f ms\n", best_ms,
+              best_ms - classify_ms);
 }
 
 }  // namespace

@@ -266,18 +266,21 @@ class Reconstruction {
         hull_options_(hull_options(options, source.rig())),
         stages_(std::make_unique<SurfaceStages>(devices, source.rig(), options, hull_options_)),
         motion_(stages_->hull.voxel_size_m()),
-        views_(devices.context(0), source.rig(), workspace_m(options, source.rig()), options.repair_masks) {}
+        views_(devices.context(0), source.rig(), workspace_m(options, source.rig()),
+               stages_->hull.voxel_size_m(), options.repair_masks) {}
 
   /// @param several whether files get the number of their frame
-  /// @throws Error when the room that the options set is too little for a closed mesh: nothing is written.
+  /// @throws Error, before anything is written, when nothing can be right or when the room that the options
+  /// set is too little for a closed mesh.
   nlohmann::json add(FrameSet& frame, bool several) {
     views_.check(devices_.context(0), frame);
     const HullReport report = make_surface(frame);
+    const std::string found = views_.judge(devices_.context(0), frame, stages_->hull.mesh());
     const TriangleMesh mesh = write_files(frame, report, several);
     nlohmann::json row = measure(mesh, source_.rig(), frame, views_.given(frame));
     motion_.add(mesh, frame, source_, row);
     views_.add_to(row);
-    const std::string odd = joined({views_.status(), repaired_text(row)});
+    const std::string odd = joined({views_.status(), repaired_text(row), found});
     for (const std::string& warning : {report.depth, odd}) {
       if (!warning.empty()) log_warning(warning);
     }

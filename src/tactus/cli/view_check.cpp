@@ -2,8 +2,11 @@
 
 namespace tactus {
 
-ViewCheck::ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m, bool repair)
-    : scores_(ctx, rig.cameras, {.workspace_m = workspace_m}), repair_(repair) {}
+ViewCheck::ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m, float voxel_size_m,
+                     bool repair)
+    : scores_(ctx, rig.cameras, {.workspace_m = workspace_m}),
+      hull_check_(ctx, rig.cameras, workspace_m, voxel_size_m),
+      repair_(repair) {}
 
 void ViewCheck::check(ExecContext& ctx, FrameSet& frame) {
   found_ = scores_.measure(ctx, frame.silhouettes);
@@ -23,6 +26,11 @@ void ViewCheck::add_to(nlohmann::json& row) const {
   row["view_scores"] = std::move(list);
   for (const RepairedMask& r : repairs_)
     row["repairs"].push_back({{"camera", scores_.cameras()[r.camera].name}, {"filled_px", r.filled_px}});
+}
+
+std::string ViewCheck::judge(ExecContext& ctx, const FrameSet& frame, const DeviceMesh& surface) {
+  hull_check_.submit(ctx, surface, given(frame));
+  return hull_check_.judge(ctx);
 }
 
 std::string ViewCheck::status() const {

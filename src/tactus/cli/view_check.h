@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/rig/frame_source.h"
 
@@ -11,7 +12,7 @@ namespace tactus {
 
 class ViewCheck {
  public:
-  ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m, bool repair);
+  ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m, float voxel_size_m, bool repair);
   /// Measures the silhouettes as they came and, when asked to, repairs those of suspect views in `frame`.
   void check(ExecContext& ctx, FrameSet& frame);
   /// The masks of that frame as they came.
@@ -20,11 +21,15 @@ class ViewCheck {
   }
   /// Adds `view_scores`, and `repairs` when there are any.
   void add_to(nlohmann::json& row) const;
+  /// What the finished surface says about rig and masks (hull_findings.h); "" when all is well.
+  /// @throws Error when nothing can be right and no frame before was well.
+  std::string judge(ExecContext& ctx, const FrameSet& frame, const DeviceMesh& surface);
   /// Which views are suspect and what was repaired; empty when all is well.
   std::string status() const;
 
  private:
   ViewScores scores_;
+  HullCheck hull_check_;
   bool repair_;
   std::vector<ViewScore> found_;
   std::vector<RepairedMask> repairs_;

@@ -13,9 +13,26 @@
 
 namespace tactus {
 
+/// A copy of a cube that was cut. It has the material round some corners of that cube.
+struct CubeCopy {
+  Index of = -1;             ///< the cube at the same coordinates that was cut; -1: room for a copy
+  std::uint8_t corners = 0;  ///< bit q: the material at corner q is this copy's
+};
+
+/// How many copies and virtual nodes a lattice can hold.
+struct PatchRoom {
+  Index copies = 0, nodes = 0;
+};
+
 /// Every cube of edge `spacing_m` that a solid touches. Node (i,j,k) rests at origin_m + spacing_m (i,j,k).
-/// Nodes and cubes are in ascending (z, y, x) order of their coordinates: reproducible, rows along x
-/// contiguous, layers along z contiguous (a slab of layers is a range of ids).
+///
+/// Regular nodes and cubes come first, in ascending (z, y, x) order of their coordinates: reproducible, rows
+/// along x contiguous, layers along z contiguous (a slab of layers is a range of ids). No two of them share
+/// coordinates.
+///
+/// The patch comes behind them: copies of cubes that were cut, and virtual nodes of those copies
+/// (geom/lattice_cut.h). They share coordinates with regular ones. Ids never change: a cube that was cut
+/// stays in the list with a fill of 0, and so do entries of the patch that are not in use yet.
 struct CubeLattice {
   float spacing_m = 0;
   Vec3f origin_m{};
@@ -23,11 +40,17 @@ struct CubeLattice {
   std::vector<Vec3i> nodes;                      ///< coordinates, 0 <= . < node_dims
   std::vector<Vec3i> cubes;                      ///< coordinates of corner 0
   std::vector<std::array<Index, 8>> cube_nodes;  ///< corner q is at cubes[c] + (q & 1, q >> 1 & 1, q >> 2)
-  std::vector<float> cube_fill;  ///< share of each cube that is solid, 0 < fill <= 1; empty: all of it
+  std::vector<float> cube_fill;  ///< share of each cube that is solid, 0 (no cube) to 1; empty: all of it
   std::vector<float> cube_mass_kg;
-  std::vector<float> node_mass_kg;  ///< an eighth of every adjacent cube
-  std::vector<std::uint8_t> fixed;  ///< per node: 1 = does not move
+  std::vector<float> node_mass_kg;   ///< an eighth of every adjacent cube
+  std::vector<std::uint8_t> fixed;   ///< per node: 1 = does not move
+  std::vector<CubeCopy> copies;      ///< the last cubes
+  std::vector<Index> virtual_nodes;  ///< the last nodes: per node the regular one it was split from; -1: room
 
+  /// Of regular ones; those of the patch follow.
+  Index regular_nodes() const { return node_count() - static_cast<Index>(virtual_nodes.size()); }
+  Index regular_cubes() const { return cube_count() - static_cast<Index>(copies.size()); }
+  bool has_cube(std::size_t cube) const { return cube_fill.empty() || cube_fill[cube] > 0; }
   Index node_count() const { return static_cast<Index>(nodes.size()); }
   Index cube_count() const { return static_cast<Index>(cubes.size()); }
   Vec3f rest_m(Index node) const;

@@ -11,11 +11,12 @@
 #include <algorithm>
 
 #include "tactus/geom/camera.h"
+#include "tactus/geom/camera_bits.h"
 
 namespace tactus {
 
 struct PhotoChoice {
-  static constexpr int kMaxCameras = 32;
+  static constexpr int kMostBlended = 16;                          ///< largest k
   static constexpr float kLeastCosine = 0.2F, kFullCosine = 0.5F;  ///< f_j's ramp over the angle of view
   static constexpr float kBorderPx = 16;                           ///< f_j's ramp at the image's border
   static constexpr float kOutlineWeight =

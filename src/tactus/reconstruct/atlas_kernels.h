@@ -11,7 +11,7 @@ struct ChooseTrianglePhotos {
   View<const Vec3f> positions_m, normals;
   View<const Vec3i> triangles;
   PhotoScore score;
-  std::uint32_t live;  ///< bit c: camera c has a photo of this tick
+  CameraBits live;  ///< cameras that have a photo of this tick
   View<Index> chosen;
 
   TACTUS_HD void operator()(Index i) const {
@@ -19,7 +19,7 @@ struct ChooseTrianglePhotos {
     float best = 0;
     Index found = -1;
     for (Index c = 0; c < cameras.size(); ++c) {
-      if ((live >> c & 1U) == 0) continue;
+      if ((live & camera_bit(c)) == 0) continue;
       float least = 3.402823466e38F;
       for (int corner = 0; corner < 3; ++corner) {
         const Vec3f n = normals[t[corner]];

@@ -6,6 +6,7 @@
 
 namespace tactus {
 
+inline constexpr int kMaxDepthCameras = 32;
 /// The pyramid has cells of 2, 4, .. 32 pixels; larger footprints loop over the largest.
 inline constexpr int kDepthLevels = 5;
 inline constexpr Index kDepthTile = 1 << kDepthLevels;
@@ -174,7 +175,7 @@ struct VoteDepth {
 
   static constexpr int kThreads = 64;
   struct Shared {
-    std::uint32_t asked[kMaxCameras], any;  ///< cameras that carve anything in the block
+    std::uint32_t asked[kMaxDepthCameras], any;  ///< cameras that carve anything in the block
     BlockStates states;
   };
 
@@ -231,7 +232,7 @@ struct DepthSigns {
 
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
-    std::uint32_t asked[kMaxCameras], any;  ///< cameras that carve anything in the brick
+    std::uint32_t asked[kMaxDepthCameras], any;  ///< cameras that carve anything in the brick
     std::uint32_t sub_mixed[8], sub_outside[8];
     std::uint32_t inside[8][kSubNodes];
   };

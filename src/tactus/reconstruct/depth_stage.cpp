@@ -17,8 +17,8 @@ void DepthLayout::add(const Camera& source, const HullCamera& image, Vec3d origi
                       float jump_m) {
   const auto number = static_cast<Index>(cameras.size());
   check_camera(source);
-  if (number == kMaxCameras)
-    throw Error("depth camera '" + source.name + "': at most " + std::to_string(kMaxCameras) +
+  if (number == kMaxDepthCameras)
+    throw Error("depth camera '" + source.name + "': at most " + std::to_string(kMaxDepthCameras) +
                 " are possible");
   if (!(jump_m > 0))
     throw usage_error("depth_jump_m " + number_text(jump_m) + ": expected a positive length");

@@ -1,7 +1,8 @@
 #pragma once
 /// The cheap check of every tick: how much of each mask the hull covers, and how much of it lies on the faces
 /// of the workspace. It looks at up to 8192 vertices and at one pixel in a tile of masks, so its cost does
-/// not grow with the resolution.
+/// not grow with the resolution. At the first tick, and where that leaves a doubt, the host draws the whole
+/// mesh into all images; the latter more and more seldom.
 #include <span>
 #include <vector>
 
@@ -13,8 +14,7 @@
 
 namespace tactus {
 
-/// Owned by whoever steps frames. Per frame: `submit` when the mesh is made, `quality` or `news` when its
-/// result is wanted.
+/// Owned by whoever steps frames. Per frame: `submit` when the mesh is made, then `tell` or `judge`.
 class HullCheck {
  public:
   /// Most vertices that are looked at.
@@ -23,7 +23,7 @@ class HullCheck {
   HullCheck(ExecContext& ctx, std::span<const Camera> cameras, const Box3f& workspace_m, float voxel_size_m);
 
   /// Starts the check of a mesh against the masks that the user gave (not repaired, not grown; 0x0: missed).
-  /// Asynchronous; the masks are not needed afterwards.
+  /// Asynchronous; masks are copied, the mesh stays where it is.
   void submit(ExecContext& ctx, const DeviceMesh& mesh, std::span<const BitMask> given) {
     prepare(given);
     measure(ctx, mesh);
@@ -39,12 +39,18 @@ class HullCheck {
   /// The texts of `news`. @throws Error when one is fatal and no frame before was well: then the rig is
   /// wrong. (Later the object may have left.)
   std::string tell(ExecContext& ctx);
+  /// The texts of all that is found in this frame, told before or not, without haste. @throws likewise.
+  std::string judge(ExecContext& ctx);
 
  private:
   void find_workspace_tiles();
-  std::vector<HullFinding> pieces(ExecContext& ctx, const HullQuality& quality);
   void take_mask(std::size_t camera, const BitMask& mask);
-  void find_content(std::span<const BitMask> given);
+  void find_content();
+  bool is_doubtful(const HullQuality& quality) const;
+  std::vector<HullFinding> find(ExecContext& ctx, bool in_haste);
+  TriangleMesh to_host_mesh(ExecContext& ctx, Index vertices) const;
+  BitMask within_workspace(std::size_t camera) const;
+  void measure_exactly(const TriangleMesh& mesh, HullQuality& quality) const;
   /// First word of a camera's tiles.
   std::size_t begin_of(std::size_t camera) const {
     return camera < layout_.size() ? static_cast<std::size_t>(layout_[camera].word_begin)
@@ -56,13 +62,19 @@ class HullCheck {
   Vec3f low_m_{}, high_m_{};
   std::vector<CheckCamera> layout_;
   std::vector<Index> tile_px_;
+  std::vector<double> voxel_px_;             ///< image of a voxel in the middle of the workspace
   std::vector<std::uint32_t> in_workspace_;  ///< tiles whose rays meet the workspace
-  std::vector<std::uint32_t> mask_tiles_;
+  std::vector<std::uint32_t> mask_tiles_;    ///< in the image of the workspace
+  std::vector<BitMask> given_;
+  struct Content {
+    Index tiles = 0, within = 0;  ///< of the mask, and those of them in the image of the workspace
+  };
+  std::vector<Content> content_;
   bool something_seen_ = false, was_well_ = false;
   std::vector<HullFinding> told_;
   DeviceMesh mesh_;         ///< of the last `submit`
   double seen_by_few_ = 0;  ///< share of its surface
-  Index ticks_to_pieces_ = 0;
+  Index ticks_to_host_ = 0, host_interval_ = 1;
   Buffer<CheckCamera> device_cameras_;
   Buffer<std::uint32_t> tiles_;
   Buffer<CheckSums> sums_;

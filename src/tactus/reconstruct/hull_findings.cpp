@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "tactus/reconstruct/components.h"
 
@@ -34,6 +35,14 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// Median absolute deviation from the median.
+double deviation(const std::vector<double>& values) {
+  const double middle = median(values);
+  std::vector<double> off;
+  for (const double v : values) off.push_back(std::abs(v - middle));
+  return median(std::move(off));
+}
+
 /// Recall, or IoU where that is lower: recall sees what is missing, IoU also what is too much.
 double score(const ViewQuality& v) { return std::min(v.recall, v.iou); }
 
@@ -45,12 +54,11 @@ void find_odd_views(std::span<const Camera> cameras, const HullQuality& quality,
   }
   if (scores.size() < 3) return;
   const double middle = median(scores);
-  std::vector<double> off;
-  for (const double s : scores) off.push_back(std::abs(s - middle));
-  const double allowed = std::max(limits.recall_drop, limits.drop_in_deviations * median(off));
+  const double allowed = std::max(limits.recall_drop, limits.drop_in_deviations * deviation(scores));
   for (std::size_t c = 0; c < quality.views.size(); ++c) {
     const ViewQuality& v = quality.views[c];
-    if (!v.is_used || score(v) >= middle - allowed) continue;
+    const double least = std::max(middle - allowed, limits.least_recall) - v.too_thin;
+    if (!v.is_used || score(v) >= least) continue;
     const bool too_large = v.recall <= v.iou + 0.02;
     const std::string what =
         too_large ? "its mask is too large there, or the camera stands or looks elsewhere"
@@ -62,46 +70,106 @@ void find_odd_views(std::span<const Camera> cameras, const HullQuality& quality,
   }
 }
 
-}  // namespace
+/// What is no part of the workspace, in one view more than in the others. Not where the workspace cuts the
+/// object: then all masks show more.
+void find_masks_outside(std::span<const Camera> cameras, const HullQuality& quality, const HullLimits& limits,
+                        std::vector<HullFinding>& findings) {
+  std::vector<double> shares;
+  for (const ViewQuality& v : quality.views) {
+    if (v.is_used) shares.push_back(v.outside);
+  }
+  if (shares.size() < 3 || quality.on_faces > limits.on_faces) return;
+  const double middle = median(shares),
+               allowed = std::max(limits.outside, limits.drop_in_deviations * deviation(shares));
+  for (std::size_t c = 0; c < quality.views.size(); ++c) {
+    const ViewQuality& v = quality.views[c];
+    if (!v.is_used || v.outside <= middle + allowed) continue;
+    findings.push_back(
+        {HullFault::mask_outside, static_cast<int>(c), false,
+         "camera '" + cameras[c].name + "': " + percent(v.outside) +
+             " of its mask lie outside the image of the workspace, in the middle of all views " +
+             percent(middle) + ": its mask is too large there, or the camera stands or looks elsewhere" +
+             kAskDoctor});
+  }
+}
 
-std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQuality& quality,
-                                    const Box3f& workspace_m, const HullLimits& limits) {
-  std::vector<HullFinding> findings;
-  const auto fatal = [&](HullFault fault, const std::string& text) {
-    findings.push_back({fault, -1, true, text + kAskDoctor});
-    return findings;
+struct Summary {
+  std::ptrdiff_t used = 0, elsewhere = 0;
+  double mean = 0;  ///< score; 0 for views that look elsewhere
+  double too_thin = 0;
+};
+Summary summary_of(const HullQuality& quality) {
+  Summary s;
+  for (const ViewQuality& v : quality.views) {
+    s.used += v.is_used ? 1 : 0;
+    s.elsewhere += v.looks_elsewhere ? 1 : 0;
+    s.mean += v.is_used ? score(v) : 0;
+    s.too_thin += v.is_used ? v.too_thin : 0;
+  }
+  const auto views = static_cast<double>(std::max<std::ptrdiff_t>(s.used + s.elsewhere, 1));
+  s.mean /= views;
+  s.too_thin /= views;
+  return s;
+}
+
+std::optional<HullFinding> find_fatal(const HullQuality& quality, const Summary& sum,
+                                      const Box3f& workspace_m, const HullLimits& limits) {
+  const auto fatal = [](HullFault fault, const std::string& text) {
+    return HullFinding{fault, -1, true, text + kAskDoctor};
   };
-  if (!quality.something_seen) return findings;
   if (quality.vertices == 0)
     return fatal(HullFault::empty,
-                 "nothing is left of what the masks show: their cones do not meet in the "
-                 "workspace " +
+                 "nothing is left of what the masks show: their cones do not meet in the workspace " +
                      box_text(workspace_m) +
-                     "; poses, unit or workspace are wrong (--workspace auto takes it from "
-                     "the cones)");
-  if (quality.on_faces > limits.fatal_on_faces)
+                     "; poses, unit or workspace are wrong (--workspace auto takes it from the cones)");
+  if (2 * sum.elsewhere > sum.used + sum.elsewhere)
+    return fatal(HullFault::looks_elsewhere,
+                 std::to_string(sum.elsewhere) + " of " + std::to_string(quality.views.size()) +
+                     " cameras show something, but do not look at the workspace " + box_text(workspace_m) +
+                     ": poses, unit or workspace are wrong (--workspace auto takes it from the cones)");
+  // One cone alone is always cut by the workspace.
+  if (sum.used > 1 && quality.on_faces > limits.fatal_on_faces)
     return fatal(HullFault::fills_workspace,
                  percent(quality.on_faces) + " of the surface are faces of the workspace " +
                      box_text(workspace_m) +
                      ": the masks carve next to nothing there; the cameras look elsewhere, or the workspace "
                      "is much too small");
-  double best = 0;
-  bool any = false;
-  for (const ViewQuality& v : quality.views) {
-    if (!v.is_used) continue;
-    any = true;
-    best = std::max(best, v.recall);
-  }
-  if (any && best < limits.fatal_recall)
+  if (sum.used > 0 && sum.mean < limits.fatal_recall - sum.too_thin)
     return fatal(HullFault::covers_no_view,
-                 "the hull covers at most " + percent(best) +
-                     " of any mask: the views contradict one another" +
+                 "the hull covers " + percent(sum.mean) +
+                     " of the masks, the mean of all views: they contradict one another" +
                      (quality.on_faces > limits.on_faces ? ", or the workspace cuts the object" : ""));
-  if (quality.on_faces > limits.on_faces)
+  return {};
+}
+
+}  // namespace
+
+std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQuality& quality,
+                                    const Box3f& workspace_m, const HullLimits& limits) {
+  std::vector<HullFinding> findings;
+  if (!quality.something_seen) return findings;
+  const Summary sum = summary_of(quality);
+  if (const std::optional<HullFinding> fatal = find_fatal(quality, sum, workspace_m, limits)) return {*fatal};
+  if (sum.used > 1 && quality.on_faces > limits.on_faces)
     findings.push_back({HullFault::cut_by_workspace, -1, false,
                         percent(quality.on_faces) + " of the surface lie on faces of the workspace " +
                             box_text(workspace_m) + ", which cuts the object (--workspace auto)"});
+  for (std::size_t c = 0; c < quality.views.size(); ++c) {
+    if (quality.views[c].looks_elsewhere)
+      findings.push_back(
+          {HullFault::looks_elsewhere, static_cast<int>(c), false,
+           "camera '" + cameras[c].name +
+               "' shows something, but does not look at the workspace: its pose or unit is wrong" +
+               kAskDoctor});
+  }
   find_odd_views(cameras, quality, limits, findings);
+  find_masks_outside(cameras, quality, limits, findings);
+  if (findings.empty() && sum.used > 1 && sum.mean < limits.mean_recall - sum.too_thin)
+    findings.push_back(
+        {HullFault::views_contradict, -1, false,
+         "the hull covers " + percent(sum.mean) +
+             " of the masks, the mean of all views; 95 % and more where rig and masks are right" +
+             kAskDoctor});
   return findings;
 }
 

@@ -18,6 +18,10 @@ struct ViewQuality {
   bool is_used = false;  ///< a mask was there, and large enough to be judged
   double recall = 1;     ///< share of the mask that the projected hull covers, 0 to 1
   double iou = 1;        ///< of the mask and the projected hull
+  double outside = 0;    ///< share of the mask outside the image of the workspace
+  double too_thin = 0;   ///< share of the mask that a grid of this spacing may lose
+  /// The mask shows something, and all of it is outside.
+  bool looks_elsewhere = false;
 };
 
 struct HullQuality {
@@ -30,26 +34,32 @@ struct HullQuality {
 enum class HullFault : std::uint8_t {
   empty,             ///< the masks show something, the hull is empty
   fills_workspace,   ///< nothing was carved away
-  covers_no_view,    ///< nearly nothing of what the masks show is left
+  covers_no_view,    ///< less than half of what the masks show is left
   cut_by_workspace,  ///< the surface ends at the faces of the workspace
   view_differs,      ///< one mask is not explained as the others are
+  mask_outside,      ///< one mask shows more outside the workspace than the others do
+  looks_elsewhere,   ///< one camera does not look at the workspace
+  views_contradict,  ///< no view is odd, yet their masks are poorly covered
   body_seen_by_few,  ///< a separate piece that few cameras see
 };
 
 struct HullFinding {
   HullFault fault = HullFault::empty;
-  int camera = -1;        ///< of view_differs
+  int camera = -1;        ///< of faults of one view
   bool is_fatal = false;  ///< nothing can be right
   std::string text;       ///< what, how much, what to do
 };
 
 /// Limits of the verdict. Recall of healthy rigs is 0.95 to 1 in every view (docs/robustness.md).
 struct HullLimits {
-  double fatal_recall = 0.5;      ///< no view reaches it: nothing can be right
+  double fatal_recall = 0.5;      ///< mean of the views (or IoU): below it nothing can be right
   double fatal_on_faces = 0.6;    ///< of the surface: the hull is the workspace
   double on_faces = 0.1;          ///< of the surface: the hull is cut
   double recall_drop = 0.06;      ///< below the median of all views, ...
   double drop_in_deviations = 5;  ///< ... and that many median absolute deviations
+  double least_recall = 0.7;      ///< below it a view is odd, whatever the others
+  double mean_recall = 0.93;      ///< below it the views contradict one another
+  double outside = 0.025;         ///< of a mask, above the median of all views
 };
 
 /// @param workspace_m that the hull was made in, for the texts

@@ -4,6 +4,7 @@
 /// bits are kept. [P, "Visual hull computation"]
 #include "tactus/base/bits.h"
 #include "tactus/compute/atomic.h"
+#include "tactus/geom/camera_bits.h"
 #include "tactus/reconstruct/silhouette_kernels.h"
 
 namespace tactus {
@@ -15,7 +16,6 @@ inline constexpr Index kTileBricks = kBlockBricks * kBlockBricks;
 inline constexpr Index kRegionBlocks = 4;  ///< blocks along the edge of a region
 inline constexpr Index kBlocksOfRegion = kRegionBlocks * kRegionBlocks * kRegionBlocks;
 inline constexpr Index kOutsideBrick = -1, kInsideBrick = -2;
-inline constexpr int kMaxCameras = 32;
 inline constexpr int kMaxHullParts = 64;  ///< devices that share a hull
 
 /// The padded grid. Nodes carry padded indices 0 .. cells+2: real node i is padded node i+1, and the padding
@@ -123,8 +123,8 @@ struct BlockStates {
 /// Where cameras see a box of nodes, as many verdicts as cameras.
 struct BoxVotes {
   std::uint32_t verdict[kMaxCameras];
-  std::uint32_t mixed;  ///< cameras that don't see it all inside
-  bool outside;         ///< more than `tolerated` cameras see it before background
+  CameraBits mixed;  ///< cameras that don't see it all inside
+  bool outside;      ///< more than `tolerated` cameras see it before background
 
   /// Closed box of the nodes [8 brick, 8 brick + extent].
   template <class Block>
@@ -140,7 +140,7 @@ struct BoxVotes {
       mixed = 0;
       for (Index c = 0; c < cameras.size(); ++c) {
         against += (verdict[c] & kOutsideFootprint) != 0 ? 1 : 0;
-        mixed |= verdict[c] == kInsideFootprint ? 0U : 1U << c;
+        mixed |= verdict[c] == kInsideFootprint ? CameraBits{0} : camera_bit(c);
       }
       outside = against > tolerated;
     });
@@ -154,10 +154,11 @@ struct SortRegions {
   Index tolerated;
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells;
-  View<std::uint32_t> tiles, block_cameras;  ///< out, of what is outside: as ClassifyBricks
-  View<Index> tile_active;                   ///< likewise
-  View<Index> asked;                         ///< out: the other regions, in any order
-  View<Index> asked_blocks;                  ///< one; out: blocks of those, real or not; 0 before
+  View<std::uint32_t> tiles;       ///< out, of what is outside: as ClassifyBricks
+  View<CameraBits> block_cameras;  ///< likewise
+  View<Index> tile_active;         ///< likewise
+  View<Index> asked;               ///< out: the other regions, in any order
+  View<Index> asked_blocks;        ///< one; out: blocks of those, real or not; 0 before
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -196,10 +197,10 @@ struct ClassifyBricks {
   Index tolerated;
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells;
-  View<std::uint32_t> tiles;          ///< out
-  View<Index> tile_active;            ///< out: active bricks per tile, and a 0 behind the last
-  View<std::uint32_t> block_cameras;  ///< out: bit c set: camera c carves within the block
-  View<const Index> asked;            ///< regions whose blocks these are, 64 each; empty: all blocks
+  View<std::uint32_t> tiles;       ///< out
+  View<Index> tile_active;         ///< out: active bricks per tile, and a 0 behind the last
+  View<CameraBits> block_cameras;  ///< out: cameras that carve within the block
+  View<const Index> asked;         ///< regions whose blocks these are, 64 each; empty: all blocks
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -216,7 +217,7 @@ struct ClassifyBricks {
     const Vec3i first = kBlockBricks * block;
     s.votes.ask(b, cameras, cells, first, kBrick * kBlockBricks, tolerated);
     b.on_one_thread([&] {
-      block_cameras[grid.block_number(block)] = s.votes.outside ? 0U : s.votes.mixed;
+      block_cameras[grid.block_number(block)] = s.votes.outside ? CameraBits{0} : s.votes.mixed;
       if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
     });
     classify_bricks(b, s, first);
@@ -233,7 +234,7 @@ struct ClassifyBricks {
       outside[t] = 0;
     });
     // Where the block is outside, so are its bricks, and no camera is left to ask.
-    for (std::uint32_t left = s.votes.outside ? 0U : s.votes.mixed; left != 0; left &= left - 1) {
+    for (CameraBits left = s.votes.outside ? CameraBits{0} : s.votes.mixed; left != 0; left &= left - 1) {
       const int c = lowest_bit(left);
       const HullCamera camera = cameras[c];
       b.for_own(kThreads, [&](int t) TACTUS_ALWAYS_INLINE {
@@ -241,7 +242,7 @@ struct ClassifyBricks {
         const std::uint32_t verdict = classify_footprint(
             camera, cells.data(), vec_cast<float>(kBrick * brick_of(t)) + Vec3f{kHalf, kHalf, kHalf}, kHalf);
         outside[t] += verdict / kOutsideFootprint;
-        mixed[t] |= ((verdict & kInsideFootprint) ^ kInsideFootprint) << c;
+        mixed[t] += (verdict & kInsideFootprint) ^ kInsideFootprint;
       });
     }
     const auto most = static_cast<std::uint32_t>(tolerated);
@@ -251,8 +252,7 @@ struct ClassifyBricks {
                               (node.x + kBrick >= grid.last_node.x) | (node.y + kBrick >= grid.last_node.y) |
                               (node.z + kBrick >= grid.last_node.z);
       const bool real = (brick.x < grid.bricks.x) & (brick.y < grid.bricks.y) & (brick.z < grid.bricks.z);
-      const bool is_mixed = most == 0 ? mixed[t] != 0 : popcount(mixed[t]) > tolerated;
-      const std::uint32_t kept = (is_mixed | at_padding) ? kActiveBit : kInsideBit;
+      const std::uint32_t kept = ((mixed[t] > most) | at_padding) ? kActiveBit : kInsideBit;
       s.states.state[t] = (real & !s.votes.outside & (outside[t] <= most)) ? kept : 0U;
     });
   }
@@ -320,16 +320,17 @@ struct BrickSigns {
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells, bits;
   View<const Index> bricks;  ///< of each slot
-  View<const std::uint32_t> block_cameras;
-  View<std::uint8_t> rows;          ///< out: kBrickRows per slot
-  View<std::uint32_t> sub_cameras;  ///< out: 8 per slot: cameras that carve within each 4^3 sub-brick
+  View<const CameraBits> block_cameras;
+  View<std::uint8_t> rows;       ///< out: kBrickRows per slot
+  View<CameraBits> sub_cameras;  ///< out: 8 per slot: cameras that carve within each 4^3 sub-brick
 
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes, kLeastBlocks = 3;
   struct Shared {
     int camera[kMaxCameras];                ///< that carve in the block, ...
     int camera_count;                       ///< ... so many
     std::uint32_t verdict[kMaxCameras][8];  ///< of each of them on each sub-brick
-    std::uint32_t sub_mixed[8], sub_outside[8];
+    CameraBits sub_mixed[8];
+    std::uint32_t sub_outside[8];
     std::uint32_t inside[8][kSubNodes];  ///< per sub-brick and node: 0 or 1
   };
 
@@ -354,10 +355,10 @@ struct BrickSigns {
   }
 
   template <class Block>
-  TACTUS_HD void find_sub_cameras(const Block& b, Shared& s, Vec3i first, std::uint32_t candidates) const {
+  TACTUS_HD void find_sub_cameras(const Block& b, Shared& s, Vec3i first, CameraBits candidates) const {
     b.on_one_thread([&] {
       int count = 0;
-      for (std::uint32_t left = candidates; left != 0; left &= left - 1) s.camera[count++] = lowest_bit(left);
+      for (CameraBits left = candidates; left != 0; left &= left - 1) s.camera[count++] = lowest_bit(left);
       s.camera_count = count;
     });
     b.template for_groups<8>(
@@ -368,14 +369,15 @@ struct BrickSigns {
                                  vec_cast<float>(first + sub_brick_node(t)) + Vec3f{2, 2, 2}, 2.F);
         });
     b.for_threads(8, [&](int t) {
-      std::uint32_t mixed = 0, outside = 0;
+      CameraBits mixed = 0;
+      std::uint32_t outside = 0;
       for (int k = 0; k < s.camera_count; ++k) {
         outside |= s.verdict[k][t] & kOutsideFootprint;
-        mixed |= s.verdict[k][t] == 0 ? 1U << s.camera[k] : 0U;
+        mixed |= s.verdict[k][t] == 0 ? camera_bit(s.camera[k]) : 0;
       }
       s.sub_outside[t] = outside;
       // An outside sub-brick holds no crossing.
-      s.sub_mixed[t] = sub_cameras[b.index() * 8 + t] = outside != 0 ? 0U : mixed;
+      s.sub_mixed[t] = sub_cameras[b.index() * 8 + t] = outside != 0 ? 0 : mixed;
     });
   }
 
@@ -393,14 +395,14 @@ struct BrickSigns {
               (n.x > 0) & (n.y > 0) & (n.z > 0) & (n.x < last.x) & (n.y < last.y) & (n.z < last.z);
           s.inside[sub][t] = (real & (s.sub_outside[sub] == 0)) ? 1U : 0U;
         });
-    std::uint32_t any = 0;
-    for (const std::uint32_t mixed : s.sub_mixed) any |= mixed;
+    CameraBits any = 0;
+    for (const CameraBits mixed : s.sub_mixed) any |= mixed;
     for (; any != 0; any &= any - 1) {
       const int c = lowest_bit(any);
       const HullCamera camera = cameras[c];
       const std::uint32_t* words = bits.data();
       b.template for_own_groups<kSubNodes>(
-          8, [&](int sub) { return (s.sub_mixed[sub] >> c & 1U) != 0; },
+          8, [&](int sub) { return (s.sub_mixed[sub] & camera_bit(c)) != 0; },
           [&](int sub, int t) TACTUS_ALWAYS_INLINE {
             const float value =
                 sample_silhouette(camera, words, project_node(camera, vec_cast<float>(node_of(sub, t))));

@@ -25,7 +25,8 @@ struct HullPart {
   HullRole role;
   SilhouettePart masks;
   Buffer<CellCase> cases;
-  Buffer<std::uint32_t> tiles, block_cameras;
+  Buffer<std::uint32_t> tiles;
+  Buffer<CameraBits> block_cameras, sub_cameras;
   Buffer<Index> tile_first, bricks;
   Buffer<HullCamera> views;  ///< as the plan's, and so the next two
   Buffer<Index> unseen_blocks;
@@ -33,7 +34,7 @@ struct HullPart {
   Buffer<Index> asked, asked_blocks;  ///< regions that are not outside, and how many blocks they have
   Buffer<PartRange> range;
   Buffer<std::uint8_t> rows;
-  Buffer<std::uint32_t> sub_cameras, crossings, row_start;
+  Buffer<std::uint32_t> crossings, row_start;
   Buffer<std::uint64_t> mesh_start;
   Buffer<Vec3f> positions_m;
   Buffer<Vec3i> triangles;

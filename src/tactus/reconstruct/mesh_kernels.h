@@ -11,9 +11,9 @@ namespace tactus {
 /// What the mesh passes read: signs and numbering of the active bricks.
 struct BrickTable {
   BrickMap map;
-  View<const Index> bricks;               ///< number of the brick in each slot
-  View<const std::uint8_t> rows;          ///< kBrickRows per slot
-  View<const std::uint32_t> sub_cameras;  ///< 8 per slot
+  View<const Index> bricks;            ///< number of the brick in each slot
+  View<const std::uint8_t> rows;       ///< kBrickRows per slot
+  View<const CameraBits> sub_cameras;  ///< 8 per slot
 
   TACTUS_HD Vec3i brick_at(Index slot) const { return map.grid.brick_at(bricks[slot]); }
 };
@@ -190,12 +190,13 @@ struct EmitVertices {
       1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
   static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
   struct Shared : BrickEdges {
-    std::uint32_t cameras[kThreads];  ///< that carve near the edge
-    float leave[kThreads];            ///< smallest parameter at which a silhouette is left so far
-    float end_value[kThreads];        ///< of one camera's silhouette at the outside node
-    int carved[kThreads];             ///< edges whose outside node this camera carves
+    std::uint32_t cameras[2][kThreads];  ///< that carve near the edge: 32 a word, as wide as a float
+    float leave[kThreads];               ///< smallest parameter at which a silhouette is left so far
+    float end_value[kThreads];           ///< of one camera's silhouette at the outside node
+    int carved[kThreads];                ///< edges whose outside node this camera carves
     int carved_count;
     float out[3 * kThreads];  ///< positions as they lie in memory: whole lines are written
+    TACTUS_HD CameraBits cameras_near(int t) const { return cameras[0][t] | CameraBits{cameras[1][t]} << 32; }
   };
   /// Where the vertices of a brick go, and how many of them have room.
   struct Run {
@@ -218,12 +219,12 @@ struct EmitVertices {
     const Run run = run_of(b.index());
     s.list(b, crossings, row_start);
     const Vec3i brick = kBrick * table.brick_at(b.index());
-    std::uint32_t any_camera = 0;
+    CameraBits any_camera = 0;
     for (int sub = 0; sub < 8; ++sub) any_camera |= table.sub_cameras[b.index() * 8 + sub];
     for (Index first = 0; first < run.count; first += kThreads) {
       const int count = min(run.count - first, Index{kThreads});
       b.for_threads(count, [&](int t) { load_edge(s, t, first + t, b.index(), brick); });
-      for (std::uint32_t left = any_camera; left != 0; left &= left - 1)
+      for (CameraBits left = any_camera; left != 0; left &= left - 1)
         carve_edges(b, s, count, brick, lowest_bit(left));
       b.for_threads(count, [&](int t) { place_vertex(s, t, s.leave[t]); });
       write(b, s, run.begin + first, count);
@@ -252,8 +253,9 @@ struct EmitVertices {
 
   TACTUS_HD void load_edge(Shared& s, int t, Index which, Index slot, Vec3i brick) const {
     const BrickEdges::Place at = s.load(t, which, table, slot, brick);
-    const std::uint32_t near = table.sub_cameras[slot * 8 + at.sub];
-    s.cameras[t] = at.padding ? 0U : near;
+    const CameraBits near = at.padding ? 0 : table.sub_cameras[slot * 8 + at.sub];
+    s.cameras[0][t] = static_cast<std::uint32_t>(near);
+    s.cameras[1][t] = static_cast<std::uint32_t>(near >> 32);
     s.leave[t] = at.padding ? 0.F : 1.F;
   }
 
@@ -274,10 +276,11 @@ struct EmitVertices {
   TACTUS_HD void carve_edges(const Block& b, Shared& s, int count, Vec3i brick, int number) const {
     const HullCamera c = cameras[number];
     const std::uint32_t* words = bits.data();
+    const std::uint32_t* near = s.cameras[number >> 5];
+    const std::uint32_t bit = 1U << (number & 31);
     b.for_threads(count, [&](int t) {
       const Vec3f outer{s.inner_x[t] + s.step_x[t], s.inner_y[t] + s.step_y[t], s.inner_z[t] + s.step_z[t]};
-      s.end_value[t] =
-          (s.cameras[t] >> number & 1U) != 0 ? sample_silhouette(c, words, project_node(c, outer)) : 1.F;
+      s.end_value[t] = (near[t] & bit) != 0 ? sample_silhouette(c, words, project_node(c, outer)) : 1.F;
     });
     b.compact(
         count, [&](int t) { return s.end_value[t] < 0; }, s.carved, &s.carved_count);

@@ -17,9 +17,10 @@ void check_room(const char* what, const DeviceMesh& mesh, Index room) {
 }
 
 void check_k(Index k, std::size_t cameras) {
-  if (k >= 1 && static_cast<std::size_t>(k) <= cameras) return;
+  const Index most = std::min(static_cast<Index>(cameras), Index{PhotoChoice::kMostBlended});
+  if (k >= 1 && k <= most) return;
   throw usage_error("texture: k = " + std::to_string(k) + " cameras a vertex, expected 1 to " +
-                    std::to_string(cameras) + ", the number of cameras");
+                    std::to_string(most) + " (of " + std::to_string(cameras) + " cameras)");
 }
 
 TextureCamera device_camera(const Camera& camera) {
@@ -54,9 +55,9 @@ void SurfaceNormals::compute(ExecContext& ctx, const DeviceMesh& mesh, float edg
 SurfaceTexture::SurfaceTexture(ExecContext& ctx, std::span<const Camera> cameras,
                                const TextureOptions& options)
     : options_(options), cameras_(cameras.begin(), cameras.end()) {
-  if (cameras.empty() || cameras.size() > kMaxTextureCameras)
+  if (cameras.empty() || cameras.size() > kMaxCameras)
     throw Error("texture: " + std::to_string(cameras.size()) + " cameras, expected 1 to " +
-                std::to_string(kMaxTextureCameras));
+                std::to_string(kMaxCameras));
   check_k(options.k, cameras.size());
   if (!(options.voxel_size_m > 0))
     throw Error("texture: voxel_size_m is " + std::to_string(options.voxel_size_m) + ", must be > 0");
@@ -110,7 +111,7 @@ void SurfaceTexture::upload(ExecContext& ctx, std::span<const ColorImage> photos
   live_ = 0;
   for (std::size_t c = 0; c < photos.size(); ++c) {
     if (photos[c].empty()) continue;
-    live_ |= 1U << c;
+    live_ |= camera_bit(static_cast<int>(c));
     std::copy(photos[c].pixels.begin(), photos[c].pixels.end(), staging_.data() + layout_[c].photo_begin);
   }
   ctx.upload(staging_.span(), photos_.view());

@@ -65,7 +65,7 @@ class SurfaceTexture {
   /// The photos on the device, one camera after another, row by row; bit c of `live_photos`: camera c has
   /// one.
   View<const Rgb8> photos() const { return photos_.const_view(); }
-  std::uint32_t live_photos() const { return live_; }
+  CameraBits live_photos() const { return live_; }
 
  private:
   TextureOptions options_;
@@ -78,7 +78,7 @@ class SurfaceTexture {
   Buffer<std::uint32_t> widened_, maps_, colors_;
   Buffer<std::uint64_t> sums_;
   Buffer<Index> triangle_cameras_;
-  std::uint32_t live_ = 0;
+  CameraBits live_ = 0;
 };
 
 /// The colour bytes of packed colours; what nobody saw is grey.

@@ -5,12 +5,11 @@
 #include "tactus/base/vec.h"
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/kernel.h"
+#include "tactus/geom/camera_bits.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/photo_choice.h"
 
 namespace tactus {
-
-inline constexpr int kMaxTextureCameras = PhotoChoice::kMaxCameras;
 
 /// A camera as the texture sees it: world metres to pixels, and where its depth map and photo lie.
 struct TextureCamera {
@@ -239,7 +238,7 @@ struct ColorVertices {
   Count vertex_count;
   PhotoScore score;
   View<const Rgb8> photos;
-  std::uint32_t live;  ///< bit c: camera c has a photo of this tick
+  CameraBits live;  ///< cameras that have a photo of this tick
   bool has_eye;
   Vec3f eye_m;  ///< of the viewer; without: every point is looked at along its normal
   Index k;
@@ -248,9 +247,9 @@ struct ColorVertices {
   static constexpr int kThreads = 64;
   struct Shared {
     VectorLanes<kThreads> p, n, look;  ///< look: unit, from the viewer to the point
-    float score[kMaxTextureCameras][kThreads];
-    float weight[kMaxTextureCameras][kThreads];  ///< of the best, the next best ...
-    Index chosen[kMaxTextureCameras][kThreads];
+    float score[kMaxCameras][kThreads];
+    float weight[PhotoChoice::kMostBlended][kThreads];  ///< of the best, the next best ...
+    Index chosen[PhotoChoice::kMostBlended][kThreads];
   };
 
   template <class Block>
@@ -266,7 +265,7 @@ struct ColorVertices {
     });
     for (Index c = 0; c < cameras.size(); ++c) {
       const TextureCamera camera = cameras[c];
-      const float is_live = (live >> c & 1U) != 0 ? 1.F : 0.F;
+      const float is_live = (live & camera_bit(c)) != 0 ? 1.F : 0.F;
       b.for_own(count, [&](int t) { s.score[c][t] = is_live * score(camera, s.p[t], s.n[t], s.look[t]); });
     }
     for (Index rank = 0; rank < k; ++rank) take_best(b, s, count, rank);

@@ -12,27 +12,28 @@ struct TolerantSigns {
 
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
-    std::uint32_t sub_mixed[8], sub_outside[8];
+    CameraBits sub_mixed[8];
+    std::uint32_t sub_outside[8];
     std::uint32_t inside[8 * kSubNodes];  ///< 0 or 1, x fastest
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Vec3i brick = plain.grid.brick_at(plain.bricks[b.index()]), first = kBrick * brick;
-    const std::uint32_t candidates = plain.block_cameras[plain.grid.block_of(brick)];
+    const CameraBits candidates = plain.block_cameras[plain.grid.block_of(brick)];
     b.for_threads(8, [&](int sub) {
       const Vec3i at = first + Vec3i{(sub & 1) * 4, (sub >> 1 & 1) * 4, (sub >> 2) * 4};
-      std::uint32_t mixed = 0;
+      CameraBits mixed = 0;
       Index outside = 0;
-      for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
+      for (CameraBits left = candidates; left != 0; left &= left - 1) {
         const int c = lowest_bit(left);
         const std::uint32_t verdict = classify_footprint(plain.cameras[c], plain.cells.data(),
                                                          vec_cast<float>(at) + Vec3f{2, 2, 2}, 2.F);
         outside += (verdict & kOutsideFootprint) != 0 ? 1 : 0;
-        mixed |= (verdict & kInsideFootprint) != 0 ? 0U : 1U << c;
+        mixed |= (verdict & kInsideFootprint) != 0 ? 0 : camera_bit(c);
       }
       s.sub_outside[sub] = outside > tolerated ? 1U : 0U;
-      s.sub_mixed[sub] = plain.sub_cameras[b.index() * 8 + sub] = outside > tolerated ? 0U : mixed;
+      s.sub_mixed[sub] = plain.sub_cameras[b.index() * 8 + sub] = outside > tolerated ? 0 : mixed;
     });
     b.for_threads(kThreads, [&](int t) {
       const Vec3i in{t & 7, t >> 3 & 7, t >> 6};
@@ -52,7 +53,7 @@ struct TolerantSigns {
         min(node.x, min(node.y, node.z)) > 0 && node.x < last.x && node.y < last.y && node.z < last.z;
     if (!real || s.sub_outside[sub] != 0) return false;
     Index carvers = 0;
-    for (std::uint32_t left = s.sub_mixed[sub]; left != 0; left &= left - 1) {
+    for (CameraBits left = s.sub_mixed[sub]; left != 0; left &= left - 1) {
       const HullCamera& c = plain.cameras[lowest_bit(left)];
       carvers += sample_silhouette(c, plain.bits.data(), project_node(c, vec_cast<float>(node))) < 0 ? 1 : 0;
     }
@@ -79,7 +80,7 @@ struct EmitTolerantVertices {
         plain.load_edge(s, t, first + t, b.index(), brick);
         const Vec3f inner{s.inner_x[t], s.inner_y[t], s.inner_z[t]},
             step{s.step_x[t], s.step_y[t], s.step_z[t]};
-        plain.place_vertex(s, t, min(s.leave[t], leave_silhouettes(s.cameras[t], inner, step, brick)));
+        plain.place_vertex(s, t, min(s.leave[t], leave_silhouettes(s.cameras_near(t), inner, step, brick)));
       });
       plain.write(b, s, run.begin + first, count);
     }
@@ -87,7 +88,7 @@ struct EmitTolerantVertices {
 
  private:
   /// The (m+1)-th smallest parameter at which a silhouette is left, 0 for one that is already left.
-  TACTUS_HD float leave_silhouettes(std::uint32_t near, Vec3f inner, Vec3f step, Vec3i brick) const {
+  TACTUS_HD float leave_silhouettes(CameraBits near, Vec3f inner, Vec3f step, Vec3i brick) const {
     float smallest[kMostTolerated + 1];
     for (float& t : smallest) t = 1;
     for (; near != 0; near &= near - 1) {

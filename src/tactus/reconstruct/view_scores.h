@@ -30,7 +30,7 @@ struct ViewScoreOptions {
 
 class ViewScores {
  public:
-  /// @throws Error: no or more than 32 cameras, a bad camera, an empty workspace, an option out of range.
+  /// @throws Error: no or more than 64 cameras, a bad camera, an empty workspace, an option out of range.
   ViewScores(ExecContext& ctx, std::span<const Camera> cameras, const ViewScoreOptions& options);
   /// Scores of one tick, one per camera; waits for the device. An empty mask (0x0) carves nothing.
   /// @throws Error when a size contradicts its camera.

@@ -28,7 +28,7 @@ struct HullOptions {
   /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
   /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
   Index tolerated_views = 0;
-  /// Space that fewer cameras look at is outside, 0 to 32; at most one less than there are cameras (with
+  /// Space that fewer cameras look at is outside, 0 to 64; at most one less than there are cameras (with
   /// those of depth) counts. Two is the least with which a point has a bound along every ray: what one camera
   /// alone sees is a cone that ends at the workspace, a phantom. Three would cut what four cameras in a half
   /// circle see of a room. A camera that missed the tick still counts.
@@ -73,7 +73,7 @@ struct HullReport {
 
 class VisualHull {
  public:
-  /// @throws Error: no or more than 32 cameras, a bad camera, an empty workspace, a resolution that is not
+  /// @throws Error: no or more than 64 cameras, a bad camera, an empty workspace, a resolution that is not
   /// positive or that needs more memory than there is (with the memory it would need). `depth_cameras`: at
   /// most 32, images of at least 2x2 pixels.
   VisualHull(DeviceSet& devices, std::span<const Camera> cameras, const HullOptions& options,

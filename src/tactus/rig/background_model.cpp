@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/video/background_segm.hpp>
 #include <vector>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/background_edges.h"
+#include "tactus/rig/background_rows.h"
 
 namespace tactus {
 namespace {
@@ -18,56 +18,10 @@ constexpr std::size_t kMostPhotos = 31;
 constexpr double kLevelsOfSpread = 16;  ///< stored per grey level
 /// One row in so many is adapted per photo, in turn.
 constexpr Index kAdaptedRows = 16;
+/// So far from the contour, what was decided is surely subject [pixels].
+constexpr int kEdge = 2;
 /// Nearer to the subject nothing is learnt [pixels].
 constexpr int kKeptAway = 5;
-
-/// 8 bytes of 0 or 1 to bits, the first byte lowest.
-std::uint32_t bits_of(const std::uint8_t* bytes) {
-  std::uint64_t eight;
-  std::memcpy(&eight, bytes, sizeof eight);
-  return static_cast<std::uint32_t>(eight * 0x0102040810204080ULL >> 56);
-}
-
-struct Decision {
-  float chroma2, darkest, brightest;
-};
-
-/// One row. Distances are compared as squares and ratios as products: no division, no branch.
-void decide_row(Index width, const std::uint8_t* const* photo, const std::uint8_t* const* room,
-                const std::uint8_t* noise, const Decision& d, std::uint8_t* result) {
-  const std::uint8_t *pb = photo[0], *pg = photo[1], *pr = photo[2], *mb = room[0], *mg = room[1],
-                     *mr = room[2];
-  const float chroma2 = d.chroma2, darkest = d.darkest, brightest = d.brightest;
-#pragma omp simd
-  for (Index i = 0; i < width; ++i) {
-    const int b = pb[i], g = pg[i], r = pr[i], kb = mb[i], kg = mg[i], kr = mr[i], n = noise[i];
-    const int dot = b * kb + g * kg + r * kr, photo2 = b * b + g * g + r * r,
-              room2 = kb * kb + kg * kg + kr * kr + 1;
-    const int away2 = photo2 - 2 * dot + room2 - 1;
-    const auto df = static_cast<float>(dot), rf = static_cast<float>(room2);
-    const float off2 = static_cast<float>(photo2) * rf - df * df;  // times room2
-    const int foreground = static_cast<int>(away2 > n * n) &
-                           (static_cast<int>(off2 > chroma2 * rf) | static_cast<int>(df < darkest * rf) |
-                            static_cast<int>(df > brightest * rf));
-    result[i] = static_cast<std::uint8_t>(foreground);
-  }
-}
-
-/// Foreground where the colour's direction is off the key's: |p|^2 |k|^2 cos^2 > (p.k)^2.
-void key_row(Index width, const std::uint8_t* const* photo, Rgb8 key, float cos2, std::uint8_t* result) {
-  const std::uint8_t *pb = photo[0], *pg = photo[1], *pr = photo[2];
-  const int kb = key.b, kg = key.g, kr = key.r;
-  const auto key2 = static_cast<float>(kb * kb + kg * kg + kr * kr) * cos2;
-#pragma omp simd
-  for (Index i = 0; i < width; ++i) {
-    const int b = pb[i], g = pg[i], r = pr[i];
-    const auto dot = static_cast<float>(b * kb + g * kg + r * kr);
-    const auto photo2 = static_cast<float>(b * b + g * g + r * r);
-    // Near black there is no direction: it is no cloth.
-    const int foreground = static_cast<int>(dot * dot < key2 * photo2) | static_cast<int>(photo2 < 900.F);
-    result[i] = static_cast<std::uint8_t>(foreground);
-  }
-}
 
 }  // namespace
 
@@ -75,15 +29,15 @@ struct BackgroundModel::State {
   State(Index width, Index height)
       : width_px(width),
         height_px(height),
-        row(static_cast<std::size_t>(ceil_div(width, 32)) * 32),
+        photo_row(width, height),
         cleaner(width, height),
-        near_subject(width, height) {
+        near_subject(width, height),
+        core(width, height) {
     for (auto& plane : room) plane.resize(pixels());
-    for (auto& plane : photo_planes) plane.create(height, width, CV_8U);
     for (auto& plane : fine) plane.resize(pixels());
     spread.assign(pixels(), 0);
     noise.assign(pixels(), 0);
-    bytes.assign(row, 0);
+    nothing.assign(pixels(), 0);
   }
   std::size_t pixels() const {
     return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
@@ -96,23 +50,27 @@ struct BackgroundModel::State {
   void set_spread(std::size_t i, double levels) {
     spread[i] = static_cast<std::uint8_t>(std::lround(clamp(kLevelsOfSpread * levels, 0.0, 255.0)));
   }
+  std::size_t row_begin(Index y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px);
+  }
   void set_up_noise(const BackgroundOptions& o);
-  void adapt(const BitMask& mask, double adapt_s, double dt_s);
+  void subtract(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
+  void subtract_by_opencv(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
+  void clean(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
+  void adapt(const std::uint8_t* bgr, const BitMask& mask, double adapt_s, double dt_s);
 
   Index width_px, height_px;
-  std::size_t row;  ///< bytes of a row of decisions, whole words
   std::vector<double> sum, sum2;
   double count = 0;
   std::vector<std::vector<std::uint8_t>> photos;
-  std::vector<std::uint8_t> room[3], spread, noise;
-  std::vector<std::uint16_t> fine[3];  ///< the room in 1/256 grey level
+  std::vector<std::uint8_t> room[3], spread, noise, nothing;  ///< as RoomRow
+  std::vector<std::uint16_t> fine[3];                         ///< the room in 1/256 grey level
   double noise_of = -1, spread_of = -1;
-  cv::Mat smooth, photo_planes[3], learnt;
-  std::vector<std::uint8_t> bytes;
+  SmoothedRow photo_row;
+  cv::Mat learnt;
   MaskCleaner cleaner;
-  BitMask near_subject;
+  BitMask near_subject, core;
   Index next_row = 0;
-  double since_row_s = 0;
   bool was_learnt = false;
   cv::Ptr<cv::BackgroundSubtractor> other;
   BackgroundMethod other_method = BackgroundMethod::model;
@@ -229,26 +187,28 @@ void BackgroundModel::State::set_up_noise(const BackgroundOptions& o) {
   if (noise_of == o.noise && spread_of == o.spread) return;
   noise_of = o.noise;
   spread_of = o.spread;
-  for (std::size_t i = 0; i < pixels(); ++i)
+  for (std::size_t i = 0; i < pixels(); ++i) {
     noise[i] = static_cast<std::uint8_t>(
         std::lround(clamp(std::max(o.noise, o.spread * spread[i] / kLevelsOfSpread), 0.0, 255.0)));
+    nothing[i] = static_cast<std::uint8_t>(noise[i] / std::numbers::sqrt3);
+  }
 }
 
 /// Some rows follow the photo, with the step of an exponential of this time constant; not near the subject.
-void BackgroundModel::State::adapt(const BitMask& mask, double adapt_s, double dt_s) {
+void BackgroundModel::State::adapt(const std::uint8_t* bgr, const BitMask& mask, double adapt_s,
+                                   double dt_s) {
   if (!(adapt_s > 0) || !(dt_s > 0)) return;
-  since_row_s += dt_s;
   near_subject.words = mask.words;
   cleaner.dilate(near_subject, kKeptAway);
   const double share = 1 - std::exp(-dt_s * kAdaptedRows / adapt_s);
   const int weight = static_cast<int>(std::lround(clamp(share, 0.0, 1.0) * 65536));
   for (Index y = next_row; y < height_px; y += kAdaptedRows) {
+    photo_row.load(bgr, y);
     for (Index x = 0; x < width_px; ++x) {
       if (near_subject(x, y)) continue;
-      const auto i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px) + static_cast<std::size_t>(x);
+      const std::size_t i = row_begin(y) + static_cast<std::size_t>(x);
       for (std::size_t c = 0; c < 3; ++c) {
-        const int wanted = photo_planes[c].data[i] * 256, is = fine[c][i];
+        const int wanted = photo_row.plane(c)[x] * 256, is = fine[c][i];
         const int step = static_cast<int>((static_cast<std::int64_t>(wanted - is) * weight) / 65536);
         fine[c][i] = static_cast<std::uint16_t>(is + step);
         room[c][i] = static_cast<std::uint8_t>(std::min((fine[c][i] + 128) >> 8, 255));
@@ -258,58 +218,69 @@ void BackgroundModel::State::adapt(const BitMask& mask, double adapt_s, double d
   next_row = (next_row + 1) % kAdaptedRows;
 }
 
+void BackgroundModel::State::subtract(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask) {
+  set_up_noise(o);
+  const Decision decision{static_cast<float>(o.chroma * o.chroma), static_cast<float>(o.darkest_shadow),
+                          static_cast<float>(o.brightest)};
+  const double cosine = std::cos(o.key_degrees * std::numbers::pi / 180);
+  std::uint32_t* bits = mask.words.data();
+  for (Index y = 0; y < height_px; ++y, bits += mask.words_per_row()) {
+    photo_row.load(bgr, y);
+    const std::size_t i = row_begin(y);
+    if (o.method == BackgroundMethod::key)
+      key_row(width_px, photo_row, o.key, static_cast<float>(cosine * cosine), bits);
+    else
+      decide_row(width_px, photo_row,
+                 {{room[0].data() + i, room[1].data() + i, room[2].data() + i},
+                  noise.data() + i,
+                  nothing.data() + i},
+                 decision, bits);
+  }
+}
+
+void BackgroundModel::State::subtract_by_opencv(const std::uint8_t* bgr, const BackgroundOptions& o,
+                                                BitMask& mask) {
+  if (!other || other_method != o.method) {
+    other_method = o.method;
+    if (o.method == BackgroundMethod::mog2)
+      other = cv::createBackgroundSubtractorMOG2(200, 40, true);
+    else
+      other = cv::createBackgroundSubtractorKNN(200, 400, true);
+    for (std::vector<std::uint8_t>& photo : photos)
+      other->apply(cv::Mat(height_px, width_px, CV_8UC3, photo.data()), learnt);
+  }
+  other->apply(cv::Mat(height_px, width_px, CV_8UC3, const_cast<std::uint8_t*>(bgr)), learnt, 0);
+  std::uint32_t* bits = mask.words.data();
+  for (Index y = 0; y < height_px; ++y, bits += mask.words_per_row())
+    threshold_row(width_px, learnt.data + row_begin(y), 200, bits);  // 127 marks shadow
+}
+
+void BackgroundModel::State::clean(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask) {
+  cleaner.erode(mask, o.open_px);
+  cleaner.dilate(mask, o.open_px);
+  if (o.method == BackgroundMethod::model) {
+    core.words = mask.words;
+    cleaner.erode(core, kEdge);
+  }
+  cleaner.dilate(mask, o.close_px);
+  cleaner.erode(mask, o.close_px);
+  if (o.method == BackgroundMethod::model)
+    refine_edges({bgr, {room[0].data(), room[1].data(), room[2].data()}, noise.data()}, core, mask);
+  cleaner.keep_parts(mask, o.least_part);
+  cleaner.fill_holes(mask, o.largest_hole_px);
+}
+
 void BackgroundModel::classify(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask,
                                double dt_s) {
   State& s = *state_;
   if (mask.width_px != s.width_px || mask.height_px != s.height_px) mask = BitMask(s.width_px, s.height_px);
-  const cv::Mat photo(s.height_px, s.width_px, CV_8UC3, const_cast<std::uint8_t*>(bgr));
-  const bool by_other = o.method == BackgroundMethod::mog2 || o.method == BackgroundMethod::knn;
-  if (by_other) {
-    if (!s.other || s.other_method != o.method) {
-      s.other_method = o.method;
-      if (o.method == BackgroundMethod::mog2)
-        s.other = cv::createBackgroundSubtractorMOG2(200, 40, true);
-      else
-        s.other = cv::createBackgroundSubtractorKNN(200, 400, true);
-      for (std::vector<std::uint8_t>& room : s.photos)
-        s.other->apply(cv::Mat(s.height_px, s.width_px, CV_8UC3, room.data()), s.learnt);
-    }
-    s.other->apply(photo, s.learnt, 0);
-  } else {
-    // Smoothing the photo's noise away before the decision keeps edges truer than cleaning the mask
-    // afterwards.
-    cv::GaussianBlur(photo, s.smooth, {3, 3}, 0);
-    cv::split(s.smooth, s.photo_planes);
-    s.set_up_noise(o);
-  }
-  const Decision decision{static_cast<float>(o.chroma * o.chroma), static_cast<float>(o.darkest_shadow),
-                          static_cast<float>(o.brightest)};
-  const double cosine = std::cos(o.key_degrees * std::numbers::pi / 180);
-  const std::size_t words = s.row / 32;
-  for (Index y = 0; y < s.height_px; ++y) {
-    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width_px);
-    if (by_other) {
-      for (Index x = 0; x < s.width_px; ++x)
-        s.bytes[static_cast<std::size_t>(x)] =
-            s.learnt.data[first + static_cast<std::size_t>(x)] > 200 ? 1 : 0;
-    } else {
-      const std::uint8_t* planes[] = {s.photo_planes[0].data + first, s.photo_planes[1].data + first,
-                                      s.photo_planes[2].data + first};
-      const std::uint8_t* room[] = {s.room[0].data() + first, s.room[1].data() + first,
-                                    s.room[2].data() + first};
-      if (o.method == BackgroundMethod::key)
-        key_row(s.width_px, planes, o.key, static_cast<float>(cosine * cosine), s.bytes.data());
-      else
-        decide_row(s.width_px, planes, room, s.noise.data() + first, decision, s.bytes.data());
-    }
-    std::uint32_t* out = mask.words.data() + static_cast<std::size_t>(y) * words;
-    for (std::size_t w = 0; w < words; ++w) {
-      const std::uint8_t* b = s.bytes.data() + 32 * w;
-      out[w] = bits_of(b) | bits_of(b + 8) << 8 | bits_of(b + 16) << 16 | bits_of(b + 24) << 24;
-    }
-  }
-  s.cleaner.clean(mask, {o.open_px, o.close_px, o.largest_hole_px, o.least_part});
-  if (!by_other) s.adapt(mask, o.adapt_s, dt_s);
+  const bool by_opencv = o.method == BackgroundMethod::mog2 || o.method == BackgroundMethod::knn;
+  if (by_opencv)
+    s.subtract_by_opencv(bgr, o, mask);
+  else
+    s.subtract(bgr, o, mask);
+  s.clean(bgr, o, mask);
+  if (!by_opencv) s.adapt(bgr, mask, o.adapt_s, dt_s);
 }
 
 BackgroundMethod background_method(const std::string& word) {

@@ -20,10 +20,10 @@ enum class BackgroundMethod : std::uint8_t {
 /// brightness ratio is not that of a shadow.
 struct BackgroundOptions {
   BackgroundMethod method = BackgroundMethod::model;
-  double chroma = 11;            ///< distance off the line [grey levels]
+  double chroma = 9;             ///< distance off the line [grey levels]
   double darkest_shadow = 0.55;  ///< brightness ratios below are foreground
   double brightest = 1.25;       ///< brightness ratios above are foreground
-  double noise = 16;        ///< a darker or brighter pixel within this distance is background [grey levels]
+  double noise = 10;        ///< a darker or brighter pixel within this distance is background [grey levels]
   double spread = 4;        ///< or within so many standard deviations of the room's own noise there, if more
   double adapt_s = 0;       ///< time constant of slow adaption [s]; 0: none
   Rgb8 key{0, 177, 64};     ///< colour of the cloth

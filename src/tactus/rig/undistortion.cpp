@@ -2,8 +2,11 @@
 
 #include <tbb/parallel_for.h>
 
+#include <array>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "tactus/geom/mask_bounds.h"
 #include "tactus/rig/silhouettes.h"
 
 namespace tactus {
@@ -12,11 +15,15 @@ struct Undistortion::Maps {
   Camera pinhole;
   cv::Size photo;
   cv::Mat xy, fraction;  ///< fixed point; empty without a lens
-  /// Of each word of the result: the pixels of the photo that its samples read.
+  /// Of each word of the result: the pixels of the photo that its samples read, limited to the photo.
   struct Source {
     std::int16_t x0, y0, x1, y1;
+    bool reaches_beyond;
   };
   std::vector<Source> sources;
+
+  /// Pixels [begin, begin + count) of a row of the result, count <= 32.
+  std::uint32_t sample(const BitMask& mask, const Source& source, Index begin, Index y, Index count) const;
 };
 
 namespace {
@@ -38,7 +45,52 @@ int uniform(const BitMask& mask, Index x0, Index y0, Index x1, Index y1) {
   return any != 0 ? 1 : 0;
 }
 
+/// Of each fraction of a pixel, in OpenCV's steps: whether the bilinear sample of four bits is at least a
+/// half, a bit for each pattern (right 2, below 4, below right 8).
+std::array<std::uint16_t, cv::INTER_TAB_SIZE2> make_sample_table() {
+  constexpr int n = cv::INTER_TAB_SIZE;
+  std::array<std::uint16_t, cv::INTER_TAB_SIZE2> table{};
+  for (int f = 0; f < n * n; ++f) {
+    const int fx = f % n, fy = f / n;
+    for (int pattern = 0; pattern < 16; ++pattern) {
+      const int top = (n - fx) * (pattern & 1) + fx * (pattern >> 1 & 1);
+      const int bottom = (n - fx) * (pattern >> 2 & 1) + fx * (pattern >> 3);
+      if (2 * ((n - fy) * top + fy * bottom) >= n * n)
+        table[static_cast<std::size_t>(f)] |= static_cast<std::uint16_t>(1U << pattern);
+    }
+  }
+  return table;
+}
+
+/// Pixels x and x + 1 of a row; the pixel x + 1 is in it, and a word follows that may be read.
+std::uint32_t two_bits(const std::uint32_t* row, int x) {
+  std::uint64_t words;
+  std::memcpy(&words, row + (x >> 5), sizeof words);
+  return static_cast<std::uint32_t>(words >> (x & 31)) & 3U;
+}
+
 }  // namespace
+
+std::uint32_t Undistortion::Maps::sample(const BitMask& mask, const Source& source, Index begin, Index y,
+                                         Index count) const {
+  static const std::array<std::uint16_t, cv::INTER_TAB_SIZE2> table = make_sample_table();
+  const auto* at = xy.ptr<cv::Vec2s>(y) + begin;
+  const auto* part = fraction.ptr<std::uint16_t>(y) + begin;
+  const Index last_x = photo.width - 1, last_y = photo.height - 1, words = mask.words_per_row();
+  // The last rows have no word behind them.
+  const bool is_plain = !source.reaches_beyond && source.y1 < last_y;
+  const auto two = [&](Index x, Index v) {
+    if (is_plain) return two_bits(mask.words.data() + static_cast<std::ptrdiff_t>(v) * words, x);
+    const auto bit = [&](Index u) { return mask(clamp(u, 0, last_x), clamp(v, 0, last_y)) ? 1U : 0U; };
+    return bit(x) | bit(x + 1) << 1;
+  };
+  std::uint32_t bits = 0;
+  for (Index i = 0; i < count; ++i) {
+    const std::uint32_t pattern = two(at[i][0], at[i][1]) | two(at[i][0], at[i][1] + 1) << 2;
+    bits |= (static_cast<std::uint32_t>(table[part[i] & (cv::INTER_TAB_SIZE2 - 1)]) >> pattern & 1U) << i;
+  }
+  return bits;
+}
 
 Undistortion::Undistortion(const CalibratedCamera& calibrated)
     : maps_(std::make_unique<Maps>(Maps{undistorted_camera(calibrated),
@@ -60,7 +112,7 @@ Undistortion::Undistortion(const CalibratedCamera& calibrated)
   cv::convertMaps(at, cv::Mat(), maps_->xy, maps_->fraction, CV_16SC2);
   for (Index y = 0; y < to.height_px; ++y) {
     for (Index begin = 0; begin < to.width_px; begin += 32) {
-      Maps::Source s{32767, 32767, 0, 0};
+      Maps::Source s{32767, 32767, 0, 0, false};
       for (Index x = begin; x < min(begin + 32, to.width_px); ++x) {
         const auto p = maps_->xy.at<cv::Vec2s>(y, x);
         const auto inside = [](int v, int size) { return static_cast<std::int16_t>(clamp(v, 0, size - 1)); };
@@ -68,6 +120,8 @@ Undistortion::Undistortion(const CalibratedCamera& calibrated)
         s.y0 = std::min(s.y0, inside(p[1], maps_->photo.height));
         s.x1 = std::max(s.x1, inside(p[0] + 1, maps_->photo.width));
         s.y1 = std::max(s.y1, inside(p[1] + 1, maps_->photo.height));
+        s.reaches_beyond |=
+            p[0] < 0 || p[1] < 0 || p[0] + 1 >= maps_->photo.width || p[1] + 1 >= maps_->photo.height;
       }
       maps_->sources.push_back(s);
     }
@@ -99,30 +153,21 @@ void Undistortion::mask(const BitMask& photo, BitMask& result) const {
   const Camera& c = maps_->pinhole;
   if (result.width_px != c.width_px || result.height_px != c.height_px)
     result = BitMask(c.width_px, c.height_px);
+  const PixelRect set = bounds_of(photo);
   const Index words = result.words_per_row();
-  const Index last_x = maps_->photo.width - 1, last_y = maps_->photo.height - 1;
-  const auto bit = [&](Index x, Index y) { return photo(clamp(x, 0, last_x), clamp(y, 0, last_y)) ? 1 : 0; };
+  const Maps::Source* source = maps_->sources.data();
+  std::uint32_t* out = result.words.data();
   for (Index y = 0; y < c.height_px; ++y) {
-    const auto* xy = maps_->xy.ptr<cv::Vec2s>(y);
-    const auto* fraction = maps_->fraction.ptr<std::uint16_t>(y);
-    for (Index w = 0; w < words; ++w) {
-      const std::size_t at =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(words) + static_cast<std::size_t>(w);
-      const Maps::Source s = maps_->sources[at];
+    for (Index w = 0; w < words; ++w, ++source, ++out) {
+      const Maps::Source& s = *source;
+      *out = 0;
+      if (s.x1 < set.min_x || s.x0 > set.max_x || s.y1 < set.min_y || s.y0 > set.max_y) continue;
       const Index begin = 32 * w, count = min(32, c.width_px - begin);
-      const std::uint32_t real = count == 32 ? ~0U : (1U << count) - 1U;
       const int same = uniform(photo, s.x0, s.y0, s.x1, s.y1);
-      std::uint32_t bits = same == 1 ? real : 0U;
-      for (Index i = 0; i < count && same == 2; ++i) {
-        const cv::Vec2s p = xy[begin + i];
-        const int fx = fraction[begin + i] & (cv::INTER_TAB_SIZE - 1),
-                  fy = fraction[begin + i] >> cv::INTER_BITS;
-        const int top = (cv::INTER_TAB_SIZE - fx) * bit(p[0], p[1]) + fx * bit(p[0] + 1, p[1]);
-        const int bottom = (cv::INTER_TAB_SIZE - fx) * bit(p[0], p[1] + 1) + fx * bit(p[0] + 1, p[1] + 1);
-        const bool set = 2 * ((cv::INTER_TAB_SIZE - fy) * top + fy * bottom) >= cv::INTER_TAB_SIZE2;
-        bits |= (set ? 1U : 0U) << i;
-      }
-      result.words[at] = bits;
+      if (same == 1)
+        *out = count == 32 ? ~0U : (1U << count) - 1U;
+      else if (same == 2)
+        *out = maps_->sample(photo, s, begin, y, count);
     }
   }
 }

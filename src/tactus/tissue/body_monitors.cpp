@@ -117,6 +117,7 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
   m.angular_momentum_kg_m2_s = rigid_motion({&nodes, 1}).angular_momentum_kg_m2_s;
   const auto h = static_cast<double>(lattice.spacing_m);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    if (!lattice.has_cube(c)) continue;
     Vec3d x[8];
     corners_of(lattice, c, x_m, x);
     const double fill = lattice.cube_fill.empty() ? 1 : static_cast<double>(lattice.cube_fill[c]);

@@ -12,11 +12,21 @@ struct BodyState {
   Buffer<Vec3f> f_ext_N;  ///< external forces of the coming substep besides gravity; whoever adds clears
 };
 
-/// Nodes of a body that one device holds, and of those the ones that move there.
+/// Nodes of a body that one device holds, and of those the ones that move there. A device that has the whole
+/// body counts its nodes as the body does, patch and all. Others have the patch behind their regular nodes,
+/// in regions (tissue/lattice_part.h).
 struct NodeWindow {
-  Slab held;  ///< of the body
-  Slab own;   ///< counted from the first that is held
+  Slab held;         ///< of the body
+  Slab own;          ///< counted from the first that is held
+  Slab patch = {};   ///< own region of the patch, counted likewise; empty: the device has the whole body
+  Index places = 0;  ///< in all regions
+  Index first_virtual = 0;  ///< of the body
   bool owns(Index node) const { return node >= held.begin + own.begin && node < held.begin + own.end; }
+  Index count() const { return held.count() + places; }
+  /// What node i of this device is in the body. Of one patch node there may be a place in each region.
+  Index body_node(Index i) const {
+    return i < held.count() ? held.begin + i : first_virtual + (i - held.count()) % patch.count();
+  }
 };
 inline NodeWindow all_nodes(const CubeLattice& lattice) {
   return {{0, lattice.node_count()}, {0, lattice.node_count()}};

@@ -1,5 +1,7 @@
 #pragma once
 /// Kernels that carry a surface along with the lattice it is embedded in.
+#include <cstdint>
+
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 
@@ -39,20 +41,83 @@ struct MoveVertices {
 
 /// Area-weighted unit normals: each vertex gathers its triangles, in ascending order.
 struct GatherNormals {
-  View<const Index> begin;      ///< (vertices + 1) into `corners`
-  View<const Index> corners;    ///< triangle ids
-  View<const Index> triangles;  ///< three vertices each
+  View<const Index> begin, end;  ///< per vertex, into `corners`
+  View<const Index> corners;     ///< triangle ids
+  View<const Index> triangles;   ///< three vertices each
   View<const Vec3f> vertex_x_m;
   View<Vec3f> normal;
   TACTUS_HD void operator()(Index v) const {
     Vec3f sum{};
-    for (Index e = begin[v]; e < begin[v + 1]; ++e) {
+    for (Index e = begin[v]; e < end[v]; ++e) {
       const Index t = 3 * corners[e];
       const Vec3f a = vertex_x_m[triangles[t]];
       sum += cross(vertex_x_m[triangles[t + 1]] - a, vertex_x_m[triangles[t + 2]] - a);
     }
     normal[v] = normalized(sum, Vec3f{0, 1, 0});
   }
+};
+
+/// What corners of triangles are sorted by.
+struct KeyTriangleCorners {
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  View<const Index> triangles, triangle_count;
+  View<std::uint32_t> vertex;  ///< out
+  View<Index> corner;          ///< out
+  TACTUS_HD void operator()(Index e) const {
+    vertex[e] = e < 3 * triangle_count[0] ? static_cast<std::uint32_t>(triangles[e]) : kNone;
+    corner[e] = e;
+  }
+};
+
+/// Vertices without triangles.
+struct ClearRanges {
+  View<Index> begin, end;
+  TACTUS_HD void operator()(Index v) const { begin[v] = end[v] = 0; }
+};
+
+/// Which triangles each vertex has, from the sorted corners.
+struct FindRanges {
+  View<const std::uint32_t> vertex;
+  View<const Index> corner;
+  View<Index> begin, end, triangle;
+  TACTUS_HD void operator()(Index e) const {
+    const std::uint32_t v = vertex[e];
+    triangle[e] = corner[e] / 3;
+    if (v == KeyTriangleCorners::kNone) return;
+    if (e == 0 || vertex[e - 1] != v) begin[static_cast<Index>(v)] = e;
+    if (e + 1 == vertex.size() || vertex[e + 1] != v) end[static_cast<Index>(v)] = e + 1;
+  }
+};
+
+/// Changes of a surface.
+struct SetAnchors {
+  struct Change {
+    Index vertex = 0;
+    Anchor anchor;
+  };
+  View<const Change> changes;
+  View<Anchor> anchors;
+  TACTUS_HD void operator()(Index i) const { anchors[changes[i].vertex] = changes[i].anchor; }
+};
+struct SetTriangles {
+  struct Change {
+    Index triangle = 0;
+    Index vertex[3] = {};
+  };
+  View<const Change> changes;
+  View<Index> triangles;
+  TACTUS_HD void operator()(Index i) const {
+    for (int k = 0; k < 3; ++k) triangles[3 * changes[i].triangle + k] = changes[i].vertex[k];
+  }
+};
+struct SetCubeNodes {
+  struct Change {
+    Index cube = 0;
+    CubeNodes nodes;
+  };
+  View<const Change> changes;
+  View<CubeNodes> cubes;
+  TACTUS_HD void operator()(Index i) const { cubes[changes[i].cube] = changes[i].nodes; }
 };
 
 }  // namespace tactus::embed

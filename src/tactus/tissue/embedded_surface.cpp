@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <map>
 #include <string>
 
 #include "tactus/base/error.h"
@@ -19,8 +19,29 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 class CubeFinder {
  public:
   explicit CubeFinder(const CubeLattice& lattice)
-      : dims_(lattice.node_dims - Vec3i{1, 1, 1}), id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
-    for (Index c = 0; c < lattice.cube_count(); ++c) id_[index(lattice.cubes[at(c)])] = c;
+      : lattice_(lattice),
+        dims_(lattice.node_dims - Vec3i{1, 1, 1}),
+        id_(at(std::int64_t{dims_.x} * dims_.y * dims_.z), -1) {
+    for (Index c = 0; c < lattice.regular_cubes(); ++c) id_[index(lattice.cubes[at(c)])] = c;
+    for (std::size_t k = 0; k < lattice.copies.size(); ++k)
+      if (lattice.copies[k].of >= 0) copies_.emplace(lattice.copies[k].of, k);
+  }
+  /// The cube itself or, if it was cut, its copy whose material a point in it lies nearest to.
+  Index copy_at(Index cube, Vec3d local) const {
+    const auto [begin, end] = copies_.equal_range(cube);
+    if (begin == end) return cube;
+    Index best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (auto copy = begin; copy != end; ++copy) {
+      for (int q = 0; q < 8; ++q) {
+        if ((lattice_.copies[copy->second].corners >> q & 1) == 0) continue;
+        const Vec3d d = local - vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2});
+        if (dot(d, d) >= least) continue;
+        least = dot(d, d);
+        best = lattice_.regular_cubes() + static_cast<Index>(copy->second);
+      }
+    }
+    return best;
   }
   /// Cube and squared distance to it [spacings^2] of a point in lattice coordinates; cube -1: none within
   /// `reach` cubes.
@@ -49,14 +70,31 @@ class CubeFinder {
 
  private:
   std::size_t index(Vec3i p) const { return at((std::int64_t{p.z} * dims_.y + p.y) * dims_.x + p.x); }
+  const CubeLattice& lattice_;
   Vec3i dims_;
   std::vector<Index> id_;
+  std::multimap<Index, std::size_t> copies_;  ///< of regular cubes
 };
+
+/// In spacings: so far below a wall of a cut a point's side of it is looked up.
+constexpr double kBelowSurface = 0.01;
+
+/// Outward, unit; as many as vertices.
+std::vector<Vec3f> vertex_normals(const TriangleMesh& mesh) {
+  std::vector<Vec3f> normals(mesh.positions_m.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3f n = cross(mesh.positions_m[at(b)] - mesh.positions_m[at(a)],
+                          mesh.positions_m[at(c)] - mesh.positions_m[at(a)]);
+    for (const Index v : {a, b, c}) normals[at(v)] += n;
+  }
+  for (Vec3f& n : normals) n = normalized(n, Vec3f{});
+  return normals;
+}
 
 }  // namespace
 
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
-                                         float max_outside) {
+                                         float max_outside, std::span<const Vec3f> outward) {
   const CubeFinder finder(lattice);
   std::vector<embed::Anchor> anchors(points_m.size());
   for (std::size_t v = 0; v < anchors.size(); ++v) {
@@ -70,7 +108,9 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
                   std::to_string(p.y) + ", " + std::to_string(p.z) + ") m is more than " +
                   std::to_string(max_outside) +
                   " spacings outside the lattice: surface and lattice are not of the same body");
-    anchors[v] = {cube, vec_cast<float>(q - vec_cast<double>(lattice.cubes[at(cube)]))};
+    const Vec3d local = q - vec_cast<double>(lattice.cubes[at(cube)]),
+                out = outward.empty() ? Vec3d{} : vec_cast<double>(outward[v]);
+    anchors[v] = {finder.copy_at(cube, local - kBelowSurface * out), vec_cast<float>(local)};
   }
   return anchors;
 }
@@ -108,38 +148,129 @@ std::vector<Index> flat_triangles(const TriangleMesh& mesh) {
 
 }  // namespace
 
+std::vector<embed::Anchor> anchor_vertices(const CubeLattice& lattice, const TriangleMesh& mesh,
+                                           float max_outside) {
+  return anchor_points(lattice, mesh.positions_m, max_outside, vertex_normals(mesh));
+}
+
 EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,
-                                 float max_outside) {
-  const std::vector<Index> flat = flat_triangles(mesh);
-  const std::size_t vertices = mesh.positions_m.size();
-  std::vector<Index> begin(vertices + 1), incident(flat.size());
-  for (const Index v : flat) ++begin[at(v) + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<Index> next(begin.begin(), begin.end() - 1);
-  for (std::size_t e = 0; e < flat.size(); ++e) incident[at(next[at(flat[e])]++)] = static_cast<Index>(e / 3);
+                                 float max_outside, SurfaceRoom room) {
+  std::vector<Index> flat = flat_triangles(mesh);
+  std::vector<embed::Anchor> anchors = anchor_vertices(lattice, mesh, max_outside);
+  std::vector<Vec3f> positions = mesh.positions_m;
+  counts_ = {static_cast<Index>(positions.size()), static_cast<Index>(mesh.triangles.size())};
+  positions.resize(at(std::max(room.vertices, counts_[0])));
+  anchors.resize(positions.size());
+  flat.resize(3 * at(std::max(room.triangles, counts_[1])));
   std::vector<embed::CubeNodes> cubes(lattice.cubes.size());
   for (std::size_t c = 0; c < cubes.size(); ++c)
     std::copy(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end(), cubes[c].node);
-  anchors_ = to_device(ctx, anchor_points(lattice, mesh.positions_m, max_outside));
+  const auto vertices = static_cast<Index>(positions.size()), corners = static_cast<Index>(flat.size());
+  device_counts_ = to_device(ctx, std::vector<Index>(counts_.begin(), counts_.end()));
+  anchors_ = to_device(ctx, anchors);
   cubes_ = to_device(ctx, cubes);
   triangles_ = to_device(ctx, flat);
-  incident_begin_ = to_device(ctx, begin);
-  incident_ = to_device(ctx, incident);
-  positions_ = to_device(ctx, mesh.positions_m);
-  normals_ = Buffer<Vec3f>(ctx.device(), static_cast<std::int64_t>(vertices));
-  ctx.parallel_for("embed/normals", vertex_count(),
-                   embed::GatherNormals{incident_begin_.const_view(), incident_.const_view(),
-                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+  positions_ = to_device(ctx, positions);
+  normals_ = Buffer<Vec3f>(ctx.device(), vertices);
+  for (auto* buffer : {&begin_, &end_}) *buffer = Buffer<Index>(ctx.device(), vertices);
+  for (auto* buffer : {&incident_, &corner_, &corner_scratch_})
+    *buffer = Buffer<Index>(ctx.device(), corners);
+  for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = Buffer<std::uint32_t>(ctx.device(), corners);
+  find_triangles(ctx);
+  gather_normals(ctx);
   ctx.synchronize();
+  if (lattice.copies.empty()) {
+    for (auto* buffer : {&corner_, &corner_scratch_}) *buffer = {};
+    for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = {};
+    return;
+  }
+  new_anchors_ = Buffer<embed::SetAnchors::Change>(ctx.device(), vertices);
+  new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
+  new_cubes_ = Buffer<embed::SetCubeNodes::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
+}
+
+void EmbeddedSurface::find_triangles(ExecContext& ctx) {
+  ctx.parallel_for("embed/key_corners", corner_.size(),
+                   embed::KeyTriangleCorners{triangles_.const_view(), device_counts_.const_view().part(1, 1),
+                                             vertex_.view(), corner_.view()});
+  ctx.sort_pairs("embed/sort_corners", vertex_.view(), corner_.view(), vertex_scratch_.view(),
+                 corner_scratch_.view());
+  ctx.parallel_for("embed/clear_ranges", begin_.size(), embed::ClearRanges{begin_.view(), end_.view()});
+  ctx.parallel_for("embed/find_ranges", corner_.size(),
+                   embed::FindRanges{vertex_.const_view(), corner_.const_view(), begin_.view(), end_.view(),
+                                     incident_.view()});
+}
+
+void EmbeddedSurface::gather_normals(ExecContext& ctx) {
+  ctx.parallel_for("embed/normals", vertices(),
+                   embed::GatherNormals{begin_.const_view(), end_.const_view(), incident_.const_view(),
+                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
 }
 
 void EmbeddedSurface::update(ExecContext& ctx, const BodyState& state) {
-  ctx.parallel_for("embed/move", vertex_count(),
+  ctx.parallel_for("embed/move", vertices(),
                    embed::MoveVertices{anchors_.const_view(), cubes_.const_view(), state.x_m.const_view(),
                                        positions_.view()});
-  ctx.parallel_for("embed/normals", vertex_count(),
-                   embed::GatherNormals{incident_begin_.const_view(), incident_.const_view(),
-                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+  gather_normals(ctx);
+}
+
+void EmbeddedSurface::check(const TopologyChange& change) const {
+  const auto require = [](Index id, Index room, const char* what) {
+    if (id < 0 || id >= room)
+      throw Error(std::string("cut surface: ") + what + " " + std::to_string(id) +
+                  ", but there is room for " + std::to_string(room));
+  };
+  const auto room = [&](std::size_t count, Index most, const char* what) {
+    if (count > at(most))
+      throw Error("cut surface: " + std::to_string(count) + " " + what + ", but there is room for " +
+                  std::to_string(most));
+  };
+  room(change.copies.size(), new_cubes_.size(), "copies");
+  room(change.vertices.size(), new_anchors_.size(), "vertices");
+  room(change.triangles.size(), new_triangles_.size(), "triangles");
+  for (const TopologyChange::Copy& copy : change.copies) require(copy.cube, cubes_.size(), "cube");
+  for (const TopologyChange::Vertex& v : change.vertices) {
+    require(v.vertex, positions_.size(), "vertex");
+    require(v.cube, cubes_.size(), "cube");
+  }
+  for (const TopologyChange::Triangle& t : change.triangles) {
+    require(t.triangle, triangles_.size() / 3, "triangle");
+    for (const Index v : t.vertices) require(v, positions_.size(), "vertex");
+  }
+}
+
+void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
+  check(change);
+  std::vector<embed::SetCubeNodes::Change> cubes;
+  for (const TopologyChange::Copy& copy : change.copies) {
+    cubes.push_back({copy.cube, {}});
+    std::copy(copy.nodes.begin(), copy.nodes.end(), cubes.back().nodes.node);
+  }
+  std::vector<embed::SetAnchors::Change> anchors;
+  for (const TopologyChange::Vertex& v : change.vertices) {
+    anchors.push_back({v.vertex, {v.cube, v.local}});
+    counts_[0] = std::max(counts_[0], v.vertex + 1);
+  }
+  std::vector<embed::SetTriangles::Change> triangles;
+  for (const TopologyChange::Triangle& t : change.triangles) {
+    triangles.push_back({t.triangle, {t.vertices[0], t.vertices[1], t.vertices[2]}});
+    counts_[1] = std::max(counts_[1], t.triangle + 1);
+  }
+  ctx.upload(std::span<const Index>(counts_), device_counts_.view());
+  const auto put = [&]<class T>(const std::vector<T>& from, Buffer<T>& to) {
+    const View<T> part = to.view().part(0, static_cast<Index>(from.size()));
+    ctx.upload(std::span<const T>(from), part);
+    return View<const T>(part);
+  };
+  const auto of_cubes = put(cubes, new_cubes_);
+  const auto of_vertices = put(anchors, new_anchors_);
+  const auto of_triangles = put(triangles, new_triangles_);
+  ctx.parallel_for("embed/set_cubes", of_cubes.size(), embed::SetCubeNodes{of_cubes, cubes_.view()});
+  ctx.parallel_for("embed/set_anchors", of_vertices.size(), embed::SetAnchors{of_vertices, anchors_.view()});
+  ctx.parallel_for("embed/set_triangles", of_triangles.size(),
+                   embed::SetTriangles{of_triangles, triangles_.view()});
+  find_triangles(ctx);
+  ctx.synchronize();
 }
 
 TriangleMesh EmbeddedSurface::to_mesh(ExecContext& ctx) const {

@@ -4,45 +4,79 @@
 #include "tactus/geom/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/embed_kernels.h"
+#include "tactus/tissue/topology_change.h"
 
 namespace tactus {
 
-/// Where points of a body at rest sit: in a cube, or near one.
+/// Where points of a body at rest sit: in a cube, or near one. Of a cube that was cut, in the copy that has
+/// the nearest corner.
+/// @param outward per point the surface's normal, if it lies on one: points on both walls of a cut differ by
+/// it
 /// @throws Error for one that is further than max_outside spacings from all cubes.
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
-                                         float max_outside);
+                                         float max_outside, std::span<const Vec3f> outward = {});
 
 /// Points spread over a body's surface, moved by its nodes: what contact acts on.
 /// @throws Error as anchor_points and spread_points.
 std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
                                           float spacing_m, float max_outside = 1);
 
+/// As anchor_points, of a surface's vertices: those on walls of a cut sit in the copy on their own side.
+std::vector<embed::Anchor> anchor_vertices(const CubeLattice& lattice, const TriangleMesh& mesh,
+                                           float max_outside = 1);
+
+/// How many vertices and triangles a surface can have, when a cut adds some.
+struct SurfaceRoom {
+  Index vertices = 0, triangles = 0;
+};
+
+/// Owns positions and normals of a surface that a body's nodes move. update() each frame; apply() when the
+/// body was cut.
 class EmbeddedSurface {
  public:
   /// Vertices outside every cube go to the nearest one (linearly continued).
+  /// @param room at least what the mesh has
   /// @throws Error when a vertex is further from all cubes than `max_outside` spacings (which, how far), or
   /// the mesh has no triangles, NaN or a bad index.
   EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,
-                  float max_outside = 1);
+                  float max_outside = 1, SurfaceRoom room = {});
 
   /// Positions and normals of all vertices for these node positions. Asynchronous.
   void update(ExecContext& ctx, const BodyState& state);
+  /// Takes a cut over: vertices that move with other cubes, new vertices and triangles. Which triangles a
+  /// vertex has is found anew on the device. Recordings stay valid. Synchronizes; positions follow with the
+  /// next update(). @throws Error before anything is changed when there is no room, or an id is out of range.
+  void apply(ExecContext& ctx, const TopologyChange& change);
 
-  View<const Vec3f> positions_m() const { return positions_.view(); }
-  View<const Vec3f> normals() const { return normals_.view(); }
-  View<const Index> triangles() const { return triangles_.view(); }  ///< three vertices each
-  View<const embed::Anchor> anchors() const { return anchors_.view(); }
+  View<const Vec3f> positions_m() const { return positions_.const_view().part(0, vertex_count()); }
+  View<const Vec3f> normals() const { return normals_.const_view().part(0, vertex_count()); }
+  /// Three vertices each.
+  View<const Index> triangles() const { return triangles_.const_view().part(0, 3 * triangle_count()); }
+  View<const embed::Anchor> anchors() const { return anchors_.const_view().part(0, vertex_count()); }
   View<const embed::CubeNodes> cubes() const { return cubes_.view(); }
-  Index vertex_count() const { return positions_.size(); }
-  Index triangle_count() const { return triangles_.size() / 3; }
+  Index vertex_count() const { return counts_[0]; }
+  Index triangle_count() const { return counts_[1]; }
   /// The surface as it is now, on the host. Synchronizes.
   TriangleMesh to_mesh(ExecContext& ctx) const;
 
  private:
+  void check(const TopologyChange& change) const;
+  void find_triangles(ExecContext& ctx);
+  Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
+  void gather_normals(ExecContext& ctx);
+
+  std::array<Index, 2> counts_{};  ///< vertices, triangles
+  Buffer<Index> device_counts_;
   Buffer<embed::Anchor> anchors_;
   Buffer<embed::CubeNodes> cubes_;
-  Buffer<Index> triangles_, incident_begin_, incident_;
+  Buffer<Index> triangles_, begin_, end_, incident_;
   Buffer<Vec3f> positions_, normals_;
+  // for sorting corners by vertex, and lists of a change; empty where there is room for none
+  Buffer<std::uint32_t> vertex_, vertex_scratch_;
+  Buffer<Index> corner_, corner_scratch_;
+  Buffer<embed::SetAnchors::Change> new_anchors_;
+  Buffer<embed::SetTriangles::Change> new_triangles_;
+  Buffer<embed::SetCubeNodes::Change> new_cubes_;
 };
 
 /// Rest signed distance of every node to a closed surface [m], positive outside: contact lets a node that

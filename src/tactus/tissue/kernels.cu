@@ -3,6 +3,7 @@
 #include "tactus/tissue/flsm/flsm_kernels.h"
 #include "tactus/tissue/rigid_motion_kernels.h"
 #include "tactus/tissue/summary_kernels.h"
+#include "tactus/tissue/topology_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::flsm::LoadNodes);
 TACTUS_CUDA_KERNEL(tactus::flsm::RowSums);
@@ -15,8 +16,20 @@ TACTUS_CUDA_KERNEL(tactus::flsm::CorrectGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::Integrate);
 TACTUS_CUDA_KERNEL(tactus::embed::MoveVertices);
 TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);
+TACTUS_CUDA_KERNEL(tactus::embed::KeyTriangleCorners);
+TACTUS_CUDA_KERNEL(tactus::embed::ClearRanges);
+TACTUS_CUDA_KERNEL(tactus::embed::FindRanges);
+TACTUS_CUDA_KERNEL(tactus::embed::SetAnchors);
+TACTUS_CUDA_KERNEL(tactus::embed::SetTriangles);
+TACTUS_CUDA_KERNEL(tactus::embed::SetCubeNodes);
 TACTUS_CUDA_KERNEL(tactus::SumMotion);
 TACTUS_CUDA_KERNEL(tactus::WatchNodes);
 TACTUS_CUDA_KERNEL(tactus::ClearRecords);
 TACTUS_CUDA_KERNEL(tactus::SummariseWatch);
 TACTUS_CUDA_KERNEL(tactus::SummariseExtremes);
+TACTUS_CUDA_KERNEL(tactus::cut::ClearCubes);
+TACTUS_CUDA_KERNEL(tactus::cut::AddCopies);
+TACTUS_CUDA_KERNEL(tactus::cut::SetCellMasses);
+TACTUS_CUDA_KERNEL(tactus::cut::SetNodeMasses);
+TACTUS_CUDA_KERNEL(tactus::cut::PlaceNodes);
+TACTUS_CUDA_KERNEL(tactus::cut::SetMasses);

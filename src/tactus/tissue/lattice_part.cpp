@@ -5,11 +5,13 @@
 namespace tactus {
 namespace {
 
-/// Ids of those of ascending z that lie in [begin, end).
-Slab ids_between(const std::vector<Vec3i>& ascending, Index begin, Index end) {
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Ids of the first `count`, of ascending z, that lie in [begin, end).
+Slab ids_between(const std::vector<Vec3i>& ascending, Index count, Index begin, Index end) {
   const auto first_at = [&](Index z) {
     return static_cast<Index>(
-        std::partition_point(ascending.begin(), ascending.end(), [z](Vec3i p) { return p.z < z; }) -
+        std::partition_point(ascending.begin(), ascending.begin() + count, [z](Vec3i p) { return p.z < z; }) -
         ascending.begin());
   };
   return {first_at(begin), first_at(end)};
@@ -30,7 +32,8 @@ LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(st
   part.lattice.node_dims = lattice.node_dims;
   std::vector<Index> id(lattice.nodes.size(), -1);
   std::vector<std::uint8_t> used(lattice.nodes.size());
-  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+  const std::size_t cubes = at(lattice.regular_cubes());
+  for (std::size_t c = 0; c < cubes; ++c) {
     if (!keep(c)) continue;
     for (const Index i : lattice.cube_nodes[c]) used[static_cast<std::size_t>(i)] = 1;
   }
@@ -41,7 +44,7 @@ LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(st
     part.lattice.nodes.push_back(lattice.nodes[i]);
     part.lattice.fixed.push_back(lattice.fixed[i]);
   }
-  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+  for (std::size_t c = 0; c < cubes; ++c) {
     if (!keep(c)) continue;
     part.lattice.cubes.push_back(lattice.cubes[c]);
     part.lattice.cube_mass_kg.push_back(lattice.cube_mass_kg[c]);
@@ -54,8 +57,8 @@ LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(st
 }
 
 LatticeLayers lattice_layers(const CubeLattice& lattice, Slab layers) {
-  const Slab nodes = ids_between(lattice.nodes, layers.begin, layers.end);
-  const Slab cubes = ids_between(lattice.cubes, layers.begin, layers.end - 1);
+  const Slab nodes = ids_between(lattice.nodes, lattice.regular_nodes(), layers.begin, layers.end);
+  const Slab cubes = ids_between(lattice.cubes, lattice.regular_cubes(), layers.begin, layers.end - 1);
   LatticeLayers part{{}, nodes.begin, cubes.begin};
   CubeLattice& own = part.lattice;
   own.spacing_m = lattice.spacing_m;
@@ -72,6 +75,60 @@ LatticeLayers lattice_layers(const CubeLattice& lattice, Slab layers) {
   own.cube_mass_kg = part_of(lattice.cube_mass_kg, cubes);
   own.node_mass_kg = part_of(lattice.node_mass_kg, nodes);
   own.fixed = part_of(lattice.fixed, nodes);
+  return part;
+}
+
+PatchRegions patch_regions(const CubeLattice& part, Slab own_layers) {
+  PatchRegions regions{.first = part.regular_nodes(),
+                       .below = own_layers.begin > 0,
+                       .above = own_layers.end < part.node_dims.z};
+  regions.room = static_cast<Index>(part.virtual_nodes.size()) / regions.count();
+  return regions;
+}
+
+LatticeLayers lattice_window(const CubeLattice& lattice, Slab held, Slab own) {
+  LatticeLayers part = lattice_layers(lattice, held);
+  CubeLattice& window = part.lattice;
+  const Index first_virtual = lattice.regular_nodes(),
+              room = static_cast<Index>(lattice.virtual_nodes.size());
+  const PatchRegions regions{.first = window.node_count(),
+                             .room = room,
+                             .below = own.begin > held.begin,
+                             .above = own.end < held.end};
+  const auto region_of = [&](Index z) {
+    return z < own.begin ? regions.from_below() : z < own.end ? regions.own() : regions.from_above();
+  };
+  const auto is_held = [](Index z, Slab layers) { return z >= layers.begin && z < layers.end; };
+  const Index places = regions.count() * room;
+  window.virtual_nodes.assign(at(places), -1);
+  window.nodes.resize(window.nodes.size() + at(places), window.nodes.front());
+  window.node_mass_kg.resize(window.nodes.size(), 0);
+  window.fixed.resize(window.nodes.size(), 1);
+  const auto place_of = [&](Index node) {
+    const Index z = lattice.nodes[at(node)].z;
+    return node < first_virtual ? node - part.first_node : region_of(z).begin + node - first_virtual;
+  };
+  for (Index node = first_virtual; node < lattice.node_count(); ++node) {
+    const Index regular = lattice.virtual_nodes[at(node - first_virtual)], place = place_of(node);
+    if (regular < 0 || !is_held(lattice.nodes[at(node)].z, held)) continue;
+    window.virtual_nodes[at(place - regions.first)] = regular - part.first_node;
+    window.nodes[at(place)] = window.nodes[at(regular - part.first_node)];
+    window.node_mass_kg[at(place)] = lattice.node_mass_kg[at(node)];
+    window.fixed[at(place)] = lattice.fixed[at(node)];
+  }
+  for (std::size_t k = 0; k < lattice.copies.size(); ++k) {
+    const std::size_t cube = at(lattice.regular_cubes()) + k;
+    const bool here = lattice.copies[k].of >= 0 && is_held(lattice.cubes[cube].z, {held.begin, held.end - 1});
+    std::array<Index, 8> nodes = window.cube_nodes.front();
+    if (here)
+      for (std::size_t q = 0; q < 8; ++q) nodes[q] = place_of(lattice.cube_nodes[cube][q]);
+    window.copies.push_back(here ? CubeCopy{lattice.copies[k].of - part.first_cube, lattice.copies[k].corners}
+                                 : CubeCopy{});
+    window.cubes.push_back(here ? window.cubes[at(window.copies.back().of)] : window.cubes.front());
+    window.cube_nodes.push_back(nodes);
+    window.cube_fill.push_back(here ? lattice.cube_fill[cube] : 0);
+    window.cube_mass_kg.push_back(here ? lattice.cube_mass_kg[cube] : 0);
+  }
   return part;
 }
 

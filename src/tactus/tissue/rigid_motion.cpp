@@ -43,7 +43,10 @@ MotionMeter::MotionMeter(ExecContext& ctx, const CubeLattice& lattice, Slab node
   const auto layer_of = [&](Index node) { return lattice.nodes[static_cast<std::size_t>(node)].z; };
   for (Index begin = nodes.begin; begin < nodes.end;) {
     Index end = begin;
-    while (end < nodes.end && end - begin < SumMotion::kNodes && layer_of(end) == layer_of(begin)) ++end;
+    const bool in_patch = begin >= lattice.regular_nodes();  // its nodes lie in any layer
+    const Index most = in_patch ? nodes.end : std::min(nodes.end, lattice.regular_nodes());
+    while (end < most && end - begin < SumMotion::kNodes && (in_patch || layer_of(end) == layer_of(begin)))
+      ++end;
     blocks.push_back({begin - nodes.begin, end - nodes.begin});
     begin = end;
   }

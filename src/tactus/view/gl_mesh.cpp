@@ -13,12 +13,13 @@ void check_photos(const ViewMesh& view) {
   const ViewPhotos& photos = *view.photos;
   const std::string who = "mesh '" + view.name + "': ";
   const auto cameras = static_cast<Index>(photos.cameras.size());
-  if (cameras < 1 || cameras > PhotoChoice::kMaxCameras)
+  if (cameras < 1 || cameras > kMaxCameras)
     throw Error(who + "photos of " + std::to_string(cameras) + " cameras, expected 1 to " +
-                std::to_string(PhotoChoice::kMaxCameras));
-  if (photos.k < 1 || photos.k > cameras)
-    throw Error(who + "k is " + std::to_string(photos.k) + ", expected 1 to " + std::to_string(cameras) +
-                ", the number of cameras");
+                std::to_string(kMaxCameras));
+  const Index most_blended = std::min(cameras, Index{PhotoChoice::kMostBlended});
+  if (photos.k < 1 || photos.k > most_blended)
+    throw Error(who + "k is " + std::to_string(photos.k) + ", expected 1 to " + std::to_string(most_blended) +
+                " (of " + std::to_string(cameras) + " cameras)");
   if (!(photos.voxel_size_m > 0))
     throw Error(who + "voxel_size_m of the photos is " + std::to_string(photos.voxel_size_m) +
                 ", must be > 0");

@@ -13,7 +13,8 @@ namespace {
 /// PhotoChoice for GLSL.
 const std::string& constants() {
   static const std::string text =
-      "const int kMaxCameras = " + std::to_string(PhotoChoice::kMaxCameras) +
+      "const int kMaxCameras = " + std::to_string(kMaxCameras) +
+      ", kMostBlended = " + std::to_string(PhotoChoice::kMostBlended) +
       ";\nconst float kLeastCosine = " + std::to_string(PhotoChoice::kLeastCosine) +
       ", kFullCosine = " + std::to_string(PhotoChoice::kFullCosine) +
       ", kBorderPx = " + std::to_string(PhotoChoice::kBorderPx) +
@@ -79,7 +80,7 @@ void GlPhotos::resize(const ViewPhotos& photos) {
   layers_ = layers;
 }
 
-void GlPhotos::set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, std::uint32_t live) {
+void GlPhotos::set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, CameraBits live) {
   const Mat3d R_mesh_world = transpose(mat_cast<double>(R_world_mesh));
   std::vector<float> texels;
   for (const Camera& c : photos.cameras)
@@ -97,7 +98,7 @@ void GlPhotos::set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, 
     put(d.row_u, p.M.row[0], p.t.x);
     put(d.row_v, p.M.row[1], p.t.y);
     put(d.row_z, p.M.row[2], p.t.z);
-    put(d.eye, c.center_world(), live >> cameras_.size() & 1U);
+    put(d.eye, c.center_world(), live >> cameras_.size() & 1);
     put(d.axis, c.axis_world(), 1.0 / static_cast<double>(texel));
     d.photo_width = static_cast<float>(c.width_px);
     d.photo_height = static_cast<float>(c.height_px);
@@ -107,7 +108,7 @@ void GlPhotos::set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, 
   }
   // The block has room for all cameras that the shader knows, in use or not.
   std::vector<DeviceCamera> block = cameras_;
-  block.resize(static_cast<std::size_t>(PhotoChoice::kMaxCameras));
+  block.resize(static_cast<std::size_t>(kMaxCameras));
   camera_block_.upload(block.data(), block.size() * sizeof(DeviceCamera));
 }
 
@@ -141,9 +142,9 @@ void GlPhotos::send_from_device(const DeviceSurface& surface) {
 void GlPhotos::upload(const ViewMesh& view) {
   const ViewPhotos& photos = *view.photos;
   const bool from_device = view.device && !view.device->photos.empty();
-  std::uint32_t live = 0;
+  CameraBits live = 0;
   for (std::size_t c = 0; c < photos.cameras.size(); ++c)
-    live |= from_device || !photos.images[c].empty() ? 1U << c : 0U;
+    live |= from_device || !photos.images[c].empty() ? camera_bit(static_cast<int>(c)) : 0;
   resize(photos);
   set_cameras(photos, view.R_world_mesh, from_device ? live & view.device->live_photos : live);
   // Sent with every picture: a surface that moves wears new photos in every frame, often in the same object.

@@ -29,7 +29,7 @@ class GlPhotos {
     float photo_width, photo_height, map_width, map_height;
   };
   void resize(const ViewPhotos& photos);
-  void set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, std::uint32_t live);
+  void set_cameras(const ViewPhotos& photos, const Mat3f& R_world_mesh, CameraBits live);
   void send_from_device(const DeviceSurface& surface);
   void send_from_host(const ViewPhotos& photos);
   void filter(const GlProgram& program, const GlTexture& from, const GlTexture& to) const;

@@ -119,8 +119,8 @@ void main() {
   float scores[kMaxCameras];
   for (int c = 0; c < camera_count; ++c) scores[c] = score(cameras[c], c, normal, look);
   // The best first; the first of equals wins. What comes after the k-th is taken from all weights.
-  int chosen[kMaxCameras];
-  float weight[kMaxCameras];
+  int chosen[kMostBlended];
+  float weight[kMostBlended];
   int found = 0;
   float next = 0;
   for (int rank = 0; rank <= best_k; ++rank) {

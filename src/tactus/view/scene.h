@@ -7,6 +7,7 @@
 
 #include "tactus/compute/exec_context.h"
 #include "tactus/geom/camera.h"
+#include "tactus/geom/camera_bits.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
 
@@ -35,7 +36,7 @@ inline Material soft_material() {
 /// Photographs that colour a surface fragment by fragment, for whoever looks (Shao et al. 2019, "Texture
 /// mapping"; PhotoChoice has the formula). Surfaces that wear them have normals.
 struct ViewPhotos {
-  std::vector<Camera> cameras;     ///< 1 to 32, in the frame of the mesh
+  std::vector<Camera> cameras;     ///< 1 to 64, in the frame of the mesh
   std::vector<ColorImage> images;  ///< one a camera, of its size; an empty one: the camera missed the tick
   Index k = 1;                     ///< cameras that a fragment is coloured from, 1 as in the paper
   float voxel_size_m = 0;          ///< grain of the test for what hides, > 0: the voxel of the hull
@@ -47,9 +48,9 @@ struct DeviceSurface {
   ExecContext* ctx = nullptr;  ///< all that made it was submitted here
   View<const Vec3f> positions_m, normals;
   View<const Vec3i> triangles;
-  Box3f box_m;                      ///< holds it
-  View<const Rgb8> photos;          ///< those of ViewPhotos, one after another, instead of `images`; or none
-  std::uint32_t live_photos = ~0U;  ///< bit c: camera c has a photo of this tick
+  Box3f box_m;              ///< holds it
+  View<const Rgb8> photos;  ///< those of ViewPhotos, one after another, instead of `images`; or none
+  CameraBits live_photos = ~CameraBits{0};  ///< cameras that have a photo of this tick
 };
 
 struct ViewMesh {

@@ -23,7 +23,12 @@ std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const El
   std::vector<std::uint8_t> material(lattice.cubes.size());
   for (std::size_t c = 0; c < material.size(); ++c) {
     const std::uint8_t own = material_of_cube.empty() ? std::uint8_t{0} : material_of_cube[c];
-    material[c] = is_element(elements, c) ? own : Tled::kNoElement;
+    const bool is_room = c >= static_cast<std::size_t>(lattice.regular_cubes()) && !lattice.has_cube(c);
+    material[c] = is_element(elements, c) && !is_room ? own : Tled::kNoElement;
+  }
+  for (const CubeCopy& copy : lattice.copies) {
+    if (copy.of >= 0 && material[static_cast<std::size_t>(copy.of)] == Tled::kNoElement)
+      throw Error("cube " + std::to_string(copy.of) + " is cut and shape-matched: only elements can be cut");
   }
   return material;
 }
@@ -77,8 +82,12 @@ ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements
 struct Hybrid::Layout {
   Layout(const CubeLattice& lattice, const ElementMask& elements, std::span<const std::uint8_t> materials,
          int half_width, std::optional<Slab> own_layers);
+  NodeWindow window() const;
 
   LatticeLayers part;                  ///< nodes and cubes of the window
+  Index first_virtual = 0;             ///< node of the body
+  Index first_copy = 0;                ///< cube of the body
+  Slab own_of_body, held_of_body;      ///< layers
   Slab own;                            ///< layers of the part
   std::vector<std::uint8_t> material;  ///< per cube of the part
   bool has_elements = false;           ///< the body has, here or elsewhere
@@ -87,7 +96,7 @@ struct Hybrid::Layout {
   std::optional<FlsmRegions> regions;
   std::vector<Index> matched_nodes;  ///< of the part, per node of matched
   std::vector<Index> matched_node;   ///< of matched, per node of the part; -1: none
-  std::vector<float> share, inverse_mass_per_kg;
+  std::vector<float> share, inverse_mass_per_kg, matched_mass_kg, held;
   std::vector<Index> only_matched;
 };
 
@@ -100,36 +109,62 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   const LatticePart others = lattice_part(lattice, [&](std::size_t c) { return !is_element(elements, c); });
   const Index layers = lattice.node_dims.z;
   own = own_layers.value_or(Slab{0, layers});
+  first_virtual = lattice.regular_nodes();
+  first_copy = lattice.regular_cubes();
+  own_of_body = own;
   const Slab window = others.node.empty() ? Slab{std::max(own.begin - 1, 0), std::min(own.end + 1, layers)}
                                           : flsm_window(own, half_width, layers);
-  part = lattice_layers(lattice, window);
+  part = lattice_window(lattice, window, own);
+  held_of_body = window;
   const auto first_cube = all_materials.begin() + part.first_cube;
-  material.assign(first_cube, first_cube + part.lattice.cube_count());
+  material.assign(first_cube, first_cube + part.lattice.regular_cubes());
+  material.insert(material.end(), all_materials.begin() + lattice.regular_cubes(), all_materials.end());
 
   const std::size_t nodes = part.lattice.nodes.size();
   matched_node.assign(nodes, -1);
   share.resize(nodes);
+  matched_mass_kg.resize(nodes);
+  held.assign(nodes, 1);
   inverse_mass_per_kg.resize(nodes);
-  for (std::size_t i = 0; i < nodes; ++i) inverse_mass_per_kg[i] = 1 / part.lattice.node_mass_kg[i];
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const float mass_kg = part.lattice.node_mass_kg[i];
+    inverse_mass_per_kg[i] = mass_kg > 0 ? 1 / mass_kg : 0;
+  }
   matched = lattice_layers(others.lattice, window);
   for (std::size_t i = 0; i < matched.lattice.nodes.size(); ++i) {
     const Index node = others.node[static_cast<std::size_t>(matched.first_node) + i] - part.first_node;
     matched_nodes.push_back(node);
     matched_node[static_cast<std::size_t>(node)] = static_cast<Index>(i);
+    matched_mass_kg[static_cast<std::size_t>(node)] = matched.lattice.node_mass_kg[i];
     share[static_cast<std::size_t>(node)] =
         matched.lattice.node_mass_kg[i] / part.lattice.node_mass_kg[static_cast<std::size_t>(node)];
   }
-  only_matched.assign(nodes, 1);
+  only_matched.assign(nodes, 0);
+  std::fill_n(only_matched.begin(), part.lattice.regular_nodes(), 1);
   for (std::size_t c = 0; c < material.size(); ++c) {
-    if (material[c] == Tled::kNoElement) continue;
+    if (material[c] == Tled::kNoElement || !part.lattice.has_cube(c)) continue;
     for (const Index i : part.lattice.cube_nodes[c]) only_matched[static_cast<std::size_t>(i)] = 0;
   }
   if (!others.node.empty()) {
     regions = flsm_layers(make_flsm_regions(others.lattice, half_width), others.lattice, own);
-    for (std::size_t i = 0; i < matched_nodes.size(); ++i)
+    for (std::size_t i = 0; i < matched_nodes.size(); ++i) {
+      held[static_cast<std::size_t>(matched_nodes[i])] = regions->held[i];
       share[static_cast<std::size_t>(matched_nodes[i])] *= regions->held[i];
+    }
   }
   own = {own.begin - window.begin, own.end - window.begin};
+}
+
+NodeWindow Hybrid::Layout::window() const {
+  const CubeLattice& nodes = part.lattice;
+  const PatchRegions places = patch_regions(nodes, own);
+  if (places.count() == 1) return all_nodes(nodes);
+  const LatticeLayers of_own = lattice_layers(nodes, own);
+  return {.held = {part.first_node, part.first_node + nodes.regular_nodes()},
+          .own = {of_own.first_node, of_own.first_node + of_own.lattice.node_count()},
+          .patch = places.own(),
+          .places = places.count() * places.room,
+          .first_virtual = first_virtual};
 }
 
 Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
@@ -140,12 +175,13 @@ Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& 
 Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
                const TledOptions& tled, const FlsmMaterial& flsm)
     : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
-      window_{.held = {layout.part.first_node, layout.part.first_node + layout.part.lattice.node_count()},
-              .own = {}},
+      window_(layout.window()),
+      own_layers_(layout.own_of_body),
+      held_layers_(layout.held_of_body),
       first_cube_(layout.part.first_cube),
+      regular_cubes_(layout.part.lattice.regular_cubes()),
+      first_copy_(layout.first_copy),
       has_elements_(layout.has_elements) {
-  const LatticeLayers own = lattice_layers(layout.part.lattice, layout.own);
-  window_.own = {own.first_node, own.first_node + own.lattice.node_count()};
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
     matched_ = rest_state(ctx, layout.matched.lattice);
@@ -157,6 +193,9 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
   const std::vector<std::uint8_t>& fixed = layout.part.lattice.fixed;
   fixed_ = to_device(ctx, std::vector<Index>(fixed.begin(), fixed.end()));
   only_matched_ = to_device(ctx, layout.only_matched);
+  if (layout.part.lattice.copies.empty()) return;
+  matched_mass_kg_ = to_device(ctx, layout.matched_mass_kg);
+  held_ = to_device(ctx, layout.held);
 }
 
 void Hybrid::check_step(const HybridStep& step, int count) const {
@@ -190,10 +229,15 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridSt
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k) {
+  move_nodes(ctx, state, step, k, window_.own);
+  if (window_.patch.count() > 0) move_nodes(ctx, state, step, k, window_.patch);
+}
+
+void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const HybridStep& step, int k, Slab nodes) {
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
-  const auto own = [&](auto view) { return view.part(window_.own.begin, window_.own.count()); };
+  const auto own = [&](auto view) { return view.part(nodes.begin, nodes.count()); };
   ctx.parallel_for(
-      "hybrid/integrate", window_.own.count(),
+      "hybrid/integrate", nodes.count(),
       hybrid::Integrate{.x_m = own(state.x_m.view()),
                         .v_m_s = own(state.v_m_s.view()),
                         .f_ext_N = own(state.f_ext_N.const_view()),
@@ -232,7 +276,10 @@ void Hybrid::find_extremes(ExecContext& ctx, const BodyState& state) {
 
 tled::CubeExtremes Hybrid::in_body(const tled::CubeExtremes& found) const {
   if (!has_elements_) return {1, 0, 1, 0, 0};
-  return tled::FindExtremes::counted_from(first_cube_ + tled_.first_own_cube(), found);
+  tled::CubeExtremes of_body = tled::FindExtremes::counted_from(tled_.first_own_cube(), found);
+  for (Index* cube : {&of_body.fastest_cube, &of_body.smallest_cube})
+    *cube += *cube < regular_cubes_ ? first_cube_ : first_copy_ - regular_cubes_;
+  return of_body;
 }
 
 }  // namespace tactus

@@ -5,6 +5,7 @@
 #include "tactus/tissue/flsm/flsm.h"
 #include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/tled/tled.h"
+#include "tactus/tissue/topology_change.h"
 
 namespace tactus {
 
@@ -76,21 +77,33 @@ class Hybrid {
   /// What the state holds and what moves here.
   const NodeWindow& window() const { return window_; }
   bool has_elements() const { return has_elements_; }
+  /// What of a change concerns this device. @throws Error for a cut through shape-matched cubes, or beyond
+  /// the room for copies.
+  LocalChange local(const TopologyChange& change) const;
+  /// Between frames. Asynchronous.
+  void apply(ExecContext& ctx, const ChangeLists& change);
+  /// Layers of the body whose nodes move here.
+  Slab own_layers() const { return own_layers_; }
 
  private:
   struct Layout;
   Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
          const TledOptions& tled, const FlsmMaterial& flsm);
+  void move_nodes(ExecContext& ctx, BodyState& state, const HybridStep& step, int k, Slab nodes);
 
   Tled tled_;
+  /// Where this device has a node of the body that lies in its layers.
+  Index place_of(Index node, Index layer) const;
   NodeWindow window_;
-  Index first_cube_;
+  Slab own_layers_, held_layers_;                  ///< of the body
+  Index first_cube_, regular_cubes_, first_copy_;  ///< of the body's; of those held here; of the body
   bool has_elements_;
   std::optional<Flsm> flsm_;
   BodyState matched_;  ///< of the shape-matched part
   Buffer<Index> matched_nodes_, matched_node_, fixed_;
   Buffer<float> matched_share_, inverse_mass_per_kg_;
-  Buffer<Index> only_matched_;  ///< per node: 1: in no element
+  Buffer<Index> only_matched_;            ///< per node: 1: in no element
+  Buffer<float> matched_mass_kg_, held_;  ///< per node, where there is room for a cut
 };
 
 }  // namespace tactus

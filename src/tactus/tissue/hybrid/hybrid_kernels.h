@@ -85,4 +85,17 @@ struct Integrate {
   }
 };
 
+/// Nodes of the patch that a part owns.
+struct TakeOwned {
+  View<const Index> owner;
+  Index part;
+  View<const Vec3f> part_x_m, part_v_m_s;
+  View<Vec3f> x_m, v_m_s;
+  TACTUS_HD void operator()(Index i) const {
+    if (owner[i] != part) return;
+    x_m[i] = part_x_m[i];
+    v_m_s[i] = part_v_m_s[i];
+  }
+};
+
 }  // namespace tactus::hybrid

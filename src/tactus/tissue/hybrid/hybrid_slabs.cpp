@@ -16,7 +16,7 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
                                std::optional<double> least_elements) {
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
   bool has_elements = false, matches = false;
-  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+  for (std::size_t c = 0; c < static_cast<std::size_t>(lattice.regular_cubes()); ++c) {
     const bool element = elements.empty() || elements[c] != 0;
     cost[static_cast<std::size_t>(lattice.cubes[c].z)] += element ? 1 : kMatchedCost;
     (element ? has_elements : matches) = true;
@@ -48,12 +48,17 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
       watch(ctx, tissue.window().own.count()),
       motion(ctx, lattice, {first_own(), first_own() + tissue.window().own.count()}),
       spin_rad_s(to_device(ctx, std::vector<Vec3f>(1))) {
-  const std::vector<Vec3f> rest = lattice.rest_positions_m();
-  const Slab window = tissue.window().held;
-  const std::vector<Vec3f> zero(static_cast<std::size_t>(window.count()));
-  state = {to_device(ctx, std::span(rest).subspan(static_cast<std::size_t>(window.begin), zero.size())),
-           to_device(ctx, zero), to_device(ctx, zero)};
+  const std::vector<Vec3f> zero(static_cast<std::size_t>(tissue.window().count()));
+  state = {to_device(ctx, held(lattice.rest_positions_m())), to_device(ctx, zero), to_device(ctx, zero)};
   stopped = to_device(ctx, std::vector<Index>{0});
+  if (!lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(lattice.copies.size()));
+}
+
+std::vector<Vec3f> HybridSlabs::Part::held(std::span<const Vec3f> of_body) const {
+  std::vector<Vec3f> values(static_cast<std::size_t>(tissue.window().count()));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = of_body[static_cast<std::size_t>(tissue.window().body_node(static_cast<Index>(i)))];
+  return values;
 }
 
 HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
@@ -64,7 +69,8 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
     : devices_(devices),
       motion_count_(conditions.motions.size()),
       has_boundary_(!conditions.empty()),
-      is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.end(), [](auto f) { return f == 0; })) {
+      is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.begin() + lattice.regular_nodes(),
+                           [](auto f) { return f == 0; })) {
   const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
@@ -76,8 +82,47 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
     const std::vector<Vec3f> zero(lattice.nodes.size());
     body_.x_m = to_device(devices.context(0), lattice.rest_positions_m());
     body_.v_m_s = to_device(devices.context(0), zero);
+    if (!lattice.virtual_nodes.empty()) patch_.emplace(devices.context(0), lattice, slabs);
   }
   link_neighbours();
+}
+
+HybridSlabs::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
+                                    const std::vector<Slab>& slabs)
+    : first(lattice.regular_nodes()), motion(ctx, lattice, {first, lattice.node_count()}) {
+  for (Index node = first; node < lattice.node_count(); ++node) {
+    const Index z = lattice.nodes[static_cast<std::size_t>(node)].z;
+    Index p = 0;
+    while (z >= slabs[static_cast<std::size_t>(p)].end) ++p;
+    owner.push_back(p);
+  }
+  device_owner = to_device(ctx, owner);
+  for (Buffer<Vec3f>& from : copy) from = Buffer<Vec3f>(ctx.device(), device_owner.size());
+}
+
+/// Copies what a part has of the patch to `to`, where it owns it.
+void HybridSlabs::PatchOfAll::take(ExecContext& ctx, Index part, View<const Vec3f> x_m,
+                                   View<const Vec3f> v_m_s, BodyState& to) {
+  ctx.copy(x_m, copy[0].view());
+  ctx.copy(v_m_s, copy[1].view());
+  ctx.parallel_for("hybrid/take_patch", device_owner.size(),
+                   hybrid::TakeOwned{device_owner.const_view(), part, copy[0].const_view(),
+                                     copy[1].const_view(), to.x_m.view().part(first, device_owner.size()),
+                                     to.v_m_s.view().part(first, device_owner.size())});
+}
+
+void HybridSlabs::add_link(const HaloLink& nodes, std::vector<HaloLink>& node_links,
+                           std::vector<HaloLink>& cell_links) {
+  node_links.push_back(nodes);
+  if (!stays_in_cells()) return;
+  const auto cells_in = [&](int part, Index first) {
+    Part& of = *parts_[static_cast<std::size_t>(part)];
+    return to_host(of.ctx, of.tissue.tled().cell().part(first, nodes.count));
+  };
+  HaloLink cells = nodes;
+  cells.there = cells_in(nodes.owner, nodes.first_there);
+  cells.here = cells_in(nodes.holder, nodes.first_here);
+  cell_links.push_back(std::move(cells));
 }
 
 /// Each slab has copies of the nodes before and behind its own.
@@ -90,18 +135,17 @@ void HybridSlabs::link_neighbours() {
                   .count = nodes.count(),
                   .first_there = first_in(owner),
                   .first_here = first_in(holder)};
-    node_links.push_back(made);
-    if (!stays_in_cells()) return;
-    const auto cells_in = [&](std::size_t p) {
-      const View<const Index> cell = parts_[p]->tissue.tled().cell();
-      return to_host(parts_[p]->ctx, cell.part(first_in(p), nodes.count()));
-    };
-    made.there = cells_in(owner);
-    made.here = cells_in(holder);
-    cell_links.push_back(std::move(made));
+    add_link(made, node_links, cell_links);
+    // Of the patch: the whole region, as a cut may add nodes to it at any time.
+    const NodeWindow &from = parts_[owner]->tissue.window(), &to = parts_[holder]->tissue.window();
+    const bool is_second = owner > holder && to.places == 3 * to.patch.count();
+    made.count = from.patch.count();
+    made.first_there = from.patch.begin;
+    made.first_here = to.patch.end + (is_second ? to.patch.count() : 0);
+    if (made.count > 0) add_link(made, node_links, cell_links);
   };
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    const auto& [window, own] = parts_[p]->tissue.window();
+    const Slab window = parts_[p]->tissue.window().held, own = parts_[p]->tissue.window().own;
     if (p > 0) link(p, p - 1, {window.begin, window.begin + own.begin});
     if (p + 1 < parts_.size()) link(p, p + 1, {window.begin + own.end, window.end});
   }
@@ -154,7 +198,9 @@ void HybridSlabs::end_substeps(int count) {
 void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
   if (parts_.size() == 1) {
     Part& only = *parts_.front();
-    return only.tissue.tled().move(only.ctx, elements_step(on_part(step, 0, k)), k, Tled::Tiles::all);
+    const TledStep tled = elements_step(on_part(step, 0, k));
+    only.tissue.tled().move_patch(only.ctx, tled, k);
+    return only.tissue.tled().move(only.ctx, tled, k, Tled::Tiles::all);
   }
   if (k == 0) {
     for (auto& part : parts_) {
@@ -172,6 +218,11 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
     part.beside.wait(part.moved);
     part.ctx.wait(part.interior_moved);
     cell_halo_->await_readers(static_cast<int>(p), cells(k + 1));
+    if (patch_) {  // its forces push nodes of the edges and of the interior
+      part.tissue.tled().move_patch(part.ctx, tled, k);
+      part.ctx.record(part.patch_moved);
+      part.beside.wait(part.patch_moved);
+    }
     part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::edges);
     part.ctx.record(part.moved);
     cell_halo_->begin(static_cast<int>(p), cells(k + 1));
@@ -233,6 +284,18 @@ void HybridSlabs::end_frame(int count) {
     copy(part->state.x_m, body_.x_m);
     copy(part->state.v_m_s, body_.v_m_s);
   }
+  if (patch_) {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      const Slab region = parts_[p]->tissue.window().patch;
+      const BodyState& from = parts_[p]->state;
+      patch_->take(first, static_cast<Index>(p), from.x_m.const_view().part(region.begin, region.count()),
+                   from.v_m_s.const_view().part(region.begin, region.count()), body_);
+    }
+    const auto nodes = [&](const Buffer<Vec3f>& of) {
+      return of.const_view().part(patch_->first, static_cast<Index>(patch_->owner.size()));
+    };
+    patch_->motion.measure(first, nodes(body_.x_m), nodes(body_.v_m_s));
+  }
   // What comes next must not overwrite what is still being copied.
   first.record(stored_);
   for (auto& part : parts_) part->ctx.wait(stored_);
@@ -245,6 +308,7 @@ void HybridSlabs::add_reports(Readback& readback) {
     part.motion_report = readback.add(part.motion.sums(), static_cast<int>(p));
     part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
   }
+  if (patch_) patch_->motion_report = readback.add(patch_->motion.sums(), 0);
 }
 
 WatchRecord HybridSlabs::watched(const Readback* readback) {
@@ -269,11 +333,13 @@ tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
 
 RigidMotion HybridSlabs::rigid_motion(const Readback* readback) {
   std::vector<MotionSums> sums;
-  for (auto& part : parts_) {
-    const std::vector<MotionSums> own = readback != nullptr ? readback->get<MotionSums>(part->motion_report)
-                                                            : to_host(part->ctx, part->motion.sums());
+  const auto add = [&](ExecContext& ctx, const MotionMeter& meter, const Readback::Place& report) {
+    const std::vector<MotionSums> own =
+        readback != nullptr ? readback->get<MotionSums>(report) : to_host(ctx, meter.sums());
     sums.insert(sums.end(), own.begin(), own.end());
-  }
+  };
+  for (auto& part : parts_) add(part->ctx, part->motion, part->motion_report);
+  if (patch_) add(devices_.context(0), patch_->motion, patch_->motion_report);
   return tactus::rigid_motion(sums);
 }
 
@@ -305,13 +371,11 @@ std::vector<Vec3d> HybridSlabs::motion_torques_N_m(double dt_frame_s) {
 
 void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
   for (auto& part : parts_) {
-    const Slab window = part->tissue.window().held;
-    const auto first = static_cast<std::size_t>(window.begin),
-               count = static_cast<std::size_t>(window.count());
-    part->ctx.upload(x_m.subspan(first, count), part->state.x_m.view());
-    part->ctx.upload(v_m_s.subspan(first, count), part->state.v_m_s.view());
+    const std::vector<Vec3f> x = part->held(x_m), v = part->held(v_m_s);
+    part->ctx.upload(x, part->state.x_m.view());
+    part->ctx.upload(v, part->state.v_m_s.view());
+    part->ctx.synchronize();
   }
-  for (auto& part : parts_) part->ctx.synchronize();
 }
 
 std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
@@ -319,6 +383,16 @@ std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
   for (auto& part : parts_) {
     const std::vector<Vec3f> some = to_host(part->ctx, part->own(part->state.*field));
     all.insert(all.end(), some.begin(), some.end());
+  }
+  if (!patch_) return all;
+  const std::size_t first = all.size();
+  all.resize(first + patch_->owner.size());
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const Slab region = parts_[p]->tissue.window().patch;
+    const std::vector<Vec3f> some =
+        to_host(parts_[p]->ctx, (parts_[p]->state.*field).const_view().part(region.begin, region.count()));
+    for (std::size_t k = 0; k < some.size(); ++k)
+      if (patch_->owner[k] == static_cast<Index>(p)) all[first + k] = some[k];
   }
   return all;
 }

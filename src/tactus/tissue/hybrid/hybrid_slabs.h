@@ -95,6 +95,11 @@ class HybridSlabs {
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
+  /// A cut, between frames: what it adds takes places that the body's lattice has room for. New nodes begin
+  /// where those are that they were split from, copies take over their cubes' history. No address changes, so
+  /// recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a shape-matched
+  /// cube is cut.
+  void apply(const TopologyChange& change);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
@@ -110,6 +115,8 @@ class HybridSlabs {
     void look(int k, View<const FrameParams> frame, int every) {
       watch.look(ctx, own(state.x_m), own(state.v_m_s), k, frame, every);
     }
+    /// Of all nodes of the body, those that it holds.
+    std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;
     Index first_own() const { return tissue.window().held.begin + tissue.window().own.begin; }
     ExecContext& ctx;
     ExecContext beside;  ///< for the interior
@@ -119,11 +126,26 @@ class HybridSlabs {
     MotionMeter motion;
     Buffer<Vec3f> spin_rad_s;  ///< one
     BodyState state;           ///< of the window
-    Event moved, interior_moved;
+    Event moved, patch_moved, interior_moved;
     Buffer<Index> stopped;  ///< (1)
     Readback::Place watch_report, motion_report, extremes_report;
+    std::optional<ChangeLists> change;  ///< where there is room for a cut
+  };
+  /// Virtual nodes of a body on several devices, on the first.
+  struct PatchOfAll {
+    PatchOfAll(ExecContext& ctx, const CubeLattice& lattice, const std::vector<Slab>& slabs);
+    void take(ExecContext& ctx, Index part, View<const Vec3f> x_m, View<const Vec3f> v_m_s, BodyState& to);
+    void apply(ExecContext& ctx, const TopologyChange& change, std::span<const std::unique_ptr<Part>> parts);
+    Index first;  ///< node of the body
+    MotionMeter motion;
+    std::vector<Index> owner;  ///< per node: part
+    Buffer<Index> device_owner;
+    std::array<Buffer<Vec3f>, 2> copy;  ///< of a part's region: x, v
+    Readback::Place motion_report;
   };
   void link_neighbours();
+  /// Of nodes, and of the cells that they are in.
+  void add_link(const HaloLink& nodes, std::vector<HaloLink>& node_links, std::vector<HaloLink>& cell_links);
   template <class F>
   void for_each_slab(F&& body) {
     for (int p = 0; p < slab_count(); ++p) body(p);
@@ -159,7 +181,8 @@ class HybridSlabs {
   bool has_boundary_, is_free_, shares_nodes_ = false;
   std::array<Vec3f, 1> spin_rad_s_{};  ///< what is sent to the devices
   const FrameOnDevices* frame_ = nullptr;
-  BodyState body_;  ///< x and v, of several parts
+  BodyState body_;                   ///< x and v, of several parts
+  std::optional<PatchOfAll> patch_;  ///< likewise, where there is room for one
   Event stored_;
 };
 

@@ -3,3 +3,4 @@
 
 TACTUS_CUDA_KERNEL(tactus::hybrid::GatherNodes);
 TACTUS_CUDA_KERNEL(tactus::hybrid::Integrate);
+TACTUS_CUDA_KERNEL(tactus::hybrid::TakeOwned);

@@ -1,5 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/tled/patch_kernels.h"
 
 namespace tactus::tled {
 template <class Law, class Tiles>
@@ -24,9 +24,12 @@ using OnGpu = KernelsOf<Law, TilesOnGpu>;
   TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveFull);      \
   TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreRelaxing); \
   TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveRelaxing);
-#define TACTUS_ROW(WORD, LAW) \
-  TACTUS_ROW_ON(LAW, OnCpu)   \
-  TACTUS_ROW_ON(LAW, OnGpu)
+#define TACTUS_ROW(WORD, LAW)                                                             \
+  TACTUS_ROW_ON(LAW, OnCpu)                                                               \
+  TACTUS_ROW_ON(LAW, OnGpu)                                                               \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::OnePointCube<tactus::LAW>>);   \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::EightPointCube<tactus::LAW>>); \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::RelaxingCube<tactus::LAW>>);
 
 TACTUS_CUDA_KERNEL(tactus::tled::LoadPositions);
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);
@@ -34,3 +37,10 @@ TACTUS_CUDA_KERNEL(tactus::tled::StoreNodes);
 TACTUS_CUDA_KERNEL(tactus::tled::KeepHistory);
 TACTUS_MATERIAL_LAWS(TACTUS_ROW)
 TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);
+TACTUS_CUDA_KERNEL(tactus::tled::FindCopyCells);
+TACTUS_CUDA_KERNEL(tactus::tled::KeyCorners);
+TACTUS_CUDA_KERNEL(tactus::tled::FlagFirstCorners);
+TACTUS_CUDA_KERNEL(tactus::tled::KeepPush);
+TACTUS_CUDA_KERNEL(tactus::tled::MovePatchNodes);
+TACTUS_CUDA_KERNEL(tactus::tled::AddPatchForces);
+TACTUS_CUDA_KERNEL(tactus::tled::FindCopyExtremes);

@@ -80,7 +80,7 @@ class Masks {
       : tiles_(tiling.tiles_per_layer()), of_(at(own.count() + 1) * at(tiles_)) {
     const auto last_column = static_cast<Index>(tiling.columns.size()) - 1;
     // A cube takes part in every tile that owns one of its corners: at most 4 in its layer.
-    for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    for (std::size_t c = 0; c < at(lattice.regular_cubes()); ++c) {
       if (!in_use.empty() && in_use[c] == 0) continue;
       const Vec3i p = lattice.cubes[c];
       const Index layer = p.z + 1 - own.begin;
@@ -177,8 +177,13 @@ TilePlan plan_tiles(const CubeLattice& lattice, const std::vector<std::uint8_t>&
   const Height height = choose_height(masks, tiling.tiles_per_layer(), own.count(), limits);
   TilePlan plan;
   plan.grid = make_grid(n, tiling, height, limits.segments, own);
-  for (const Vec3i p : lattice.nodes) plan.node_cell.push_back(plan.grid.cell(p));
-  for (const Vec3i p : lattice.cubes) plan.cube_cell.push_back(plan.grid.cell(p));
+  for (Index i = 0; i < lattice.regular_nodes(); ++i)
+    plan.node_cell.push_back(plan.grid.cell(lattice.nodes[at(i)]));
+  for (Index c = 0; c < lattice.regular_cubes(); ++c)
+    plan.cube_cell.push_back(plan.grid.cell(lattice.cubes[at(c)]));
+  plan.first_virtual_cell = plan.grid.cells;
+  for (std::size_t k = 0; k < lattice.virtual_nodes.size(); ++k) plan.node_cell.push_back(plan.grid.cells++);
+  plan.grid.cells = ceil_div(plan.grid.cells, Grid::kSegment) * Grid::kSegment;
   const auto add_layer_of_tiles = [&](Index z) {
     const Index begin = height.begin(z), layers = height.count(z);
     for (const TileColumn& column : tiling.columns)

@@ -14,7 +14,8 @@ struct TilePlan {
   Index edge_tiles = 0;               ///< the first so many own nodes that other devices read; then ascending
   std::vector<std::uint32_t> active;  ///< per tile and layer of cubes: groups that hold a cube
   std::vector<Index> node_cell;       ///< per node
-  std::vector<Index> cube_cell;       ///< per cube
+  std::vector<Index> cube_cell;       ///< per regular cube
+  Index first_virtual_cell = 0;       ///< virtual nodes have the cells from here on
 };
 
 /// Of tiles.

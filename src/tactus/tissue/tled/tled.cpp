@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/summary_kernels.h"
 #include "tactus/tissue/tled/tile_plan.h"
 
@@ -56,20 +57,26 @@ struct Kinds {
   }
 };
 
-/// The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly (the often used part of
-/// (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of the relaxed material:
-/// what lasts is right.
+/// Of a cube. The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly
+/// (the often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of
+/// the relaxed material: what lasts is right.
+tled::Stiffness stiffness_of(float fill, float spacing_m, const ElasticMaterial& m, float faded_share) {
+  return {fill * m.mu_Pa(), fill * m.lambda_Pa(), fill * spacing_m * relaxed_young_Pa(m, faded_share) / 6};
+}
+
+float fill_of(const CubeLattice& lattice, std::size_t c) {
+  return lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
+}
+
 Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
                  std::span<const ElasticMaterial> materials,
                  const std::vector<std::uint8_t>& material_of_cube, float faded_share) {
   Kinds kinds{{tled::Stiffness{}}, std::vector<std::uint16_t>(static_cast<std::size_t>(plan.grid.cells))};
   std::map<std::array<float, 3>, std::uint16_t> known;
   for (std::size_t c = 0; c < plan.cube_cell.size(); ++c) {
-    if (material_of_cube[c] == Tled::kNoElement) continue;
-    const ElasticMaterial& m = materials[material_of_cube[c]];
-    const float fill = lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[c];
-    const tled::Stiffness stiffness{fill * m.mu_Pa(), fill * m.lambda_Pa(),
-                                    fill * lattice.spacing_m * relaxed_young_Pa(m, faded_share) / 6};
+    if (material_of_cube[c] == Tled::kNoElement || !lattice.has_cube(c)) continue;
+    const tled::Stiffness stiffness =
+        stiffness_of(fill_of(lattice, c), lattice.spacing_m, materials[material_of_cube[c]], faded_share);
     const auto [at, is_new] =
         known.try_emplace({stiffness.mu_Pa, stiffness.lambda_Pa, stiffness.hourglass_N_m},
                           static_cast<std::uint16_t>(kinds.stiffness.size()));
@@ -167,12 +174,14 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   cube_cell_ = to_device(ctx, plan.cube_cell);
   const auto first_cube_at = [&](Index z) {
     const auto below = [z](Vec3i cube) { return cube.z < z; };
-    return static_cast<Index>(std::partition_point(lattice.cubes.begin(), lattice.cubes.end(), below) -
+    const auto regular_end = lattice.cubes.begin() + lattice.regular_cubes();
+    return static_cast<Index>(std::partition_point(lattice.cubes.begin(), regular_end, below) -
                               lattice.cubes.begin());
   };
   own_cubes_ = {first_cube_at(own_layers.begin), first_cube_at(own_layers.end)};
-  extremes_ =
-      Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads));
+  extremes_ = Buffer<tled::CubeExtremes>(
+      ctx.device(), ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads) +
+                        ceil_div(static_cast<Index>(lattice.copies.size()), tled::FindExtremes::kThreads));
   worst_ = to_device(ctx, std::vector<tled::CubeExtremes>{tled::FindExtremes::kNone});
   std::vector<float> inverse_mass(static_cast<std::size_t>(grid_.cells));
   for (std::size_t i = 0; i < plan.node_cell.size(); ++i) {
@@ -191,6 +200,64 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
     if (relaxes())
       history = to_device(ctx, std::vector<float>(tled::RelaxingCube<NeoHookean>::kFields * zero.size() / 3));
   }
+  std::vector<tled::Stiffness> of_copies(lattice.copies.size());
+  for (std::size_t k = 0; k < of_copies.size(); ++k) {
+    const std::size_t c = static_cast<std::size_t>(lattice.regular_cubes()) + k;
+    if (material[c] != kNoElement && lattice.has_cube(c))
+      of_copies[k] =
+          stiffness_of(fill_of(lattice, c), spacing_m_, materials[material[c]], options.faded_share());
+  }
+  if (!of_copies.empty()) {
+    materials_.assign(materials.begin(), materials.end());
+    material_ = std::move(material);
+  }
+  make_patch(ctx, lattice, of_copies, own_layers, plan.first_virtual_cell);
+}
+
+void Tled::make_patch(ExecContext& ctx, const CubeLattice& lattice,
+                      std::span<const tled::Stiffness> stiffness, Slab own_layers, Index first_virtual_cell) {
+  std::vector<embed::CubeNodes> copies(stiffness.size());
+  for (std::size_t k = 0; k < copies.size(); ++k) {
+    const auto& nodes = lattice.cube_nodes[static_cast<std::size_t>(lattice.regular_cubes()) + k];
+    std::copy(nodes.begin(), nodes.end(), copies[k].node);
+  }
+  const LatticeLayers own = lattice_layers(lattice, own_layers);
+  const Slab of_patch = patch_regions(lattice, own_layers).own();
+  patch_ =
+      tled::Patch(ctx, copies, stiffness, cell_.const_view(),
+                  {own.first_node, own.first_node + own.lattice.node_count(), of_patch.begin, of_patch.end},
+                  first_virtual_cell, relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
+}
+
+tled::Stiffness Tled::copy_stiffness(Index of_cube, float fill) const {
+  const std::uint8_t material = material_.at(static_cast<std::size_t>(of_cube));
+  if (material == kNoElement)
+    throw Error("cube " + std::to_string(of_cube) + " is shape-matched: only elements can be cut");
+  return stiffness_of(fill, spacing_m_, materials_[material], options_.faded_share());
+}
+
+void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
+  ctx.parallel_for("tled/add_copies", change.copies.size(),
+                   cut::AddCopies{.copies = change.copies,
+                                  .cube_cell = cube_cell_.const_view(),
+                                  .of_cells = kinds(),
+                                  .history_Pa = history_Pa_[0].const_view(),
+                                  .nodes = patch_.copies(),
+                                  .stiffness = patch_.stiffness(),
+                                  .patch_history_Pa = patch_.history(),
+                                  .cells = grid_.cells});
+  ctx.parallel_for("tled/clear_cubes", change.cubes.size(),
+                   cut::ClearCubes{.cubes = change.cubes,
+                                   .cube_cell = cube_cell_.const_view(),
+                                   .kind = kind_.view(),
+                                   .stiffness_fields = stiffness_.view(),
+                                   .history_Pa = history_Pa_[0].view(),
+                                   .patch_history_Pa = patch_.history(),
+                                   .of_copies = patch_.stiffness(),
+                                   .cells = grid_.cells});
+  ctx.parallel_for("tled/set_masses", change.nodes.size(),
+                   cut::SetCellMasses{change.nodes, cell_.const_view(), inverse_mass_per_kg_.view()});
+  patch_.rebuild(ctx);
 }
 
 template <class Cube, class Sink>
@@ -212,6 +279,8 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
   sum_forces(ctx, Tiles::all, 0, time, tled::StoreForces{f_N_.view(), grid_.cells});
+  find_patch_forces(ctx, 0, time);
+  if (patch_.has_room()) patch_.add_to(ctx, f_N_.view(), grid_.cells);
   if (time.dt_s > 0 || !time.frame.empty()) keep_history(ctx, 1);
 }
 
@@ -225,10 +294,12 @@ void Tled::load(ExecContext& ctx, const BodyState& state) {
       "tled/load", node_count(),
       tled::LoadNodes{load_positions(state), state.f_ext_N.const_view(), inverse_mass_per_kg_.const_view(),
                       ahead_m(1), v_m_s_.view(), push_m_s2_.view()});
+  if (patch_.has_room()) patch_.load(ctx, push_m_s2_.const_view(), grid_.cells);
 }
 
-template <class Sink>
-void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink) {
+template <class F>
+void Tled::with_cube(const StepTime& time, View<const float> before, View<float> after, Index stride,
+                     F&& use) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   with_law(options_, [&]<class Law>(const Law& law) {
     const float twist_m =
@@ -236,9 +307,9 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time
     const tled::OnePointCube<Law> elastic{law, gradient, area, twist_m};
     if (relaxes()) {
       tled::RelaxingCube<Law> cube{.elastic = elastic,
-                                   .before = history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
-                                   .after = history_Pa_[static_cast<std::size_t>((k + 1) % 2)].view(),
-                                   .cells = grid_.cells,
+                                   .before = before,
+                                   .after = after,
+                                   .cells = stride,
                                    .time = time,
                                    .share = {},
                                    .rate_per_s = {}};
@@ -246,18 +317,31 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time
         cube.share[n] = options_.relaxation[n].share;
         cube.rate_per_s[n] = 1 / options_.relaxation[n].time_s;
       }
-      return launch_forces(ctx, which, k, cube, sink);
+      return use(cube);
     }
-    if (options_.full_integration)
-      return launch_forces(ctx, which, k, tled::EightPointCube<Law>{law, gradient, area}, sink);
-    launch_forces(ctx, which, k, elastic, sink);
+    if (options_.full_integration) return use(tled::EightPointCube<Law>{law, gradient, area});
+    use(elastic);
   });
+}
+
+template <class Sink>
+void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink) {
+  with_cube(time, history_Pa_[static_cast<std::size_t>(k % 2)].const_view(),
+            history_Pa_[static_cast<std::size_t>((k + 1) % 2)].view(), grid_.cells,
+            [&](const auto& cube) { launch_forces(ctx, which, k, cube, sink); });
+}
+
+void Tled::find_patch_forces(ExecContext& ctx, int k, const StepTime& time) {
+  if (!patch_.has_room()) return;
+  with_cube(time, patch_.history_before(k), patch_.history_after(k), patch_.room(),
+            [&](const auto& cube) { patch_.find_forces(ctx, cube, ahead_m(k), grid_.cells); });
 }
 
 void Tled::keep_history(ExecContext& ctx, int count, View<const FrameParams> frame) {
   if (relaxes() && (count % 2 == 1 || !frame.empty()))
     ctx.parallel_for("tled/keep_history", history_Pa_[0].size(),
                      tled::KeepHistory{history_Pa_[1].const_view(), history_Pa_[0].view(), {count, frame}});
+  if (relaxes() && patch_.has_room()) patch_.keep_history(ctx, {count, frame});
 }
 
 void Tled::check_step(float dt_s) const {
@@ -273,21 +357,33 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
   load(ctx, state);
-  for (int k = 0; k < count; ++k) move(ctx, step, k, Tiles::all);
+  for (int k = 0; k < count; ++k) {
+    move_patch(ctx, step, k);
+    move(ctx, step, k, Tiles::all);
+  }
   store(ctx, state, count);
 }
 
+tled::MoveNodes Tled::move_nodes(const TledStep& step, int k) {
+  return {.ahead_m = ahead_m(k),
+          .push_m_s2 = push_m_s2_.const_view(),
+          .inverse_mass_per_kg = inverse_mass_per_kg_.const_view(),
+          .v_m_s = v_m_s_.view(),
+          .next_ahead_m = ahead_m(k + 1),
+          .cells = grid_.cells,
+          .time = step.time(),
+          .drag_per_s = step.drag_per_s,
+          .damping_time_s = damping_time_s_};
+}
+
+void Tled::move_patch(ExecContext& ctx, const TledStep& step, int k) {
+  if (!patch_.has_room()) return;
+  find_patch_forces(ctx, k, step.time());
+  patch_.move(ctx, move_nodes(step, k), push_m_s2_.view());
+}
+
 void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
-  sum_forces(ctx, which, k, step.time(),
-             tled::MoveNodes{.ahead_m = ahead_m(k),
-                             .push_m_s2 = push_m_s2_.const_view(),
-                             .inverse_mass_per_kg = inverse_mass_per_kg_.const_view(),
-                             .v_m_s = v_m_s_.view(),
-                             .next_ahead_m = ahead_m(k + 1),
-                             .cells = grid_.cells,
-                             .time = step.time(),
-                             .drag_per_s = step.drag_per_s,
-                             .damping_time_s = damping_time_s_});
+  sum_forces(ctx, which, k, step.time(), move_nodes(step, k));
 }
 
 void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame) {
@@ -306,10 +402,13 @@ void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const Frame
 
 void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
-  ctx.parallel_for(
-      "tled/extremes", extremes_.size(),
-      tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
-                         ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, 1 / (4 * spacing_m_)});
+  const Index tiled = ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads);
+  const float gradient = 1 / (4 * spacing_m_);
+  ctx.parallel_for("tled/extremes", tiled,
+                   tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
+                                      ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, gradient});
+  patch_.find_extremes(ctx, ahead_m_[0].const_view(), grid_.cells, cube_cell_.size() - own_cubes_.begin,
+                       gradient, extremes_.view().part(tiled, extremes_.size() - tiled));
   ctx.parallel_for("tled/worst_extremes", 1, SummariseExtremes{extremes_.const_view(), worst_.view()});
 }
 

@@ -7,7 +7,9 @@
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/tled/elastic_material.h"
+#include "tactus/tissue/tled/patch.h"
 #include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/topology_on_device.h"
 
 namespace tactus {
 
@@ -25,7 +27,8 @@ struct TledStep {
 };
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
-/// Between two steps anyone may change x and v (contact does).
+/// Between two steps anyone may change x and v (contact does). Regular cubes are in dense tiles, copies of
+/// cut ones in a patch.
 class Tled {
  public:
   static constexpr std::uint8_t kNoElement = 255;
@@ -48,14 +51,15 @@ class Tled {
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
   /// Substeps in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
-  /// move the edges and the interior, in any order or at once, each node's neighbours having been moved by
-  /// k - 1; store after `count` moves. Between, nodes are in cells only.
+  /// move the patch, then the edges and the interior, in any order or at once, each node's neighbours having
+  /// been moved by k - 1; store after `count` moves. Between, nodes are in cells only.
   enum class Tiles : std::uint8_t {
     all,
     edges,     ///< own nodes that other devices read
     interior,  ///< those that depend on no other device's
   };
   void load(ExecContext& ctx, const BodyState& state);
+  void move_patch(ExecContext& ctx, const TledStep& step, int k);
   void move(ExecContext& ctx, const TledStep& step, int k, Tiles which);
   /// @param frame when given, it says how many moves there were
   void store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame = {});
@@ -92,7 +96,20 @@ class Tled {
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
 
+  /// Replaces cubes by copies, between frames. What is recorded stays valid. Asynchronous.
+  void apply(ExecContext& ctx, const ChangeLists& change);
+  /// Of a copy that has `fill` of a cube.
+  tled::Stiffness copy_stiffness(Index of_cube, float fill) const;
+
  private:
+  /// Calls use(cube) with what resists in substep k. @param before,after history, `stride` of each field
+  template <class F>
+  void with_cube(const StepTime& time, View<const float> before, View<float> after, Index stride, F&& use);
+  /// Of the copies in the patch.
+  void find_patch_forces(ExecContext& ctx, int k, const StepTime& time);
+  tled::MoveNodes move_nodes(const TledStep& step, int k);
+  void make_patch(ExecContext& ctx, const CubeLattice& lattice, std::span<const tled::Stiffness> stiffness,
+                  Slab own_layers, Index first_virtual_cell);
   /// Reads what move k - 1 left.
   template <class Sink>
   void sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink);
@@ -120,6 +137,9 @@ class Tled {
   std::array<Buffer<float>, 2> ahead_m_;                         ///< a step reads one and writes the other
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
+  tled::Patch patch_;
+  std::vector<ElasticMaterial> materials_;  ///< where there is room for copies
+  std::vector<std::uint8_t> material_;      ///< likewise, per cube
 };
 
 }  // namespace tactus

@@ -1,0 +1,96 @@
+// How a solver takes a change of topology over.
+#include "tactus/base/error.h"
+#include "tactus/tissue/hybrid/hybrid_slabs.h"
+
+namespace tactus {
+
+Index Hybrid::place_of(Index node, Index layer) const {
+  if (window_.places == 0) return node;
+  if (node < window_.first_virtual) return node - window_.held.begin;
+  const Index room = window_.patch.count();
+  const Index below = own_layers_.begin > held_layers_.begin ? room : 0;
+  const Index region = layer < own_layers_.begin ? room : layer < own_layers_.end ? 0 : room + below;
+  return window_.patch.begin + region + node - window_.first_virtual;
+}
+
+LocalChange Hybrid::local(const TopologyChange& change) const {
+  LocalChange here;
+  const auto holds_node = [&](Index z) { return z >= held_layers_.begin && z < held_layers_.end; };
+  const auto holds_cube = [&](Index z) { return z >= held_layers_.begin && z < held_layers_.end - 1; };
+  const auto local_cube = [&](Index cube) {
+    return cube < first_copy_ ? cube - first_cube_ : regular_cubes_ + cube - first_copy_;
+  };
+  for (const auto& [cube, layer] : change.cut)
+    if (holds_cube(layer)) here.cut.push_back(local_cube(cube));
+  for (const TopologyChange::Copy& made : change.copies) {
+    if (!holds_cube(made.layer)) continue;
+    cut::LocalCopy copy;
+    copy.copy = made.cube - first_copy_;
+    copy.parent = local_cube(made.parent);
+    copy.stiffness = tled_.copy_stiffness(local_cube(made.copy.of), made.fill);
+    for (int q = 0; q < 8; ++q)
+      copy.nodes.node[q] = place_of(made.nodes[static_cast<std::size_t>(q)], made.layer + (q >> 2));
+    here.copies.push_back(copy);
+  }
+  for (const TopologyChange::Node& n : change.nodes) {
+    if (!holds_node(n.layer)) continue;
+    here.nodes.push_back({.node = place_of(n.node, n.layer),
+                          .from = n.from < 0 ? -1 : place_of(n.from, n.layer),
+                          .mass_kg = n.mass_kg,
+                          .fixed = n.fixed ? 1 : 0});
+  }
+  return here;
+}
+
+void Hybrid::apply(ExecContext& ctx, const ChangeLists& change) {
+  tled_.apply(ctx, change);
+  ctx.parallel_for("hybrid/set_masses", change.nodes.size(),
+                   cut::SetNodeMasses{.nodes = change.nodes,
+                                      .matched_mass_kg = matched_mass_kg_.const_view(),
+                                      .held = held_.const_view(),
+                                      .inverse_mass_per_kg = inverse_mass_per_kg_.view(),
+                                      .matched_share = matched_share_.view(),
+                                      .fixed = fixed_.view()});
+}
+
+void HybridSlabs::apply(const TopologyChange& change) {
+  std::vector<LocalChange> local;
+  for (auto& part : parts_) {
+    if (!part->change) throw Error("a body without room for copies can't be cut");
+    local.push_back(part->tissue.local(change));
+  }
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    ExecContext& ctx = part.ctx;
+    part.change->upload(ctx, local[p]);
+    part.tissue.apply(ctx, *part.change);
+    const View<const cut::LocalNode> nodes = part.change->nodes;
+    ctx.parallel_for(
+        "hybrid/place_nodes", nodes.size(),
+        cut::PlaceNodes{nodes, part.state.x_m.view(), part.state.v_m_s.view(), part.state.f_ext_N.view()});
+    ctx.parallel_for("hybrid/set_masses", nodes.size(),
+                     cut::SetMasses{nodes, part.tissue.window().own.begin, part.motion.mass_kg()});
+  }
+  if (patch_) patch_->apply(devices_.context(0), change, parts_);
+  devices_.synchronize();
+}
+
+/// On the first device, which needs masses for the body's motion, and owners.
+void HybridSlabs::PatchOfAll::apply(ExecContext& ctx, const TopologyChange& change,
+                                    std::span<const std::unique_ptr<Part>> parts) {
+  LocalChange nodes;
+  for (const TopologyChange::Node& n : change.nodes) {
+    if (n.node < first) continue;
+    Index part = 0;
+    while (n.layer >= parts[static_cast<std::size_t>(part)]->tissue.own_layers().end) ++part;
+    owner[static_cast<std::size_t>(n.node - first)] = part;
+    nodes.nodes.push_back({.node = n.node, .mass_kg = n.mass_kg});
+  }
+  ctx.upload(std::span<const Index>(owner), device_owner.view());
+  ChangeLists& lists = *parts.front()->change;
+  lists.upload(ctx, nodes);
+  ctx.parallel_for("hybrid/set_masses", lists.nodes.size(),
+                   cut::SetMasses{lists.nodes, first, motion.mass_kg()});
+}
+
+}  // namespace tactus

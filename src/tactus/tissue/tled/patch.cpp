@@ -1,0 +1,79 @@
+#include "tactus/tissue/tled/patch.h"
+
+namespace tactus::tled {
+
+Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
+             View<const Index> cell, const OwnNodes& own, Index first_virtual_cell, Index history_fields)
+    : own_(own), first_virtual_cell_(first_virtual_cell) {
+  if (copies.empty()) return;
+  Device& device = ctx.device();
+  const auto count = static_cast<Index>(copies.size());
+  cell_ = Buffer<Index>(device, cell.size());
+  ctx.copy(cell, cell_.view());
+  copies_ = to_device(ctx, copies);
+  stiffness_ = to_device(ctx, stiffness);
+  corners_ = Buffer<CopyCells>(device, count);
+  f_N_ = to_device(ctx, std::vector<Vec3f>(8 * copies.size()));
+  outer_m_s2_ = to_device(ctx, std::vector<Vec3f>(8 * copies.size()));
+  for (auto* words : {&node_, &node_scratch_}) *words = Buffer<std::uint32_t>(device, 8 * count);
+  for (auto* words : {&corner_, &corner_scratch_, &first_}) *words = Buffer<Index>(device, 8 * count);
+  node_count_ = Buffer<Index>(device, 1);
+  for (Buffer<float>& history : history_Pa_)
+    history = to_device(ctx, std::vector<float>(static_cast<std::size_t>(history_fields) * copies.size()));
+  rebuild(ctx);
+  ctx.synchronize();
+}
+
+void Patch::rebuild(ExecContext& ctx) {
+  ctx.parallel_for("tled/copy_cells", room(),
+                   FindCopyCells{copies_.const_view(), cell_.const_view(), corners_.view()});
+  ctx.parallel_for(
+      "tled/key_corners", node_.size(),
+      KeyCorners{copies_.const_view(), stiffness_.const_view(), own_, node_.view(), corner_.view()});
+  ctx.sort_pairs("tled/sort_corners", node_.view(), corner_.view(), node_scratch_.view(),
+                 corner_scratch_.view());
+  ctx.parallel_for("tled/first_corners", node_.size(),
+                   FlagFirstCorners{node_.const_view(), corner_scratch_.view()});
+  ctx.compact("tled/first_corners", corner_scratch_.const_view(), first_.view(), node_count_.view());
+}
+
+void Patch::load(ExecContext& ctx, View<const float> push_m_s2, Index cells) {
+  ctx.parallel_for("tled/keep_push", nodes(),
+                   KeepPush{by_node(), cell_.const_view(), push_m_s2, outer_m_s2_.view(), cells});
+}
+
+void Patch::move(ExecContext& ctx, const MoveNodes& nodes_move, View<float> push_m_s2) {
+  ctx.parallel_for("tled/move_patch", nodes(),
+                   MovePatchNodes{.corners = by_node(),
+                                  .cell = cell_.const_view(),
+                                  .outer_m_s2 = outer_m_s2_.const_view(),
+                                  .push_m_s2 = push_m_s2,
+                                  .move = nodes_move,
+                                  .first_virtual_cell = first_virtual_cell_});
+}
+
+void Patch::add_to(ExecContext& ctx, View<float> f_N, Index cells) {
+  ctx.parallel_for("tled/add_patch", nodes(),
+                   AddPatchForces{by_node(), cell_.const_view(), f_N, cells, first_virtual_cell_});
+}
+
+void Patch::find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,
+                          float gradient_per_m, View<CubeExtremes> out) {
+  ctx.parallel_for("tled/extremes", out.size(),
+                   FindCopyExtremes{.copies = copies_.const_view(),
+                                    .corners = corners_.const_view(),
+                                    .stiffness = stiffness_.const_view(),
+                                    .x_m = x_m,
+                                    .own = own_,
+                                    .out = out,
+                                    .cells = cells,
+                                    .first_cube = first_cube,
+                                    .gradient_per_m = gradient_per_m});
+}
+
+void Patch::keep_history(ExecContext& ctx, const MoveCount& moves) {
+  ctx.parallel_for("tled/keep_history", history_Pa_[0].size(),
+                   KeepHistory{history_Pa_[1].const_view(), history_Pa_[0].view(), moves});
+}
+
+}  // namespace tactus::tled

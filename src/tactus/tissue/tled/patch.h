@@ -1,0 +1,79 @@
+#pragma once
+/// The patch of a body: copies of cubes that were cut, beside the dense tiles.
+#include <array>
+#include <span>
+
+#include "tactus/compute/exec_context.h"
+#include "tactus/tissue/tled/patch_kernels.h"
+
+namespace tactus::tled {
+
+/// Copies and their virtual nodes, on one device. Tled gives virtual nodes the cells behind its box, so what
+/// loads and stores nodes needs no second path. A substep sums the copies' forces node by node; then either
+/// nodes of the tiles get them as external acceleration and virtual nodes move (move), or all get them as
+/// forces (add_to).
+///
+/// There is room for so many copies and virtual nodes. What is in use may change between frames: write it to
+/// copies() and stiffness(), then rebuild(). A recorded frame stays valid.
+class Patch {
+ public:
+  Patch() = default;
+  /// @param cell per node: where Tled keeps it
+  /// @param own nodes that move on this device
+  /// @param history_fields of relaxing cubes; 0: none
+  Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
+        View<const Index> cell, const OwnNodes& own, Index first_virtual_cell, Index history_fields);
+
+  /// Copies that there is room for.
+  Index room() const { return copies_.size(); }
+  bool has_room() const { return room() > 0; }
+  View<embed::CubeNodes> copies() { return copies_.view(); }
+  View<Stiffness> stiffness() { return stiffness_.view(); }
+  View<const Stiffness> stiffness() const { return stiffness_.const_view(); }
+  View<const CopyCells> corners() const { return corners_.const_view(); }
+  /// Of substep k, before and after.
+  View<float> history() { return history_Pa_[0].view(); }  ///< between frames
+  View<const float> history_before(int k) const { return history_Pa_[at(k)].const_view(); }
+  View<float> history_after(int k) { return history_Pa_[at(k + 1)].view(); }
+
+  /// Sorts the corners of copies by node. Asynchronous, allocates nothing.
+  void rebuild(ExecContext& ctx);
+  /// Keeps the external accelerations that load() of the tiles found.
+  void load(ExecContext& ctx, View<const float> push_m_s2, Index cells);
+  /// What copies exert for these positions.
+  template <class Cube>
+  void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells) {
+    ctx.parallel_for(
+        "tled/copy_forces", room(),
+        CopyForces<Cube>{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), cells, cube});
+  }
+  void move(ExecContext& ctx, const MoveNodes& nodes, View<float> push_m_s2);
+  void add_to(ExecContext& ctx, View<float> f_N, Index cells);
+  /// How strained the copies are. @param first_cube number of the first copy
+  /// @param out one per 256 copies
+  void find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,
+                     float gradient_per_m, View<CubeExtremes> out);
+  /// As Tled's.
+  void keep_history(ExecContext& ctx, const MoveCount& moves);
+
+ private:
+  static std::size_t at(int k) { return static_cast<std::size_t>(k % 2); }
+  CornersOfNodes by_node() const {
+    return {first_.const_view(), node_.const_view(), corner_.const_view(), f_N_.const_view()};
+  }
+  /// Nodes that copies have.
+  Count nodes() const { return {node_count_.const_view(), first_.size()}; }
+
+  OwnNodes own_;
+  Index first_virtual_cell_ = 0;
+  Buffer<Index> cell_;  ///< per node
+  Buffer<embed::CubeNodes> copies_;
+  Buffer<Stiffness> stiffness_;
+  Buffer<CopyCells> corners_;
+  Buffer<Vec3f> f_N_, outer_m_s2_;
+  Buffer<std::uint32_t> node_, node_scratch_;  ///< per corner
+  Buffer<Index> corner_, corner_scratch_, first_, node_count_;
+  std::array<Buffer<float>, 2> history_Pa_;
+};
+
+}  // namespace tactus::tled

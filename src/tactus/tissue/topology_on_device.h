@@ -1,0 +1,46 @@
+#pragma once
+/// A change of topology as one device needs it.
+#include <vector>
+
+#include "tactus/compute/exec_context.h"
+#include "tactus/tissue/topology_kernels.h"
+
+namespace tactus {
+
+/// What of a change concerns a device, in ids of its part of the body.
+struct LocalChange {
+  std::vector<Index> cut;  ///< cubes that are no more
+  std::vector<cut::LocalCopy> copies;
+  std::vector<cut::LocalNode> nodes;
+};
+
+/// Lists of a change in a device's memory. They are as long as a body has room for, so a change allocates
+/// nothing there.
+class ChangeLists {
+ public:
+  /// @param room for copies that the body has
+  ChangeLists(ExecContext& ctx, Index room)
+      : cut_(ctx.device(), room), copies_(ctx.device(), room), nodes_(ctx.device(), 8 * room) {}
+  /// Synchronizes.
+  void upload(ExecContext& ctx, const LocalChange& change) {
+    const auto put = [&]<class T>(const std::vector<T>& from, Buffer<T>& to, View<const T>& of_change) {
+      const auto count = static_cast<Index>(from.size());
+      of_change = to.const_view().part(0, count);
+      if (count > 0) ctx.upload(std::span<const T>(from), to.view().part(0, count));
+    };
+    put(change.cut, cut_, cubes);
+    put(change.copies, copies_, copies);
+    put(change.nodes, nodes_, nodes);
+    ctx.synchronize();
+  }
+  View<const Index> cubes;
+  View<const cut::LocalCopy> copies;
+  View<const cut::LocalNode> nodes;
+
+ private:
+  Buffer<Index> cut_;
+  Buffer<cut::LocalCopy> copies_;
+  Buffer<cut::LocalNode> nodes_;
+};
+
+}  // namespace tactus
