@@ -397,7 +397,7 @@ void describe_frame(FieldVisitor& v, FrameDescription& f) {
                  "the time between frames of the source");
   v.integer_or_auto({"substeps", "steps of the bodies per frame"}, f.substeps, {"", 1, 10000},
                     "what the stable step of the stiffest body asks for");
-  v.integer({"max_substeps", "no frame has more, however strained bodies are"}, f.max_substeps,
+  v.integer({"max_substeps", "no frame has more, unless bodies need more at rest"}, f.max_substeps,
             {"", 1, 10000});
 }
 
