@@ -350,6 +350,28 @@ TEST(SlitBody, AnyLegalOrderGivesTheSameBits) {
   }
 }
 
+/// A copy that is crushed is found as a cube would be: its volume, and its number. The uncut block has the
+/// same cube crushed the same way.
+TEST_P(SlitDevices, StrainOfCopiesIsFound) {
+  DeviceSet devices(GetParam(), 13);
+  const CubeLattice whole = lattice_from_box({}, {4, 4, 48}, {.spacing_m = kH}), lattice = cross_cut(whole);
+  const auto extremes = [&](const CubeLattice& of, Index cube) {
+    HybridSlabs body(devices, of, {}, {&kMaterial, 1}, {}, {}, {}, 0);
+    std::vector<Vec3f> x = of.rest_positions_m();
+    const auto& nodes = of.cube_nodes[at(cube)];
+    for (std::size_t q = 4; q < 8; ++q) x[at(nodes[q])].z -= 0.7F * kH;
+    body.set_state(x, std::vector<Vec3f>(x.size()));
+    body.end_frame(1);
+    return body.extremes();
+  };
+  const Index copy = lattice.regular_cubes();  // the first
+  const tled::CubeExtremes cut = extremes(lattice, copy), uncut = extremes(whole, lattice.copies[0].of);
+  EXPECT_EQ(cut.smallest_cube, copy);
+  EXPECT_EQ(cut.smallest_J, uncut.smallest_J);
+  EXPECT_EQ(cut.inverted, 0);
+  EXPECT_EQ(uncut.smallest_cube, lattice.copies[0].of);
+}
+
 /// Room that nothing uses changes no bit.
 TEST(SlitBody, RoomChangesNothing) {
   const CubeLattice whole = box({5, 4, 3});

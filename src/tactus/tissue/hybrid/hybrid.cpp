@@ -276,7 +276,10 @@ void Hybrid::find_extremes(ExecContext& ctx, const BodyState& state) {
 
 tled::CubeExtremes Hybrid::in_body(const tled::CubeExtremes& found) const {
   if (!has_elements_) return {1, 0, 1, 0, 0};
-  return tled::FindExtremes::counted_from(first_cube_ + tled_.first_own_cube(), found);
+  tled::CubeExtremes of_body = tled::FindExtremes::counted_from(tled_.first_own_cube(), found);
+  for (Index* cube : {&of_body.fastest_cube, &of_body.smallest_cube})
+    *cube += *cube < regular_cubes_ ? first_cube_ : first_copy_ - regular_cubes_;
+  return of_body;
 }
 
 }  // namespace tactus

@@ -43,3 +43,4 @@ TACTUS_CUDA_KERNEL(tactus::tled::FlagFirstCorners);
 TACTUS_CUDA_KERNEL(tactus::tled::KeepPush);
 TACTUS_CUDA_KERNEL(tactus::tled::MovePatchNodes);
 TACTUS_CUDA_KERNEL(tactus::tled::AddPatchForces);
+TACTUS_CUDA_KERNEL(tactus::tled::FindCopyExtremes);

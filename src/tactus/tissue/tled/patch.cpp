@@ -57,6 +57,20 @@ void Patch::add_to(ExecContext& ctx, View<float> f_N, Index cells) {
                    AddPatchForces{by_node(), cell_.const_view(), f_N, cells, first_virtual_cell_});
 }
 
+void Patch::find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,
+                          float gradient_per_m, View<CubeExtremes> out) {
+  ctx.parallel_for("tled/extremes", out.size(),
+                   FindCopyExtremes{.copies = copies_.const_view(),
+                                    .corners = corners_.const_view(),
+                                    .stiffness = stiffness_.const_view(),
+                                    .x_m = x_m,
+                                    .own = own_,
+                                    .out = out,
+                                    .cells = cells,
+                                    .first_cube = first_cube,
+                                    .gradient_per_m = gradient_per_m});
+}
+
 void Patch::keep_history(ExecContext& ctx, const MoveCount& moves) {
   ctx.parallel_for("tled/keep_history", history_Pa_[0].size(),
                    KeepHistory{history_Pa_[1].const_view(), history_Pa_[0].view(), moves});

@@ -49,6 +49,10 @@ class Patch {
   }
   void move(ExecContext& ctx, const MoveNodes& nodes, View<float> push_m_s2);
   void add_to(ExecContext& ctx, View<float> f_N, Index cells);
+  /// How strained the copies are. @param first_cube number of the first copy
+  /// @param out one per 256 copies
+  void find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,
+                     float gradient_per_m, View<CubeExtremes> out);
   /// As Tled's.
   void keep_history(ExecContext& ctx, const MoveCount& moves);
 

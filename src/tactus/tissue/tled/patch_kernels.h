@@ -115,6 +115,33 @@ struct OwnNodes {
   }
 };
 
+/// Extremes of 256 copies whose first node is the device's own.
+struct FindCopyExtremes {
+  static constexpr int kThreads = FindExtremes::kThreads;
+  using Shared = FindExtremes::Shared;
+  View<const embed::CubeNodes> copies;
+  View<const CopyCells> corners;
+  View<const Stiffness> stiffness;
+  View<const float> x_m;  ///< 3 fields over cells
+  OwnNodes own;
+  View<CubeExtremes> out;
+  Index cells;
+  Index first_cube;  ///< number of the first copy
+  float gradient_per_m;
+  TACTUS_HD CubeExtremes of_copy(Index copy) const {
+    if (!own.has(copies[copy].node[0])) return FindExtremes::kNone;
+    Vec3f corner[8];
+    for (int q = 0; q < 8; ++q) corner[q] = vector_at(x_m, cells, corners[copy].cell[q]);
+    return FindExtremes::of_corners(corner, stiffness[copy], gradient_per_m, first_cube + copy);
+  }
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index first = b.index() * kThreads, count = min(Index{kThreads}, copies.size() - first);
+    b.for_threads(count, [&](int t) { s.of[t] = of_copy(first + t); });
+    FindExtremes::find_worst(b, s, count, out);
+  }
+};
+
 /// Copies by cells instead of nodes.
 struct FindCopyCells {
   View<const embed::CubeNodes> copies;

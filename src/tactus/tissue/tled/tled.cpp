@@ -179,8 +179,9 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
                               lattice.cubes.begin());
   };
   own_cubes_ = {first_cube_at(own_layers.begin), first_cube_at(own_layers.end)};
-  extremes_ =
-      Buffer<tled::CubeExtremes>(ctx.device(), ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads));
+  extremes_ = Buffer<tled::CubeExtremes>(
+      ctx.device(), ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads) +
+                        ceil_div(static_cast<Index>(lattice.copies.size()), tled::FindExtremes::kThreads));
   worst_ = to_device(ctx, std::vector<tled::CubeExtremes>{tled::FindExtremes::kNone});
   std::vector<float> inverse_mass(static_cast<std::size_t>(grid_.cells));
   for (std::size_t i = 0; i < plan.node_cell.size(); ++i) {
@@ -400,10 +401,13 @@ void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const Frame
 
 void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
-  ctx.parallel_for(
-      "tled/extremes", extremes_.size(),
-      tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
-                         ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, 1 / (4 * spacing_m_)});
+  const Index tiled = ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads);
+  const float gradient = 1 / (4 * spacing_m_);
+  ctx.parallel_for("tled/extremes", tiled,
+                   tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
+                                      ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, gradient});
+  patch_.find_extremes(ctx, ahead_m_[0].const_view(), grid_.cells, cube_cell_.size() - own_cubes_.begin,
+                       gradient, extremes_.view().part(tiled, extremes_.size() - tiled));
   ctx.parallel_for("tled/worst_extremes", 1, SummariseExtremes{extremes_.const_view(), worst_.view()});
 }
 

@@ -154,6 +154,10 @@ struct FindExtremes {
           ((q & 1) != 0 ? grid.right_of(c) : c) + (q >> 1 & 1) * grid.stride_y + (q >> 2) * grid.stride_z;
       corner[q] = {x_m[at], x_m[grid.cells + at], x_m[2 * grid.cells + at]};
     }
+    return of_corners(corner, stiffness[c], gradient_per_m, cube);
+  }
+  TACTUS_HD static CubeExtremes of_corners(const Vec3f (&corner)[8], const Stiffness& of,
+                                           float gradient_per_m, Index cube) {
     GradientColumns F{};
     for (int q = 0; q < 4; ++q) {
       F.x += corner[2 * q + 1] - corner[2 * q];
@@ -163,7 +167,7 @@ struct FindExtremes {
     F = {gradient_per_m * F.x, gradient_per_m * F.y, gradient_per_m * F.z};
     const GradientColumns cof = cofactor(F);
     const float J = dot(F.x, cof.x), safe = max(J, kSmallestJ);
-    const float mu = stiffness[c].mu_Pa, lambda = stiffness[c].lambda_Pa;
+    const float mu = of.mu_Pa, lambda = of.lambda_Pa;
     const float area2 = dot(cof.x, cof.x) + dot(cof.y, cof.y) + dot(cof.z, cof.z);
     // |cof F|^2 of the spectral norm is at most the sum over columns, and at rest a third of it.
     const float ratio2 =
@@ -194,6 +198,10 @@ struct FindExtremes {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index first = b.index() * kThreads, count = min(Index{kThreads}, cube_cell.size() - first);
     b.for_threads(count, [&](int t) { s.of[t] = of_cube(first + t); });
+    find_worst(b, s, count, out);
+  }
+  template <class Block>
+  TACTUS_HD static void find_worst(const Block& b, Shared& s, Index count, View<CubeExtremes> out) {
     b.for_threads(ceil_div(count, kStrip), [&](int strip) {
       const int begin = strip * kStrip, end = min(begin + kStrip, static_cast<int>(count));
       for (int t = begin + 1; t < end; ++t) s.of[begin] = worse(s.of[begin], s.of[t]);
