@@ -10,6 +10,17 @@
 #include "tactus/reconstruct/rig_examination.h"
 
 namespace tactus {
+namespace {
+
+/// Largest recall that a trusted view loses when this one carves, too.
+double lost_by_others(const SeenView& view, const SilhouetteConsistency& trusted) {
+  const std::vector<double> with = trusted.recalls({&view, 1}), without = trusted.recalls();
+  double lost = 0;
+  for (std::size_t v = 0; v < without.size(); ++v) lost = std::max(lost, without[v] - with[v]);
+  return lost;
+}
+
+}  // namespace
 
 /// The slip undone in the files' world.
 Camera Examination::slip(const RigHypothesis& h, const Camera& given) const {
@@ -268,6 +279,8 @@ bool Examination::try_motion(std::size_t view, const SilhouetteConsistency& trus
   const std::size_t c = used_[view];
   SeenView seen{diagnosis_.cameras[c], &diagnosis_.masks[c]};
   Agreement found;
+  // A camera that stands or looks elsewhere carves what the others keep; a leak carves nothing.
+  if (lost_by_others(seen, trusted) < 0.005) return false;
   for (const int samples : {kSearch, kFine}) {
     const SilhouetteConsistency hull(trusted.box_m(), trusted.trusted(), samples);
     seen.camera = search_pose(hull, seen).camera;
@@ -295,9 +308,7 @@ bool Examination::try_motion(std::size_t view, const SilhouetteConsistency& trus
 void Examination::name_mask(std::size_t view, const SilhouetteConsistency& trusted) {
   const std::size_t c = used_[view];
   const SeenView seen{diagnosis_.cameras[c], &diagnosis_.masks[c]};
-  const std::vector<double> with = trusted.recalls({&seen, 1}), without = trusted.recalls();
-  double lost = 0;
-  for (std::size_t v = 0; v < without.size(); ++v) lost = std::max(lost, without[v] - with[v]);
+  const double lost = lost_by_others(seen, trusted);
   const double excess = 1 - trusted.covered(seen);
   const BitMask possible = trusted.silhouette(diagnosis_.cameras[c]);
   BitMask& mask = diagnosis_.masks[c];
