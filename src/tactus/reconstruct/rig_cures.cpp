@@ -21,7 +21,8 @@ Camera Examination::slip(const RigHypothesis& h, const Camera& given) const {
 }
 
 /// A hole costs the others no recall where they see the object from the side. What it carves alone, deep in
-/// the others' hull, tells it (ViewScores).
+/// the others' hull, tells it (ViewScores). Where few views look, one alone sees through a gap between
+/// fingers: that is worth a word, and no fault.
 void Examination::find_holes() {
   const std::optional<Box3f> box = box_of(views());
   if (!box) return;
@@ -33,17 +34,26 @@ void Examination::find_holes() {
     masks.push_back(diagnosis_.masks[c]);
   }
   ViewScores scores(devices.context(0), cameras, {.workspace_m = *box});
-  const std::vector<ViewScore> found = scores.measure(devices.context(0), masks);
+  std::vector<ViewScore> found = scores.measure(devices.context(0), masks);
   for (std::size_t v = 0; v < found.size(); ++v) {
     if (!found[v].is_suspect) continue;
-    // A concave object seen by few views is carved deep by one of them, too; that mask has no hole in it.
-    BitMask filled = masks[v];
-    MaskCleaner(filled.width_px, filled.height_px).fill_holes(filled, filled.width_px * filled.height_px);
-    if (filled == masks[v]) continue;
-    note({static_cast<int>(used_[v]), -1, "holed mask",
-          "it alone carves " + number(100 * found[v].carved_alone, "%.1f") +
-              " % of the hull that all others keep: fill it (--repair-masks), or learn the background again",
-          0, 0});
+    // A concave object seen by few views is carved deep by one of them, too: not through a hole.
+    found[v].is_suspect = false;
+    std::vector<BitMask> filled = masks;
+    BitMask& mask = filled[v];
+    MaskCleaner(mask.width_px, mask.height_px).fill_holes(mask, mask.width_px * mask.height_px);
+    if (mask == masks[v] || scores.measure(devices.context(0), filled)[v].is_suspect) continue;
+    found[v].is_suspect = true;
+    DoctorFinding finding{
+        static_cast<int>(used_[v]),
+        -1,
+        "holed mask",
+        "it alone carves " + number(100 * found[v].carved_alone, "%.1f") +
+            " % of the hull that all others keep: fill it (--repair-masks), or learn the background again",
+        0,
+        0};
+    finding.is_fault = used_.size() >= kDeterminedViews;
+    note(finding);
   }
   std::vector<BitMask> repaired = masks;
   repair_masks(devices.context(0), scores, found, repaired);
