@@ -79,21 +79,50 @@ struct ReactionSums {
 /// Which points a node moves with: those of entries first[c] .. first[c + 1] of `incident`.
 struct PointTable {
   View<const EmbeddedPoint> points;
-  View<const Index> leaders;   ///< node[0] of each point
-  View<const Index> nodes;     ///< that move with any point
-  View<const Index> first;     ///< (nodes + 1)
+  View<const Index> nodes;     ///< that move with any point: a row each
+  View<const Index> first;     ///< (rows + 1)
   View<const Index> incident;  ///< 8 point + corner
+  View<const Index> rows;      ///< at 8 point + corner: of that node; any, where its weight is 0
+};
+
+/// Points are taken in blocks, so that those that are far from everything sleep together.
+inline constexpr Index kBlockPoints = 32;
+
+/// Which points are in a block, and which nodes move them.
+struct PointBlocks {
+  View<const Index> first;       ///< (blocks + 1) points
+  View<const Index> first_node;  ///< (blocks + 1) entries of the next
+  View<const Index> nodes;
+  View<Index> pose;     ///< at which pose of the surface nodes were at x_m; < 0: none
+  View<Vec3f> x_m;      ///< per entry of `nodes`
+  View<float> sleep_m;  ///< per point: nothing touches it until a node of its block has moved that far
+};
+
+/// At most so many triangles are kept per point. On a hull whose edges are half a spacing, those within an
+/// eighth of a spacing of a point that touches are 1 to 8.
+inline constexpr Index kNearTriangles = 24;
+
+/// What the last search round a point found.
+struct PointNeighbours {
+  Vec3f x_m;             ///< where it was then
+  float free_m;          ///< nothing is nearer than that but what is listed
+  float listed_m;        ///< of `owners`, all triangles within that are listed; < 0: the point sleeps
+  std::uint32_t owners;  ///< bit k: owner k is near
+  Index count;           ///< of triangles
 };
 
 /// What contact keeps of one body.
 struct PointState {
   View<Index> touching;        ///< per point: 1 while it touches; 2 .. kLingering: so many corrections after
   View<PointContact> contact;  ///< per point, where it touches
-  View<std::uint32_t> node_weight;  ///< per node of the body: sum of the weights of touching points
-  View<Index> recorded;             ///< per point: corrections of this frame that are in its record
-  View<ContactRecord> records;      ///< per point
-  View<ReactionSums> moved_on;      ///< (kOwners) of points that went on to another owner
-  View<std::uint32_t> owner_used;   ///< (kOwners) != 0: it has records
+  View<std::uint32_t> node_weight;  ///< per row: sum of the weights of touching points
+  View<Index> searched;             ///< per point: the pose of the surface at its last search; < 0: none
+  View<PointNeighbours> neighbours;
+  View<std::uint32_t> near;        ///< kNearTriangles per point: NearTriangle
+  View<Index> recorded;            ///< per point: corrections of this frame that are in its record
+  View<ContactRecord> records;     ///< per point
+  View<ReactionSums> moved_on;     ///< (kOwners) of points that went on to another owner
+  View<std::uint32_t> owner_used;  ///< (kOwners) != 0: it has records
 };
 
 /// Weights as integers, so that their sums don't depend on the order in which they come. Rounded up: the sum
@@ -111,26 +140,40 @@ class BodyPoints {
  public:
   BodyPoints() = default;
   /// Synchronizes. @throws Error when a point names a node that is not there.
+  /// @param first_part so many of the first points may be corrected without the others
   BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
-             float lattice_spacing_m);
+             float lattice_spacing_m, Index first_part = 0);
 
   Index count() const { return points_.size(); }
-  Index node_count() const { return node_weight_.size(); }
+  Index node_count() const { return node_count_; }
   float lattice_spacing_m() const { return lattice_spacing_m_; }
   PointTable table() const;
   PointState state();
+  PointBlocks blocks();
+  /// Points and blocks of the first part, and all blocks.
+  Index first_count() const { return first_count_; }
+  Index first_blocks() const { return first_blocks_; }
+  Index block_count() const { return block_pose_.size(); }
   /// (kOwners) Sums of the frame that ended.
   View<const ContactRecord> totals() const { return totals_.const_view(); }
-  void begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
+  void begin_frame(ExecContext& ctx);
   void end_frame(ExecContext& ctx);
   View<const Index> touching() const { return touching_.const_view(); }
   /// Nothing touches: after a body's state was set anew.
   void reset(ExecContext& ctx);
 
  private:
+  void make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index first_part);
+
   float lattice_spacing_m_ = 0;
+  Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0;
   Buffer<EmbeddedPoint> points_;
-  Buffer<Index> leaders_, nodes_, first_, incident_, touching_, recorded_;
+  Buffer<Index> nodes_, first_, incident_, rows_, touching_, recorded_, searched_;
+  Buffer<Index> block_first_, block_first_node_, block_nodes_, block_pose_;
+  Buffer<float> sleep_m_;
+  Buffer<Vec3f> block_x_m_;
+  Buffer<PointNeighbours> neighbours_;
+  Buffer<std::uint32_t> near_;
   Buffer<PointContact> contact_;
   Buffer<std::uint32_t> node_weight_, owner_used_;
   Buffer<ContactRecord> records_, totals_;

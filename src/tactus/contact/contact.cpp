@@ -2,8 +2,13 @@
 
 #include <string>
 
+#include "tactus/contact/find_kernels.h"
+
 namespace tactus {
 namespace {
+
+/// A list of triangles holds until a point has moved by that much, in spacings of samples.
+constexpr float kListMargin = 0.125F;
 
 ContactSettings checked(const ContactSettings& s) {
   if (!(s.restitution >= 0 && s.restitution <= 1))
@@ -27,7 +32,7 @@ void check(const BodyPoints& points, const ContactNodes& nodes) {
 TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes) {
   const float reach_m = 2 * surface.settings().sample_spacing_m;
   // A point's leader is at most sqrt(3)/2 spacings away at rest: room to be stretched to twice that.
-  return {nodes, points.table(), points.state(), 0, reach_m, 2 * points.lattice_spacing_m() + reach_m};
+  return {nodes, points.table(), points.state(), reach_m, 2 * points.lattice_spacing_m() + reach_m};
 }
 
 }  // namespace
@@ -56,24 +61,31 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& p
                               surface.samples(),
                               body,
                               4 * body.reach_m});
-  ctx.parallel_for("contact/apply", body.table.nodes.size(),
+  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.nodes.size()),
                    ApplyContacts{body, points.count(), poses, 1, times_});
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
-                      BodyPoints& points, const ContactNodes& nodes, Index k, Index steps, PointRange part) {
+                      BodyPoints& points, const ContactNodes& nodes, Index k, Index steps, PointPart part) {
   check(points, nodes);
   const View<const SurfacePoses> poses = poses_.const_view();
   TouchingPoints body = touching_points(surface, points, nodes);
-  body.first = part.first;
-  const Index end = min(part.end, points.count());
-  ctx.parallel_for("contact/find", end - body.first,
+  const bool skips = part == PointPart::rest, all = part != PointPart::first;
+  const Index first_block = skips ? points.first_blocks() : 0,
+              end_block = all ? points.block_count() : points.first_blocks(),
+              end = all ? points.count() : points.first_count();
+  body.first = skips ? points.first_count() : 0;
+  ctx.parallel_for("contact/find", end_block - first_block,
                    FindContacts{{surface.triangles(), surface.coarse_samples(), poses, obstacles},
                                 body,
+                                points.blocks(),
+                                first_block,
                                 settings_.restitution,
                                 settings_.friction,
+                                kListMargin * surface.settings().sample_spacing_m,
                                 SubstepsTo{k, steps, times_.dt_s, times_.frame}});
-  ctx.parallel_for("contact/apply", body.table.nodes.size(), ApplyContacts{body, end, poses, 0, times_});
+  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.nodes.size()),
+                   ApplyContacts{body, end, poses, 0, times_});
 }
 
 void ContactReport::add(const ContactReport& body) {

@@ -1,7 +1,7 @@
 #pragma once
 /// Contact of bodies with the real surface and with what stands still. One-way: nothing moves those; what is
 /// done to them is reported.
-#include <limits>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -41,10 +41,8 @@ struct ContactReport {
   void add(const ContactReport& body);
 };
 
-/// Which points of a body take part.
-struct PointRange {
-  Index first = 0, end = std::numeric_limits<Index>::max();
-};
+/// Which points of a body take part: all, its first part or the others.
+enum class PointPart : std::uint8_t { all, first, rest };
 
 /// Order in a frame, all on one context and without a read-back:
 ///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),
@@ -62,12 +60,13 @@ class Contact {
   /// nowhere. Velocities stay.
   void rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes);
   /// Points that are inside go back to the surface; an approaching velocity is reflected with e and its
-  /// tangential part limited by μ. Points that nothing is near cost little more than reading where they are.
+  /// tangential part limited by μ. Points that nothing is near sleep (find_kernels.h).
   /// @param k substep at whose begin the points were corrected last @param steps after it, >= 1: where they
   /// meet the surface now; k is the device's when the times are @param part of the points, when not all take
   /// part
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
-               BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1, PointRange part = {});
+               BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1,
+               PointPart part = PointPart::all);
 
  private:
   ContactSettings settings_;

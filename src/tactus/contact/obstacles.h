@@ -19,10 +19,9 @@ struct Obstacle {
   Vec3f half_m;             ///< box
   SurfaceTrianglesView mesh;
 
-  /// The gap of a point that is inside, or went through since it was at `before_m`; as
-  /// SurfaceTrianglesView::gap, in world coordinates.
-  TACTUS_HD SurfaceGap gap(Vec3f p_m, Vec3f before_m, float reach_m, Vec3f facing) const {
-    if (kind == ObstacleKind::mesh) return mesh.gap(kAnyPiece, p_m, before_m, reach_m, facing);
+  /// The gap of a point that is inside a plane or box, or went through since it was at `before_m`, in world
+  /// coordinates; `facing` as SurfaceTrianglesView::gap.
+  TACTUS_HD SurfaceGap shape_gap(Vec3f p_m, Vec3f before_m, Vec3f facing) const {
     const Mat3f back = transpose(T_obstacle_world.R);
     const Vec3f p = T_obstacle_world * p_m;
     if (kind == ObstacleKind::plane) return {p.y, back.column(1), p.y < 0.F};
@@ -30,13 +29,11 @@ struct Obstacle {
     g.n = back * g.n;
     return g;
   }
-  /// False only for a point that is farther than margin_m outside.
-  TACTUS_HD bool may_be_near(Vec3f p_m, float margin_m) const {
-    if (kind == ObstacleKind::mesh) return mesh.may_be_near(p_m);
+  /// How far a point is outside of a plane or box; <= 0 inside.
+  TACTUS_HD float distance_m(Vec3f p_m) const {
     const Vec3f p = T_obstacle_world * p_m;
-    if (kind == ObstacleKind::plane) return p.y < margin_m;
-    const Vec3f out = max(Vec3f{abs(p.x), abs(p.y), abs(p.z)} - half_m, Vec3f{});
-    return dot(out, out) < sqr(margin_m);
+    return kind == ObstacleKind::plane ? p.y
+                                       : length(max(Vec3f{abs(p.x), abs(p.y), abs(p.z)} - half_m, Vec3f{}));
   }
 
  private:

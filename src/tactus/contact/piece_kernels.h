@@ -62,9 +62,11 @@ struct SurfacePiece {
   Vec3f low_m, high_m;  ///< box of its samples
   TACTUS_HD float size_m() const { return length(high_m - low_m); }
   /// False only for what is farther than `reach_m` from all its samples.
-  TACTUS_HD bool may_reach(Vec3f p_m, float reach_m) const {
+  TACTUS_HD bool may_reach(Vec3f p_m, float reach_m) const { return outside_m(p_m) < reach_m; }
+  /// How far outside its box a point is along the farthest axis: no sample is nearer. < 0: in it.
+  TACTUS_HD float outside_m(Vec3f p_m) const {
     const Vec3f out = max(low_m - p_m, p_m - high_m);
-    return max(out.x, max(out.y, out.z)) < reach_m;
+    return max(out.x, max(out.y, out.z));
   }
 };
 

@@ -113,9 +113,9 @@ struct TouchingPoints {
   ContactNodes nodes;
   PointTable table;
   PointState state;
-  Index first = 0;  ///< point of thread 0
   float reach_m;    ///< points deeper than that are found by DeepRescue only
-  float margin_m;   ///< no point is farther from its leader
+  float margin_m;   ///< no point is farther from its first node
+  Index first = 0;  ///< of the points that take part
   TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
     const Vec3f base = nodes.x_m[p.node[0]];
     Vec3f sum{};
@@ -125,6 +125,12 @@ struct TouchingPoints {
   TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
     Vec3f sum{};
     for (int k = 0; k < 8; ++k) sum += p.weight[k] * nodes.v_m_s[p.node[k]];
+    return sum;
+  }
+  /// By how much a point may move, at most, when each of its nodes moves by 1.
+  TACTUS_HD static float spread(const EmbeddedPoint& p) {
+    float sum = 0;
+    for (int k = 0; k < 8; ++k) sum += abs(p.weight[k]);
     return sum;
   }
   TACTUS_HD bool moves(const EmbeddedPoint& p) const {
@@ -141,7 +147,7 @@ struct TouchingPoints {
     for (int k = 0; k < 8; ++k) {
       if (p.weight[k] == 0.F) continue;
       const std::uint32_t weight = PointWeights::quantized(p.weight[k]);
-      atomic_add(state.node_weight[p.node[k]], touches ? weight : 0U - weight);
+      atomic_add(state.node_weight[table.rows[8 * i + k]], touches ? weight : 0U - weight);
     }
   }
 };
@@ -149,108 +155,6 @@ struct TouchingPoints {
 /// A point remembers what it touched for so many corrections, less one: what rests leaves the surface for a
 /// substep now and then, by rounding or because it swings, and must not creep with each time.
 inline constexpr Index kLingering = 8;
-
-/// Finds what each point of a body touches at the end of a substep, and how its position and velocity are to
-/// change. Works in the frame of each piece of the surface at its capture: a point is taken back by the
-/// piece's motion, so triangles and cells stay as they were made however fast the surface moves.
-struct FindContacts {
-  static constexpr int kGrain = 256;
-  Boundaries boundaries;
-  TouchingPoints body;
-  float restitution, friction;
-  SubstepsTo now;
-  float dt_s = 0;  ///< since the last correction
-  TACTUS_HD void load() {
-    now.load();
-    dt_s = now.dt_s * static_cast<float>(now.steps);
-    boundaries.poses = boundaries.poses.part(now.substep + now.steps - 1, 1);
-  }
-  TACTUS_HD void operator()(Index thread) const {
-    if (body.nodes.has_stopped()) return;
-    const Index i = body.first + thread;
-    const Index touching = body.state.touching[i];
-    const bool touched = touching != 0;
-    const Vec3f leader = body.nodes.x_m[body.table.leaders[i]];
-    const SurfacePoses& all = boundaries.poses[0];
-    const bool near = touched || near_surface(all, leader) || near_obstacle(leader);
-    if (!near) return;
-    const EmbeddedPoint& p = body.table.points[i];
-    Deepest deepest;
-    const Vec3f x = body.position(p), v = body.velocity(p);
-    if (body.moves(p)) {
-      const Vec3f facing = touched ? body.state.contact[i].n : Vec3f{};
-      for (Index k = 0; k < all.count; ++k) see_piece(all, k, x, v, facing, deepest);
-      for (Index k = 0; k < boundaries.obstacles.size(); ++k) see_obstacle(k, x, v, facing, deepest);
-    }
-    if (deepest.owner >= 0)
-      touch(i, x, v, touching, deepest);
-    else if (touched)
-      linger(body.state.contact[i], all);
-    body.set_touching(i, p, deepest.owner >= 0 ? 1 : touched && touching < kLingering ? touching + 1 : 0);
-  }
-
- private:
-  struct Deepest {
-    float gap_m = 0;
-    Vec3f n, velocity_m_s;
-    Index owner = -1;
-    TACTUS_HD void see(float gap, Vec3f normal, Vec3f velocity, Index who) {
-      if (!(gap < gap_m)) return;
-      gap_m = gap;
-      n = normal;
-      velocity_m_s = velocity;
-      owner = who;
-    }
-  };
-  TACTUS_HD bool near_surface(const SurfacePoses& all, Vec3f x) const {
-    bool near = false;
-    for (Index k = 0; k < all.count && !near; ++k) {
-      const Vec3f p = all.piece[k].to_capture(x);
-      near = all.piece[k].may_touch(p, body.margin_m) && boundaries.coarse.may_be_near(p);
-    }
-    return near;
-  }
-  TACTUS_HD bool near_obstacle(Vec3f x) const {
-    bool near = false;
-    for (Index k = 0; k < boundaries.obstacles.size() && !near; ++k)
-      near = boundaries.obstacles[k].may_be_near(x, body.margin_m);
-    return near;
-  }
-  TACTUS_HD void see_piece(const SurfacePoses& all, Index k, Vec3f x, Vec3f v, Vec3f facing,
-                           Deepest& deepest) const {
-    const SurfacePose& pose = all.piece[k];
-    const Vec3f p = pose.to_capture(x);
-    if (!pose.may_touch(p, body.reach_m) || !boundaries.surface.may_be_near(p)) return;
-    const Vec3f velocity = pose.velocity_at(x);
-    const Mat3f back = transpose(pose.turn);
-    const SurfaceGap g = boundaries.surface.gap(all.own(k), p, p - dt_s * (back * (v - velocity)),
-                                                body.reach_m, back * facing);
-    if (g.inside) deepest.see(g.gap_m, pose.turn * g.n, velocity, k);
-  }
-  TACTUS_HD void see_obstacle(Index k, Vec3f x, Vec3f v, Vec3f facing, Deepest& deepest) const {
-    const SurfaceGap g = boundaries.obstacles[k].gap(x, x - dt_s * v, body.reach_m, facing);
-    if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
-  }
-  /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back
-  /// to where the point was held, at most by mu times how deep it went: Coulomb's law for positions, without
-  /// which what rests creeps. Restitution is for what arrives: what touched already is carried.
-  TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
-    const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
-    const float depth = -deepest.gap_m;
-    PointContact& contact = body.state.contact[i];
-    const bool same = touching != 0 && contact.owner == deepest.owner;
-    const Vec3f held = same ? contact.held_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
-    const Vec3f away = x - held, slide = away - dot(away, n) * n;
-    const float distance = length(slide), most = friction * depth;
-    const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
-    const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);
-    contact = {x + push, push, kick, depth, deepest.owner, n, x + push};
-  }
-  TACTUS_HD void linger(PointContact& contact, const SurfacePoses& all) const {
-    if (contact.owner < all.count)
-      contact.held_m += dt_s * all.piece[contact.owner].velocity_at(contact.held_m);
-  }
-};
 
 /// Moves the nodes of a body by what its touching points want.
 ///
@@ -261,42 +165,67 @@ struct FindContacts {
 /// impulses J = D^-1 (change wanted) change the kinetic energy by u^T J + J^T A J / 2 <= u^T J + J^T D J / 2,
 /// which for a reflection with e <= 1 and friction is never above 0, and what all points want alike they get
 /// in one go.
+/// Block: kNodes nodes, each with kLanes threads that share its points.
 struct ApplyContacts {
-  static constexpr int kGrain = 512;
+  static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
   TouchingPoints body;
   Index end_point;  ///< points body.first .. end_point take part
   View<const SurfacePoses> poses;
   Index is_rescue;     ///< != 0: counts as that, not as contact
   ContactTimes times;  ///< nothing moves in a frame without substeps
+  struct Shared {
+    Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
+  };
   TACTUS_HD void load() { times.load(); }
-  TACTUS_HD void operator()(Index c) const {
-    const Index node = body.table.nodes[c];
-    if (body.state.node_weight[node] == 0U || body.nodes.has_stopped() || times.substeps == 0) return;
-    const bool held = body.nodes.is_held(node);
+  TACTUS_HD static Index blocks(Index nodes) { return ceil_div(nodes, kNodes); }
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    if (times.substeps == 0 || body.nodes.has_stopped()) return;
+    const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.nodes.size() - first);
+    const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
+    b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
+      Vec3f impulse{}, push{};
+      const Index end = body.table.first[first + g + 1];
+      for (Index e = body.table.first[first + g] + lane; e < end; e += kLanes)
+        add_point(body.table.incident[e], impulse, push);
+      s.impulse[g][lane] = impulse;
+      s.push[g][lane] = push;
+    });
+    b.for_threads(count, [&](int g) {
+      if (is_touched(g)) move(first + g, s.impulse[g], s.push[g]);
+    });
+  }
+
+ private:
+  TACTUS_HD void add_point(Index entry, Vec3f& impulse, Vec3f& push) const {
+    const Index i = entry / 8, corner = entry % 8;
+    if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
+    const float mass = 1.F / inverse_mass(i), share = mass * body.table.points[i].weight[corner];
+    const PointContact& contact = body.state.contact[i];
+    impulse += share * contact.kick_m_s;
+    push += share * contact.push_m;
+    if (corner == 0) note(i, contact, -mass * contact.kick_m_s);
+  }
+  TACTUS_HD void move(Index row, const Vec3f* impulses, const Vec3f* pushes) const {
+    const Index node = body.table.nodes[row];
+    if (body.nodes.is_held(node)) return;
     Vec3f impulse{}, push{};
-    for (Index e = body.table.first[c], end = body.table.first[c + 1]; e < end; ++e) {
-      const Index i = body.table.incident[e] / 8, corner = body.table.incident[e] % 8;
-      if (i < body.first || i >= end_point || body.state.touching[i] != 1) continue;
-      const EmbeddedPoint& p = body.table.points[i];
-      const float mass = 1.F / inverse_mass(p);
-      const PointContact& contact = body.state.contact[i];
-      impulse += (p.weight[corner] * mass) * contact.kick_m_s;
-      push += (p.weight[corner] * mass) * contact.push_m;
-      if (corner == 0) note(i, contact, -mass * contact.kick_m_s);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      impulse += impulses[lane];
+      push += pushes[lane];
     }
-    if (held) return;
     const float inverse = 1.F / body.nodes.mass_kg[node];
     body.nodes.v_m_s[node] += inverse * impulse;
     body.nodes.x_m[node] += inverse * push;
   }
-
- private:
-  /// D of a point; what is held doesn't move. Some node is not held (FindContacts).
-  TACTUS_HD float inverse_mass(const EmbeddedPoint& p) const {
+  /// D of a point; what is held doesn't move. Some node is not held (FindContacts). Without branches: all is
+  /// read at once.
+  TACTUS_HD float inverse_mass(Index i) const {
+    const EmbeddedPoint& p = body.table.points[i];
     float sum = 0;
     for (int k = 0; k < 8; ++k) {
-      if (p.weight[k] == 0.F || body.nodes.is_held(p.node[k])) continue;
-      sum += abs(p.weight[k]) * PointWeights::value(body.state.node_weight[p.node[k]]) /
+      const float weight = body.nodes.is_held(p.node[k]) ? 0.F : abs(p.weight[k]);
+      sum += weight * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
              body.nodes.mass_kg[p.node[k]];
     }
     return sum;
@@ -339,7 +268,7 @@ struct DeepRescue {
       PointContact& contact = body.state.contact[i];
       contact.push_m = contact.kick_m_s = {};
     }
-    const Vec3f leader = body.nodes.x_m[body.table.leaders[i]];
+    const Vec3f leader = body.nodes.x_m[body.table.points[i].node[0]];
     const SurfacePoses& all = boundaries.poses[0];
     for (Index k = 0; k < all.count; ++k) {
       const Vec3f near = all.piece[k].to_capture(leader);

@@ -22,27 +22,83 @@ struct SurfaceGap {
   bool inside = false;  ///< only then are the other two meant
 };
 
-/// The nearest of the triangles seen so far. Of those that share the nearest edge or corner, the one whose
-/// plane the point is farthest from tells the side (the others may be seen from behind by a point outside).
-struct NearestTriangle {
+/// A triangle as a point sees it that came from `before`.
+struct SeenTriangle {
   float distance2_m2 = 0;
   float side_m = 0;  ///< signed distance from its plane
-  Vec3f offset_m, face;
-  bool found = false;
-  TACTUS_HD void see(Vec3f offset, float d2, float side, Vec3f n) {
-    constexpr float kTie = 1e-4F;  // closest points on a shared edge differ by rounding
-    const bool nearer = d2 < (1.F - kTie) * distance2_m2;
-    const bool tied = found && d2 <= (1.F + kTie) * distance2_m2 && abs(side) > abs(side_m);
-    if (!nearer && !tied) return;
-    distance2_m2 = nearer ? d2 : min(d2, distance2_m2);
-    side_m = side;
-    offset_m = offset;
-    face = n;
-    found = true;
+  float share = 2;   ///< where on the way the point went through it from the front, 0..1; 2: nowhere
+  Index faces = 0;   ///< != 0: as the normal where the point touched last does
+  TACTUS_HD static SeenTriangle of(const TriangleCorners& t, Vec3f p, Vec3f before, Vec3f facing,
+                                   float slack_m) {
+    const Vec3f n = normalized(cross(t.b - t.a, t.c - t.a));
+    const Vec3f offset = p - closest_point_on_triangle(p, t.a, t.b, t.c);
+    SeenTriangle seen{dot(offset, offset), dot(p - t.a, n), 2, dot(n, facing) > 0.F ? 1 : 0};
+    const float side_before = dot(before - t.a, n);
+    // What touched was put on the surface, to rounding.
+    if (!(seen.side_m < 0.F && side_before >= (seen.faces != 0 ? -slack_m : 0.F) &&
+          seen.side_m < side_before))
+      return seen;
+    const float share = max(side_before, 0.F) / (max(side_before, 0.F) - seen.side_m);
+    const Vec3f q = before + share * (p - before);
+    const bool through = dot(cross(t.b - t.a, q - t.a), n) >= 0.F &&
+                         dot(cross(t.c - t.b, q - t.b), n) >= 0.F && dot(cross(t.a - t.c, q - t.c), n) >= 0.F;
+    if (through) seen.share = share;
+    return seen;
   }
-  TACTUS_HD SurfaceGap gap() const {
-    const float distance = tactus::sqrt(distance2_m2);
-    return {-distance, distance > 1e-7F ? (-1.F / distance) * offset_m : face, true};
+};
+
+/// What a point has to do with a surface, of triangles that are seen in any order, each by see() and then by
+/// choose().
+///  - A point that went through a triangle from its front is held on that triangle's plane: thin objects.
+///  - Else the nearest triangle decides whether it is inside, and it is brought to the nearest one; if it
+///    touched before, to the nearest one that faces as it did there.
+/// Of those that share the nearest edge or corner, the one whose plane the point is farthest from tells the
+/// side (the others may be seen from behind by a point outside).
+struct GapOfTriangles {
+  float nearest2_m2, held2_m2;  ///< squared distances, at first those beyond which nothing counts
+  float share = 2;
+  Index crossed = -1, nearest = -1, held = -1;  ///< slots
+  float crossed_side_m = 0, nearest_side_m = 0, held_side_m = 0;
+
+  TACTUS_HD explicit GapOfTriangles(float reach_m) : nearest2_m2(sqr(reach_m)), held2_m2(sqr(reach_m)) {}
+  TACTUS_HD void see(const SeenTriangle& t, Index slot) {
+    nearest2_m2 = min(nearest2_m2, t.distance2_m2);
+    if (t.faces != 0) held2_m2 = min(held2_m2, t.distance2_m2);
+    if (!(t.share < share || (t.share == share && t.share < 2.F && slot < crossed))) return;
+    share = t.share;
+    crossed = slot;
+    crossed_side_m = t.side_m;
+  }
+  TACTUS_HD void choose(const SeenTriangle& t, Index slot) {
+    choose(t, slot, nearest2_m2, nearest, nearest_side_m);
+    if (t.faces != 0) choose(t, slot, held2_m2, held, held_side_m);
+  }
+  TACTUS_HD bool inside() const { return crossed >= 0 || (nearest >= 0 && nearest_side_m < 0.F); }
+  /// All triangles within that have to be seen.
+  TACTUS_HD float needed_m(bool touched) const {
+    return (1.F + kTie) * tactus::sqrt(inside() && touched ? max(nearest2_m2, held2_m2) : nearest2_m2);
+  }
+  /// The triangle that p is brought to, when it is inside.
+  TACTUS_HD Index slot() const {
+    if (crossed >= 0) return crossed;
+    return held >= 0 && held_side_m < 0.F ? held : nearest;
+  }
+  TACTUS_HD SurfaceGap gap(const TriangleCorners& t, Vec3f p) const {
+    const Vec3f face = normalized(cross(t.b - t.a, t.c - t.a));
+    if (crossed >= 0) return {crossed_side_m, face, true};
+    const Vec3f offset = p - closest_point_on_triangle(p, t.a, t.b, t.c);
+    const float distance = length(offset);
+    return {-distance, distance > 1e-7F ? (-1.F / distance) * offset : face, true};
+  }
+  static constexpr float kTie = 1e-4F;  ///< closest points on a shared edge differ by rounding
+
+ private:
+  TACTUS_HD static void choose(const SeenTriangle& t, Index slot, float least2, Index& best, float& side) {
+    if (!(t.distance2_m2 <= (1.F + kTie) * least2)) return;
+    const bool farther = abs(t.side_m) > abs(side);
+    if (best >= 0 && !farther && !(abs(t.side_m) == abs(side) && slot < best)) return;
+    best = slot;
+    side = t.side_m;
   }
 };
 
@@ -53,58 +109,47 @@ struct SurfaceTrianglesView {
   CellRanges cells;         ///< runs of slots
   View<const std::uint32_t> near_rows;
 
-  /// Whether any triangle can be within a cell's edge of p. Most points are near none; that costs one look.
+  /// A piece of a triangle lies within that much of its middle, in cells: 2/3 of edges of 1.25 spacings,
+  /// where cells have 2.
+  static constexpr float kLargestBall = 0.42F;
+  /// All triangles that are nearer are in the 27 cells round a point.
+  TACTUS_HD float sure_reach_m() const { return (1.F - kLargestBall) / cells.grid.inverse_cell_1_m; }
+  /// Whether any triangle can be within sure_reach_m() of p. Most points are near none; that costs one look.
   TACTUS_HD bool may_be_near(Vec3f p_m) const { return near_any_cell(cells.grid, near_rows, p_m); }
+  TACTUS_HD bool is_of(Index own, Index slot) const { return own == kAnyPiece || piece[slot] == own; }
+  /// What touched was put on the surface, to rounding.
+  TACTUS_HD static float slack_m(float reach_m) { return 0.02F * reach_m; }
 
-  /// The gap of a point that is inside, or crossed the surface since it was at `before_m`.
-  ///  - A point that went through a triangle from its front is held on that triangle's plane: thin objects.
-  ///  - Else the nearest triangle decides whether it is inside, and it is brought to the nearest one; if it
-  ///    touched before, to the nearest one that faces as `facing` does.
-  /// @param own the piece whose triangles count, or kAnyPiece @param reach_m no triangle farther than that
-  /// counts; at most the cells' edge @param facing the normal where it touched last, or 0
+  /// The gap of a point that is inside, or crossed the surface since it was at `before_m`, by all triangles
+  /// that count. @param own the piece whose triangles count, or kAnyPiece @param reach_m no triangle farther
+  /// than that counts; at most the cells' edge @param facing the normal where it touched last, or 0
   TACTUS_HD SurfaceGap gap(Index own, Vec3f p_m, Vec3f before_m, float reach_m, Vec3f facing) const {
-    NearestTriangle nearest, held;
-    nearest.distance2_m2 = held.distance2_m2 = reach_m * reach_m;
+    GapOfTriangles found(reach_m);
     const float way = min(length(p_m - before_m), reach_m);
-    float within = reach_m, first_crossing = 2;
-    SurfaceGap crossed;
-    for_each_slot_within(p_m, within, [&](Index s) {
-      const TriangleBall ball = balls[s];
-      const Vec3f to = p_m - ball.middle_m;
-      if (dot(to, to) > sqr(within + ball.radius_m)) return;
-      if (own != kAnyPiece && piece[s] != own) return;
-      const TriangleCorners t = corners[s];
-      const Vec3f n = normalized(cross(t.b - t.a, t.c - t.a));
-      const Vec3f offset = p_m - closest_point_on_triangle(p_m, t.a, t.b, t.c);
-      const float side = dot(p_m - t.a, n), d2 = dot(offset, offset);
-      nearest.see(offset, d2, side, n);
-      if (dot(n, facing) > 0.F) held.see(offset, d2, side, n);
-      const float side_before = dot(before_m - t.a, n);
-      // What touched was put on the surface, to rounding.
-      const float slack = dot(n, facing) > 0.F ? 0.02F * reach_m : 0.F;
-      if (side < 0.F && side_before >= -slack && side < side_before) {
-        const float share = max(side_before, 0.F) / (max(side_before, 0.F) - side);
-        const Vec3f through = before_m + share * (p_m - before_m);
-        if (share < first_crossing && holds(t, n, through)) {
-          first_crossing = share;
-          crossed = {side, n, true};
-        }
-      }
+    const bool touched = dot(facing, facing) > 0.F;
+    float within = reach_m;
+    const auto seen_by = [&](auto&& use) {
+      for_each_slot_within(p_m, within, [&](Index s) {
+        const TriangleBall ball = balls[s];
+        const Vec3f to = p_m - ball.middle_m;
+        if (dot(to, to) > sqr(within + ball.radius_m) || !is_of(own, s)) return;
+        use(SeenTriangle::of(corners[s], p_m, before_m, facing, slack_m(reach_m)), s);
+      });
+    };
+    seen_by([&](const SeenTriangle& t, Index s) {
+      found.see(t, s);
       // `held` needs its own nearest triangle, which may be the far side of something thin.
-      const float bound = dot(facing, facing) > 0.F ? held.distance2_m2 : nearest.distance2_m2;
-      within = max(way, tactus::sqrt(bound));
+      within =
+          max(way, (1.F + GapOfTriangles::kTie) * tactus::sqrt(touched ? found.held2_m2 : found.nearest2_m2));
     });
-    if (crossed.inside) return crossed;
-    if (!nearest.found || !(nearest.side_m < 0.F)) return {};
-    return held.found && held.side_m < 0.F ? held.gap() : nearest.gap();
+    if (found.crossed < 0) seen_by([&](const SeenTriangle& t, Index s) { found.choose(t, s); });
+    return found.inside() ? found.gap(corners[found.slot()], p_m) : SurfaceGap{};
   }
+
+  /// In cells: how far the cell d cells on (-1, 0 or 1) begins from a place `in` (0..1) in its own.
+  TACTUS_HD static float to_cell(Index d, float in) { return d == 0 ? 0.F : d < 0 ? in : 1.F - in; }
 
  private:
-  /// Whether a point of the triangle's plane is in it.
-  TACTUS_HD static bool holds(const TriangleCorners& t, Vec3f n, Vec3f p) {
-    return dot(cross(t.b - t.a, p - t.a), n) >= 0.F && dot(cross(t.c - t.b, p - t.b), n) >= 0.F &&
-           dot(cross(t.a - t.c, p - t.c), n) >= 0.F;
-  }
   /// f(slot) for the slots of the 27 cells round p that come within reach_m, which f may shorten.
   template <class F>
   TACTUS_HD void for_each_slot_within(Vec3f p_m, const float& reach_m, F&& f) const {
@@ -113,18 +158,14 @@ struct SurfaceTrianglesView {
     const Vec3i c = grid.cell(p_m);
     const Vec3f in = grid.inverse_cell_1_m * p_m - vec_cast<float>(c);           // 0..1
     const auto step = [](int order) { return order == 0 ? 0 : 2 * order - 3; };  // 0, -1, 1: its own first
-    const auto far2 = [](Index d, float at) { return d == 0 ? 0.F : sqr(d < 0 ? at : 1.F - at); };
     for (int order = 0; order < 27; ++order) {
       const Index dx = step(order % 3), dy = step(order / 3 % 3), dz = step(order / 9);
       const float most = grid.inverse_cell_1_m * reach_m + kLargestBall;
-      if (far2(dx, in.x) + far2(dy, in.y) + far2(dz, in.z) > sqr(most)) continue;
+      if (sqr(to_cell(dx, in.x)) + sqr(to_cell(dy, in.y)) + sqr(to_cell(dz, in.z)) > sqr(most)) continue;
       const Index w = grid.wrapped({c.x + dx, c.y + dy, c.z + dz});
       for (Index s = cells.begin[w], end = cells.end[w]; s < end; ++s) f(s);
     }
   }
-  /// A piece of a triangle lies within that much of its middle, in cells: 2/3 of edges of 1.25 spacings,
-  /// where cells have 2.
-  static constexpr float kLargestBall = 0.42F;
 };
 
 /// Copies the triangles of all samples into the order of their cells.

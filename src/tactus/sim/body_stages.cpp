@@ -74,8 +74,7 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
                   points_.begin_frame(ctx);
                   contact.rescue(ctx, surface, points_, contact_nodes());
                 }});
-  const auto add = [&](const char* what, PointRange part, int steps) {
-    if (part.first == part.end) return;
+  const auto add = [&](const char* what, PointPart part, int steps) {
     schedule.add({.name = stage(what),
                   .timed_as = "bodies",
                   .rate = Rate::substep,
@@ -87,10 +86,10 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
                   }});
   };
   if (matching_every() == 1) {
-    add("touch", {0, points_.count()}, 1);
+    add("touch", PointPart::all, 1);
   } else {
-    add("touch elements", {0, element_points_}, 1);
-    add("touch matched", {element_points_, points_.count()}, matching_every());
+    if (points_.first_count() > 0) add("touch elements", PointPart::first, 1);
+    if (points_.first_count() < points_.count()) add("touch matched", PointPart::rest, matching_every());
   }
   schedule.add({.name = stage("contact sums"),
                 .timed_as = "end",

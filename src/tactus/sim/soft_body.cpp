@@ -106,9 +106,9 @@ void SoftBody::spread_contact_points(ExecContext& ctx) {
     }
     return false;
   });
-  element_points_ = static_cast<Index>(others - points.begin());
+  const auto of_elements = static_cast<Index>(others - points.begin());
   mass_kg_ = to_device(ctx, lattice.node_mass_kg);
-  points_ = BodyPoints(ctx, points, lattice.node_count(), lattice.spacing_m);
+  points_ = BodyPoints(ctx, points, lattice.node_count(), lattice.spacing_m, of_elements);
 }
 
 std::string SoftBody::devices_text() const {
@@ -253,10 +253,10 @@ std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
         length(lattice.rest_m(i) - p_m) < 3.5F * lattice.spacing_m)
       fixed.push_back(i);
   add(fixed, "'fixed' holds it");
-  const std::vector<Index> leaders = to_host(ctx, points_.table().leaders),
-                           touching = to_host(ctx, points_.touching());
-  for (std::size_t p = 0; p < leaders.size(); ++p)
-    if (touching[p] == 1) touched.push_back(leaders[p]);
+  const std::vector<EmbeddedPoint> points = to_host(ctx, points_.table().points);
+  const std::vector<Index> touching = to_host(ctx, points_.touching());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    if (touching[p] == 1) touched.push_back(points[p].node[0]);
   add(touched, "the real surface or an obstacle touches it");
   if (text.empty() || nearest_m < 0.9F * lattice.spacing_m) return text;
   char distance[48];

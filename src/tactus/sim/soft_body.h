@@ -131,7 +131,6 @@ class SoftBody {
   Buffer<float> mass_kg_;
   BodyPoints points_;
   Readback::Place contact_report_;
-  Index element_points_ = 0;  ///< the first so many; the others only shape matching moves
 };
 
 }  // namespace tactus

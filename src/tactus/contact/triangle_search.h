@@ -1,0 +1,138 @@
+#pragma once
+/// The search round a point for the triangles that it may touch.
+#include "tactus/compute/atomic.h"
+#include "tactus/contact/surface_triangles.h"
+
+namespace tactus {
+
+/// A point as it meets one owner, in the coordinates of the owner's triangles: those of a piece at its
+/// capture.
+struct MeetingPoint {
+  Vec3f p_m, before_m;  ///< now, and at the last correction
+  Vec3f facing;         ///< normal where it touched last, or 0
+};
+
+/// The smallest of many distances, found in any order.
+struct LeastDistance {
+  std::uint32_t key = 0;  ///< the bits of the distance, inverted; 0: none
+  TACTUS_HD void see(float distance_m) { atomic_max(key, ~std::bit_cast<std::uint32_t>(distance_m)); }
+  TACTUS_HD float value() const { return std::bit_cast<float>(~key); }
+  TACTUS_HD bool found() const { return key != 0; }
+};
+
+/// A search round one point for the triangles of one owner, by all lanes of a group.
+struct TriangleSearch {
+  static constexpr int kLanes = 32, kCells = 27, kOwnCell = 13, kCandidates = 32;
+  Index point;  ///< of the block
+  MeetingPoint at;
+  float way_m;  ///< since the last correction, at most the reach
+  Index begin[kCells], end[kCells];
+  float far2[kCells];  ///< squared distance to the cell, in cells
+  Index runs, total;   ///< of slots, in the cells that come near enough
+  Index run_begin[kCells], run_before[kCells + 1];
+  LeastDistance least;
+  std::uint32_t candidates, listed;
+  float distance2_m2[kCandidates], side_m[kCandidates];
+  float within_m;  ///< so near are the triangles that are listed; < 0: none are
+  static constexpr float kNone = 1e30F;
+
+  TACTUS_HD void find_cell(const SurfaceTrianglesView& mesh, int c) {
+    begin[c] = end[c] = 0;
+    const CellGrid& grid = mesh.cells.grid;
+    if (!grid.holds(at.p_m)) return;
+    const Vec3i cell = grid.cell(at.p_m), d{c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1};
+    const Vec3f in = grid.inverse_cell_1_m * at.p_m - vec_cast<float>(cell);
+    far2[c] = sqr(mesh.to_cell(d.x, in.x)) + sqr(mesh.to_cell(d.y, in.y)) + sqr(mesh.to_cell(d.z, in.z));
+    const Index w = grid.wrapped({cell.x + d.x, cell.y + d.y, cell.z + d.z});
+    begin[c] = mesh.cells.begin[w];
+    end[c] = mesh.cells.end[w];
+  }
+  /// The middle of a ball is on its triangle: what is nearest is no farther than that.
+  TACTUS_HD void see_middles(const SurfaceTrianglesView& mesh, Index own, Index first, Index last,
+                             Index step) {
+    float nearest2 = kNone;
+#pragma omp simd reduction(min : nearest2)
+    for (Index s = first; s < last; s += step) {
+      const Vec3f to = at.p_m - mesh.balls[s].middle_m;
+      const float d2 = mesh.is_of(own, s) ? dot(to, to) : kNone;
+      nearest2 = d2 < nearest2 ? d2 : nearest2;
+    }
+    if (nearest2 < kNone) least.see(tactus::sqrt(nearest2));
+  }
+  /// Strings together the slots of all cells in which a triangle may have to be listed, as far as is known.
+  TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float reach_m, float margin_m) {
+    const float bound = max(way_m, least.found() ? min(least.value(), reach_m) : reach_m) + 2 * margin_m;
+    const float most = mesh.cells.grid.inverse_cell_1_m * bound + mesh.kLargestBall;
+    runs = total = 0;
+    for (int c = 0; c < kCells; ++c) {
+      if (begin[c] >= end[c] || far2[c] > 1.0001F * sqr(most)) continue;
+      run_begin[runs] = begin[c];
+      run_before[runs++] = total;
+      total += end[c] - begin[c];
+    }
+    run_before[runs] = total;
+  }
+  /// f(first, last): the slots of the runs, for one lane of `lanes` every lanes-th of them.
+  template <class F>
+  TACTUS_HD void for_each_run(int lane, int lanes, F&& f) const {
+    // Lanes go on from run to run, so that all are busy.
+    for (Index run = 0, next = lane; run < runs; ++run) {
+      const Index size = run_before[run + 1] - run_before[run];
+      if (next < size) {
+        f(run_begin[run] + next, run_begin[run] + size);
+        next += ceil_div(size - next, lanes) * lanes;
+      }
+      next -= size;
+    }
+  }
+  TACTUS_HD void see_runs(const SurfaceTrianglesView& mesh, Index own, int lane, int lanes) {
+    for_each_run(lane, lanes, [&](Index first, Index last) { see_middles(mesh, own, first, last, lanes); });
+  }
+  /// f(slot, squared distance, distance from its plane) for triangles of the runs that are so near.
+  template <class F>
+  TACTUS_HD void for_each_within(const SurfaceTrianglesView& mesh, Index own, float distance_m, int lane,
+                                 int lanes, F&& f) const {
+    for_each_run(lane, lanes, [&](Index first, Index last) {
+      for (Index s = first; s < last; s += lanes) {
+        const TriangleBall ball = mesh.balls[s];
+        const Vec3f to = at.p_m - ball.middle_m;
+        if (dot(to, to) > sqr(distance_m + ball.radius_m) || !mesh.is_of(own, s)) continue;
+        const TriangleCorners t = mesh.corners[s];
+        const Vec3f offset = at.p_m - closest_point_on_triangle(at.p_m, t.a, t.b, t.c);
+        const float d2 = dot(offset, offset);
+        if (d2 <= sqr(distance_m)) f(s, d2, dot(at.p_m - t.a, normalized(cross(t.b - t.a, t.c - t.a))));
+      }
+    });
+  }
+  /// The triangle that is nearest is no farther.
+  TACTUS_HD float nearest_within_m(float reach_m) const {
+    return least.found() ? min(1.0002F * least.value(), reach_m) : reach_m;
+  }
+  TACTUS_HD void add_candidate(float d2, float side) {
+    const auto at_index =
+        static_cast<Index>(atomic_fetch_add(candidates, 1));  // in any order, as all are weighed
+    if (at_index >= kCandidates) return;
+    distance2_m2[at_index] = d2;
+    side_m[at_index] = side;
+  }
+  struct Nearest {
+    float distance_m, side_m;
+  };
+  /// Of the candidates, as GapOfTriangles chooses.
+  TACTUS_HD Nearest nearest() const {
+    float least2 = kNone, side = 0;
+    const auto n = static_cast<Index>(candidates);
+    for (Index c = 0; c < n; ++c) least2 = min(least2, distance2_m2[c]);
+    bool none = true;
+    for (Index c = 0; c < n; ++c) {
+      if (!(distance2_m2[c] <= (1.F + GapOfTriangles::kTie) * least2)) continue;
+      // Of two that are as far but on different sides: inside, which is looked at more closely.
+      const bool farther = abs(side_m[c]) > abs(side) || (abs(side_m[c]) == abs(side) && side_m[c] < side);
+      if (none || farther) side = side_m[c];
+      none = false;
+    }
+    return {tactus::sqrt(least2), side};
+  }
+};
+
+}  // namespace tactus
