@@ -204,6 +204,33 @@ TEST(Judge, ALeakAndAHoleAreNamedApart) {
   EXPECT_TRUE(any_fatal(judge_hull(cameras, q, kCube)));
 }
 
+TEST(Judge, ViewsThatLookElsewhereShowMoreOrContradictAreNamed) {
+  const std::vector<Camera> cameras = test::ring(5);
+  HullQuality right{1000, true, 0, {}};
+  for (int c = 0; c < 5; ++c) right.views.push_back({true, 0.98, 0.97});
+  const auto told = [&](const HullQuality& q) { return findings_text(judge_hull(cameras, q, kCube)); };
+  HullQuality q = right;
+  q.views[3] = {.is_used = false, .looks_elsewhere = true};
+  EXPECT_NE(told(q).find("camera 'cam3' shows something, but does not look at the workspace"),
+            std::string::npos);
+  for (const std::size_t c : {0U, 1U}) q.views[c] = q.views[3];
+  EXPECT_TRUE(any_fatal(judge_hull(cameras, q, kCube)));
+  EXPECT_NE(told(q).find("3 of 5 cameras show something"), std::string::npos) << told(q);
+  q = right;
+  q.views[1].outside = 0.2;
+  EXPECT_NE(told(q).find("camera 'cam1': 20 % of its mask lie outside the image of the workspace"),
+            std::string::npos);
+  // A workspace that cuts the object shows as much in all masks.
+  for (ViewQuality& v : q.views) v.outside = 0.2;
+  EXPECT_EQ(told(q), "");
+  q = right;
+  for (ViewQuality& v : q.views) v.recall = v.iou = 0.88;
+  EXPECT_NE(told(q).find("the hull covers 88 % of the masks, the mean of all views"), std::string::npos);
+  // A grid that is too coarse for the object loses as much.
+  for (ViewQuality& v : q.views) v.too_thin = 0.1;
+  EXPECT_EQ(told(q), "");
+}
+
 TEST(WorkspaceFromCones, HoldsTheSphereAndLittleMore) {
   const std::vector<Camera> cameras = test::ring(8);
   const Vec3d center{0.7, -0.4, 1.1};

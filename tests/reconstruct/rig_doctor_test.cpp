@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -166,17 +167,37 @@ bool names(const Diagnosis& d, const Planted& p) {
 bool long_tests() { return std::getenv("TACTUS_LONG_TESTS") != nullptr; }
 constexpr const char* kLong = "minutes of work: set TACTUS_LONG_TESTS=1";
 
+/// Processor seconds of the slowest examination, and what it looked at: with two cores, about half as many
+/// pass.
+struct Slowest {
+  double seconds = 0;
+  std::string what;
+  void add(double taken, const std::string& name) {
+    if (taken > seconds) what = name;
+    seconds = std::max(seconds, taken);
+  }
+  void print() const { std::printf("slowest: %.1f s of processor time, %s\n", seconds, what.c_str()); }
+};
+Diagnosis examine(const DoctorInput& input, const std::string& name, Slowest& slowest) {
+  const std::clock_t begin = std::clock();
+  Diagnosis d = examine_rig(input);
+  slowest.add(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, name);
+  return d;
+}
+
 void planted_errors_are_named(const DoctorInput& right, const std::vector<Planted>& errors) {
   int named = 0;
+  Slowest slowest;
   for (const Planted& p : errors) {
     DoctorInput input = right;
     p.change(input);
-    const Diagnosis d = examine_rig(input);
+    const Diagnosis d = examine(input, p.name, slowest);
     EXPECT_EQ(d.verdict, Verdict::faulty) << p.name << ": " << text(d);
     EXPECT_TRUE(names(d, p)) << p.name << ": " << text(d);
     named += names(d, p) ? 1 : 0;
   }
-  ::testing::Test::RecordProperty("named", named);
+  std::printf("%d of %zu named; ", named, errors.size());
+  slowest.print();
 }
 
 TEST(RigDoctor, PassesAndNamesEveryPlantedErrorOfTheSyntheticRig) {
@@ -282,12 +303,14 @@ TEST(RigDoctor, ALeakInAnyOneMaskOfTheDinoIsNamed) {
   if (!long_tests()) GTEST_SKIP() << kLong;
   const std::optional<DoctorInput> right = dino();
   if (!right) GTEST_SKIP() << "no data: set TACTUS_DATA";
+  Slowest slowest;
   for (std::size_t c = 0; c < right->cameras.size(); ++c) {
     DoctorInput input = *right;
     keep_patch(input.ticks[0][c], 16, 16, 80);
-    const Diagnosis d = examine_rig(input);
+    const Diagnosis d = examine(input, "leak in mask " + std::to_string(c), slowest);
     EXPECT_TRUE(names(d, {"", {}, static_cast<int>(c), -1, "leaking mask"})) << c << ": " << text(d);
   }
+  slowest.print();
 }
 
 TEST(RigDoctor, ACureGivesTheRigBack) {
@@ -361,8 +384,7 @@ TEST(RigDoctor, HealthyRigsRaiseNoAlarm) {
     EXPECT_EQ(d.verdict == Verdict::unsure, options.rig.camera_count < 6) << i << ": " << text(d);
     alarms += d.verdict == Verdict::faulty ? 1 : 0;
   }
-  RecordProperty("rigs", rigs);
-  RecordProperty("alarms", alarms);
+  std::printf("%d false alarms over %d healthy rigs\n", alarms, rigs);
 }
 
 }  // namespace

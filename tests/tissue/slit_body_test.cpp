@@ -1,6 +1,7 @@
 // Bodies whose lattices are cut from the start.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -370,6 +371,23 @@ TEST_P(SlitDevices, StrainOfCopiesIsFound) {
   EXPECT_EQ(cut.smallest_J, uncut.smallest_J);
   EXPECT_EQ(cut.inverted, 0);
   EXPECT_EQ(uncut.smallest_cube, lattice.copies[0].of);
+}
+
+/// A virtual node that isn't a number is found on every device set, with its number. (It is watched, not
+/// cured.)
+TEST_P(SlitDevices, BadVirtualNodesAreFound) {
+  DeviceSet devices(GetParam(), 14);
+  const CubeLattice lattice = cross_cut(lattice_from_box({}, {4, 4, 48}, {.spacing_m = kH}));
+  HybridSlabs body(devices, lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0);
+  for (const Index k : {0, 40, 83}) {
+    const Index bad = lattice.regular_nodes() + k;
+    std::vector<Vec3f> x = lattice.rest_positions_m();
+    x[at(bad)].y = std::nanf("");
+    body.set_state(x, std::vector<Vec3f>(x.size()));
+    body.begin_frame();
+    body.end_frame(1);
+    EXPECT_EQ(body.watched().bad_node, bad);
+  }
 }
 
 /// Room that nothing uses changes no bit.

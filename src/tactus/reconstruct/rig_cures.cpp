@@ -10,6 +10,17 @@
 #include "tactus/reconstruct/rig_examination.h"
 
 namespace tactus {
+namespace {
+
+/// Largest recall that a trusted view loses when this one carves, too.
+double lost_by_others(const SeenView& view, const SilhouetteConsistency& trusted) {
+  const std::vector<double> with = trusted.recalls({&view, 1}), without = trusted.recalls();
+  double lost = 0;
+  for (std::size_t v = 0; v < without.size(); ++v) lost = std::max(lost, without[v] - with[v]);
+  return lost;
+}
+
+}  // namespace
 
 /// The slip undone in the files' world.
 Camera Examination::slip(const RigHypothesis& h, const Camera& given) const {
@@ -21,7 +32,8 @@ Camera Examination::slip(const RigHypothesis& h, const Camera& given) const {
 }
 
 /// A hole costs the others no recall where they see the object from the side. What it carves alone, deep in
-/// the others' hull, tells it (ViewScores).
+/// the others' hull, tells it (ViewScores). Where few views look, one alone sees through a gap between
+/// fingers: that is worth a word, and no fault.
 void Examination::find_holes() {
   const std::optional<Box3f> box = box_of(views());
   if (!box) return;
@@ -33,17 +45,26 @@ void Examination::find_holes() {
     masks.push_back(diagnosis_.masks[c]);
   }
   ViewScores scores(devices.context(0), cameras, {.workspace_m = *box});
-  const std::vector<ViewScore> found = scores.measure(devices.context(0), masks);
+  std::vector<ViewScore> found = scores.measure(devices.context(0), masks);
   for (std::size_t v = 0; v < found.size(); ++v) {
     if (!found[v].is_suspect) continue;
-    // A concave object seen by few views is carved deep by one of them, too; that mask has no hole in it.
-    BitMask filled = masks[v];
-    MaskCleaner(filled.width_px, filled.height_px).fill_holes(filled, filled.width_px * filled.height_px);
-    if (filled == masks[v]) continue;
-    note({static_cast<int>(used_[v]), -1, "holed mask",
-          "it alone carves " + number(100 * found[v].carved_alone, "%.1f") +
-              " % of the hull that all others keep: fill it (--repair-masks), or learn the background again",
-          0, 0});
+    // A concave object seen by few views is carved deep by one of them, too: not through a hole.
+    found[v].is_suspect = false;
+    std::vector<BitMask> filled = masks;
+    BitMask& mask = filled[v];
+    MaskCleaner(mask.width_px, mask.height_px).fill_holes(mask, mask.width_px * mask.height_px);
+    if (mask == masks[v] || scores.measure(devices.context(0), filled)[v].is_suspect) continue;
+    found[v].is_suspect = true;
+    DoctorFinding finding{
+        static_cast<int>(used_[v]),
+        -1,
+        "holed mask",
+        "it alone carves " + number(100 * found[v].carved_alone, "%.1f") +
+            " % of the hull that all others keep: fill it (--repair-masks), or learn the background again",
+        0,
+        0};
+    finding.is_fault = used_.size() >= kDeterminedViews;
+    note(finding);
   }
   std::vector<BitMask> repaired = masks;
   repair_masks(devices.context(0), scores, found, repaired);
@@ -258,6 +279,8 @@ bool Examination::try_motion(std::size_t view, const SilhouetteConsistency& trus
   const std::size_t c = used_[view];
   SeenView seen{diagnosis_.cameras[c], &diagnosis_.masks[c]};
   Agreement found;
+  // A camera that stands or looks elsewhere carves what the others keep; a leak carves nothing.
+  if (lost_by_others(seen, trusted) < 0.005) return false;
   for (const int samples : {kSearch, kFine}) {
     const SilhouetteConsistency hull(trusted.box_m(), trusted.trusted(), samples);
     seen.camera = search_pose(hull, seen).camera;
@@ -285,9 +308,7 @@ bool Examination::try_motion(std::size_t view, const SilhouetteConsistency& trus
 void Examination::name_mask(std::size_t view, const SilhouetteConsistency& trusted) {
   const std::size_t c = used_[view];
   const SeenView seen{diagnosis_.cameras[c], &diagnosis_.masks[c]};
-  const std::vector<double> with = trusted.recalls({&seen, 1}), without = trusted.recalls();
-  double lost = 0;
-  for (std::size_t v = 0; v < without.size(); ++v) lost = std::max(lost, without[v] - with[v]);
+  const double lost = lost_by_others(seen, trusted);
   const double excess = 1 - trusted.covered(seen);
   const BitMask possible = trusted.silhouette(diagnosis_.cameras[c]);
   BitMask& mask = diagnosis_.masks[c];

@@ -16,13 +16,10 @@ class BodyWatch {
   void begin_frame(ExecContext& ctx) {
     ctx.parallel_for("watch/clear", records_.size(), ClearRecords{records_.view()});
   }
-  void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, Index substep) {
-    ctx.parallel_for("watch/nodes", records_.size(), WatchNodes{x_m, v_m_s, records_.view(), substep});
-  }
-  /// The same in a recorded block, of which `substep` counts: looks after every so many of the frame's
-  /// substeps, and after the last.
+  /// @param frame when given, `substep` counts in a recorded block, and nodes are looked at after every so
+  /// many of the frame's substeps and after the last
   void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, Index substep,
-            View<const FrameParams> frame, Index every) {
+            View<const FrameParams> frame = {}, Index every = 1) {
     ctx.parallel_for("watch/nodes", records_.size(),
                      WatchNodes{x_m, v_m_s, records_.view(), substep, frame, every});
   }

@@ -51,6 +51,7 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
   const std::vector<Vec3f> zero(static_cast<std::size_t>(tissue.window().count()));
   state = {to_device(ctx, held(lattice.rest_positions_m())), to_device(ctx, zero), to_device(ctx, zero)};
   stopped = to_device(ctx, std::vector<Index>{0});
+  if (tissue.window().patch.count() > 0) patch_watch.emplace(ctx, tissue.window().patch.count());
   if (!lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(lattice.copies.size()));
 }
 
@@ -157,6 +158,7 @@ void HybridSlabs::begin_frame() {
   for (auto& part : parts_) {
     part->boundary.begin_frame(part->ctx);
     part->watch.begin_frame(part->ctx);
+    if (part->patch_watch) part->patch_watch->begin_frame(part->ctx);
   }
 }
 
@@ -248,12 +250,9 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
 }
 
 void HybridSlabs::look(int k, int every) {
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    if (frame_ != nullptr)
-      parts_[p]->look(k, frame_->view(static_cast<int>(p)), every);
-    else
-      parts_[p]->look(k);
-  }
+  for (std::size_t p = 0; p < parts_.size(); ++p)
+    parts_[p]->look(k, frame_ != nullptr ? frame_->view(static_cast<int>(p)) : View<const FrameParams>{},
+                    every);
 }
 
 void HybridSlabs::watch(int k, int count) {
@@ -266,6 +265,7 @@ void HybridSlabs::end_frame(int count) {
   for (auto& part : parts_) {
     part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
     part->watch.summarise(part->ctx);
+    if (part->patch_watch) part->patch_watch->summarise(part->ctx);
     part->ctx.record(part->moved);
   }
   if (model().has_elements()) {
@@ -304,6 +304,8 @@ void HybridSlabs::add_reports(Readback& readback) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
+    if (part.patch_watch)
+      part.patch_watch_report = readback.add(part.patch_watch->summary(), static_cast<int>(p));
     part.motion_report = readback.add(part.motion.sums(), static_cast<int>(p));
     part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
   }
@@ -312,11 +314,18 @@ void HybridSlabs::add_reports(Readback& readback) {
 
 WatchRecord HybridSlabs::watched(const Readback* readback) {
   WatchRecord all;
-  for (auto& part : parts_) {
-    const WatchRecord own = readback != nullptr ? readback->get<WatchRecord>(part->watch_report)[0]
-                                                : to_host(part->ctx, part->watch.summary())[0];
-    all.add(own, part->first_own());
-  }
+  const auto found = [&](Part& part, const BodyWatch& watch, const Readback::Place& report) {
+    return readback != nullptr ? readback->get<WatchRecord>(report)[0]
+                               : to_host(part.ctx, watch.summary())[0];
+  };
+  for (auto& part : parts_) all.add(found(*part, part->watch, part->watch_report), part->first_own());
+  // Parts share the patch's numbers: of what they saw after the same substep, the lowest node comes first.
+  std::vector<WatchRecord> of_patch;
+  for (auto& part : parts_)
+    if (part->patch_watch) of_patch.push_back(found(*part, *part->patch_watch, part->patch_watch_report));
+  std::stable_sort(of_patch.begin(), of_patch.end(),
+                   [](const WatchRecord& a, const WatchRecord& b) { return a.bad_node < b.bad_node; });
+  for (const WatchRecord& record : of_patch) all.add(record, patch_->first);
   return all;
 }
 

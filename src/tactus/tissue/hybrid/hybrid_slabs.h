@@ -109,9 +109,12 @@ class HybridSlabs {
     View<const T> own(const Buffer<T>& of_state) const {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
-    void look(int k) { watch.look(ctx, own(state.x_m), own(state.v_m_s), k); }
     void look(int k, View<const FrameParams> frame, int every) {
       watch.look(ctx, own(state.x_m), own(state.v_m_s), k, frame, every);
+      if (!patch_watch) return;
+      const Slab patch = tissue.window().patch;
+      patch_watch->look(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
+                        state.v_m_s.const_view().part(patch.begin, patch.count()), k, frame, every);
     }
     /// Of all nodes of the body, those that it holds.
     std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;
@@ -121,12 +124,13 @@ class HybridSlabs {
     Hybrid tissue;
     Boundary boundary;
     BodyWatch watch;
+    std::optional<BodyWatch> patch_watch;  ///< of several parts, where there is room for a cut
     MotionMeter motion;
     Buffer<Vec3f> spin_rad_s;  ///< one
     BodyState state;           ///< of the window
     Event moved, patch_moved, interior_moved;
     Buffer<Index> stopped;  ///< (1)
-    Readback::Place watch_report, motion_report, extremes_report;
+    Readback::Place watch_report, patch_watch_report, motion_report, extremes_report;
     std::optional<ChangeLists> change;  ///< where there is room for a cut
   };
   /// Virtual nodes of a body on several devices, on the first.
