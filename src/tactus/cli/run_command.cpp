@@ -19,6 +19,7 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/scene_file.h"
+#include "tactus/io/vtk_file.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
@@ -80,13 +81,25 @@ std::string caption_of(const StepReport& report, const Simulation& simulation, s
   return text;
 }
 
+std::string numbered(std::int64_t tick, const char* extension) {
+  char number[24];
+  std::snprintf(number, sizeof number, "-%05lld%s", static_cast<long long>(tick), extension);
+  return number;
+}
+
+void write_strains(Simulation& simulation, const std::string& stem, std::int64_t tick) {
+  ExecContext& ctx = simulation.context();
+  for (const auto& body : simulation.bodies())
+    write_vtk(stem + "-" + body->name() + numbered(tick, ".vtk"), body->shape().lattice,
+              body->positions_m(ctx), body->velocities_m_s(ctx), body->strains(ctx));
+}
+
 void write_meshes(const FrameSnapshot& snapshot, const Scene& scene, const std::string& stem,
                   std::int64_t tick) {
-  char number[16];
-  std::snprintf(number, sizeof number, "%05lld", static_cast<long long>(tick));
-  write_ply(stem + "-real-" + number + ".ply", snapshot.real);
+  const std::string ply = numbered(tick, ".ply");
+  write_ply(stem + "-real" + ply, snapshot.real);
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
-    write_ply(stem + "-" + scene.bodies[b].name + "-" + number + ".ply", snapshot.bodies[b]);
+    write_ply(stem + "-" + scene.bodies[b].name + ply, snapshot.bodies[b]);
   }
 }
 
@@ -129,11 +142,14 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     if (!options.json_path.empty()) {
       summary.monitors.push_back(simulation.monitors());
       summary.motion_forces_N.push_back(simulation.motion_forces_N());
+      summary.motion_torques_N_m.push_back(simulation.motion_torques_N_m());
     }
     if (explainer) explainer->add(report, simulation, frame.tick);
     const std::string caption = caption_of(report, simulation, frame.tick);
     const bool keep_meshes = scene.output.mesh_every > 0 && !report.hull.overflow &&
                              (summary.frames - 1) % scene.output.mesh_every == 0;
+    if (scene.output.vtk_every > 0 && (summary.frames - 1) % scene.output.vtk_every == 0)
+      write_strains(simulation, stem, frame.tick);
     if (pictures != nullptr || keep_meshes) {
       FrameSnapshot snapshot = simulation.snapshot();
       if (keep_meshes) write_meshes(snapshot, scene, stem, frame.tick);
@@ -155,7 +171,9 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
 void run(const RunOptions& options) {
   const Scene scene = read_scene(options.scene_path);
   std::optional<FolderLock> lock;
-  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.trace) lock.emplace(options.out);
+  if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
+      scene.output.trace)
+    lock.emplace(options.out);
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(

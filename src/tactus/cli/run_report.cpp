@@ -27,17 +27,21 @@ nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frame
 }
 
 /// What whoever moves a body's regions exerts on it, over the frames.
-nlohmann::json motions_json(const std::vector<std::vector<std::vector<Vec3d>>>& frames, std::size_t body,
+nlohmann::json motions_json(const RunSummary& summary, std::size_t body,
                             const std::vector<MovedRegion>& moved) {
-  nlohmann::json json = nlohmann::json::array();
-  for (std::size_t m = 0; m < moved.size(); ++m) {
-    nlohmann::json forces = nlohmann::json::array();
+  const auto over_frames = [body](const auto& frames, std::size_t m) {
+    nlohmann::json all = nlohmann::json::array();
     for (const auto& frame : frames) {
       const Vec3d f = frame[body][m];
-      forces.push_back({f.x, f.y, f.z});
+      all.push_back({f.x, f.y, f.z});
     }
-    json.push_back({{"name", moved[m].name}, {"force_N", forces}});
-  }
+    return all;
+  };
+  nlohmann::json json = nlohmann::json::array();
+  for (std::size_t m = 0; m < moved.size(); ++m)
+    json.push_back({{"name", moved[m].name},
+                    {"force_N", over_frames(summary.motion_forces_N, m)},
+                    {"torque_N_m", over_frames(summary.motion_torques_N_m, m)}});
   return json;
 }
 
@@ -110,7 +114,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
                               {"contact_points", body.contact_point_count()},
                               {"devices", body.device_count()},
                               {"monitors", monitors_json(summary.monitors, b)},
-                              {"moved", motions_json(summary.motion_forces_N, b, scene.bodies[b].moved)}});
+                              {"moved", motions_json(summary, b, scene.bodies[b].moved)}});
   }
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;

@@ -17,11 +17,12 @@ struct RunSummary {
   std::vector<float>
       least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements
   std::vector<std::string> statuses;
-  std::vector<std::vector<BodyContact>> contacts;                ///< per frame
-  std::vector<Notice> notices;                                   ///< each once, at most 1000
-  std::vector<std::vector<Vec3f>> probes;                        ///< per frame, in the scene's order
-  std::vector<std::vector<BodyMonitors>> monitors;               ///< per frame and body
-  std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;  ///< per frame, body and moved region
+  std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
+  std::vector<Notice> notices;                                      ///< each once, at most 1000
+  std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
+  std::vector<std::vector<BodyMonitors>> monitors;                  ///< per frame and body
+  std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;     ///< per frame, body and moved region
+  std::vector<std::vector<std::vector<Vec3d>>> motion_torques_N_m;  ///< likewise
 
   void add(const StepReport& report);
   /// How far the elements of each body were pressed together.

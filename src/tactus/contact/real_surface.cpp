@@ -100,6 +100,10 @@ void RealSurface::keep_last_frame(ExecContext& ctx) {
     return;
   }
   ctx.fill_bytes(candidate_count_.view(), 0);
+  clear(ctx);
+}
+
+void RealSurface::clear(ExecContext& ctx) {
   ctx.fill_bytes(motions_.view(), 0);
   ctx.fill_bytes(pieces_.view(), 0);
   ctx.fill_bytes(last_pieces_.view(), 0);

@@ -50,6 +50,8 @@ class RealSurface {
     return {balls_.const_view(), corners_.const_view(), triangle_piece_.const_view(),
             fine_.input_cells().ranges, fine_.view().near_rows};
   }
+  /// There is no surface yet. Asynchronous.
+  void clear(ExecContext& ctx);
   /// (1) The separate pieces.
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
   /// (kPieces) How each piece moves from this frame on.

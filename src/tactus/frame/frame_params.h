@@ -17,6 +17,7 @@ struct FrameParams {
   /// Done before the block of substeps that runs. A kernel recorded as substep k of a block works on substep
   /// `done` + k.
   Index done = 0;
+  Index part = 0;  ///< of the frame, where it is run in parts: what is summed over a frame begins at part 0
 };
 
 /// Step and gravity of a substep: as the host gave them or, with `frame`, as they are on the device when the

@@ -155,6 +155,8 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
          positive("kg/m^3", 30000));
   v.real({"damping", "part of critical damping of the fastest vibration; rigid motion is not damped"},
          m.damping, {"", 0, 0.7});
+  v.real({"drag_per_s", "slows all motion, falling too; vibrations fade as exp(-drag_per_s t / 2)"},
+         m.drag_per_s, {"1/s", 0, 1000});
   v.choice(
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
@@ -395,6 +397,8 @@ void describe_frame(FieldVisitor& v, FrameDescription& f) {
                  "the time between frames of the source");
   v.integer_or_auto({"substeps", "steps of the bodies per frame"}, f.substeps, {"", 1, 10000},
                     "what the stable step of the stiffest body asks for");
+  v.integer({"max_substeps", "no frame has more, unless bodies need more at rest"}, f.max_substeps,
+            {"", 1, 10000});
 }
 
 void describe_view_camera(FieldVisitor& v, ViewCameraDescription& c) {
@@ -441,6 +445,8 @@ void describe_output(FieldVisitor& v, OutputDescription& o) {
   v.boolean({"trace", "write the stages' times as a Chrome trace"}, o.trace);
   v.integer({"mesh_every", "write PLY files of surface and bodies every n-th frame; 0: never"}, o.mesh_every,
             {"", 0, 1000000});
+  v.integer({"vtk_every", "write VTK files of cubes with strain and stress every n-th frame; 0: never"},
+            o.vtk_every, {"", 0, 1000000});
 }
 
 template <class T>

@@ -145,8 +145,20 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
   return surface_nets(solid.distance_m, {solid.box_m.min - margin, solid.box_m.max + margin}, fineness);
 }
 
+/// A closed mesh of a body so thin that its cubes are hardly filled.
+void check_thickness(const TriangleMesh& mesh, double spacing_m) {
+  const double volume = std::abs(volume_m3(mesh)), area = area_m2(mesh);
+  if (volume > 0.01 * spacing_m * 0.5 * area) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "its mesh has no thickness: %.3g m^2 of surface enclose %.3g m^3, a sheet of %.3g m at a "
+                "spacing_m of %g; expected a solid",
+                area, volume, area > 0 ? 2 * volume / area : 0.0, spacing_m);
+  throw Error(text);
+}
+
 /// Turns a mesh right side out, and notes what is odd about it.
-void check_surface(const ShapeDescription& description, BodyShape& shape) {
+void check_surface(const ShapeDescription& description, double spacing_m, BodyShape& shape) {
   TriangleMesh& mesh = shape.surface_m;
   const EdgeDefects edges = find_edge_defects(mesh);
   if (description.fill == MeshFill::closed && !edges.bounds_solid())
@@ -155,6 +167,7 @@ void check_surface(const ShapeDescription& description, BodyShape& shape) {
   if (!edges.bounds_solid())
     shape.warnings.push_back("its mesh does not bound a solid: " + edges.text() +
                              "; it is filled by its winding number");
+  if (description.fill == MeshFill::closed) check_thickness(mesh, spacing_m);
   if (volume_m3(mesh) < 0) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     shape.warnings.push_back("its triangles face inwards; they are taken the other way round");
@@ -248,7 +261,7 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
     for (Vec3f& p : shape.surface_m.positions_m)
       p = vec_cast<float>(body.placement.to_world(vec_cast<double>(p)));
     if (!odd.empty()) shape.warnings.push_back(odd);
-    check_surface(body.shape, shape);
+    check_surface(body.shape, body.spacing_m, shape);
     compute_normals(shape.surface_m);
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
     shape.node_outside_m = node_outside_m(shape.lattice, shape.surface_m, options.fill);
@@ -263,6 +276,28 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what() + (odd.empty() ? "" : "; " + odd), e.kind());
   }
+}
+
+Index cubes_in_another(const CubeLattice& a, const CubeLattice& b) {
+  const auto fill = [](const CubeLattice& lattice, std::size_t cube) {
+    return lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[cube];
+  };
+  const auto high = [](const CubeLattice& l) {
+    return l.origin_m + l.spacing_m * vec_cast<float>(l.node_dims - Vec3i{1, 1, 1});
+  };
+  const Vec3f apart = max(a.origin_m - high(b), b.origin_m - high(a));
+  if (max(apart.x, max(apart.y, apart.z)) > 0.F) return 0;
+  std::set<std::array<Index, 3>> full;
+  for (std::size_t c = 0; c < b.cubes.size(); ++c)
+    if (fill(b, c) > 0.999F) full.insert({b.cubes[c].x, b.cubes[c].y, b.cubes[c].z});
+  Index count = 0;
+  for (std::size_t c = 0; c < a.cubes.size(); ++c) {
+    if (fill(a, c) < 0.5F) continue;
+    const Vec3f center = a.origin_m + a.spacing_m * (vec_cast<float>(a.cubes[c]) + Vec3f{0.5F, 0.5F, 0.5F});
+    const Vec3f in_b = 1 / b.spacing_m * (center - b.origin_m);
+    count += full.count({floor_to_int(in_b.x), floor_to_int(in_b.y), floor_to_int(in_b.z)}) > 0 ? 1 : 0;
+  }
+  return count;
 }
 
 }  // namespace tactus

@@ -6,8 +6,10 @@ namespace tactus {
 void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& contact,
                           const RealSurface& surface, const Obstacles& obstacles, Vec3f gravity_m_s2) {
   ExecContext& ctx = devices_.context(0);
-  const HybridStep step{
-      .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_, .matched_every = matching_every()};
+  const HybridStep step{.gravity_m_s2 = gravity_m_s2,
+                        .drag_per_s = static_cast<float>(description_.material.drag_per_s),
+                        .full_stiffness = full_stiffness_,
+                        .matched_every = matching_every()};
   tissue_.follow(schedule.frame());
   tissue_.add_reports(readback);
   schedule.add({.name = stage("begin"),

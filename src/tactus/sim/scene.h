@@ -107,7 +107,8 @@ struct MaterialDescription {
   double young_modulus_pa = 10000;  ///< E
   double poisson_ratio = 0.45;      ///< nu, elements only
   double density_kg_m3 = 1000;
-  double damping = 0.1;  ///< part of critical damping of the fastest mode, 0..0.7
+  double damping = 0.1;   ///< part of critical damping of the fastest mode, 0..0.7
+  double drag_per_s = 0;  ///< slows all motion, rigid motion too
   Stiffness kappa = Stiffness::material;
   bool deflection_test = false;  ///< scale shape matching until the held body sags as elements do
   MaterialLaw law = MaterialLaw::neo_hookean;  ///< elements only
@@ -215,6 +216,7 @@ struct FrameDescription {
   std::optional<double> dt_s;   ///< simulated time per frame; none: the time between frame sets
   double max_dt_s = 0.25;       ///< no frame simulates more
   std::optional<int> substeps;  ///< none: as many as the bodies' stable step asks for
+  int max_substeps = 2000;      ///< of a frame, however strained the bodies are
 };
 
 struct ViewCameraDescription {
@@ -248,6 +250,7 @@ struct OutputDescription {
   bool contact_sheet = true;
   bool trace = false;
   int mesh_every = 0;  ///< frames from one set of PLY files to the next; 0: none
+  int vtk_every = 0;   ///< frames from one set of VTK files to the next; 0: none
 };
 
 struct Scene {

@@ -73,6 +73,14 @@ std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const
   return all;
 }
 
+void add(OwnerReaction& sum, const OwnerReaction& r) {
+  sum.force_N += r.force_N;
+  sum.torque_N_m += r.torque_N_m;
+  sum.impulse_N_s += r.impulse_N_s;
+  sum.max_depth_m = std::max(sum.max_depth_m, r.max_depth_m);
+  sum.contacts += r.contacts;
+}
+
 }  // namespace
 
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
@@ -108,6 +116,16 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
+  for (std::size_t b = 1; b < bodies_.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      const Index count = cubes_in_another(bodies_[a]->shape().lattice, bodies_[b]->shape().lattice);
+      if (count > 0)
+        log_warning("bodies '" + bodies_[a]->name() + "' and '" + bodies_[b]->name() +
+                    "' overlap at rest in " + std::to_string(count) +
+                    " cubes: bodies don't touch one another");
+    }
+  }
+  surface_.clear(devices_.context(0));
   add_stages();
   schedule_.close();
   devices_.synchronize();
@@ -184,38 +202,81 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   FrameTimes times = clock_.next(dt_s, frame != nullptr);
   report.dt_s = last_dt_s_ = times.dt_s;
   report.notices = std::move(times.notices);
-  report.substeps = times.dt_s > 0 ? substeps_for(times.dt_s) : 0;
-  const auto dt_frame_s = static_cast<float>(times.dt_s);
-  if (report.substeps > 0) {
-    for (auto& body : bodies_) body->check_substeps(dt_frame_s, report.substeps);
-  }
-  if (frame != nullptr) {
+  bool has_new_images = frame != nullptr;
+  if (has_new_images) {
+    has_surface_ = true;
     incoming_ = frame;
     masks_ = silhouettes(*frame, report.notices);
     hull_check_.prepare(frame->silhouettes);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
   }
-  const float dt_substep_s = dt_frame_s / static_cast<float>(std::max(report.substeps, 1));
-  schedule_.run({.dt_s = dt_substep_s,
-                 .dt_before_s = last_substep_s_,
-                 .dt_capture_s = static_cast<float>(times.dt_capture_s),
-                 .surface_age_s = static_cast<float>(times.surface_age_s),
-                 .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
-                 .substeps = report.substeps},
-                frame != nullptr);
-  if (report.substeps > 0) last_substep_s_ = dt_substep_s;
-  schedule_.finish(timings_);
-  collect(times, report);
+  part_ = 0;
+  const double frame_begin_s = clock_.simulated_s() - times.dt_s;
+  double done_s = 0;
+  if (has_new_images && must_look_first(times.dt_s))
+    run_part(times, {}, 0, std::exchange(has_new_images, false));
+  for (FramePart part{.last = false}; !part.last; ++part_) {
+    part = times.dt_s > 0 ? next_part(times.dt_s - done_s, frame_begin_s + done_s, report.substeps)
+                          : FramePart{};
+    if (part.substeps > 0) {
+      for (auto& body : bodies_)
+        body->check_substeps(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
+    }
+    run_part(times, part, done_s, std::exchange(has_new_images, false));
+    if (part.substeps > 0) collect_bodies(times.dt_s, part.substeps, report);
+    done_s += part.dt_s;
+    report.substeps += part.substeps;
+  }
+  if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
+  collect(report);
   if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
   return report;
 }
 
+void Simulation::run_part(const FrameTimes& times, const FramePart& part, double begin_s,
+                          bool has_new_images) {
+  const auto dt_substep_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.substeps, 1));
+  schedule_.run({.dt_s = dt_substep_s,
+                 .dt_before_s = last_substep_s_,
+                 .dt_capture_s = static_cast<float>(times.dt_capture_s),
+                 .surface_age_s = static_cast<float>(times.surface_age_s + begin_s),
+                 .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
+                 .substeps = part.substeps,
+                 .part = part_},
+                has_new_images);
+  if (part.substeps > 0) last_substep_s_ = dt_substep_s;
+  schedule_.finish(timings_);
+  if (!has_surface_) return;
+  const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
+  surface_m_s_ = 0;
+  for (Index k = 0; k < surface.pieces.count; ++k) {
+    const SurfaceMotion& motion = surface.motions.at(static_cast<std::size_t>(k));
+    if (motion.source == MotionSource::too_fast) continue;
+    const float turning = 0.5F * surface.pieces.piece[k].size_m() * length(motion.spin_rad_s);
+    surface_m_s_ = std::max(surface_m_s_, static_cast<double>(length(motion.velocity_m_s) + turning));
+  }
+}
+
+/// Whether the bodies can't be stepped before it is known how the new surface moves: it was still, or
+/// unknown, or it was that fast.
+bool Simulation::must_look_first(double dt_s) const {
+  if (scene_.frame.substeps || !(dt_s > 0)) return false;
+  return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
+    const double moved_m = surface_m_s_ * dt_s;
+    return !body->is_untouched() && !body->at_rest() &&
+           (moved_m < 0.01 * body->spacing_m() || moved_m > 0.5 * body->spacing_m());
+  });
+}
+
 /// What the frame left in its records.
-void Simulation::collect(const FrameTimes& times, StepReport& report) {
+void Simulation::collect(StepReport& report) {
   const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
   };
+  for (auto& body : bodies_)
+    warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
+  if (!has_surface_) return;
   report.hull = hull_.report(readback_);
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
@@ -228,18 +289,6 @@ void Simulation::collect(const FrameTimes& times, StepReport& report) {
          "raise contact.sample_spacing_m");
   }
   if (report.substeps == 0) return;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const ContactReport contact =
-        bodies_[b]->contact(readback_, static_cast<float>(times.dt_s), report.substeps);
-    report.contact.add(contact);
-    for (const OwnerReaction& r : contact.owners) {
-      const bool real = r.owner < kPieces;
-      report.contacts.push_back({bodies_[b]->name(),
-                                 real ? std::to_string(surface.pieces.piece[r.owner].label)
-                                      : obstacles_.names().at(static_cast<std::size_t>(r.owner - kPieces)),
-                                 r});
-    }
-  }
   for (Index k = 0; k < surface.pieces.count; ++k) {
     if (surface.motions.at(static_cast<std::size_t>(k)).source == MotionSource::too_fast)
       warn("surface.too_fast",
@@ -248,8 +297,30 @@ void Simulation::collect(const FrameTimes& times, StepReport& report) {
                " m/s: it touches nothing in this frame",
            "move it more slowly, or film more frames per second");
   }
-  for (auto& body : bodies_)
-    warn("body.blew_up", body->end_frame(devices_.context(0), readback_, report.substeps));
+}
+
+/// What was done to one body by one thing in several parts of a frame is one reaction.
+void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
+  const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
+  for (const auto& body : bodies_) {
+    ContactReport contact = body->contact(readback_, static_cast<float>(dt_frame_s), substeps);
+    contact.contacts_per_substep *= substeps;
+    report.contact.add(contact);
+    for (const OwnerReaction& r : contact.owners) {
+      const bool real = r.owner < kPieces;
+      const std::string piece = real ? std::to_string(surface.pieces.piece[r.owner].label)
+                                     : obstacles_.names().at(static_cast<std::size_t>(r.owner - kPieces));
+      const auto known =
+          std::find_if(report.contacts.begin(), report.contacts.end(),
+                       [&](const BodyContact& c) { return c.body == body->name() && c.piece == piece; });
+      if (known == report.contacts.end())
+        report.contacts.push_back({body->name(), piece, r});
+      else
+        add(known->reaction, r);
+    }
+    const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
+    if (!trouble.empty()) report.notices.push_back({"body.blew_up", Severity::warning, trouble, ""});
+  }
 }
 
 std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
@@ -272,12 +343,35 @@ std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vec
   return repaired_;
 }
 
-int Simulation::substeps_for(double dt_s) {
-  if (scene_.frame.substeps) return *scene_.frame.substeps;
-  int count = 1;
-  for (const auto& body : bodies_) count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
-  count = substep_choice_.of_frame(count, kMostSubsteps);
-  return ceil_div(count, schedule_.unit()) * schedule_.unit();
+int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
+  int count = static_cast<int>(std::ceil(std::min(dt_s * substeps_per_s, double{kMostSubsteps})));
+  for (const auto& body : bodies_) {
+    count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
+  }
+  return std::clamp(count, 1, kMostSubsteps);
+}
+
+Simulation::FramePart Simulation::next_part(double left_s, double from_s, int done) {
+  if (scene_.frame.substeps) return {left_s, *scene_.frame.substeps, true};
+  double spacings_per_s = 0;  // that anything moves by
+  int at_rest = 1;            // substeps of the rest of the frame
+  for (const auto& body : bodies_) {
+    spacings_per_s = std::max(
+        spacings_per_s, body->fastest_near_m_s(surface_m_s_, from_s, from_s + left_s) / body->spacing_m());
+    at_rest = std::max(at_rest, body->model().substeps_for(static_cast<float>(left_s)));
+  }
+  const auto in_units = [&](int count) { return ceil_div(count, schedule_.unit()) * schedule_.unit(); };
+  // A part in which things move by a spacing, and in each of its substeps by a quarter.
+  const int most = std::max(scene_.frame.max_substeps - done, at_rest);
+  const int parts =
+      static_cast<int>(std::ceil(std::clamp(left_s * spacings_per_s, 1.0, double{kMostSubsteps})));
+  const double dt_s = left_s / parts;
+  const int count = substeps_for(dt_s, 4 * spacings_per_s);
+  if (parts == 1 && done == 0) return {left_s, in_units(substep_choice_.of_frame(count, most)), true};
+  const int rest = static_cast<int>(at_rest * (1 - 1.0 / parts));
+  if (parts == 1 || count + rest >= most)
+    return {left_s, in_units(std::min(substeps_for(left_s, 4 * spacings_per_s), most)), true};
+  return {dt_s, in_units(count), false};
 }
 
 FrameSnapshot Simulation::snapshot() {
@@ -304,6 +398,12 @@ std::vector<BodyMonitors> Simulation::monitors() {
 std::vector<std::vector<Vec3d>> Simulation::motion_forces_N() {
   std::vector<std::vector<Vec3d>> all;
   for (const auto& body : bodies_) all.push_back(body->motion_forces_N(last_dt_s_));
+  return all;
+}
+
+std::vector<std::vector<Vec3d>> Simulation::motion_torques_N_m() {
+  std::vector<std::vector<Vec3d>> all;
+  for (const auto& body : bodies_) all.push_back(body->motion_torques_N_m(last_dt_s_));
   return all;
 }
 

@@ -66,6 +66,8 @@ class Simulation {
   /// Per body and moved region: mean force of whoever moves it on the body over the last frame [N].
   /// Synchronizes.
   std::vector<std::vector<Vec3d>> motion_forces_N();
+  /// Likewise, mean torque about the moved region's pivot [N m].
+  std::vector<std::vector<Vec3d>> motion_torques_N_m();
 
   const Timings& timings() const { return timings_; }
   /// How often the frame was put together for replay.
@@ -87,11 +89,25 @@ class Simulation {
   void add_stages();
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
-  /// As many as the bodies' stable steps ask for, or the scene.
-  int substeps_for(double dt_s);
+  /// Of a frame: what moves fast would strain bodies far more than at its beginning, so their steps follow
+  /// the strain from part to part.
+  struct FramePart {
+    double dt_s = 0;
+    int substeps = 0;
+    bool last = true;
+  };
+  /// @param left_s of the frame @param from_s when the part begins, of the bodies' motions @param done
+  /// substeps of the frame before it
+  FramePart next_part(double left_s, double from_s, int done);
+  /// As many as the bodies' stable steps ask for.
+  int substeps_for(double dt_s, double substeps_per_s) const;
+  bool must_look_first(double dt_s) const;
+  void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
-  void collect(const FrameTimes& times, StepReport& report);
+  void collect(StepReport& report);
+  /// Of each part of a frame.
+  void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
 
   DeviceSet& devices_;
   Scene scene_;
@@ -116,6 +132,9 @@ class Simulation {
   std::int64_t tick_ = 0;
   double captured_s_ = 0, last_dt_s_ = 0;
   float last_substep_s_ = 0;
+  bool has_surface_ = false;  ///< images came
+  double surface_m_s_ = 0;    ///< the fastest point of the real surface
+  int part_ = 0;              ///< of the frame that runs
   SubstepChoice substep_choice_;
   Timings timings_;
 };

@@ -134,10 +134,7 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
 }
 
 /// Nothing looks into the frame of a body on which nothing acts.
-int SoftBody::watch_every(int substeps) const {
-  const bool alone = is_untouched() && shape_.motions.empty() && shape_.loads.empty();
-  return alone ? substeps : tissue_.watch_every();
-}
+int SoftBody::watch_every(int substeps) const { return nothing_acts() ? substeps : tissue_.watch_every(); }
 
 std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int substeps) {
   if (at_rest_) return "";
@@ -201,6 +198,24 @@ std::string SoftBody::impossible_state() const {
   return std::isfinite(strain_.speed_ratio) ? "" : ": its strain is not finite";
 }
 
+std::string SoftBody::newly_inverted() {
+  const bool before = std::exchange(was_inverted_, !at_rest_ && strain_.inverted > 0);
+  if (before || !was_inverted_) return "";
+  char text[160];
+  std::snprintf(text, sizeof text, "body '%s': %d cubes are inverted, the most %s, to %.3g times its volume",
+                name().c_str(), strain_.inverted, cube_text(strain_.smallest_cube).c_str(),
+                double{strain_.smallest_J});
+  return text;
+}
+
+double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
+  if (at_rest_ || nothing_acts()) return 0;
+  double speed = std::max(double{fastest_m_s()}, description_.contact ? surface_m_s : 0);
+  for (const NodeMotion& motion : shape_.motions)
+    speed = std::max(speed, fastest_move(shape_.lattice, motion, from_s, to_s).speed_m_s);
+  return speed;
+}
+
 float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
 
 double SoftBody::wave_m_s() const {
@@ -256,33 +271,32 @@ Vec3f SoftBody::cube_center_m(Index cube) const {
              (vec_cast<float>(lattice.cubes[static_cast<std::size_t>(cube)]) + Vec3f{0.5F, 0.5F, 0.5F});
 }
 
-void SoftBody::warn_of_many_substeps(float dt_frame_s) {
-  if (warned_of_substeps_ || at_rest_ || needed_substeps(dt_frame_s) <= kMostWhenCrushed) return;
-  const int at_rest = model().substeps_for(dt_frame_s);
+void SoftBody::warn_of_many_substeps(float dt_s, int substeps, int most) {
+  const int at_rest = model().substeps_for(dt_s), needed = substeps_for(dt_s);
+  if (warned_of_substeps_ || at_rest_ || needed <= most || (at_rest <= most && needed <= substeps)) return;
   const MaterialDescription& m = description_.material;
   char text[320];
-  if (at_rest > kMostWhenCrushed) {
+  if (at_rest > most) {
     std::snprintf(
         text, sizeof text,
         "': a frame of %.3g s takes %d substeps, as it is stable up to %.3g s: young_modulus_pa %.3g, "
         "density_kg_m3 %.3g and spacing_m %.3g make waves that fast; a coarser lattice, a softer or "
         "a heavier material takes fewer",
-        double{dt_frame_s}, at_rest, double{model().stable_step_s()}, m.young_modulus_pa, m.density_kg_m3,
+        double{dt_s}, at_rest, double{model().stable_step_s()}, m.young_modulus_pa, m.density_kg_m3,
         description_.spacing_m);
   } else {
     std::snprintf(
         text, sizeof text,
         "' is crushed: waves are %.3g times as fast as at rest in %s, which asks for %d substeps; it "
         "gets %d: press it less or slower, or make it stiffer",
-        double{strain_.speed_ratio}, cube_text(strain_.fastest_cube).c_str(), needed_substeps(dt_frame_s),
-        kMostWhenCrushed);
+        double{strain_.speed_ratio}, cube_text(strain_.fastest_cube).c_str(), needed, substeps);
   }
   log_warning("body '" + name() + text);
   warned_of_substeps_ = true;
 }
 
-void SoftBody::check_substeps(float dt_frame_s, int substeps) {
-  warn_of_many_substeps(dt_frame_s);
+void SoftBody::check_substeps(float dt_frame_s, int substeps, int most_of_frame) {
+  warn_of_many_substeps(dt_frame_s, substeps, most_of_frame);
   const float dt_s = dt_frame_s / static_cast<float>(substeps);
   char text[256];
   if (model().has_elements() && dt_s > 1.0001F * model().tled().stable_step_s()) {
@@ -341,6 +355,11 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
   return measure_body(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
                       element_options_, to_host(ctx, tissue_.body().x_m.const_view()),
                       to_host(ctx, tissue_.body().v_m_s.const_view()));
+}
+
+std::vector<CubeStrain> SoftBody::strains(ExecContext& ctx) const {
+  return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+                      element_options_, positions_m(ctx));
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

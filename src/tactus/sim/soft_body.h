@@ -25,20 +25,17 @@ class SoftBody {
   Index contact_point_count() const { return points_.count(); }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
-  /// Substeps for which the body is stable as strained as it was at the end of the last frame; if strain asks
-  /// for more than kMostWhenCrushed, only as many.
-  int substeps_for(float dt_frame_s) const {
-    return std::max(model().substeps_for(dt_frame_s),
-                    std::min(needed_substeps(dt_frame_s), kMostWhenCrushed));
-  }
-  int needed_substeps(float dt_frame_s) const {
-    return model().substeps_for(dt_frame_s, strain_.speed_ratio);
-  }
-  /// Of a crushed body's frame: so it ends.
-  static constexpr int kMostWhenCrushed = 2000;
+  /// Substeps for which the body is stable as strained as it was at the end of the last part of a frame.
+  int substeps_for(float dt_s) const { return model().substeps_for(dt_s, strain_.speed_ratio); }
+  /// What goes fastest of the body and what acts on it, in the time of its motions given [m/s]; 0 for a body
+  /// on which nothing acts.
+  double fastest_near_m_s(double surface_m_s, double from_s, double to_s) const;
+  double spacing_m() const { return description_.spacing_m; }
   /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
+  /// Likewise, mean torque about the axis' pivot [N m].
+  std::vector<Vec3d> motion_torques_N_m(double dt_frame_s) { return tissue_.motion_torques_N_m(dt_frame_s); }
   /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `contact`, `surface`
   /// and the schedule's frame must outlive its runs.
   void add_stages(Schedule& schedule, Readback& readback, Contact& contact, const RealSurface& surface,
@@ -65,13 +62,20 @@ class SoftBody {
   Vec3f cube_center_m(Index cube) const;
   /// @throws Error when the elements are not stable in so many substeps, or shape matching, at its rate,
   /// would be softer than its material; warns, once, when so few make shape matching softer than its
-  /// material.
-  void check_substeps(float dt_frame_s, int substeps);
+  /// material, or when a frame takes more than `most_of_frame`.
+  void check_substeps(float dt_frame_s, int substeps, int most_of_frame);
+  /// "" or, once it begins, that cubes are inverted, and which is worst.
+  std::string newly_inverted();
   /// "node 17, at rest at (0.1, 0.2, 0.3) m".
   std::string node_text(Index node) const;
   Vec3f rest_m(Index node) const { return shape_.lattice.rest_m(node); }
   /// "cube 17, at rest round (0.1, 0.2, 0.3) m in region 'tumour'".
   std::string cube_text(Index cube) const;
+  /// Strain and stress of its cubes. Synchronizes.
+  std::vector<CubeStrain> strains(ExecContext& ctx) const;
+  std::vector<Vec3f> velocities_m_s(ExecContext& ctx) const {
+    return to_host(ctx, tissue_.body().v_m_s.const_view());
+  }
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 
@@ -105,7 +109,8 @@ class SoftBody {
   ContactNodes contact_nodes();
   int watch_every(int substeps) const;
   void spread_contact_points(ExecContext& ctx);
-  void warn_of_many_substeps(float dt_frame_s);
+  bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
+  void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
   void warn_of_fast_motion(const NodeMotion& motion) const;
@@ -115,7 +120,7 @@ class SoftBody {
   TledOptions element_options_;
   DeviceSet& devices_;
   HybridSlabs tissue_;
-  bool at_rest_ = false, warned_of_softness_ = false, warned_of_substeps_ = false;
+  bool at_rest_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   WatchRecord watched_;
   RigidMotion motion_;

@@ -63,7 +63,46 @@ double elastic_energy_J(const Vec3d (&x)[8], double h, const TledOptions& option
   return sum;
 }
 
+void corners_of(const CubeLattice& lattice, std::size_t cube, std::span<const Vec3f> x_m, Vec3d (&x)[8]) {
+  for (std::size_t q = 0; q < 8; ++q)
+    x[q] = vec_cast<double>(x_m[static_cast<std::size_t>(lattice.cube_nodes[cube][q])]);
+}
+
+Mat3d first_piola_kirchhoff_Pa(const TledOptions& options, const ElasticMaterial& m, const Mat3d& F) {
+  const auto column = [&](int j) { return vec_cast<float>(F.column(j)); };
+  const GradientColumns P = with_law(options, [&](const auto& law) {
+    return law.stress(GradientColumns{column(0), column(1), column(2)}, m.mu_Pa(), m.lambda_Pa());
+  });
+  const Vec3d x = vec_cast<double>(P.x), y = vec_cast<double>(P.y), z = vec_cast<double>(P.z);
+  return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
+}
+
 }  // namespace
+
+double CubeStrain::von_mises_Pa() const {
+  const Mat3d& s = stress_Pa;
+  const double normal = sqr(s(0, 0) - s(1, 1)) + sqr(s(1, 1) - s(2, 2)) + sqr(s(2, 2) - s(0, 0));
+  return std::sqrt(0.5 * normal + 3 * (sqr(s(0, 1)) + sqr(s(1, 2)) + sqr(s(2, 0))));
+}
+
+std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMask& elements,
+                                     std::span<const ElasticMaterial> materials,
+                                     std::span<const std::uint8_t> material_of_cube,
+                                     const TledOptions& options, std::span<const Vec3f> x_m) {
+  std::vector<CubeStrain> all(lattice.cubes.size());
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    Vec3d x[8];
+    corners_of(lattice, c, x_m, x);
+    const Mat3d F = gradient(x, static_cast<double>(lattice.spacing_m), {});
+    all[c].strain = 0.5 * (transpose(F) * F - Mat3d::identity());
+    all[c].J = determinant(F);
+    if (!elements.empty() && elements[c] == 0) continue;
+    const ElasticMaterial& material = materials[material_of_cube.empty() ? 0 : material_of_cube[c]];
+    const double J = std::max(all[c].J, double{kSmallestJ});
+    all[c].stress_Pa = (1 / J) * (first_piola_kirchhoff_Pa(options, material, F) * transpose(F));
+  }
+  return all;
+}
 
 BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& elements,
                           std::span<const ElasticMaterial> materials,
@@ -80,8 +119,7 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (!lattice.has_cube(c)) continue;
     Vec3d x[8];
-    for (std::size_t q = 0; q < 8; ++q)
-      x[q] = vec_cast<double>(x_m[static_cast<std::size_t>(lattice.cube_nodes[c][q])]);
+    corners_of(lattice, c, x_m, x);
     const double fill = lattice.cube_fill.empty() ? 1 : static_cast<double>(lattice.cube_fill[c]);
     const double J = determinant(gradient(x, h, {}));
     m.volume_m3 += fill * h * h * h * J;

@@ -27,4 +27,17 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
                           std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
                           std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
 
+/// Strain and stress of a cube, at its centre.
+struct CubeStrain {
+  Mat3d strain;     ///< Green's, (C - 1) / 2, in the axes at rest
+  Mat3d stress_Pa;  ///< Cauchy's, in the world's axes; of elements, as if nothing had relaxed; else 0
+  double J = 1;     ///< volume over that at rest
+  double von_mises_Pa() const;
+};
+/// Of the lattice's cubes, in their order. Parameters as measure_body's.
+std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMask& elements,
+                                     std::span<const ElasticMaterial> materials,
+                                     std::span<const std::uint8_t> material_of_cube,
+                                     const TledOptions& options, std::span<const Vec3f> x_m);
+
 }  // namespace tactus

@@ -25,7 +25,7 @@ class Boundary {
            const NodeWindow& window);
 
   /// Forces of those who move it count from here. Asynchronous, as the next two.
-  void begin_frame(ExecContext& ctx) { driven_.begin_frame(ctx); }
+  void begin_frame(ExecContext& ctx, View<const FrameParams> frame = {}) { driven_.begin_frame(ctx, frame); }
   void load(ExecContext& ctx, BodyState& state, const StepTime& time) { loads_.apply(ctx, state, time); }
   void move(ExecContext& ctx, BodyState& state, const StepTime& time) {
     driven_.move(ctx, state, held_.view(), time);

@@ -86,11 +86,19 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
   motion_ = to_device(ctx, motion_of_node_);
   rest_m_ = to_device(ctx, rest);
   mass_kg_ = to_device(ctx, mass);
-  impulse_N_s_ = to_device(ctx, std::vector<Vec3f>(nodes.size()));
+  for (Buffer<Vec3f>* sums : {&impulse_N_s_, &moment_N_m_s_})
+    *sums = to_device(ctx, std::vector<Vec3f>(nodes.size()));
 }
 
-void DrivenNodes::begin_frame(ExecContext& ctx) {
-  if (!empty()) ctx.fill_bytes(impulse_N_s_.view(), 0);
+void DrivenNodes::begin_frame(ExecContext& ctx, View<const FrameParams> frame) {
+  if (empty()) return;
+  if (!frame.empty()) {
+    ctx.parallel_for("driven/clear", nodes_.size(),
+                     boundary::ClearImpulses{impulse_N_s_.view(), moment_N_m_s_.view(), frame});
+    return;
+  }
+  ctx.fill_bytes(impulse_N_s_.view(), 0);
+  ctx.fill_bytes(moment_N_m_s_.view(), 0);
 }
 
 void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time) {
@@ -101,18 +109,20 @@ void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, con
   ctx.parallel_for("driven/move", nodes_.size(),
                    boundary::MoveDriven{nodes_.const_view(), motion_.const_view(), rest_m_.const_view(),
                                         mass_kg_.const_view(), motions_.const_view(), steps_.const_view(),
-                                        state.x_m.view(), state.v_m_s.view(), held, impulse_N_s_.view()});
+                                        state.x_m.view(), state.v_m_s.view(), held, impulse_N_s_.view(),
+                                        moment_N_m_s_.view()});
 }
 
-void DrivenNodes::add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const {
+void DrivenNodes::add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double dt_frame_s,
+                            std::span<Vec3d> of_motion) const {
   if (empty() || !(dt_frame_s > 0)) return;
-  const std::vector<Vec3f> impulses = to_host(ctx, impulse_N_s_.const_view());
-  for (std::size_t j = 0; j < impulses.size(); ++j)
+  const std::vector<Vec3f> of_node = to_host(ctx, sums.const_view());
+  for (std::size_t j = 0; j < of_node.size(); ++j)
     of_motion[static_cast<std::size_t>(motion_of_node_[j])] +=
-        (1 / dt_frame_s) * vec_cast<double>(impulses[j]);
+        (1 / dt_frame_s) * vec_cast<double>(of_node[j]);
 }
 
-FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion) {
+FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion, double from_s, double to_s) {
   const Vec3d axis = normalized(motion.axis);
   double arm_m = 0;
   for (const Index node : motion.nodes)
@@ -123,7 +133,8 @@ FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion) {
     const boundary::MotionKey& key = motion.keys[k];
     const double moved_m = length(key.displacement_m - before.displacement_m) +
                            arm_m * std::abs(key.angle_rad - before.angle_rad);
-    if (key.time_s > before.time_s && moved_m > fastest.speed_m_s * (key.time_s - before.time_s))
+    const bool overlaps = before.time_s < to_s && key.time_s > from_s;
+    if (overlaps && key.time_s > before.time_s && moved_m > fastest.speed_m_s * (key.time_s - before.time_s))
       fastest = {moved_m / (key.time_s - before.time_s), k};
     before = key;
   }

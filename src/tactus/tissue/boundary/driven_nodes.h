@@ -35,22 +35,30 @@ class DrivenNodes {
               const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
-  /// Forces count from here. Asynchronous.
-  void begin_frame(ExecContext& ctx);
+  /// Forces count from here; with `frame`, only in its first part. Asynchronous.
+  void begin_frame(ExecContext& ctx, View<const FrameParams> frame = {});
   /// The end of a substep. @param held per node of the state: 1 as long as it is driven. Asynchronous.
   void move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time);
   /// Adds what each motion did to its nodes here, mean since begin_frame [N]: reaction, weight and inertia.
   /// Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
-  void add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const;
+  void add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const {
+    add_means(ctx, impulse_N_s_, dt_frame_s, of_motion);
+  }
+  /// Likewise, the torque about the motion's pivot where it is then [N m].
+  void add_mean_torques_N_m(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const {
+    add_means(ctx, moment_N_m_s_, dt_frame_s, of_motion);
+  }
 
  private:
+  void add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double dt_frame_s,
+                 std::span<Vec3d> of_motion) const;
   std::vector<Index> motion_of_node_;
   Buffer<boundary::Motion> motions_;
   Buffer<boundary::MotionKey> keys_;
   Buffer<boundary::MotionStep> steps_;
   Buffer<double> clock_s_;
   Buffer<Index> nodes_, motion_;
-  Buffer<Vec3f> rest_m_, impulse_N_s_;
+  Buffer<Vec3f> rest_m_, impulse_N_s_, moment_N_m_s_;
   Buffer<float> mass_kg_;
 };
 
@@ -59,6 +67,8 @@ struct FastestMove {
   double speed_m_s = 0;
   std::size_t key = 0;
 };
-FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion);
+/// @param from_s,to_s of the motion
+FastestMove fastest_move(const CubeLattice& lattice, const NodeMotion& motion, double from_s = 0,
+                         double to_s = std::numeric_limits<double>::infinity());
 
 }  // namespace tactus

@@ -3,6 +3,7 @@
 #include "tactus/tissue/boundary/motion_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::boundary::StepMotions);
+TACTUS_CUDA_KERNEL(tactus::boundary::ClearImpulses);
 TACTUS_CUDA_KERNEL(tactus::boundary::MoveDriven);
 TACTUS_CUDA_KERNEL(tactus::boundary::StepLoads);
 TACTUS_CUDA_KERNEL(tactus::boundary::LoadCubes);

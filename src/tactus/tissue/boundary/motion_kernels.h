@@ -69,6 +69,15 @@ struct StepMotions {
   }
 };
 
+/// A frame begins, unless this is a later part of it.
+struct ClearImpulses {
+  View<Vec3f> impulse_N_s, moment_N_m_s;
+  View<const FrameParams> frame;
+  TACTUS_HD void operator()(Index j) const {
+    if (frame[0].part == 0) impulse_N_s[j] = moment_N_m_s[j] = {};
+  }
+};
+
 /// What the solver made of a node is replaced by what its motion wants; the difference is what whoever moves
 /// it has to give. x+ = x + dt v+ holds for it as for all others.
 struct MoveDriven {
@@ -77,9 +86,10 @@ struct MoveDriven {
   View<const float> mass_kg;
   View<const Motion> motions;
   View<const MotionStep> steps;
-  View<Vec3f> x_m, v_m_s;   ///< per node of the state
-  View<Index> held;         ///< the same: 1 while it is driven
-  View<Vec3f> impulse_N_s;  ///< on the body, summed
+  View<Vec3f> x_m, v_m_s;    ///< per node of the state
+  View<Index> held;          ///< the same: 1 while it is driven
+  View<Vec3f> impulse_N_s;   ///< on the body, summed
+  View<Vec3f> moment_N_m_s;  ///< of that about the motion's pivot, where it is then
   TACTUS_HD void operator()(Index j) const {
     const Index i = node[j];
     const MotionStep& step = steps[motion[j]];
@@ -87,7 +97,9 @@ struct MoveDriven {
     if (step.released != 0) return;
     const Vec3f arm = rest_m[j] - motions[motion[j]].pivot_m;
     const Vec3f v = step.velocity_m_s + cross(step.spin_rad_s, step.half_turn * arm);
-    impulse_N_s[j] += mass_kg[j] * (v - v_m_s[i]);
+    const Vec3f impulse = mass_kg[j] * (v - v_m_s[i]);
+    impulse_N_s[j] += impulse;
+    moment_N_m_s[j] += cross(step.turn * arm, impulse);
     x_m[i] = rest_m[j] + (step.shift_m + (step.turn * arm - arm));
     v_m_s[i] = v;
   }

@@ -155,10 +155,11 @@ void HybridSlabs::link_neighbours() {
 }
 
 void HybridSlabs::begin_frame() {
-  for (auto& part : parts_) {
-    part->boundary.begin_frame(part->ctx);
-    part->watch.begin_frame(part->ctx);
-    if (part->patch_watch) part->patch_watch->begin_frame(part->ctx);
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part& part = *parts_[p];
+    part.boundary.begin_frame(part.ctx, on_part({}, p, 0).frame);
+    part.watch.begin_frame(part.ctx);
+    if (part.patch_watch) part.patch_watch->begin_frame(part.ctx);
   }
 }
 
@@ -369,6 +370,12 @@ std::vector<Vec3d> HybridSlabs::motion_forces_N(double dt_frame_s) {
   std::vector<Vec3d> forces(motion_count_);
   for (auto& part : parts_) part->boundary.driven().add_mean_forces_N(part->ctx, dt_frame_s, forces);
   return forces;
+}
+
+std::vector<Vec3d> HybridSlabs::motion_torques_N_m(double dt_frame_s) {
+  std::vector<Vec3d> torques(motion_count_);
+  for (auto& part : parts_) part->boundary.driven().add_mean_torques_N_m(part->ctx, dt_frame_s, torques);
+  return torques;
 }
 
 void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {

@@ -80,6 +80,8 @@ class HybridSlabs {
   void set_spin(Vec3d spin_rad_s);
   /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);
+  /// Likewise, mean torque about the motion's pivot where it is then [N m].
+  std::vector<Vec3d> motion_torques_N_m(double dt_frame_s);
   /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
   /// steps.
   BodyState& body() { return parts_.size() == 1 ? parts_.front()->state : body_; }

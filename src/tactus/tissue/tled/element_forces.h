@@ -12,6 +12,8 @@ namespace tactus::tled {
 
 /// Columns of cubes that are worked on side by side.
 inline constexpr int kLanes = 8;
+/// Of nodes, of a tile.
+inline constexpr int kMostLayers = 16;
 
 /// Cells of a dense box round the lattice: a node and the cube above, behind and right of it share one. Rows
 /// may be cut into segments that begin at whole lines of memory. From the second on their first cell is
@@ -26,7 +28,7 @@ struct Grid {
     return first + p.x + gaps + p.y * stride_y + p.z * stride_z;
   }
   TACTUS_HD Index right_of(Index cell) const {
-    return cell + 1 + (cell % kSegment == kSegment - 1 ? has_segments : 0);
+    return cell + 1 + ((cell & (kSegment - 1)) == kSegment - 1 ? has_segments : 0);
   }
 };
 
@@ -59,7 +61,7 @@ struct StiffnessFields {
 /// what it needs later while it works on something else: a processor of it has only 24 warps to wait with.
 struct TilesOnCpu {
   using Stiffnesses = StiffnessFields;
-  static constexpr int kGroups = 16, kGroupsX = 6;
+  static constexpr int kGroups = 32, kGroupsX = 6;
   static constexpr bool kSegments = false, kReadsAhead = false;
 };
 struct TilesOnGpu {
@@ -72,7 +74,7 @@ struct TilesOnGpu {
 /// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
 template <class Cube, class Tiles, class Sink>
 struct ElementForces {
-  static constexpr int kThreads = kLanes * Tiles::kGroups;
+  static constexpr int kThreads = kLanes * Tiles::kGroups, kLeastBlocks = Cube::kLeastBlocks;
   View<const Tile> tiles;
   View<const std::uint32_t> active;
   View<const float> x_m;  ///< 3 fields
@@ -85,9 +87,12 @@ struct ElementForces {
     Index cell[Tiles::kGroups];        ///< of each group's first column, in the lowest layer
     Index starts_row[Tiles::kGroups];  ///< 1: its first column has none to the left in this tile
     Index shares[Tiles::kGroups];      ///< 1: its first column belongs to the tile before
-    /// Per node and row of columns: force with signs 1, y. Of odd and even layers: while one is read, the
-    /// next is written.
-    float row[2][2][3][kThreads];
+    /// Per node: what the row of columns before it exerts on it. Of odd and even layers: while one is read,
+    /// the next is written.
+    float from_before[2][3][kThreads];
+    typename Sink::Moment now;
+    Index column[kThreads];                 ///< cell of each column in the lowest layer, on a GPU
+    std::uint32_t active[kMostLayers + 1];  ///< the tile's masks
   };
 
   template <class Block>
@@ -96,38 +101,40 @@ struct ElementForces {
     using PerThread = typename Block::template PerThread<T>;
     PerThread<float> below[4][3];  ///< the layer of nodes below: sums with signs 1, x, y, xy
     PerThread<float> up[4][3];     ///< force of the cube below on the layer above it
-    PerThread<float> on[4][3];     ///< force on the layer between, both cubes': sums with the same signs
-    PerThread<Index> kind;         ///< of the next cube, where looked up
+    /// Force on the layer between, both cubes': on the nodes to the left and to the right, with signs 1, y.
+    PerThread<float> on_left[2][3], on_right[2][3];
+    PerThread<Index> kind;  ///< of the next cube, where looked up
   };
 
-  TACTUS_HD void load() {
-    if constexpr (LoadingKernel<Cube>) cube.load();
-    sink.load();
-  }
+  TACTUS_HD void load() requires LoadingKernel<Cube> { cube.load(); }
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Tile tile = tiles[b.index()];
     const int groups = tile.groups * tile.rows;
     Column<Block> column;
+    b.for_own(tile.layers + 1, [&](int z) { s.active[z] = active[tile.active + z]; });
     b.for_threads(groups, [&](int g) {
       s.cell[g] = tile.first + g / tile.groups * grid.stride_y + g % tile.groups * kLanes;
       s.starts_row[g] = g % tile.groups == 0 ? 1 : 0;
       s.shares[g] = g % tile.groups == 0 ? tile.shares : 0;
     });
+    b.for_own(1, [&](int) { s.now = sink.moment(); });
     b.template for_own_groups<kLanes>(
         groups, [](int) { return true; },
         [&](int g, int t) {
+          const Index cell = s.cell[g] + t - (Tiles::kSegments && t == 0 ? s.shares[g] : 0);
+          if constexpr (Tiles::kReadsAhead) s.column[g * kLanes + t] = cell;
           float layer[4][3];
-          load_layer(column_cell(s, g, t), layer);
-          look_ahead(column, column_cell(s, g, t), g * kLanes + t);
+          load_layer(cell, layer);
+          look_ahead(column, cell, g * kLanes + t);
           for (int m = 0; m < 4; ++m) {
             for (int a = 0; a < 3; ++a) column.below[m][a][g * kLanes + t] = layer[m][a];
             for (int a = 0; a < 3; ++a) column.up[m][a][g * kLanes + t] = 0;
           }
         });
     for (Index z = 0; z <= tile.layers; ++z) {
-      const std::uint32_t mask = active[tile.active + z];
+      const std::uint32_t mask = s.active[z];
       b.template for_own_groups<kLanes>(
           groups, [mask](int g) { return (mask >> g & 1U) != 0; },
           [&](int g, int t) TACTUS_ALWAYS_INLINE {
@@ -144,8 +151,11 @@ struct ElementForces {
   }
 
  private:
-  TACTUS_HD Index column_cell(const Shared& s, int g, int t) const {
-    return s.cell[g] + t - (Tiles::kSegments && t == 0 ? s.shares[g] : 0);
+  TACTUS_HD static Index column_cell(const Shared& s, int g, int t) {
+    if constexpr (Tiles::kReadsAhead)
+      return s.column[g * kLanes + t];
+    else
+      return s.cell[g] + t;
   }
 
   TACTUS_HD void load_layer(Index cell, float (&layer)[4][3]) const {
@@ -195,10 +205,8 @@ struct ElementForces {
     };
     const CubeModes u{sum(1), sum(2), difference(0), sum(3), difference(2), difference(1), difference(3)};
     const CubeModes f = cube.force(u, k, cell);
-    hand_on(column, 0, i, Vec3f{}, f.z);
-    hand_on(column, 1, i, f.x, f.xz);
-    hand_on(column, 2, i, f.y, f.yz);
-    hand_on(column, 3, i, f.xy, f.xyz);
+    hand_on(column, 0, i, -f.z, f.z, f.x - f.xz, f.x + f.xz);
+    hand_on(column, 1, i, f.y - f.yz, f.y + f.yz, f.xy - f.xyz, f.xy + f.xyz);
     for (int m = 0; m < 4; ++m) {
       for (int a = 0; a < 3; ++a) column.below[m][a][i] = above[m][a];
     }
@@ -210,8 +218,9 @@ struct ElementForces {
     float above[4][3];
     load_layer(cell + grid.stride_z, above);
     look_ahead(column, cell + grid.stride_z, i);
+    hand_on(column, 0, i, {}, {}, {}, {});
+    hand_on(column, 1, i, {}, {}, {}, {});
     for (int m = 0; m < 4; ++m) {
-      hand_on(column, m, i, Vec3f{}, Vec3f{});
       for (int a = 0; a < 3; ++a) column.below[m][a][i] = above[m][a];
     }
   }
@@ -227,59 +236,68 @@ struct ElementForces {
     TACTUS_HD typename Sink::Node read(const Sink& to, Index cell) const { return to.read(cell); }
   };
 
-  /// `even` and `odd`: modes without and with the sign of z.
+  /// Of a cube's force on its lower and upper nodes the sums with signs 1, x if y is 0, with y, xy if it
+  /// is 1.
   template <class C>
-  TACTUS_HD void hand_on(C& column, int m, int i, Vec3f even, Vec3f odd) const {
-    const Vec3f down = even - odd, up = even + odd;
-    column.on[m][0][i] = column.up[m][0][i] + down.x;
-    column.on[m][1][i] = column.up[m][1][i] + down.y;
-    column.on[m][2][i] = column.up[m][2][i] + down.z;
-    column.up[m][0][i] = up.x;
-    column.up[m][1][i] = up.y;
-    column.up[m][2][i] = up.z;
+  TACTUS_HD void hand_on(C& column, int y, int i, Vec3f down, Vec3f up, Vec3f down_x, Vec3f up_x) const {
+    const Vec3f both = Vec3f{column.up[2 * y][0][i], column.up[2 * y][1][i], column.up[2 * y][2][i]} + down;
+    const Vec3f both_x =
+        Vec3f{column.up[2 * y + 1][0][i], column.up[2 * y + 1][1][i], column.up[2 * y + 1][2][i]} + down_x;
+    put(column.on_left[y], i, both - both_x);
+    put(column.on_right[y], i, both + both_x);
+    put(column.up[2 * y], i, up);
+    put(column.up[2 * y + 1], i, up_x);
+  }
+  template <class T>
+  TACTUS_HD static void put(T (&fields)[3], int i, Vec3f value) {
+    fields[0][i] = value.x;
+    fields[1][i] = value.y;
+    fields[2][i] = value.z;
   }
 
   /// Forces on the own nodes of a layer: first from the columns left and right of each, then from the rows of
   /// columns before and behind.
   template <class Block, class C>
   TACTUS_HD void sum_nodes(const Block& b, const C& column, Shared& s, const Tile& tile, Index z) const {
-    auto& rows = s.row[z & 1];
+    auto& from_before = s.from_before[z & 1];
     const int row = tile.groups * kLanes, groups = tile.groups * tile.rows;
     typename Block::template PerThread<float> f[3];
     typename Block::template PerThread<std::conditional_t<Tiles::kReadsAhead, NodeAhead, NodeThen>> node;
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
-        [&](int g, int t) { node[g * kLanes + t].read_ahead(sink, s.cell[g] + t + z * grid.stride_z); });
-    decltype(b.previous(column.on[0][0])) left[4][3];
-    for (int m = 0; m < 4; ++m)
-      for (int a = 0; a < 3; ++a) left[m][a] = b.previous(column.on[m][a]);
+        [&](int g, int t) {
+          node[g * kLanes + t].read_ahead(sink, column_cell(s, g, t) + z * grid.stride_z);
+        });
+    decltype(b.previous(column.on_right[0][0])) left[2][3];
+    for (int y = 0; y < 2; ++y)
+      for (int a = 0; a < 3; ++a) left[y][a] = b.previous(column.on_right[y][a]);
     b.template for_own_groups<kLanes>(
         groups, [](int) { return true; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
           const bool has_left = !Tiles::kSegments || t > 0 || s.starts_row[g] == 0;
-          for (int y = 0; y < 2; ++y)
-            for (int a = 0; a < 3; ++a) {
-              const auto &even = column.on[2 * y][a], &odd = column.on[2 * y + 1][a];
-              const float from_left = left[2 * y][a][i] + left[2 * y + 1][a][i];
-              rows[y][a][i] = (has_left ? from_left : 0.F) + (even[i] - odd[i]);
-            }
+          for (int a = 0; a < 3; ++a) {
+            const float one = (has_left ? left[0][a][i] : 0.F) + column.on_left[0][a][i],
+                        y = (has_left ? left[1][a][i] : 0.F) + column.on_left[1][a][i];
+            from_before[a][i] = one + y;
+            f[a][i] = one - y;
+          }
         });
     b.barrier();
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t, before = max(i - row, 0);
-          for (int a = 0; a < 3; ++a) {
-            f[a][i] = (rows[0][a][before] + rows[1][a][before]) + (rows[0][a][i] - rows[1][a][i]);
-          }
+          for (int a = 0; a < 3; ++a) f[a][i] += from_before[a][before];
         });
+    const typename Sink::Moment now = s.now;
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {
           const int i = g * kLanes + t;
-          const Index cell = s.cell[g] + t + z * grid.stride_z;
-          if (t > 0 || s.shares[g] == 0) sink(cell, {f[0][i], f[1][i], f[2][i]}, node[i].read(sink, cell));
+          const Index cell = column_cell(s, g, t) + z * grid.stride_z;
+          if (t > 0 || s.shares[g] == 0)
+            sink(cell, {f[0][i], f[1][i], f[2][i]}, node[i].read(sink, cell), now);
         });
   }
 };

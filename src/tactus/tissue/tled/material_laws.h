@@ -29,6 +29,11 @@ TACTUS_HD inline Vec3f fused_cross(Vec3f a, Vec3f b) {
 
 TACTUS_HD inline float fused_dot(Vec3f a, Vec3f b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
 
+TACTUS_HD inline float trace_C(const GradientColumns& F) {
+  const float xy = fma(F.y.z, F.y.z, fma(F.y.y, F.y.y, fma(F.y.x, F.y.x, fused_dot(F.x, F.x))));
+  return xy + fused_dot(F.z, F.z);
+}
+
 /// a + s b.
 TACTUS_HD inline Vec3f fused_add(Vec3f a, float s, Vec3f b) {
   return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)};
@@ -90,7 +95,7 @@ struct IsochoricNeoHookean {
   TACTUS_HD GradientColumns stress(const GradientColumns& F, float mu, float lambda) const {
     const GradientColumns cof = cofactor(F);
     const float J = fused_dot(F.x, cof.x), safe = max(J, kSmallestJ), r = inverse_cbrt(safe);
-    const float shape = mu * r * r, trace = fused_dot(F.x, F.x) + fused_dot(F.y, F.y) + fused_dot(F.z, F.z);
+    const float shape = mu * r * r, trace = trace_C(F);
     const float bulk = fma(0.6666666667F, mu, lambda);
     return combine(shape, F, bulk * (J - 1.F) - shape * trace / (3.F * safe), cof);
   }

@@ -72,13 +72,14 @@ struct MovePatchNodes {
   View<float> push_m_s2;         ///< out, 3 fields over cells
   MoveNodes move;
   Index first_virtual_cell;
-  TACTUS_HD void load() { move.load(); }
+  MoveNodes::Moment now = {};
+  TACTUS_HD void load() { now = move.moment(); }
   TACTUS_HD void operator()(Index i) const {
     const Index c = cell[corners.node_of(i)];
     const Vec3f f = corners.force(i);
-    if (c >= first_virtual_cell) return move(c, f, move.read(c));
+    if (c >= first_virtual_cell) return move(c, f, move.read(c), now);
     store_vector(push_m_s2, move.cells, c,
-                 fused_add(outer_m_s2[i], move.inverse_mass_per_kg[c], turned_back(f, move.turn_rad)));
+                 fused_add(outer_m_s2[i], move.inverse_mass_per_kg[c], turned_back(f, now.turn_rad)));
   }
 };
 

@@ -99,7 +99,7 @@ tled::TileLimits limits_of(Index processors) {
   return {.groups = Tiles::kGroups,
           .groups_x = Tiles::kGroupsX,
           .segments = Tiles::kSegments,
-          .layers = 16,
+          .layers = tled::kMostLayers,
           .processors = processors};
 }
 
@@ -302,8 +302,9 @@ void Tled::with_cube(const StepTime& time, View<const float> before, View<float>
                      F&& use) {
   const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
   with_law(options_, [&]<class Law>(const Law& law) {
-    const tled::OnePointCube<Law> elastic{
-        law, gradient, area, tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / 6};
+    const float twist_m =
+        tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / (6 * 8);
+    const tled::OnePointCube<Law> elastic{law, gradient, area, twist_m};
     if (relaxes()) {
       tled::RelaxingCube<Law> cube{.elastic = elastic,
                                    .before = before,
@@ -311,10 +312,10 @@ void Tled::with_cube(const StepTime& time, View<const float> before, View<float>
                                    .cells = stride,
                                    .time = time,
                                    .share = {},
-                                   .relaxation_s = {}};
+                                   .rate_per_s = {}};
       for (std::size_t n = 0; n < options_.relaxation.size(); ++n) {
         cube.share[n] = options_.relaxation[n].share;
-        cube.relaxation_s[n] = options_.relaxation[n].time_s;
+        cube.rate_per_s[n] = 1 / options_.relaxation[n].time_s;
       }
       return use(cube);
     }

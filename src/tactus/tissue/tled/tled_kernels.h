@@ -81,10 +81,11 @@ struct KeepHistory {
 struct StoreForces {
   View<float> f_N;  ///< 3 fields
   Index cells;
-  TACTUS_HD void load() {}
+  struct Moment {};
+  TACTUS_HD static Moment moment() { return {}; }
   struct Node {};
-  TACTUS_HD Node read(Index) const { return {}; }
-  TACTUS_HD void operator()(Index cell, Vec3f f, Node) const { store_vector(f_N, cells, cell, f); }
+  TACTUS_HD static Node read(Index) { return {}; }
+  TACTUS_HD void operator()(Index cell, Vec3f f, Node, Moment) const { store_vector(f_N, cells, cell, f); }
 };
 
 /// Or they move their nodes at once. [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x +
@@ -96,12 +97,18 @@ struct MoveNodes {
   Index cells;
   StepTime time;
   float drag_per_s, damping_time_s;
-  float drag = 1;    ///< share of the velocity that drag leaves
-  Vec3f turn_rad{};  ///< of the body in damping_time
-  TACTUS_HD void load() {
-    time.load();
-    turn_rad = time.turn_rad(damping_time_s, time.dt_s);
-    drag = 1 / (1 + time.dt_s * drag_per_s);
+  /// What is the same for all nodes: blocks share it, which frees registers.
+  struct Moment {
+    float dt_s, kick_s;
+    float drag;  ///< share of the velocity that drag leaves
+    Vec3f gravity_m_s2;
+    Vec3f turn_rad;  ///< of the body in damping_time
+  };
+  TACTUS_HD Moment moment() const {
+    StepTime t = time;
+    t.load();
+    return {t.dt_s, t.kick_s, 1 / (1 + t.dt_s * drag_per_s), t.gravity_m_s2,
+            t.turn_rad(damping_time_s, t.dt_s)};
   }
   struct Node {
     float inverse_mass_per_kg;
@@ -111,14 +118,14 @@ struct MoveNodes {
     return {inverse_mass_per_kg.constant(cell), vector_at(v_m_s, cells, cell),
             constant_vector_at(push_m_s2, cells, cell), constant_vector_at(ahead_m, cells, cell)};
   }
-  TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node) const {
+  TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node, const Moment& now) const {
     const float w = node.inverse_mass_per_kg;
-    const Vec3f v = node.v_m_s, f_now = turned_back(f, turn_rad);
-    const Vec3f a = fused_add(time.gravity_m_s2 + node.push_m_s2, w, f_now);
-    const Vec3f next = w > 0 && !time.stands_still() ? drag * fused_add(v, time.kick_s, a) : Vec3f{};
+    const Vec3f v = node.v_m_s, f_now = turned_back(f, now.turn_rad);
+    const Vec3f a = fused_add(now.gravity_m_s2 + node.push_m_s2, w, f_now);
+    const Vec3f next = w > 0 && now.dt_s != 0 ? now.drag * fused_add(v, now.kick_s, a) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
     store_vector(next_ahead_m, cells, cell,
-                 node.ahead_m + fused_add(damping_time_s * (next - v), time.dt_s, next));
+                 node.ahead_m + fused_add(damping_time_s * (next - v), now.dt_s, next));
   }
 };
 
