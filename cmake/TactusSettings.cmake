@@ -14,6 +14,13 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CUDA_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
+# Who changes the code has a compiler cache; strangers have compilers that we don't know.
+if(CCACHE_PROGRAM)
+  option(TACTUS_WERROR "Warnings are errors" ON)
+else()
+  option(TACTUS_WERROR "Warnings are errors" OFF)
+endif()
+
 # Without a compiler cache everything is compiled once, and the standard library's headers take a third of the time. (With one
 # they stay out: what is precompiled is no good key for a cache, and hides an #include that a source lacks.)
 if(CCACHE_PROGRAM)
@@ -72,10 +79,12 @@ target_compile_options(tactus_settings INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -fno-trapping-math -fno-math-errno -fopenmp-simd -fno-tree-slp-vectorize -march=${TACTUS_ARCH}>
   $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false --expt-relaxed-constexpr -Xcompiler=-fopenmp-simd,-ffp-contract=off>)
 
-# Warnings are ours, not our users': only in this build. (-Wrestrict: false alarms on std::string in g++ 12, PR 105651.)
+# Warnings are ours, not our users': only in this build. (-Wrestrict: false alarms on std::string in g++ 12, PR 105651. The same
+# about overflow, where precompiled headers are no longer known as the system's.)
 add_library(tactus_warnings INTERFACE)
 target_compile_options(tactus_warnings INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-Werror -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict>
+  $<$<COMPILE_LANGUAGE:CXX>:$<$<BOOL:${TACTUS_WERROR}>:-Werror> -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict
+    $<$<BOOL:${TACTUS_PCH}>:-Wno-stringop-overflow>>
   $<$<COMPILE_LANGUAGE:CUDA>:-Werror=cross-execution-space-call -Xcompiler=-Wall,-Wextra>)
 # Only what is used: a test of kernels must not drag in every image codec of the machine.
 add_link_options(-Wl,--no-undefined -Wl,--as-needed)

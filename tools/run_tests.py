@@ -50,7 +50,12 @@ def main() -> int:
         count_gtest(file, counts, reasons)
     if programs.exists():
         for program in ElementTree.parse(programs).getroot().iter("testcase"):
-            if not (results / f"{program.get('name')}.xml").exists():  # not gtest, or it crashed
+            if (results / f"{program.get('name')}.xml").exists():
+                continue
+            if program.find("skipped") is not None:
+                counts["skipped"] += 1
+                reasons[(program.findtext("system-out") or "").strip() or "without a reason"] += 1
+            else:  # not gtest, or it crashed
                 counts["passed" if program.get("status") == "run" else "failed"] += 1
     if ctest.returncode != 0 and counts["failed"] == 0:
         counts["failed"] = 1

@@ -83,6 +83,8 @@ TEST_F(Cli, WrongUseIsNamed) {
       {"reconstruct --source middlebury /no/such/place", 1, "/no/such/place"},
       {"reconstruct --source masks /no/such/rig.yaml", 1, "/no/such/rig.yaml"},
       {"run /no/such/scene.yaml", 1, "/no/such/scene.yaml"},
+      {"run /no/such/scene.yaml --frames 0-3", 2, "--frames: '0-3', expected a whole number of frames"},
+      {"run /no/such/scene.yaml --frames 0", 2, "at least 1"},
       {"bench hul", 2, "did you mean 'hull'?"},
   };
   for (const Wrong& w : wrongs) {

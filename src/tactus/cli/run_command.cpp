@@ -224,6 +224,14 @@ void run(const RunOptions& options) {
         "(the warnings above name the keys to raise)");
 }
 
+/// What is wrong with the number of frames; "" for nothing.
+std::string a_frame_count(const std::string& text) {
+  const bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == text.npos;
+  if (whole && std::stoi(text) > 0) return "";
+  return "'" + text +
+         "', expected a whole number of frames, at least 1 (a range, as 5-9, is source.frames of the scene)";
+}
+
 }  // namespace
 
 void add_run_command(CLI::App& app) {
@@ -233,7 +241,7 @@ void add_run_command(CLI::App& app) {
       ->required();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
-  command->add_option("--frames", options->frames, "stop after so many frames")->check(CLI::PositiveNumber);
+  command->add_option("--frames", options->frames, "stop after so many frames")->check(a_frame_count);
   command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();
   add_output(*command, "--json", options->json_path,

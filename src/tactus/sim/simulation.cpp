@@ -207,7 +207,6 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     has_surface_ = true;
     incoming_ = frame;
     masks_ = silhouettes(*frame, report.notices);
-    hull_check_.prepare(frame->silhouettes);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
   }
@@ -245,6 +244,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                  .substeps = part.substeps,
                  .part = part_},
                 has_new_images);
+  if (has_new_images) hull_check_.prepare(incoming_->silhouettes);  // while the devices work
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   if (!has_surface_) return;
