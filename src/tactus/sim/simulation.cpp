@@ -281,7 +281,9 @@ void Simulation::collect(StepReport& report) {
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
-  if (incoming_ != nullptr) warn("hull.check", hull_check_.tell(devices_.context(0)));
+  // What lacks room is open, and no fault of the rig.
+  if (incoming_ != nullptr && !report.hull.overflow)
+    warn("hull.check", hull_check_.tell(devices_.context(0)));
   incoming_ = nullptr;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   if (const Index dropped = surface.dropped_raw_samples + surface.dropped_samples; dropped > 0) {
