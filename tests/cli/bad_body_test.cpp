@@ -122,15 +122,13 @@ TEST_F(BadBody, WhatExplodesIsExplained) {
                     "faster than waves in the body ("))
         << o.text;
     if (model == "tled") {
-      EXPECT_TRUE(has(o.text, "warning: body 'b' blew up in substeps ")) << o.text;
-      EXPECT_TRUE(has(o.text, "frame 7: body 'b' blew up in substeps ")) << o.text;
+      EXPECT_TRUE(has(o.text, "warning: body 'b' blew up: the volume of cube ")) << o.text;
+      EXPECT_TRUE(has(o.text, "frame 7: body 'b' blew up: the volume of cube ")) << o.text;
     } else {
-      EXPECT_TRUE(has(o.text,
-                      "frames 7 to 8, worst in 7: body 'b': node 30, at rest at (0.300, -0.060, -0.060) "
-                      "m went at 58.3 m/s, faster than waves, 4.47 m/s"))
-          << o.text;
+      EXPECT_TRUE(has(o.text, "frames 7 to 8, worst in 7: body 'b': node ")) << o.text;
+      EXPECT_TRUE(has(o.text, "m/s, faster than waves, 4.47 m/s")) << o.text;
+      EXPECT_TRUE(has(o.text, "'moved[0]' (grip) moves it, at up to 58.3 m/s")) << o.text;
     }
-    EXPECT_TRUE(has(o.text, "'moved[0]' (grip) moves it, at up to 58.3 m/s")) << o.text;
   }
 }
 

@@ -104,7 +104,8 @@ class ScheduleOnDevices : public testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(ScheduleOnDevices);
 
-constexpr int kFrames[] = {3, 1, 8, 37, 2};  ///< substeps
+/// Substeps. The second frame is the first that replays what was recorded: one that only looks.
+constexpr int kFrames[] = {3, 0, 1, 8, 37, 2};
 
 /// Per substep, each device takes over what the first one sums up of all. A missing wait or a stale recording
 /// gives another sum.

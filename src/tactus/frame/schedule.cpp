@@ -199,6 +199,10 @@ void Schedule::record() {
   if (!segment(Rate::substep).groups.empty()) {
     for (std::size_t b = 0; b < kBlocks; ++b) blocks_[b].record(devices_, [&] { submit_block(1 << b); });
   }
+  // What was recorded did not run, and what this frame leaves out has no times.
+  for (const Rate rate : kAllRates) {
+    for (Group& group : segment(rate).groups) group.ran = false;
+  }
   recorded_ = true;
 }
 
