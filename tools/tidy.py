@@ -55,24 +55,38 @@ def flags_of(entry: dict) -> tuple[str, ...]:
     return tuple(w for i, w in enumerate(words) if i not in drop and i - 1 not in {d for d in drop if words[d] == "-o"})
 
 
-def names_of(file: str) -> set[str]:
-    found = (DEFINED.match(line) for line in pathlib.Path(file).read_text().splitlines())
+def names_of(text: str) -> set[str]:
+    found = (DEFINED.match(line) for line in text.splitlines())
     return {m[1] or m[2] or m[3] for m in found if m}
 
 
+class Batch:
+    """Files with the same flags, MOST_TOGETHER at most, none of which defines a name of another or of its headers."""
+
+    def __init__(self, entry: dict):
+        self.flags = flags_of(entry)
+        file = pathlib.Path(entry["file"]).resolve()
+        texts = with_headers(file, {})
+        self.names = names_of(texts[file])
+        self.headers = set().union(*(names_of(text) for path, text in texts.items() if path != file))
+        self.entries = [entry]
+
+    def take(self, other: "Batch") -> bool:
+        if (self.flags != other.flags or len(self.entries) >= MOST_TOGETHER or self.names & (other.names | other.headers)
+                or self.headers & other.names):
+            return False
+        self.names |= other.names
+        self.headers |= other.headers
+        self.entries += other.entries
+        return True
+
+
 def batches(entries: list[dict]) -> list[list[dict]]:
-    """Files with the same flags that define no name twice, MOST_TOGETHER at most."""
-    made: list[tuple[tuple[str, ...], set[str], list[dict]]] = []
-    for entry in entries:
-        flags, names = flags_of(entry), names_of(entry["file"])
-        for other_flags, other_names, batch in made:
-            if flags == other_flags and len(batch) < MOST_TOGETHER and not names & other_names:
-                other_names |= names
-                batch.append(entry)
-                break
-        else:
-            made.append((flags, names, [entry]))
-    return [batch for _, _, batch in made]
+    made: list[Batch] = []
+    for one in map(Batch, entries):
+        if not any(batch.take(one) for batch in made):
+            made.append(one)
+    return [batch.entries for batch in made]
 
 
 def check(batch: list[dict], stamps: dict[str, pathlib.Path]) -> list[str]:

@@ -79,8 +79,8 @@ std::vector<Distance> measured_distances(const DoctorOptions& options, const std
 }
 
 /// "8x6x0.115"
-Board board_of(const DoctorOptions& options) {
-  Board board;
+ClickedBoard board_of(const DoctorOptions& options) {
+  ClickedBoard board;
   int used = 0;
   if (std::sscanf(options.board.c_str(), "%dx%dx%lf%n", &board.columns, &board.rows, &board.square_m,
                   &used) != 3 ||
@@ -96,7 +96,7 @@ std::vector<Distance> board_distances(const DoctorOptions& options, const RigFil
                                       std::vector<std::string>& lines) {
   std::vector<Distance> result;
   if (options.corners.empty()) return result;
-  const Board board = board_of(options);
+  const ClickedBoard board = board_of(options);
   std::vector<std::pair<std::size_t, Vec3d>> centers;
   for (const std::string& entry : options.corners) {
     const std::size_t equals = entry.find('=');

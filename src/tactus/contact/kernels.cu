@@ -1,6 +1,6 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/find_kernels.h"
+#include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
 

@@ -35,7 +35,7 @@ double number_of(const std::string& cell, const std::string& where) {
 
 }  // namespace
 
-std::vector<Vec2d> read_clicked_corners(const std::string& file, const Board& board) {
+std::vector<Vec2d> read_clicked_corners(const std::string& file, const ClickedBoard& board) {
   cv::FileStorage storage;
   try {
     storage.open(file, cv::FileStorage::READ);
@@ -64,7 +64,7 @@ std::vector<Vec2d> read_clicked_corners(const std::string& file, const Board& bo
   return corners;
 }
 
-BoardPose pose_from_board(const CalibratedCamera& calibrated, const Board& board,
+BoardPose pose_from_board(const CalibratedCamera& calibrated, const ClickedBoard& board,
                           const std::vector<Vec2d>& corners_px) {
   const Camera& c = calibrated.camera;
   std::vector<cv::Point3d> points;

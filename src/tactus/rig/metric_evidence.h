@@ -9,14 +9,14 @@ namespace tactus {
 
 /// A board of `columns` x `rows` inner corners, a square `square_m` wide, as the corners were clicked: row by
 /// row.
-struct Board {
+struct ClickedBoard {
   Index columns = 0, rows = 0;
   double square_m = 0;
 };
 
 /// Corners of one picture: OpenCV XML or YAML with CornersAmount and Corner_0 .. of two numbers.
 /// @throws Error naming file and node, or how many corners were expected.
-std::vector<Vec2d> read_clicked_corners(const std::string& file, const Board& board);
+std::vector<Vec2d> read_clicked_corners(const std::string& file, const ClickedBoard& board);
 
 struct BoardPose {
   Vec3d center_m;     ///< of the camera in the board's frame
@@ -24,7 +24,7 @@ struct BoardPose {
 };
 /// Where the camera stands before the board, by its lens and the corners (perspective n-point, refined).
 /// @throws Error naming the camera when there is no such pose.
-BoardPose pose_from_board(const CalibratedCamera& calibrated, const Board& board,
+BoardPose pose_from_board(const CalibratedCamera& calibrated, const ClickedBoard& board,
                           const std::vector<Vec2d>& corners_px);
 
 /// How far apart in time the cameras' frames of one tick are.

@@ -24,9 +24,9 @@ using OnGpu = KernelsOf<Law, TilesOnGpu>;
   TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveFull);      \
   TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreRelaxing); \
   TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveRelaxing);
-#define TACTUS_ROW(WORD, LAW)                                                             \
-  TACTUS_ROW_ON(LAW, OnCpu)                                                               \
-  TACTUS_ROW_ON(LAW, OnGpu)                                                               \
+#define TACTUS_ROW(WORD, LAW)                                                              \
+  TACTUS_ROW_ON(LAW, OnCpu)                                                                \
+  TACTUS_ROW_ON(LAW, OnGpu)                                                                \
   TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::OnePointCube<tactus::LAW>>);   \
   TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::EightPointCube<tactus::LAW>>); \
   TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::RelaxingCube<tactus::LAW>>);
