@@ -8,6 +8,7 @@
 #include "support/masks.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/geom/mask_metrics.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
@@ -23,15 +24,6 @@ std::string rig_path(const std::string& name) { return source_path("rigs/" + nam
 
 #define SKIP_WITHOUT_DATA() \
   if (data_folder().empty()) GTEST_SKIP() << without_data("middlebury_dino and utrecht_horseman")
-
-double iou(const BitMask& a, const BitMask& b) {
-  std::int64_t both = 0, any = 0;
-  for (std::size_t i = 0; i < a.words.size(); ++i) {
-    both += __builtin_popcount(a.words[i] & b.words[i]);
-    any += __builtin_popcount(a.words[i] | b.words[i]);
-  }
-  return static_cast<double>(both) / static_cast<double>(any);
-}
 
 std::string rig_error(const std::string& yaml) {
   const std::string path = ::testing::TempDir() + "rig.yaml";

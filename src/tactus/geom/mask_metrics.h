@@ -33,4 +33,18 @@ inline double recall(const BitMask& rendered, const BitMask& mask) {
   return area == 0 ? 1 : static_cast<double>(common) / static_cast<double>(area);
 }
 
+/// Mean place of the mask's pixels [px]; {0, 0} of an empty mask.
+inline Vec2d center_px(const BitMask& mask) {
+  double x_sum = 0, y_sum = 0, n = 0;
+  for (Index y = 0; y < mask.height_px; ++y) {
+    for (Index x = 0; x < mask.width_px; ++x) {
+      if (!mask(x, y)) continue;
+      x_sum += x;
+      y_sum += y;
+      n += 1;
+    }
+  }
+  return n > 0 ? Vec2d{x_sum / n, y_sum / n} : Vec2d{};
+}
+
 }  // namespace tactus

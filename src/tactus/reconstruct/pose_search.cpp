@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "tactus/geom/mask_metrics.h"
+
 namespace tactus {
 namespace {
 
@@ -20,27 +22,18 @@ double cost_of(const SilhouetteConsistency& trusted, const SeenView& view) {
 
 CameraMotion motion_of(const std::array<double, 6>& p) { return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}}; }
 
-/// The middle of a mask's pixels.
-Vec2d middle_of(const BitMask& mask) {
-  double x_sum = 0, y_sum = 0, n = 0;
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x) {
-      if (!mask(x, y)) continue;
-      x_sum += x;
-      y_sum += y;
-      n += 1;
-    }
-  }
-  return {x_sum / std::max(n, 1.0), y_sum / std::max(n, 1.0)};
+/// Of the trusted hull's points, in the camera's frame [m].
+Vec3d middle_m(const SilhouetteConsistency& trusted, const SeenView& view) {
+  Vec3d sum;
+  for (const Vec3f p : trusted.points_m()) sum = sum + vec_cast<double>(p);
+  return view.camera.T_cam_world *
+         (1.0 / static_cast<double>(std::max<std::size_t>(trusted.sample_count(), 1)) * sum);
 }
 
 /// The turn that takes the middle of the hull's image to the middle of the mask.
 std::array<double, 6> centered(const SilhouetteConsistency& trusted, const SeenView& view) {
-  Vec3d middle;
-  for (const Vec3f p : trusted.points_m()) middle = middle + vec_cast<double>(p);
-  middle = 1.0 / static_cast<double>(std::max<std::size_t>(trusted.sample_count(), 1)) * middle;
-  const Vec3d is = normalized(view.camera.T_cam_world * middle);
-  const Vec2d at = middle_of(*view.mask);
+  const Vec3d is = normalized(middle_m(trusted, view));
+  const Vec2d at = center_px(*view.mask);
   const double y = (at.y - view.camera.cy_px) / view.camera.fy_px,
                x = (at.x - view.camera.cx_px - view.camera.skew_px * y) / view.camera.fx_px;
   const Vec3d wanted = normalized(Vec3d{x, y, 1});
@@ -53,11 +46,7 @@ std::array<double, 6> centered(const SilhouetteConsistency& trusted, const SeenV
 }  // namespace
 
 FoundPose search_pose(const SilhouetteConsistency& trusted, const SeenView& view) {
-  const Vec3d center = view.camera.T_cam_world * [&] {
-    Vec3d sum;
-    for (const Vec3f p : trusted.points_m()) sum = sum + vec_cast<double>(p);
-    return 1.0 / static_cast<double>(std::max<std::size_t>(trusted.sample_count(), 1)) * sum;
-  }();
+  const Vec3d center = middle_m(trusted, view);
   const double distance_m = std::max(length(center), 1e-6);
   const auto cost_at = [&](const std::array<double, 6>& p) {
     return cost_of(trusted, {moved(view.camera, motion_of(p)), view.mask});

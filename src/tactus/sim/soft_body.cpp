@@ -144,7 +144,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   watched_ = tissue_.watched(&readback);
   motion_ = tissue_.rigid_motion(&readback);
   tissue_.set_spin(motion_.spin_rad_s);
-  const std::string impossible = impossible_state();
+  const std::string impossible = impossible_state(ctx);
   if (impossible.empty() && watched_.bad_substep < 0) return "";
   const WatchRecord bad = watched_;
   std::string text = "body '" + name() + "' blew up" + (bad.bad_substep < 0 ? impossible : "");
@@ -177,7 +177,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
          "; it rests from now on: press or move it less, use more substeps, more damping or a finer lattice";
 }
 
-std::string SoftBody::impossible_state() const {
+std::string SoftBody::impossible_state(ExecContext& ctx) const {
   // Of the kinetic energy what is neither flight nor turning, which no material limits.
   const double moving_J = motion_.kinetic_J -
                           0.5 * motion_.mass_kg * dot(motion_.velocity_m_s, motion_.velocity_m_s) -
@@ -187,7 +187,8 @@ std::string SoftBody::impossible_state() const {
   if (!(strain_.smallest_J > kLeastJ)) {
     std::snprintf(text, sizeof text, ": the volume of %s is %.3g times that at rest",
                   cube_text(strain_.smallest_cube).c_str(), double{strain_.smallest_J});
-    return text;
+    const std::string acting = acting_near(ctx, cube_center_m(strain_.smallest_cube));
+    return text + (acting.empty() ? "" : " (" + acting + ")");
   }
   if (!(moving_J < largest_energy_J_)) {
     std::snprintf(text, sizeof text,

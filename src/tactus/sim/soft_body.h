@@ -112,7 +112,7 @@ class SoftBody {
   bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
-  std::string impossible_state() const;
+  std::string impossible_state(ExecContext& ctx) const;
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;

@@ -89,15 +89,16 @@ struct FindRanges {
   }
 };
 
-/// Changes of a surface.
-struct SetAnchors {
+/// Changes of a surface: its anchors, or the nodes of its cubes.
+template <class T>
+struct SetValues {
   struct Change {
-    Index vertex = 0;
-    Anchor anchor;
+    Index at = 0;
+    T value;
   };
   View<const Change> changes;
-  View<Anchor> anchors;
-  TACTUS_HD void operator()(Index i) const { anchors[changes[i].vertex] = changes[i].anchor; }
+  View<T> values;
+  TACTUS_HD void operator()(Index i) const { values[changes[i].at] = changes[i].value; }
 };
 struct SetTriangles {
   struct Change {
@@ -109,15 +110,6 @@ struct SetTriangles {
   TACTUS_HD void operator()(Index i) const {
     for (int k = 0; k < 3; ++k) triangles[3 * changes[i].triangle + k] = changes[i].vertex[k];
   }
-};
-struct SetCubeNodes {
-  struct Change {
-    Index cube = 0;
-    CubeNodes nodes;
-  };
-  View<const Change> changes;
-  View<CubeNodes> cubes;
-  TACTUS_HD void operator()(Index i) const { cubes[changes[i].cube] = changes[i].nodes; }
 };
 
 }  // namespace tactus::embed

@@ -184,9 +184,10 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
     for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = {};
     return;
   }
-  new_anchors_ = Buffer<embed::SetAnchors::Change>(ctx.device(), vertices);
+  new_anchors_ = Buffer<embed::SetValues<embed::Anchor>::Change>(ctx.device(), vertices);
   new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
-  new_cubes_ = Buffer<embed::SetCubeNodes::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
+  new_cubes_ = Buffer<embed::SetValues<embed::CubeNodes>::Change>(ctx.device(),
+                                                                  static_cast<Index>(lattice.copies.size()));
 }
 
 void EmbeddedSurface::find_triangles(ExecContext& ctx) {
@@ -241,12 +242,12 @@ void EmbeddedSurface::check(const TopologyChange& change) const {
 
 void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
   check(change);
-  std::vector<embed::SetCubeNodes::Change> cubes;
+  std::vector<embed::SetValues<embed::CubeNodes>::Change> cubes;
   for (const TopologyChange::Copy& copy : change.copies) {
     cubes.push_back({copy.cube, {}});
-    std::copy(copy.nodes.begin(), copy.nodes.end(), cubes.back().nodes.node);
+    std::copy(copy.nodes.begin(), copy.nodes.end(), cubes.back().value.node);
   }
-  std::vector<embed::SetAnchors::Change> anchors;
+  std::vector<embed::SetValues<embed::Anchor>::Change> anchors;
   for (const TopologyChange::Vertex& v : change.vertices) {
     anchors.push_back({v.vertex, {v.cube, v.local}});
     counts_[0] = std::max(counts_[0], v.vertex + 1);
@@ -265,8 +266,10 @@ void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
   const auto of_cubes = put(cubes, new_cubes_);
   const auto of_vertices = put(anchors, new_anchors_);
   const auto of_triangles = put(triangles, new_triangles_);
-  ctx.parallel_for("embed/set_cubes", of_cubes.size(), embed::SetCubeNodes{of_cubes, cubes_.view()});
-  ctx.parallel_for("embed/set_anchors", of_vertices.size(), embed::SetAnchors{of_vertices, anchors_.view()});
+  ctx.parallel_for("embed/set_cubes", of_cubes.size(),
+                   embed::SetValues<embed::CubeNodes>{of_cubes, cubes_.view()});
+  ctx.parallel_for("embed/set_anchors", of_vertices.size(),
+                   embed::SetValues<embed::Anchor>{of_vertices, anchors_.view()});
   ctx.parallel_for("embed/set_triangles", of_triangles.size(),
                    embed::SetTriangles{of_triangles, triangles_.view()});
   find_triangles(ctx);

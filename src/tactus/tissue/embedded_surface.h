@@ -74,9 +74,9 @@ class EmbeddedSurface {
   // for sorting corners by vertex, and lists of a change; empty where there is room for none
   Buffer<std::uint32_t> vertex_, vertex_scratch_;
   Buffer<Index> corner_, corner_scratch_;
-  Buffer<embed::SetAnchors::Change> new_anchors_;
+  Buffer<embed::SetValues<embed::Anchor>::Change> new_anchors_;
   Buffer<embed::SetTriangles::Change> new_triangles_;
-  Buffer<embed::SetCubeNodes::Change> new_cubes_;
+  Buffer<embed::SetValues<embed::CubeNodes>::Change> new_cubes_;
 };
 
 /// Rest signed distance of every node to a closed surface [m], positive outside: contact lets a node that
