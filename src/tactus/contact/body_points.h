@@ -24,6 +24,17 @@ struct ContactNodes {
   View<const Index> stopped = {};  ///< (1) != 0: contact leaves the body alone; or empty
   TACTUS_HD bool has_stopped() const { return !stopped.empty() && stopped[0] != 0; }
   TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] != 0; }
+  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
+    const Vec3f base = x_m[p.node[0]];
+    Vec3f sum{};
+    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (x_m[p.node[k]] - base);
+    return base + sum;
+  }
+  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
+    Vec3f sum{};
+    for (int k = 0; k < 8; ++k) sum += p.weight[k] * v_m_s[p.node[k]];
+    return sum;
+  }
 };
 
 /// What a touching point wants: as if it were alone, with a mass of its own.
