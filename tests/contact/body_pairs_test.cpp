@@ -106,7 +106,7 @@ TEST(BodyPairs, AStackOfThreeStands) {
   const bool is_long = std::getenv("TACTUS_LONG_TESTS") != nullptr;
   for (const bool matched : {false, true}) {
     float deepest = 0;
-    // Found: see above it in the output. The issue allows a twentieth of a spacing in a minute.
+    // In two seconds it is still settling: 0.008 spacings. After a minute a twentieth is allowed.
     EXPECT_LE(stack_creep(is_long ? 60.F : 3.F, matched, &deepest), 0.05);
     EXPECT_LE(deepest, 0.25F);
   }
@@ -159,8 +159,8 @@ TriangleMesh split(const TriangleMesh& mesh) {
 }
 
 /// The upper arm falls on the lower one, which is held at its lower half. Returns how often a node that is at
-/// least half a spacing inside of the body was inside of it twice: the deformed surface, in triangles of half
-/// a spacing, goes round it two times.
+/// least half a spacing inside of the body was inside of it twice: the deformed surface, in triangles of a
+/// spacing, goes round it two times.
 int nodes_inside_twice(bool touches_itself, bool matched) {
   DeviceSet cpu("cpu");
   ExecContext& ctx = cpu.context(0);
@@ -174,12 +174,12 @@ int nodes_inside_twice(bool touches_itself, bool matched) {
       .elastic = {.young_Pa = 5e4F, .poisson = 0.3F}, .matched = matched, .damping = 0.3F};
   test::SoftThing flap(ctx, lattice, mesh, soft);
   test::PairScene scene(ctx, {&flap}, {}, touches_itself);
-  EmbeddedSurface fine(ctx, lattice, split(split(split(split(split(mesh))))));
+  EmbeddedSurface fine(ctx, lattice, split(split(split(split(mesh)))));
   const float dt = std::min(0.5F * scene.stable_step_s(), 1e-3F);
   int twice = 0;
   for (int f = 0; f < 30; ++f) {
     scene.run(static_cast<int>(0.02F / dt), dt, {0, -9.81F, 0});
-    if (f % 3 != 2) continue;
+    if (f % 5 != 4) continue;
     fine.update(ctx, flap.state);
     const PointInMesh now(fine.to_mesh(ctx));
     const std::vector<Vec3f> x = to_host(ctx, flap.state.x_m.const_view());

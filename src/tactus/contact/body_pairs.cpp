@@ -141,8 +141,9 @@ struct BodyPairs::Builder {
   }
 };
 
-BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings)
-    : settings_(checked(settings)) {
+BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings,
+                     bool touch_others)
+    : settings_(checked(settings)), touch_others_(touch_others) {
   Builder all;
   for (const PairedBody& body : bodies) {
     first_point_.push_back(size_of(all.points));
@@ -208,7 +209,7 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   ctx.parallel_for("contact/bound patches", patches_.size(), BoundPatches{t, s});
   ctx.parallel_for("contact/bound bodies", bodies_.size(), BoundBodies{t, s});
   ctx.parallel_for("contact/find pairs", groups_.size(),
-                   FindPairs{t, s, settings_.restitution, settings_.friction});
+                   FindPairs{t, s, settings_.restitution, settings_.friction, touch_others_ ? 1 : 0});
   ctx.parallel_for("contact/pair impulses", groups_.size(), PairImpulses{t, s, poses});
   ctx.parallel_for("contact/move pairs", nodes_.size(), MovePairs{t, s});
 }

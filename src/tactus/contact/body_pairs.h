@@ -34,8 +34,10 @@ struct PairReaction {
 /// and friction. Both sides take part with the masses of their nodes; nodes that are held don't move.
 class BodyPairs {
  public:
-  /// Synchronizes. @throws Error naming the setting that is out of range.
-  BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings = {});
+  /// Synchronizes. @param touch_others false: each touches itself alone
+  /// @throws Error naming the setting that is out of range.
+  BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings = {},
+            bool touch_others = true);
 
   void begin_frame(ExecContext& ctx);
   /// @param poses of the real surface: moments are about its centre
@@ -51,6 +53,7 @@ class BodyPairs {
   PairState state();
 
   ContactSettings settings_;
+  bool touch_others_ = true;
   float smallest_mass_kg_ = 0;
   std::vector<Index> first_point_;  ///< (bodies + 1)
   Buffer<PairBody> bodies_;

@@ -76,6 +76,7 @@ struct FindPairs {
   PairTable table;
   PairState state;
   float restitution, friction;
+  Index touch_others;
   struct Shared {
     int near[kThreads], near_count;  ///< patches that may hold points of the group, from the first of a row
     float reach2_m2[kThreads];       ///< of those: no cube is larger
@@ -114,7 +115,7 @@ struct FindPairs {
   /// Points may stick out of all cubes by that much.
   TACTUS_HD float slack_m(const PointGroup& group) const { return 0.1F * table.bodies[group.body].spacing_m; }
   TACTUS_HD bool may_meet(const PointGroup& group, const PatchBox& box, Index body) const {
-    if (body == group.body && table.bodies[body].touches_itself == 0) return false;
+    if (body == group.body ? table.bodies[body].touches_itself == 0 : touch_others == 0) return false;
     return box.meets(state.body_box[body], slack_m(group));
   }
   /// Squared: no point of a cube of the patch is farther from the cube's first corner.
