@@ -16,7 +16,7 @@ struct SoftMaterial {
 
 /// A body, its solver and its points.
 struct SoftThing {
-  SoftThing(ExecContext& ctx, CubeLattice lattice_in, const TriangleMesh& surface_in,
+  SoftThing(ExecContext& ctx, CubeLattice lattice_in, const TriangleMesh& surface,
             const SoftMaterial& material);
   ContactNodes nodes();
   BodyMonitors monitors(ExecContext& ctx) const;
@@ -24,7 +24,6 @@ struct SoftThing {
   void launch(ExecContext& ctx, Vec3f v_m_s, Vec3f move_m = {});
 
   CubeLattice lattice;
-  TriangleMesh surface;
   SoftMaterial material;
   ElementMask elements;
   Hybrid solver;

@@ -44,7 +44,7 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   at_once.relaxation = {};
   CubeLattice held = shape.lattice;
   for (const NodeMotion& motion : shape.motions) {
-    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = kAllAxes;
   }
   material.stiffness_scale =
       match_deflection(ctx, held, shape.elements, shape.materials, shape.material_of_cube, at_once, material);
@@ -217,6 +217,19 @@ double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s
   return speed;
 }
 
+void SoftBody::stop_nodes(ExecContext& ctx, double ago_s) {
+  std::vector<Vec3f> x_m = positions_m(ctx), v_m_s = velocities_m_s(ctx);
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    x_m[i] = x_m[i] - static_cast<float>(ago_s) * std::exchange(v_m_s[i], Vec3f{});
+  tissue_.set_state(x_m, v_m_s);
+}
+
+void SoftBody::slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s) {
+  std::vector<Vec3f> v_m_s = velocities_m_s(ctx);
+  for (std::size_t i = 0; i < v_m_s.size(); ++i) v_m_s[i] -= vec_cast<float>(by_m_s[i]);
+  tissue_.set_state(positions_m(ctx), v_m_s);
+}
+
 float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
 
 double SoftBody::wave_m_s() const {
@@ -361,6 +374,11 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
 std::vector<CubeStrain> SoftBody::strains(ExecContext& ctx) const {
   return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
                       element_options_, positions_m(ctx));
+}
+
+std::vector<CubeStrain> SoftBody::strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const {
+  return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+                      element_options_, x_m, cubes);
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

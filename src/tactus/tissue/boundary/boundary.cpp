@@ -11,7 +11,7 @@ Boundary::Boundary(ExecContext& ctx, const CubeLattice& lattice, const BoundaryC
   std::vector<Index> held(fixed, fixed + window.held.count());
   for (const NodeMotion& motion : conditions.motions) {
     for (const Index node : motion.nodes)
-      if (window.owns(node)) held[static_cast<std::size_t>(node - window.held.begin)] = 1;
+      if (window.owns(node)) held[static_cast<std::size_t>(node - window.held.begin)] = kAllAxes;
   }
   held_ = to_device(ctx, held);
 }
