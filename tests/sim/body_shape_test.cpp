@@ -181,16 +181,6 @@ TEST(BodyShape, WithoutThicknessIsNamed) {
       << refusal(cube_body(), flat);
 }
 
-/// Two blocks of 4^3 cubes that share a quarter of their width, and two that only touch.
-TEST(BodyShape, BodiesInOneAnotherAreFound) {
-  const CubeLattice block = lattice_from_box({0, 0, 0}, {4, 4, 4}, {.spacing_m = 0.05F});
-  CubeLattice moved = block;
-  moved.origin_m.x += 0.15F;
-  EXPECT_EQ(cubes_in_another(block, moved), 16);
-  moved.origin_m.x += 0.05F;
-  EXPECT_EQ(cubes_in_another(block, moved), 0);
-}
-
 TEST(BodyShape, SelfOverlapAndSharedEdgesAreNamed) {
   const auto with_second = [](Vec3f shift) {
     BodyAssets assets = cube_asset(1, false);

@@ -28,6 +28,17 @@ struct ContactNodes {
   TACTUS_HD Vec3f free_part(Index node, Vec3f v) const {
     return held.empty() ? v : tactus::free_part(v, held[node]);
   }
+  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
+    const Vec3f base = x_m[p.node[0]];
+    Vec3f sum{};
+    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (x_m[p.node[k]] - base);
+    return base + sum;
+  }
+  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
+    Vec3f sum{};
+    for (int k = 0; k < 8; ++k) sum += p.weight[k] * v_m_s[p.node[k]];
+    return sum;
+  }
 };
 
 /// What a touching point wants: as if it were alone, with a mass of its own.

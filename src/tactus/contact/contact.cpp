@@ -10,14 +10,6 @@ namespace {
 /// A list of triangles holds until a point has moved by that much, in spacings of samples.
 constexpr float kListMargin = 0.125F;
 
-ContactSettings checked(const ContactSettings& s) {
-  if (!(s.restitution >= 0 && s.restitution <= 1))
-    throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
-  if (!(s.friction >= 0 && s.friction < 1e6F))
-    throw Error("contact: friction is " + std::to_string(s.friction) + ", must be >= 0");
-  return s;
-}
-
 void check(const BodyPoints& points, const ContactNodes& nodes) {
   const Index n = nodes.x_m.size();
   if (points.node_count() != n || nodes.v_m_s.size() != n || nodes.mass_kg.size() != n ||
@@ -36,6 +28,14 @@ TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, c
 }
 
 }  // namespace
+
+ContactSettings checked(const ContactSettings& s) {
+  if (!(s.restitution >= 0 && s.restitution <= 1))
+    throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
+  if (!(s.friction >= 0 && s.friction < 1e6F))
+    throw Error("contact: friction is " + std::to_string(s.friction) + ", must be >= 0");
+  return s;
+}
 
 Contact::Contact(Device& device, const ContactSettings& settings)
     : settings_(checked(settings)), poses_(device, kMostSubsteps) {}

@@ -116,17 +116,8 @@ struct TouchingPoints {
   float reach_m;    ///< points deeper than that are found by DeepRescue only
   float margin_m;   ///< no point is farther from its first node
   Index first = 0;  ///< of the points that take part
-  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
-    const Vec3f base = nodes.x_m[p.node[0]];
-    Vec3f sum{};
-    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (nodes.x_m[p.node[k]] - base);
-    return base + sum;
-  }
-  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
-    Vec3f sum{};
-    for (int k = 0; k < 8; ++k) sum += p.weight[k] * nodes.v_m_s[p.node[k]];
-    return sum;
-  }
+  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const { return nodes.position(p); }
+  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const { return nodes.velocity(p); }
   /// By how much a point may move, at most, when each of its nodes moves by 1.
   TACTUS_HD static float spread(const EmbeddedPoint& p) {
     float sum = 0;

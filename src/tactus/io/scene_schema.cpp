@@ -191,10 +191,11 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             [&](FieldVisitor& in) { describe_material(in, b.material); });
   v.section({"ratio", "hybrid: how much of it is elements"},
             [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
-  v.boolean({"contact",
-             "whether the real surface pushes it; one that it never pushes is stepped by as "
-             "many devices as pay"},
-            b.contact);
+  v.boolean(
+      {"contact",
+       "whether the real surface, obstacles and other bodies push it; one that nothing pushes is stepped "
+       "by as many devices as pay"},
+      b.contact);
   v.integer({"matching_every",
              "hybrid: so many substeps of the elements are one of shape matching, which costs most; refused "
              "where that would make it softer"},
@@ -252,6 +253,11 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
           "of each point of a surface: the share of its approach velocity with which it leaves what it hits. "
           "A soft body rebounds by what it stored, whatever this is; its `damping` makes it bounce less"},
          c.restitution, {"", 0, 1});
+  v.boolean({"bodies", "whether bodies touch one another, those with `contact` among them"}, c.bodies);
+  v.boolean({"self",
+             "whether each body touches itself, where its parts are 3 spacings apart at rest; it costs "
+             "time, so say it for bodies that fold"},
+            c.self);
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {
@@ -353,7 +359,7 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   v.list({"obstacles", "what stands still and is touched: a table, a tray"},
          appender(scene.obstacles, describe_obstacle));
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
-  v.section({"contact", "how the real surface meets the bodies"},
+  v.section({"contact", "how bodies meet the real surface, obstacles and one another"},
             [&](FieldVisitor& in) { describe_contact(in, scene.contact); });
   v.section({"frame", "simulated time"}, [&](FieldVisitor& in) { describe_frame(in, scene.frame); });
   v.section({"view", "the picture"}, [&](FieldVisitor& in) { describe_view(in, scene.view); });

@@ -217,6 +217,8 @@ struct ContactDescription {
   std::optional<double> sample_spacing_m;  ///< of the real surface; none: the smallest lattice spacing
   double friction = 0.4;                   ///< Coulomb's coefficient
   double restitution = 0;                  ///< 0 (no bounce) .. 1
+  bool bodies = true;                      ///< bodies touch one another
+  bool self = false;                       ///< each body touches itself
 };
 
 /// How bodies are before the first frame: as built, or at rest under gravity and loads.

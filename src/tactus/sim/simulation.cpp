@@ -103,6 +103,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       obstacles_(devices.context(0), obstacle_descriptions(scene, assets), sample_spacing_m_),
       contact_(devices.device(0), {.restitution = static_cast<float>(scene.contact.restitution),
                                    .friction = static_cast<float>(scene.contact.friction)}),
+      touching_(devices.context(0), bodies_, scene.contact),
       readback_(devices),
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
@@ -117,15 +118,6 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     if (body.fixed.empty() && body.moved.empty() && scene.obstacles.empty() &&
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
-  }
-  for (std::size_t b = 1; b < bodies_.size(); ++b) {
-    for (std::size_t a = 0; a < b; ++a) {
-      const Index count = cubes_in_another(bodies_[a]->shape().lattice, bodies_[b]->shape().lattice);
-      if (count > 0)
-        log_warning("bodies '" + bodies_[a]->name() + "' and '" + bodies_[b]->name() +
-                    "' overlap at rest in " + std::to_string(count) +
-                    " cubes: bodies don't touch one another");
-    }
   }
   surface_.clear(devices_.context(0));
   add_stages();
@@ -184,6 +176,7 @@ void Simulation::add_stages() {
   for (auto& body : bodies_)
     body->add_stages(schedule_, readback_, contact_, surface_, obstacles_,
                      vec_cast<float>(scene_.gravity_m_s2));
+  touching_.add_stages(schedule_, readback_, contact_);
   hull_.add_reports(readback_);
   surface_report_ = readback_.add(surface_.report_view());
   Stage read{.name = "frame/read back",
@@ -195,6 +188,7 @@ void Simulation::add_stages() {
     read.reads.push_back(body->report_resource());
     if (body->contact_point_count() > 0) read.reads.push_back(body->contact_resource());
   }
+  for (const Resource& report : touching_.report_resources()) read.reads.push_back(report);
   schedule_.add(std::move(read));
 }
 
@@ -315,17 +309,25 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
       const bool real = r.owner < kPieces;
       const std::string piece = real ? std::to_string(surface.pieces.piece[r.owner].label)
                                      : obstacles_.names().at(static_cast<std::size_t>(r.owner - kPieces));
-      const auto known =
-          std::find_if(report.contacts.begin(), report.contacts.end(),
-                       [&](const BodyContact& c) { return c.body == body->name() && c.piece == piece; });
-      if (known == report.contacts.end())
-        report.contacts.push_back({body->name(), piece, r});
-      else
-        add(known->reaction, r);
+      add_contact({body->name(), piece, r}, report);
     }
     const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
     if (!trouble.empty()) report.notices.push_back({"body.blew_up", Severity::warning, trouble, ""});
   }
+  for (const PairReaction& r : touching_.reactions(readback_, static_cast<float>(dt_frame_s))) {
+    const auto name = [&](Index b) { return bodies_[static_cast<std::size_t>(b)]->name(); };
+    add_contact({name(r.body), name(r.other), r.reaction}, report);
+  }
+}
+
+void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
+  const auto known = std::find_if(report.contacts.begin(), report.contacts.end(), [&](const BodyContact& c) {
+    return c.body == contact.body && c.piece == contact.piece;
+  });
+  if (known == report.contacts.end())
+    report.contacts.push_back(contact);
+  else
+    add(known->reaction, contact.reaction);
 }
 
 std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
@@ -383,13 +385,15 @@ FrameSnapshot Simulation::snapshot() {
   FrameSnapshot snapshot;
   snapshot.tick = tick_;
   snapshot.captured_s = captured_s_;
-  snapshot.real = hull_.download();
   ExecContext& ctx = devices_.context(0);
-  normals_.compute(ctx, hull_.mesh(), hull_.voxel_size_m());
-  snapshot.real.normals =
-      to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
+  if (has_surface_) {
+    snapshot.real = hull_.download();
+    normals_.compute(ctx, hull_.mesh(), hull_.voxel_size_m());
+    snapshot.real.normals =
+        to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
+  }
   for (const auto& body : bodies_) {
-    snapshot.bodies.push_back(body->surface(devices_.context(0)));
+    snapshot.bodies.push_back(body->surface(ctx));
   }
   return snapshot;
 }

@@ -15,6 +15,7 @@
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/soft_body.h"
+#include "tactus/sim/touching_bodies.h"
 #include "tactus/tissue/substep_choice.h"
 
 namespace tactus {
@@ -23,7 +24,7 @@ namespace tactus {
 struct BodyContact {
   std::string body;
   std::string piece;  ///< "3": label of a piece of the real surface, the same from frame to frame; or an
-                      ///< obstacle's name
+                      ///< obstacle's name, or a body's
   OwnerReaction reaction;
 };
 
@@ -118,6 +119,7 @@ class Simulation {
   void collect(StepReport& report);
   /// Of each part of a frame.
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
+  static void add_contact(const BodyContact& contact, StepReport& report);
 
   DeviceSet& devices_;
   Scene scene_;
@@ -132,6 +134,7 @@ class Simulation {
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   Obstacles obstacles_;
   Contact contact_;
+  TouchingBodies touching_;
   std::vector<Probe> probes_;
   Readback readback_;
   Readback::Place surface_report_;

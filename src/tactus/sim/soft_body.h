@@ -23,6 +23,13 @@ class SoftBody {
   Resource contact_resource() const { return stage("contact report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_point_count() const { return points_.count(); }
+  /// Points of its surface that touch. Synchronizes.
+  std::vector<EmbeddedPoint> contact_points(ExecContext& ctx) const {
+    return to_host(ctx, points_.table().points);
+  }
+  Resource nodes_resource() const { return stage("nodes"); }
+  ContactNodes contact_nodes();
+  MeshFill fill() const { return description_.shape.fill; }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
   /// Substeps for which the body is stable as strained as it was at the end of the last part of a frame.
@@ -109,12 +116,10 @@ class SoftBody {
   SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape);
 
   std::string stage(const char* what) const { return "body '" + name() + "': " + what; }
-  Resource nodes_resource() const { return stage("nodes"); }
   StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
   void add_contact_stages(Schedule& schedule, Readback& readback, Contact& contact,
                           const RealSurface& surface, const Obstacles& obstacles);
   void begin_stage(ExecContext& ctx);
-  ContactNodes contact_nodes();
   int watch_every(int substeps) const;
   void spread_contact_points(ExecContext& ctx);
   bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
