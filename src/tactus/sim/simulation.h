@@ -103,12 +103,15 @@ class Simulation {
     int substeps = 0;
     bool last = true;
   };
-  /// @param left_s of the frame @param from_s when the part begins, of the bodies' motions @param done
-  /// substeps of the frame before it
-  FramePart next_part(double left_s, double from_s, int done);
+  /// @param left_s of the frame @param age_s farthest from the surface's capture @param from_s when the part
+  /// begins, of the bodies' motions @param done substeps of the frame before it
+  FramePart next_part(double left_s, double age_s, double from_s, int done);
   /// As many as the bodies' stable steps ask for.
   int substeps_for(double dt_s, double substeps_per_s) const;
   bool must_look_first(double dt_s) const;
+  /// The fastest point of the real surface [m/s]; with a body, of what can reach it in so much time.
+  double surface_m_s() const;
+  double surface_m_s(const SoftBody& body, double seconds) const;
   // settle.cpp
   void check_settles() const;
   void settle(StepReport& report);
@@ -147,8 +150,13 @@ class Simulation {
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
   bool is_settled_ = false;   ///< or need not be
-  double surface_m_s_ = 0;    ///< the fastest point of the real surface
-  int part_ = 0;              ///< of the frame that runs
+  /// Box at the capture and fastest point of each piece of the real surface.
+  struct PieceSpeed {
+    Vec3d low_m, high_m;
+    double m_s = 0;
+  };
+  std::vector<PieceSpeed> piece_speeds_;
+  int part_ = 0;  ///< of the frame that runs
   SubstepChoice substep_choice_;
   Timings timings_;
 };

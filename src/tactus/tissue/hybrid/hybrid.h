@@ -76,6 +76,8 @@ class Hybrid {
   const std::optional<Flsm>& flsm() const { return flsm_; }
   /// What the state holds and what moves here.
   const NodeWindow& window() const { return window_; }
+  /// Per node here: 1: in no element.
+  const Buffer<Index>& only_matched() const { return only_matched_; }
   bool has_elements() const { return has_elements_; }
   /// What of a change concerns this device. @throws Error for a cut through shape-matched cubes, or beyond
   /// the room for copies.
