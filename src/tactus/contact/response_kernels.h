@@ -218,14 +218,13 @@ struct ApplyContacts {
     body.nodes.v_m_s[node] += inverse * impulse;
     body.nodes.x_m[node] += inverse * push;
   }
-  /// D of a point; what is held doesn't move. Some node is not held (FindContacts). Without branches: all is
-  /// read at once.
+  /// D of a point. What is held counts, too, though it stays: else the little weight of a free node beside it
+  /// would have to make up for all, and the node be thrown far off. Without branches: all is read at once.
   TACTUS_HD float inverse_mass(Index i) const {
     const EmbeddedPoint& p = body.table.points[i];
     float sum = 0;
     for (int k = 0; k < 8; ++k) {
-      const float weight = body.nodes.is_held(p.node[k]) ? 0.F : abs(p.weight[k]);
-      sum += weight * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
+      sum += abs(p.weight[k]) * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
              body.nodes.mass_kg[p.node[k]];
     }
     return sum;
