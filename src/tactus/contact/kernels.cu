@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/sample_kernels.h"
@@ -32,3 +33,5 @@ TACTUS_CUDA_KERNEL(tactus::FindContacts);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
 TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);
+TACTUS_CUDA_KERNEL(tactus::CopyElements<tactus::Vec3f>);
+TACTUS_CUDA_KERNEL(tactus::CopyElements<tactus::Vec3i>);

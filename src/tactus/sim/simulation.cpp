@@ -73,6 +73,14 @@ std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const
   return all;
 }
 
+/// The first so many, as bodies that may be touched take them.
+int devices_that_touch(const std::vector<std::unique_ptr<SoftBody>>& bodies) {
+  int count = 1;
+  for (const auto& body : bodies)
+    if (!body->is_untouched()) count = std::max(count, body->device_count());
+  return count;
+}
+
 void add(OwnerReaction& sum, const OwnerReaction& r) {
   sum.force_N += r.force_N;
   sum.torque_N_m += r.torque_N_m;
@@ -92,7 +100,6 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       normals_(devices.device(0), hull_.mesh().positions_m.size()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
-      surface_(devices.device(0), surface_settings(hull_.mesh(), sample_spacing_m_)),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
@@ -100,9 +107,10 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
-      obstacles_(devices.context(0), obstacle_descriptions(scene, assets), sample_spacing_m_),
-      contact_(devices.device(0), {.restitution = static_cast<float>(scene.contact.restitution),
-                                   .friction = static_cast<float>(scene.contact.friction)}),
+      world_(devices, devices_that_touch(bodies_), surface_settings(hull_.mesh(), sample_spacing_m_),
+             {.restitution = static_cast<float>(scene.contact.restitution),
+              .friction = static_cast<float>(scene.contact.friction)},
+             obstacle_descriptions(scene, assets)),
       readback_(devices),
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
@@ -125,7 +133,6 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                     " cubes: bodies don't touch one another");
     }
   }
-  surface_.clear(devices_.context(0));
   add_stages();
   schedule_.close();
   devices_.synchronize();
@@ -153,7 +160,7 @@ void Simulation::add_probe(const ProbeDescription& probe) {
 
 void Simulation::add_stages() {
   ExecContext& ctx = devices_.context(0);
-  const View<const FrameParams> frame = schedule_.frame().view(0);
+  const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
   for (Stage& stage : hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); }))
     schedule_.add(std::move(stage));
   schedule_.add({.name = "hull/check",
@@ -164,26 +171,25 @@ void Simulation::add_stages() {
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
                  .rate = Rate::capture,
+                 .devices = touching,
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
-                 .submit = [this, &ctx, frame](BlockPlace) {
+                 .submit = [this](BlockPlace) {
                    const DeviceMesh mesh = hull_.mesh();
-                   surface_.update(
-                       ctx,
+                   world_.update(
                        {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
-                       View<const float>(&frame.data()->dt_capture_s, 1));
+                       schedule_.frame());
                  }});
-  schedule_.add(
-      {.name = "contact/begin",
-       .timed_as = "begin",
-       .rate = Rate::before,
-       .writes = {"contact/poses"},
-       .submit = [this, &ctx, frame](BlockPlace) { contact_.begin_frame(ctx, surface_, {.frame = frame}); }});
+  schedule_.add({.name = "contact/begin",
+                 .timed_as = "begin",
+                 .rate = Rate::before,
+                 .devices = touching,
+                 .writes = {"contact/poses"},
+                 .submit = [this](BlockPlace) { world_.begin_frame(schedule_.frame()); }});
   for (auto& body : bodies_)
-    body->add_stages(schedule_, readback_, contact_, surface_, obstacles_,
-                     vec_cast<float>(scene_.gravity_m_s2));
+    body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   hull_.add_reports(readback_);
-  surface_report_ = readback_.add(surface_.report_view());
+  surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
              .rate = Rate::end,
@@ -295,7 +301,7 @@ void Simulation::collect(StepReport& report) {
     if (surface.motions.at(static_cast<std::size_t>(k)).source == MotionSource::too_fast)
       warn("surface.too_fast",
            "piece " + std::to_string(surface.pieces.piece[k].label) + " of the real surface is faster than " +
-               std::to_string(static_cast<int>(surface_.settings().max_speed_m_s)) +
+               std::to_string(static_cast<int>(world_.first().surface.settings().max_speed_m_s)) +
                " m/s: it touches nothing in this frame",
            "move it more slowly, or film more frames per second");
   }
@@ -310,8 +316,9 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
     report.contact.add(contact);
     for (const OwnerReaction& r : contact.owners) {
       const bool real = r.owner < kPieces;
-      const std::string piece = real ? std::to_string(surface.pieces.piece[r.owner].label)
-                                     : obstacles_.names().at(static_cast<std::size_t>(r.owner - kPieces));
+      const std::string piece =
+          real ? std::to_string(surface.pieces.piece[r.owner].label)
+               : world_.first().obstacles.names().at(static_cast<std::size_t>(r.owner - kPieces));
       const auto known =
           std::find_if(report.contacts.begin(), report.contacts.end(),
                        [&](const BodyContact& c) { return c.body == body->name() && c.piece == piece; });

@@ -3,18 +3,17 @@
 #include <algorithm>
 #include <string>
 
-#include "tactus/contact/contact.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body_shape.h"
+#include "tactus/sim/slab_points.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
 
 namespace tactus {
 
 class SoftBody {
  public:
-  /// Lives on the first device; one that nothing touches is stepped by as many as pay.
+  /// What is seen of it is on the first device; it is stepped by as many as pay.
   SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets);
 
   const std::string& name() const { return description_.name; }
@@ -36,10 +35,9 @@ class SoftBody {
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
   /// Likewise, mean torque about the axis' pivot [N m].
   std::vector<Vec3d> motion_torques_N_m(double dt_frame_s) { return tissue_.motion_torques_N_m(dt_frame_s); }
-  /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `contact`, `surface`
-  /// and the schedule's frame must outlive its runs.
-  void add_stages(Schedule& schedule, Readback& readback, Contact& contact, const RealSurface& surface,
-                  const Obstacles& obstacles, Vec3f gravity_m_s2);
+  /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `world` and the
+  /// schedule's frame must outlive its runs.
+  void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
   /// What it did to what it touched, over the frame that was waited for.
   ContactReport contact(const Readback& readback, float dt_frame_s, int substeps) const;
   /// After the frame was waited for: takes over how strained the elements are and what was noted. A body that
@@ -57,7 +55,7 @@ class SoftBody {
   double wave_m_s() const;
   /// What acts on the body next to where it rests at p_m: "'moved[0]' (grip) moves it, at up to 0.3 m/s",
   /// "'fixed' holds it, 0.02 m from there"; "" for nothing. Synchronizes.
-  std::string acting_near(ExecContext& ctx, Vec3f p_m) const;
+  std::string acting_near(Vec3f p_m) const;
   /// Centre of a cube at rest [m].
   Vec3f cube_center_m(Index cube) const;
   /// @throws Error when the elements are not stable in so many substeps, or shape matching, at its rate,
@@ -103,16 +101,13 @@ class SoftBody {
   std::string stage(const char* what) const { return "body '" + name() + "': " + what; }
   Resource nodes_resource() const { return stage("nodes"); }
   StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
-  void add_contact_stages(Schedule& schedule, Readback& readback, Contact& contact,
-                          const RealSurface& surface, const Obstacles& obstacles);
+  void add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world);
   void begin_stage(ExecContext& ctx);
-  ContactNodes contact_nodes();
   int watch_every(int substeps) const;
-  void spread_contact_points(ExecContext& ctx);
   bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
-  std::string impossible_state(ExecContext& ctx) const;
+  std::string impossible_state() const;
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -128,9 +123,7 @@ class SoftBody {
   Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
   bool full_stiffness_;
-  Buffer<float> mass_kg_;
-  BodyPoints points_;
-  Readback::Place contact_report_;
+  SlabPoints points_;
 };
 
 }  // namespace tactus
