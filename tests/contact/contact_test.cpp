@@ -168,7 +168,7 @@ Touched touch_plate(const ContactSettings& settings, Vec3f plate_velocity,
   for (std::size_t i = 0; i < velocities.size(); ++i)
     nodes.x[i] = {0.003F * static_cast<float>(i) - 0.01F, height_m, 0.001F};
   nodes.v = velocities;
-  nodes.fixed.back() = 1;
+  nodes.fixed.back() = kAllAxes;
   Contact contact(ctx.device(), settings);
   nodes.begin_frame(ctx);
   contact.begin_frame(ctx, surface, one_at(0));

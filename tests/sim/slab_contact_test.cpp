@@ -287,7 +287,7 @@ Scene ball_scene() {
   bottom.kind = RegionKind::half_space;
   bottom.point_m = {0, -0.02, 0};
   bottom.normal = {0, 1, 0};
-  bar.fixed.push_back(bottom);
+  bar.fixed.push_back({bottom});
   BodyDescription cube = bar;
   cube.name = "cube";
   cube.shape.size_m = {0.1, 0.1, 0.1};
@@ -301,6 +301,7 @@ Scene ball_scene() {
   ObstacleSetting floor;
   floor.name = "floor";
   scene.obstacles.push_back(floor);
+  scene.contact.bodies = false;
   return scene;
 }
 
@@ -339,6 +340,17 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
   played.slabs = simulation.bodies()[0]->device_count();
   EXPECT_EQ(simulation.bodies()[1]->device_count(), 1);
   return played;
+}
+
+/// What is between bodies is found on the first device.
+TEST(SlabContactCases, BodiesThatTouchOneAnotherAreNotCut) {
+  DeviceSet devices("cpu:3");
+  for (const bool touch : {false, true}) {
+    Scene scene = ball_scene();
+    scene.contact.bodies = touch;
+    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    EXPECT_EQ(simulation.bodies()[0]->device_count(), touch ? 1 : 2);
+  }
 }
 
 TEST_P(SlabContact, ABallPressesABarOnManyDevicesAsOnOne) {

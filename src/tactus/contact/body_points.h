@@ -8,6 +8,7 @@
 #include "tactus/compute/exec_context.h"
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/geom/boundary_points.h"
+#include "tactus/geom/held_axes.h"
 
 namespace tactus {
 
@@ -20,10 +21,24 @@ struct ContactNodes {
   View<Vec3f> x_m;                 ///< positions, world [m]
   View<Vec3f> v_m_s;               ///< velocities [m/s]
   View<const float> mass_kg;       ///< [kg], > 0
-  View<const Index> held;          ///< != 0: contact doesn't move the node; or empty
+  View<const Index> held;          ///< HeldAxes, along which contact doesn't move the node; or empty
   View<const Index> stopped = {};  ///< (1) != 0: contact leaves the body alone; or empty
   TACTUS_HD bool has_stopped() const { return !stopped.empty() && stopped[0] != 0; }
-  TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] != 0; }
+  TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] == kAllAxes; }
+  TACTUS_HD Vec3f free_part(Index node, Vec3f v) const {
+    return held.empty() ? v : tactus::free_part(v, held[node]);
+  }
+  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
+    const Vec3f base = x_m[p.node[0]];
+    Vec3f sum{};
+    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (x_m[p.node[k]] - base);
+    return base + sum;
+  }
+  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
+    Vec3f sum{};
+    for (int k = 0; k < 8; ++k) sum += p.weight[k] * v_m_s[p.node[k]];
+    return sum;
+  }
 };
 
 /// What a touching point wants: as if it were alone, with a mass of its own.
@@ -95,6 +110,8 @@ struct OwnerTotals {
   ReactionSums sums;
   float max_depth_m;
   Index contacts, rescued, owner;
+  Vec3f impulse_N_s() const { return ReactionSums::value(sums.impulse); }
+  Vec3f moment_N_m_s() const { return ReactionSums::value(sums.moment); }
   TACTUS_HD void add(const OwnerTotals& t) {
     sums.add(t.sums);
     max_depth_m = max(max_depth_m, t.max_depth_m);

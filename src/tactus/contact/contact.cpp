@@ -10,14 +10,6 @@ namespace {
 /// A list of triangles holds until a point has moved by that much, in spacings of samples.
 constexpr float kListMargin = 0.125F;
 
-ContactSettings checked(const ContactSettings& s) {
-  if (!(s.restitution >= 0 && s.restitution <= 1))
-    throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
-  if (!(s.friction >= 0 && s.friction < 1e6F))
-    throw Error("contact: friction is " + std::to_string(s.friction) + ", must be >= 0");
-  return s;
-}
-
 void check(const BodyPoints& points, const ContactNodes& nodes) {
   const Index n = nodes.x_m.size();
   if (points.node_count() != n || nodes.v_m_s.size() != n || nodes.mass_kg.size() != n ||
@@ -36,6 +28,14 @@ TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, c
 }
 
 }  // namespace
+
+ContactSettings checked(const ContactSettings& s) {
+  if (!(s.restitution >= 0 && s.restitution <= 1))
+    throw Error("contact: restitution is " + std::to_string(s.restitution) + ", must be 0..1");
+  if (!(s.friction >= 0 && s.friction < 1e6F))
+    throw Error("contact: friction is " + std::to_string(s.friction) + ", must be >= 0");
+  return s;
+}
 
 Contact::Contact(Device& device, const ContactSettings& settings)
     : settings_(checked(settings)), poses_(device, kMostSubsteps) {}
@@ -101,8 +101,7 @@ ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame
   Index contacts = 0;
   for (const OwnerTotals& total : totals) {
     if (total.contacts + total.rescued == 0) continue;
-    const Vec3f impulse_N_s = ReactionSums::value(total.sums.impulse),
-                moment_N_m_s = ReactionSums::value(total.sums.moment);
+    const Vec3f impulse_N_s = total.impulse_N_s(), moment_N_m_s = total.moment_N_m_s();
     report.owners.push_back({total.owner, impulse_N_s / dt_frame_s, moment_N_m_s / dt_frame_s, impulse_N_s,
                              total.max_depth_m, total.contacts});
     contacts += total.contacts;

@@ -116,17 +116,8 @@ struct TouchingPoints {
   float reach_m;    ///< points deeper than that are found by DeepRescue only
   float margin_m;   ///< no point is farther from its first node
   Index first = 0;  ///< of the points that take part
-  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
-    const Vec3f base = nodes.x_m[p.node[0]];
-    Vec3f sum{};
-    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (nodes.x_m[p.node[k]] - base);
-    return base + sum;
-  }
-  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
-    Vec3f sum{};
-    for (int k = 0; k < 8; ++k) sum += p.weight[k] * nodes.v_m_s[p.node[k]];
-    return sum;
-  }
+  TACTUS_HD Vec3f position(const EmbeddedPoint& p) const { return nodes.position(p); }
+  TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const { return nodes.velocity(p); }
   /// By how much a point may move, at most, when each of its nodes moves by 1.
   TACTUS_HD static float spread(const EmbeddedPoint& p) {
     float sum = 0;
@@ -215,11 +206,12 @@ struct ApplyContacts {
       push += pushes[lane];
     }
     const float inverse = 1.F / body.nodes.mass_kg[node];
-    body.nodes.v_m_s[node] += inverse * impulse;
-    body.nodes.x_m[node] += inverse * push;
+    body.nodes.v_m_s[node] += body.nodes.free_part(node, inverse * impulse);
+    body.nodes.x_m[node] += body.nodes.free_part(node, inverse * push);
   }
-  /// D of a point. What is held counts, too, though it stays: else the little weight of a free node beside it
-  /// would have to make up for all, and the node be thrown far off. Without branches: all is read at once.
+  /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
+  /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
+  /// Without branches: all is read at once.
   TACTUS_HD float inverse_mass(Index i) const {
     const EmbeddedPoint& p = body.table.points[i];
     float sum = 0;

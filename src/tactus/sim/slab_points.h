@@ -31,6 +31,8 @@ class SlabPoints {
   std::vector<OwnerTotals> totals(const Readback& readback) const;
   /// node[0] of the points that touch, as the body counts them. Synchronizes.
   std::vector<Index> touched() const;
+  const BodyPoints& points(int slab) const { return parts_[static_cast<std::size_t>(slab)].points; }
+  ContactNodes nodes(int slab) const;
 
  private:
   struct Part {
@@ -39,7 +41,6 @@ class SlabPoints {
     Readback::Place report;
   };
   void add_part(int slab, const CubeLattice& lattice, std::span<const EmbeddedPoint> points);
-  ContactNodes nodes(int slab) const;
 
   HybridSlabs* tissue_ = nullptr;
   Index count_ = 0, first_count_ = 0;

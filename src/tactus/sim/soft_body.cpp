@@ -44,7 +44,7 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   at_once.relaxation = {};
   CubeLattice held = shape.lattice;
   for (const NodeMotion& motion : shape.motions) {
-    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = kAllAxes;
   }
   material.stiffness_scale =
       match_deflection(ctx, held, shape.elements, shape.materials, shape.material_of_cube, at_once, material);
@@ -52,13 +52,15 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
 }
 
 HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const BodyShape& shape,
-                        const TledOptions& elements) {
+                        const TledOptions& elements, bool on_first_device) {
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
+  const std::optional<double> least =
+      on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
   const int changes = !body.contact ? 0 : body.matching_every > 1 ? 2 : 1;  // add_contact_stages
   try {
     return HybridSlabs(
         devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube, elements, matched,
-        std::nullopt, {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}, changes);
+        least, {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}, changes);
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what(), e.kind());
   }
@@ -66,15 +68,17 @@ HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const B
 
 }  // namespace
 
-SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets)
-    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0)))) {}
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
+                   bool on_first_device)
+    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
+               on_first_device) {}
 
-SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape)
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
     : description_(body),
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
       devices_(devices),
-      tissue_(make_tissue(devices, body, shape_, element_options_)),
+      tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),
       frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
       surface_(devices.context(0), shape_.lattice, shape_.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper) {
@@ -93,7 +97,7 @@ std::string SoftBody::devices_text() const {
            " devices";
   std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
-  return one + ", as it is too small to be cut, or for more to pay";
+  return one + ", as it is too small to be cut, or for more to pay, or touches bodies";
 }
 
 /// What is torn faster than its waves can follow inverts its cubes.
@@ -190,6 +194,19 @@ double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s
   for (const NodeMotion& motion : shape_.motions)
     speed = std::max(speed, fastest_move(shape_.lattice, motion, from_s, to_s).speed_m_s);
   return speed;
+}
+
+void SoftBody::stop_nodes(ExecContext& ctx, double ago_s) {
+  std::vector<Vec3f> x_m = positions_m(ctx), v_m_s = velocities_m_s(ctx);
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    x_m[i] = x_m[i] - static_cast<float>(ago_s) * std::exchange(v_m_s[i], Vec3f{});
+  tissue_.set_state(x_m, v_m_s);
+}
+
+void SoftBody::slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s) {
+  std::vector<Vec3f> v_m_s = velocities_m_s(ctx);
+  for (std::size_t i = 0; i < v_m_s.size(); ++i) v_m_s[i] -= vec_cast<float>(by_m_s[i]);
+  tissue_.set_state(positions_m(ctx), v_m_s);
 }
 
 float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
@@ -332,6 +349,11 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
 std::vector<CubeStrain> SoftBody::strains(ExecContext& ctx) const {
   return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
                       element_options_, positions_m(ctx));
+}
+
+std::vector<CubeStrain> SoftBody::strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const {
+  return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+                      element_options_, x_m, cubes);
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

@@ -13,8 +13,9 @@ namespace tactus {
 
 class SoftBody {
  public:
-  /// What is seen of it is on the first device; it is stepped by as many as pay.
-  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets);
+  /// What is seen of it is on the first device; it is stepped by as many as pay, or by the first alone.
+  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
+           bool on_first_device = false);
 
   const std::string& name() const { return description_.name; }
   /// What its last stage leaves for the host.
@@ -22,6 +23,13 @@ class SoftBody {
   Resource contact_resource() const { return stage("contact report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_point_count() const { return points_.count(); }
+  /// Points of its surface that touch; of a body on one device, as the next but one. Synchronizes.
+  std::vector<EmbeddedPoint> contact_points(ExecContext& ctx) const {
+    return to_host(ctx, points_.points(0).table().points);
+  }
+  Resource nodes_resource() const { return stage("nodes"); }
+  ContactNodes contact_nodes() const { return points_.nodes(0); }
+  MeshFill fill() const { return description_.shape.fill; }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
   /// Substeps for which the body is stable as strained as it was at the end of the last part of a frame.
@@ -30,6 +38,12 @@ class SoftBody {
   /// on which nothing acts.
   double fastest_near_m_s(double surface_m_s, double from_s, double to_s) const;
   double spacing_m() const { return description_.spacing_m; }
+  /// At the end of the last frame that was waited for.
+  double kinetic_J() const { return motion_.kinetic_J; }
+  /// All nodes stand still where they were so long ago. Synchronizes.
+  void stop_nodes(ExecContext& ctx, double ago_s);
+  /// Takes from the velocity of each node. Synchronizes.
+  void slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s);
   /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
@@ -71,6 +85,8 @@ class SoftBody {
   std::string cube_text(Index cube) const;
   /// Strain and stress of its cubes. Synchronizes.
   std::vector<CubeStrain> strains(ExecContext& ctx) const;
+  /// Of some of its cubes, whose nodes are at x_m.
+  std::vector<CubeStrain> strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const;
   std::vector<Vec3f> velocities_m_s(ExecContext& ctx) const {
     return to_host(ctx, tissue_.body().v_m_s.const_view());
   }
@@ -96,10 +112,9 @@ class SoftBody {
   const BodyShape& shape() const { return shape_; }
 
  private:
-  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape);
+  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device);
 
   std::string stage(const char* what) const { return "body '" + name() + "': " + what; }
-  Resource nodes_resource() const { return stage("nodes"); }
   StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
   void add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world);
   void begin_stage(ExecContext& ctx);

@@ -12,7 +12,7 @@ Boundary::Boundary(ExecContext& ctx, const CubeLattice& lattice, const BoundaryC
     held[i] = lattice.fixed[static_cast<std::size_t>(window.body_node(static_cast<Index>(i)))];
   for (const NodeMotion& motion : conditions.motions) {
     for (const Index node : motion.nodes)
-      if (window.holds(node)) held[static_cast<std::size_t>(node - window.held.begin)] = 1;
+      if (window.holds(node)) held[static_cast<std::size_t>(node - window.held.begin)] = kAllAxes;
   }
   held_ = to_device(ctx, held);
 }

@@ -36,6 +36,22 @@ void check_keys(const NodeMotion& motion) {
     refuse(motion, "it is released at " + number_text(motion.release_s) + " s, expected a time after 0");
 }
 
+/// A node may be on a roller or a plane of symmetry, along which it is moved.
+void check_support(const NodeMotion& motion, Index node, HeldAxes held) {
+  if (held == 0) return;
+  const std::string head = "node " + std::to_string(node) + " of its region is also 'fixed'";
+  if (held == kAllAxes) refuse(motion, head + "; expected one of both");
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((held >> axis & 1) == 0) continue;
+    const auto leaves = [&](const boundary::MotionKey& key) {
+      return key.displacement_m[axis] != 0 || key.angle_rad != 0;
+    };
+    if (std::any_of(motion.keys.begin(), motion.keys.end(), leaves))
+      refuse(motion, head + " along " + "xyz"[axis] + ", and its motion leaves that; expected no turn, and " +
+                         "no displacement along " + "xyz"[axis]);
+  }
+}
+
 /// Keyframes that begin at rest.
 std::vector<boundary::MotionKey> whole_keys(const NodeMotion& motion) {
   std::vector<boundary::MotionKey> keys = motion.keys;
@@ -51,6 +67,7 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
   std::vector<Index> owner(lattice.nodes.size(), -1), nodes, copies;
   std::vector<boundary::Motion> all;
   std::vector<boundary::MotionKey> keys;
+  std::vector<Index> supported;
   std::vector<Vec3f> rest;
   std::vector<float> mass;
   for (const NodeMotion& motion : motions) {
@@ -64,9 +81,7 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
     std::sort(claimed.begin(), claimed.end());
     for (const Index node : claimed) {
       const auto i = static_cast<std::size_t>(node);
-      if (lattice.fixed[i] != 0)
-        refuse(motion,
-               "node " + std::to_string(node) + " of its region is also 'fixed'; expected one of both");
+      check_support(motion, node, lattice.fixed[i]);
       if (owner[i] >= 0)
         refuse(motion, "node " + std::to_string(node) + " of its region is also in " +
                            motions[static_cast<std::size_t>(owner[i])].name + "; expected regions apart");
@@ -84,6 +99,7 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
   for (Index& node : nodes) {
     const auto i = static_cast<std::size_t>(node);
     motion.push_back(owner[i]);
+    supported.push_back(lattice.fixed[i]);
     rest.push_back(lattice.rest_m(node));
     mass.push_back(lattice.node_mass_kg[i]);
     node -= window.held.begin;
@@ -94,6 +110,7 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
   clock_s_ = to_device(ctx, std::vector<double>{0});
   nodes_ = to_device(ctx, nodes);
   motion_ = to_device(ctx, motion);
+  supported_ = to_device(ctx, supported);
   rest_m_ = to_device(ctx, rest);
   mass_kg_ = to_device(ctx, mass);
   for (Buffer<Vec3f>* sums : {&impulse_N_s_, &moment_N_m_s_})
@@ -119,8 +136,8 @@ void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, con
   ctx.parallel_for("driven/move", nodes_.size(),
                    boundary::MoveDriven{nodes_.const_view(), motion_.const_view(), rest_m_.const_view(),
                                         mass_kg_.const_view(), motions_.const_view(), steps_.const_view(),
-                                        state.x_m.view(), state.v_m_s.view(), held, impulse_N_s_.view(),
-                                        moment_N_m_s_.view()});
+                                        state.x_m.view(), state.v_m_s.view(), supported_.const_view(), held,
+                                        impulse_N_s_.view(), moment_N_m_s_.view()});
 }
 
 void DrivenNodes::add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double dt_frame_s,

@@ -31,14 +31,15 @@ class DrivenNodes {
   /// @param window of the state; of the nodes that the motions name, its own are driven. Its copies of others
   /// are let go when their owners let go of them.
   /// @throws Error naming motion and key for keyframes out of order, a jump at 0 s, numbers that aren't, a
-  /// node that two motions claim or that is fixed.
+  /// node that two motions claim, that is fixed, or that would leave its support.
   DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
               const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
   /// Forces count from here; with `frame`, only in its first part. Asynchronous.
   void begin_frame(ExecContext& ctx, View<const FrameParams> frame = {});
-  /// The end of a substep. @param held per node of the state: 1 as long as it is driven. Asynchronous.
+  /// The end of a substep. @param held per node of the state: HeldAxes, all as long as it is driven.
+  /// Asynchronous.
   void move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time);
   /// Adds what each motion did to its nodes here, mean since begin_frame [N]: reaction, weight and inertia.
   /// Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
@@ -58,7 +59,7 @@ class DrivenNodes {
   Buffer<boundary::MotionKey> keys_;
   Buffer<boundary::MotionStep> steps_;
   Buffer<double> clock_s_;
-  Buffer<Index> nodes_, motion_;
+  Buffer<Index> nodes_, motion_, supported_;
   Buffer<Vec3f> rest_m_, impulse_N_s_, moment_N_m_s_;
   Buffer<float> mass_kg_;
 };

@@ -186,7 +186,8 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
       first_cube_(layout.part.first_cube),
       regular_cubes_(layout.part.lattice.regular_cubes()),
       first_copy_(layout.first_copy),
-      has_elements_(layout.has_elements) {
+      has_elements_(layout.has_elements),
+      has_rollers_(layout.part.lattice.has_rollers()) {
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
     matched_ = rest_state(ctx, layout.matched.lattice);
@@ -216,7 +217,7 @@ int Hybrid::most_matched_every(float dt_s) const {
 
 void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count) {
   check_step(step, count);
-  if (!flsm_) return tled_.step(ctx, state, elements_step(step), count);
+  if (!flsm_ && !has_rollers_) return tled_.step(ctx, state, elements_step(step), count);
   for (int k = 0; k < count; ++k) {
     sum_forces(ctx, state, step, k);
     move(ctx, state, step, k);

@@ -107,7 +107,7 @@ class Hybrid {
   NodeWindow window_;
   Slab own_layers_, read_layers_, held_layers_;    ///< of the body
   Index first_cube_, regular_cubes_, first_copy_;  ///< of the body's; of those held here; of the body
-  bool has_elements_;
+  bool has_elements_, has_rollers_;
   std::optional<Flsm> flsm_;
   BodyState matched_;  ///< of the shape-matched part
   Buffer<Index> matched_nodes_, matched_node_, fixed_;

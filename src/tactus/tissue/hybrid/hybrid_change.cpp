@@ -37,7 +37,7 @@ LocalChange Hybrid::local(const TopologyChange& change) const {
     here.nodes.push_back({.node = place_of(n.node, n.layer),
                           .from = n.from < 0 ? -1 : place_of(n.from, n.layer),
                           .mass_kg = n.mass_kg,
-                          .fixed = n.fixed ? 1 : 0});
+                          .fixed = n.fixed});
   }
   return here;
 }

@@ -70,7 +70,7 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
                          const BoundaryConditions& conditions, int changes)
     : devices_(devices),
       motion_count_(conditions.motions.size()),
-      has_boundary_(!conditions.empty()),
+      has_boundary_(!conditions.empty() || lattice.has_rollers()),
       is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.begin() + lattice.regular_nodes(),
                            [](auto f) { return f == 0; })),
       changes_(changes) {
@@ -416,6 +416,11 @@ void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v
     part->ctx.upload(v, part->state.v_m_s.view());
     part->ctx.synchronize();
   }
+  if (parts_.size() == 1) return;
+  ExecContext& first = devices_.context(0);
+  first.upload(x_m, body_.x_m.view());
+  first.upload(v_m_s, body_.v_m_s.view());
+  first.synchronize();
 }
 
 std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {

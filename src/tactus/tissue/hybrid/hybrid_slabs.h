@@ -187,7 +187,8 @@ class HybridSlabs {
       return std::array{ahead_m.part(0, n), ahead_m.part(n, n), ahead_m.part(2 * n, n)};
     };
   }
-  /// Whether nodes are in cells from the first substep to the last.
+  /// Whether nodes are in cells from the first substep to the last: there they are held along all axes or
+  /// none.
   bool stays_in_cells() const { return !has_boundary_ && changes_ == 0 && !model().flsm(); }
   void substep_in_cells(const HybridStep& step, int k, int count);
   void look(int k, int every);
