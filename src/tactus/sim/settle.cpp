@@ -115,9 +115,11 @@ class Settling {
 
 }  // namespace
 
-/// What nothing holds would fall for ever.
+/// What nothing holds would fall for ever, unless another body is below.
 void Simulation::check_settles() const {
-  if (scene_.frame.start != FrameStart::settled || !scene_.obstacles.empty()) return;
+  if (scene_.frame.start != FrameStart::settled || !scene_.obstacles.empty() ||
+      (scene_.contact.bodies && scene_.bodies.size() > 1))
+    return;
   for (const BodyDescription& body : scene_.bodies) {
     const bool pulled = length(scene_.gravity_m_s2) > 0 || !body.loads.empty();
     if (pulled && body.fixed.empty() && body.moved.empty())
