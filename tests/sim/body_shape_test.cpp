@@ -28,11 +28,11 @@ class OneBodyFrames {
   OneBodyFrames(DeviceSet& devices, SoftBody& body)
       : ctx_(devices.context(0)),
         body_(body),
-        surface_(devices.device(0), {.max_vertices = 8, .max_triangles = 8, .max_raw_samples = 8}),
-        contact_(devices.device(0)),
+        world_(devices, body.device_count(), {.max_vertices = 8, .max_triangles = 8, .max_raw_samples = 8},
+               {}, {}),
         readback_(devices),
         schedule_(devices) {
-    body.add_stages(schedule_, readback_, contact_, surface_, obstacles_, {});
+    body.add_stages(schedule_, readback_, world_, {});
     schedule_.add({.name = "read back", .timed_as = "end", .rate = Rate::end, .submit = [this](BlockPlace) {
                      readback_.submit();
                    }});
@@ -48,9 +48,7 @@ class OneBodyFrames {
  private:
   ExecContext& ctx_;
   SoftBody& body_;
-  RealSurface surface_;
-  Contact contact_;
-  Obstacles obstacles_;
+  ContactOnDevices world_;
   Readback readback_;
   Schedule schedule_;
   Timings timings_;

@@ -48,8 +48,8 @@ struct FrameSnapshot {
 };
 
 /// Owns all state; one thread calls it. Its solvers declare their work as stages; a Schedule orders them
-/// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies live on the first;
-/// those that the real surface never touches are stepped by as many as pay, with the same bits.
+/// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies are stepped by as many
+/// as pay, with the same bits; what is seen of them is on the first.
 class Simulation {
  public:
   /// @throws Error naming what is wrong with rig, body or material.
@@ -133,10 +133,8 @@ class Simulation {
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
   std::vector<BitMask> repaired_;
   float sample_spacing_m_;
-  RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
-  Obstacles obstacles_;
-  Contact contact_;
+  ContactOnDevices world_;
   TouchingBodies touching_;
   std::vector<Probe> probes_;
   Readback readback_;

@@ -64,7 +64,7 @@ std::vector<boundary::MotionKey> whole_keys(const NodeMotion& motion) {
 DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
                          const NodeWindow& window) {
   if (motions.empty()) return;
-  std::vector<Index> owner(lattice.nodes.size(), -1), nodes;
+  std::vector<Index> owner(lattice.nodes.size(), -1), nodes, copies;
   std::vector<boundary::Motion> all;
   std::vector<boundary::MotionKey> keys;
   std::vector<Index> supported;
@@ -86,20 +86,30 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
         refuse(motion, "node " + std::to_string(node) + " of its region is also in " +
                            motions[static_cast<std::size_t>(owner[i])].name + "; expected regions apart");
       owner[i] = static_cast<Index>(all.size()) - 1;
-      if (!window.owns(node)) continue;
-      nodes.push_back(node - window.held.begin);
-      motion_of_node_.push_back(owner[i]);
-      supported.push_back(lattice.fixed[i]);
-      rest.push_back(lattice.rest_m(node));
-      mass.push_back(lattice.node_mass_kg[i]);
+      if (window.owns(node)) {
+        nodes.push_back(node);
+        motion_of_node_.push_back(owner[i]);
+      } else if (window.holds(node)) {
+        copies.push_back(node);
+      }
     }
+  }
+  nodes.insert(nodes.end(), copies.begin(), copies.end());
+  std::vector<Index> motion;
+  for (Index& node : nodes) {
+    const auto i = static_cast<std::size_t>(node);
+    motion.push_back(owner[i]);
+    supported.push_back(lattice.fixed[i]);
+    rest.push_back(lattice.rest_m(node));
+    mass.push_back(lattice.node_mass_kg[i]);
+    node -= window.held.begin;
   }
   motions_ = to_device(ctx, all);
   keys_ = to_device(ctx, keys);
   steps_ = to_device(ctx, std::vector<boundary::MotionStep>(all.size()));
   clock_s_ = to_device(ctx, std::vector<double>{0});
   nodes_ = to_device(ctx, nodes);
-  motion_ = to_device(ctx, motion_of_node_);
+  motion_ = to_device(ctx, motion);
   supported_ = to_device(ctx, supported);
   rest_m_ = to_device(ctx, rest);
   mass_kg_ = to_device(ctx, mass);
@@ -134,7 +144,7 @@ void DrivenNodes::add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double 
                             std::span<Vec3d> of_motion) const {
   if (empty() || !(dt_frame_s > 0)) return;
   const std::vector<Vec3f> of_node = to_host(ctx, sums.const_view());
-  for (std::size_t j = 0; j < of_node.size(); ++j)
+  for (std::size_t j = 0; j < motion_of_node_.size(); ++j)
     of_motion[static_cast<std::size_t>(motion_of_node_[j])] +=
         (1 / dt_frame_s) * vec_cast<double>(of_node[j]);
 }

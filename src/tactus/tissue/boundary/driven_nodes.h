@@ -28,7 +28,8 @@ struct NodeMotion {
 class DrivenNodes {
  public:
   DrivenNodes() = default;
-  /// @param window of the state; those of its own nodes are driven that the motions name
+  /// @param window of the state; of the nodes that the motions name, its own are driven. Its copies of others
+  /// are let go when their owners let go of them.
   /// @throws Error naming motion and key for keyframes out of order, a jump at 0 s, numbers that aren't, a
   /// node that two motions claim, that is fixed, or that would leave its support.
   DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
@@ -53,7 +54,7 @@ class DrivenNodes {
  private:
   void add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double dt_frame_s,
                  std::span<Vec3d> of_motion) const;
-  std::vector<Index> motion_of_node_;
+  std::vector<Index> motion_of_node_;  ///< of own nodes, which come first
   Buffer<boundary::Motion> motions_;
   Buffer<boundary::MotionKey> keys_;
   Buffer<boundary::MotionStep> steps_;

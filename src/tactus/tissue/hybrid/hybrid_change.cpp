@@ -5,7 +5,7 @@
 namespace tactus {
 
 Index Hybrid::place_of(Index node, Index layer) const {
-  if (window_.places == 0) return node;
+  if (window_.places == 0) return node - window_.held.begin;
   if (node < window_.first_virtual) return node - window_.held.begin;
   const Index room = window_.patch.count();
   const Index below = own_layers_.begin > held_layers_.begin ? room : 0;
