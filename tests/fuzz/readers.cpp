@@ -10,6 +10,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/io/label_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/scene_file.h"
@@ -74,6 +75,7 @@ Family family_of(std::string_view name) {
   if (name == "volume") return Family::volume;
   if (name == "scene") return Family::scene;
   if (name == "calibration") return Family::calibration;
+  if (name == "checkpoint") return Family::checkpoint;
   return Family::image;
 }
 
@@ -104,6 +106,17 @@ void read_input(Family family, const std::string& bytes) {
       expect_answer([&] { read_kinect_calibration(file.path(), 1280, 720); });
       return;
     }
+    case Family::checkpoint:
+      expect_answer([&] {
+        StateArchive a(bytes, "a.checkpoint");
+        a.set_owner("body 'a'");
+        double time_s = 0;
+        std::vector<float> x(4);
+        a.value("time", time_s);
+        a.values("positions", x);
+        a.finish();
+      });
+      return;
     case Family::image: {
       const MemoryFile file(bytes);
       expect_answer([&] { read_image(file.path(), cv::IMREAD_UNCHANGED); });

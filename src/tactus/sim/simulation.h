@@ -74,6 +74,12 @@ class Simulation {
   /// Likewise, mean torque about the moved region's pivot [N m].
   std::vector<std::vector<Vec3d>> motion_torques_N_m();
 
+  /// All that the coming frames depend on, and nothing else. What is read must be of the same scene, on the
+  /// same devices. Synchronizes. @param last the frame that was stepped last, or nullptr for none: of the
+  /// real surface only what can't be made from it is in the archive
+  /// @throws Error when it is of another scene; the simulation is of no use then.
+  void archive(StateArchive& a, const FrameSet* last);
+
   const Timings& timings() const { return timings_; }
   /// How often the frame was put together for replay.
   int recordings() const { return schedule_.recordings(); }

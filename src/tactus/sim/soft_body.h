@@ -92,6 +92,8 @@ class SoftBody {
   std::vector<Vec3f> velocities_m_s(ExecContext& ctx) const {
     return to_host(ctx, tissue_.body().v_m_s.const_view());
   }
+  /// All of it that a run goes on from. Synchronizes. @throws Error when what is read is another body's.
+  void archive(StateArchive& a);
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 

@@ -118,6 +118,8 @@ class HybridSlabs {
   /// recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a shape-matched
   /// cube is cut.
   void apply(const TopologyChange& change);
+  /// State of a body that is not cut; slabs and devices must be the same. Synchronizes.
+  void archive(StateArchive& a);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
