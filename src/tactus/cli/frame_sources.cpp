@@ -78,6 +78,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
   DataOptions options;
   options.colors = contents.colors;
   options.depth = contents.depth;
+  options.alphas = contents.alphas;
   options.fps = source.fps;
   options.threshold = contents.threshold;
   if (workspace_m)

@@ -15,7 +15,8 @@ struct DataOptions {
   std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's; must all be there
   std::optional<double> fps;  ///< instead of the rig file's `frames_per_s`; else the video's own; else 30
   bool colors = true;
-  bool depth = true;  ///< of rig files: the depth cameras
+  bool depth = true;    ///< of rig files: the depth cameras
+  bool alphas = false;  ///< of videos: how much of each pixel the subject covers
 };
 
 /// A Middlebury multi-view folder (Seitz et al. 2006): one frame. @throws Error naming the file.
