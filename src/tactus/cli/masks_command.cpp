@@ -65,8 +65,7 @@ void add_masks_command(CLI::App& app) {
   auto options = std::make_shared<MasksOptions>();
   CLI::App* command = app.add_subcommand(
       "masks", "Writes the silhouettes that a source delivers: undistorted, as the hull gets them");
-  command->add_option("--source", options->source, "masks, videos, middlebury or synthetic")
-      ->capture_default_str();
+  command->add_option("--source", options->source, source_kind_words())->capture_default_str();
   command->add_option("what", options->what, "rig file, folder or figure")->required();
   command->add_option("--out", options->folder, "folder for CAMERA_0000.png, ...")->required();
   command->add_option("--frames", options->frames, "A-B, A- or A (default: the first; videos: all)");

@@ -6,6 +6,7 @@
 
 #include "tactus/rig/frame_source.h"
 #include "tactus/rig/silhouettes.h"
+#include "tactus/rig/source_kinds.h"
 
 namespace tactus {
 
@@ -31,8 +32,8 @@ std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const Data
 /// the tick; a number without any file is a bad frame.
 /// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
-/// `kind` is middlebury, videos, masks or kinect (kinect.h). @throws usage Error otherwise.
-std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
+/// Any of these, or kinect (kinect.h). @throws usage Error for a synthetic one.
+std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& path,
                                          const DataOptions& options = {});
 
 /// "camera 'x': the mask is all black; " for every silhouette without content or without background.
