@@ -18,9 +18,10 @@ RealSurfaceSettings roomy(float spacing_m) {
 
 }  // namespace
 
-SoftThing::SoftThing(ExecContext& ctx, CubeLattice lattice_in, const TriangleMesh& surface,
+SoftThing::SoftThing(ExecContext& ctx, CubeLattice lattice_in, const TriangleMesh& surface_in,
                      const SoftMaterial& m)
     : lattice(std::move(lattice_in)),
+      surface(surface_in),
       material(m),
       elements(lattice.cubes.size(), m.matched ? 0 : 1),
       solver(ctx, lattice, elements, {&m.elastic, 1}, {}, {.damping_ratio = m.damping},

@@ -16,7 +16,7 @@ struct SoftMaterial {
 
 /// A body, its solver and its points.
 struct SoftThing {
-  SoftThing(ExecContext& ctx, CubeLattice lattice_in, const TriangleMesh& surface,
+  SoftThing(ExecContext& ctx, CubeLattice lattice_in, const TriangleMesh& surface_in,
             const SoftMaterial& material);
   ContactNodes nodes();
   BodyMonitors monitors(ExecContext& ctx) const;
@@ -24,6 +24,7 @@ struct SoftThing {
   void launch(ExecContext& ctx, Vec3f v_m_s, Vec3f move_m = {});
 
   CubeLattice lattice;
+  TriangleMesh surface;
   SoftMaterial material;
   ElementMask elements;
   Hybrid solver;

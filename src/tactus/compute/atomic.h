@@ -38,6 +38,14 @@ TACTUS_HD inline std::uint32_t atomic_fetch_add(std::uint32_t& target, std::uint
   return __atomic_fetch_add(&target, value, __ATOMIC_RELAXED);
 #endif
 }
+/// Likewise.
+TACTUS_HD inline std::uint32_t atomic_exchange(std::uint32_t& target, std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  return atomicExch(&target, value);
+#else
+  return __atomic_exchange_n(&target, value, __ATOMIC_RELAXED);
+#endif
+}
 TACTUS_HD inline std::uint32_t atomic_load(const std::uint32_t& source) {
 #if defined(__CUDA_ARCH__)
   return *static_cast<const volatile std::uint32_t*>(&source);

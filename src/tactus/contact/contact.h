@@ -20,6 +20,9 @@ struct ContactSettings {
   float friction = 0.5F;  ///< μ >= 0: Coulomb
 };
 
+/// @throws Error naming the setting that is out of range.
+ContactSettings checked(const ContactSettings& settings);
+
 /// What one body did to one owner over one frame.
 struct OwnerReaction {
   Index owner = -1;  ///< < kPieces: piece of the real surface, else obstacle owner - kPieces
@@ -67,15 +70,17 @@ class Contact {
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1,
                PointPart part = PointPart::all);
+  /// After 1, 2, .. substeps of this frame.
+  View<const SurfacePoses> poses() const { return poses_.const_view(); }
 
  private:
   ContactSettings settings_;
   ContactTimes times_;
-  Buffer<SurfacePoses> poses_;  ///< after 1, 2, .. substeps of this frame
+  Buffer<SurfacePoses> poses_;
 };
 
 /// What a body did over the frame that ended. @param totals BodyPoints::totals(), on the host @param
 /// dt_frame_s what the impulses are divided by @param substeps calls of `correct`
-ContactReport contact_report(std::span<const ContactRecord> totals, float dt_frame_s, int substeps);
+ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps);
 
 }  // namespace tactus

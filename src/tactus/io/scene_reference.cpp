@@ -150,10 +150,9 @@ void write_scene_reference(std::ostream& out) {
          "type and a value out of range are refused with file and line.\n"
          "A relative path starts at the scene file's folder; `$TACTUS_DATA` at its start stands for the\n"
          "environment variable. `scenes/` holds examples, and [first_scene.md](first_scene.md) makes one.\n\n"
-         "Bodies touch the real surface and `obstacles`, and nothing else: they pass through one another, "
-         "through\n"
-         "themselves and through the floor of the picture, which is only drawn. Hold what shall not fall "
-         "with "
+         "Bodies touch the real surface, `obstacles` and one another, and themselves where `contact.self` is "
+         "set.\n"
+         "They pass through the floor of the picture, which is only drawn. Hold what shall not fall with "
          "`fixed`.\n";
   Scene scene;
   ReferenceWriter(out, "").write([&](FieldVisitor& v) { describe_scene(v, scene); });

@@ -278,26 +278,4 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
   }
 }
 
-Index cubes_in_another(const CubeLattice& a, const CubeLattice& b) {
-  const auto fill = [](const CubeLattice& lattice, std::size_t cube) {
-    return lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[cube];
-  };
-  const auto high = [](const CubeLattice& l) {
-    return l.origin_m + l.spacing_m * vec_cast<float>(l.node_dims - Vec3i{1, 1, 1});
-  };
-  const Vec3f apart = max(a.origin_m - high(b), b.origin_m - high(a));
-  if (max(apart.x, max(apart.y, apart.z)) > 0.F) return 0;
-  std::set<std::array<Index, 3>> full;
-  for (std::size_t c = 0; c < b.cubes.size(); ++c)
-    if (fill(b, c) > 0.999F) full.insert({b.cubes[c].x, b.cubes[c].y, b.cubes[c].z});
-  Index count = 0;
-  for (std::size_t c = 0; c < a.cubes.size(); ++c) {
-    if (fill(a, c) < 0.5F) continue;
-    const Vec3f center = a.origin_m + a.spacing_m * (vec_cast<float>(a.cubes[c]) + Vec3f{0.5F, 0.5F, 0.5F});
-    const Vec3f in_b = 1 / b.spacing_m * (center - b.origin_m);
-    count += full.count({floor_to_int(in_b.x), floor_to_int(in_b.y), floor_to_int(in_b.z)}) > 0 ? 1 : 0;
-  }
-  return count;
-}
-
 }  // namespace tactus

@@ -36,7 +36,4 @@ struct BodyShape {
 /// larger than the body, ...) and for regions that would do nothing.
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes = 8e9);
 
-/// How many cubes of a body, at rest, are in whole cubes of another: 0 for what only touches.
-Index cubes_in_another(const CubeLattice& a, const CubeLattice& b);
-
 }  // namespace tactus

@@ -1,0 +1,80 @@
+#pragma once
+/// Contact of soft bodies with one another and with themselves.
+#include <span>
+#include <vector>
+
+#include "tactus/contact/contact.h"
+#include "tactus/contact/pair_views.h"
+#include "tactus/contact/rest_solid.h"
+
+namespace tactus {
+
+/// A body that touches others.
+struct PairedBody {
+  const CubeLattice& lattice;
+  const TriangleMesh& surface;  ///< closed, where the lattice rests
+  MeshFill fill = MeshFill::closed;
+  std::span<const EmbeddedPoint> points;  ///< of its surface, that touch
+  ContactNodes nodes;                     ///< the views stay valid
+  bool touches_itself = false;
+};
+
+/// What a body did to another over one frame.
+struct PairReaction {
+  Index body = 0, other = 0;  ///< the same two: a body that touches itself
+  OwnerReaction reaction;     ///< on `other`
+};
+
+/// Owns what contact keeps of all bodies that touch one another, on one device.
+///
+///   per frame: begin_frame; per substep, after all bodies moved: correct; end_frame; and where the frame was
+///   waited for, pair_reactions().
+///
+/// The response is that of Contact: a positional push to the surface, a change of velocity with restitution
+/// and friction. Both sides take part with the masses of their nodes; nodes that are held don't move.
+class BodyPairs {
+ public:
+  /// Synchronizes. @param touch_others false: each touches itself alone
+  /// @throws Error naming the setting that is out of range.
+  BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings = {},
+            bool touch_others = true);
+
+  void begin_frame(ExecContext& ctx);
+  /// @param poses of the real surface: moments are about its centre
+  void correct(ExecContext& ctx, View<const SurfacePoses> poses);
+  void end_frame(ExecContext& ctx);
+  Index body_count() const { return bodies_.size(); }
+  /// (bodies²) Sums of the frame that ended: at a bodies + b, what points of a did to b.
+  View<const OwnerTotals> totals() const { return totals_.const_view(); }
+
+ private:
+  struct Builder;
+  PairTable table() const;
+  PairState state();
+
+  ContactSettings settings_;
+  bool touch_others_ = true;
+  float smallest_mass_kg_ = 0;
+  std::vector<Index> first_point_;  ///< (bodies + 1)
+  Buffer<PairBody> bodies_;
+  Buffer<CubePatch> patches_;
+  Buffer<SolidCube> cubes_;
+  Buffer<float> samples_;
+  Buffer<PointGroup> groups_;
+  Buffer<EmbeddedPoint> points_;
+  Buffer<Vec3f> rest_;
+  Buffer<PairNode> nodes_;
+  Buffer<Index> patch_nodes_, rows_, incident_points_, incident_cubes_, recorded_;
+  Buffer<PatchBox> patch_box_, body_box_;
+  Buffer<std::uint32_t> group_active_, row_weight_, cube_list_, next_, used_;
+  Buffer<PairContact> contact_;
+  Buffer<ContactRecord> records_;
+  Buffer<OwnerTotals> totals_;
+  Buffer<ReactionSums> moved_on_;
+};
+
+/// Of each pair of bodies that touched, both ways; what one did to the other is what that one did to it, with
+/// the other sign. @param totals BodyPairs::totals(), on the host
+std::vector<PairReaction> pair_reactions(std::span<const OwnerTotals> totals, Index bodies, float dt_frame_s);
+
+}  // namespace tactus

@@ -1,0 +1,265 @@
+#pragma once
+/// Finds which points of bodies are inside of other bodies, or of their own, and what is to be done to them.
+///
+/// A point is inside of a body when it lies in one of the body's deformed cubes and, taken to rest there, is
+/// inside of the surface at rest. That body's material at the same place is what the point touches: one
+/// point of space, two points of matter, each a mean of up to eight nodes. What one gets the other loses, so
+/// momentum and its moment are conserved.
+#include "tactus/contact/pair_views.h"
+#include "tactus/contact/response_kernels.h"
+
+namespace tactus {
+
+/// Block: patch. The box of its nodes; no point touches in its cubes so far.
+struct BoundPatches {
+  static constexpr int kThreads = 64, kGrain = 8;
+  PairTable table;
+  PairState state;
+  struct Shared {
+    PatchBox of_thread[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const CubePatch& patch = table.patches[b.index()];
+    const ContactNodes& nodes = table.bodies[patch.body].nodes;
+    const Index count = patch.end_node - patch.first_node;
+    const int lanes = min(Index(kThreads), count);
+    b.for_threads(lanes, [&](int t) {
+      PatchBox box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+      for (Index k = t; k < count; k += kThreads) {
+        const Vec3f x = nodes.x_m[table.patch_nodes[patch.first_node + k]];
+        box = {min(box.min_m, x), max(box.max_m, x)};
+      }
+      s.of_thread[t] = box;
+      for (Index c = patch.first_cube + t; c < patch.end_cube; c += lanes) state.cube_list[c] = 0;
+    });
+    b.on_one_thread([&] {
+      PatchBox box = s.of_thread[0];
+      for (int t = 1; t < lanes; ++t)
+        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
+      state.patch_box[b.index()] = box;
+    });
+  }
+};
+
+/// Block: body. The box of its patches.
+struct BoundBodies {
+  static constexpr int kThreads = 128;
+  PairTable table;
+  PairState state;
+  struct Shared {
+    PatchBox of_thread[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const PairBody& body = table.bodies[b.index()];
+    b.for_each_thread([&](int t) {
+      PatchBox box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+      for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
+        box.min_m = min(box.min_m, state.patch_box[p].min_m);
+        box.max_m = max(box.max_m, state.patch_box[p].max_m);
+      }
+      s.of_thread[t] = box;
+    });
+    b.on_one_thread([&] {
+      PatchBox box = s.of_thread[0];
+      for (int t = 1; t < kThreads; ++t)
+        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
+      state.body_box[b.index()] = box;
+    });
+  }
+};
+
+/// Block: group of points.
+struct FindPairs {
+  static constexpr int kThreads = kGroupPoints, kGrain = 4;
+  PairTable table;
+  PairState state;
+  float restitution, friction;
+  Index touch_others;
+  struct Shared {
+    int near[kThreads], near_count;  ///< patches that may hold points of the group, from the first of a row
+    float reach2_m2[kThreads];       ///< of those: no cube is larger
+    Vec3f x_m[kThreads], q[kThreads];
+    Index cube[kThreads];  ///< that the point is in; -1: none
+    std::uint32_t active;
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const PointGroup group = table.groups[b.index()];
+    const PatchBox box = state.patch_box[group.patch];
+    const Index bodies = table.bodies.size();
+    Index met = 0;
+    for (Index body = 0; body < bodies; ++body) met += may_meet(group, box, body) ? 1 : 0;
+    if (met == 0 && state.group_active[b.index()] == 0U) return;
+    b.on_one_thread([&] { s.active = 0; });
+    // A point that is in a cube of the only body in question is in no other cube.
+    const bool is_one = met == 1 && table.bodies[group.body].touches_itself == 0;
+    b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
+    for (Index body = 0; body < bodies; ++body) {
+      if (!may_meet(group, box, body)) continue;
+      const Index end = table.bodies[body].end_patch;
+      for (Index first = table.bodies[body].first_patch; first < end; first += kThreads) {
+        const auto is_near = [&](int t) { return box.meets(state.patch_box[first + t], slack_m(group)); };
+        b.compact(min(Index(kThreads), end - first), is_near, s.near, &s.near_count);
+        b.for_threads(s.near_count, [&](int n) { s.reach2_m2[n] = largest_cube2_m2(first + s.near[n]); });
+        b.for_threads(group.count, [&](int t) { search(group, t, first, is_one, s); });
+      }
+    }
+    b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
+    b.on_one_thread([&] { state.group_active[b.index()] = s.active; });
+  }
+
+ private:
+  /// Points may stick out of all cubes by that much.
+  TACTUS_HD float slack_m(const PointGroup& group) const { return 0.1F * table.bodies[group.body].spacing_m; }
+  TACTUS_HD bool may_meet(const PointGroup& group, const PatchBox& box, Index body) const {
+    if (body == group.body ? table.bodies[body].touches_itself == 0 : touch_others == 0) return false;
+    return box.meets(state.body_box[body], slack_m(group));
+  }
+  /// Squared: no point of a cube of the patch is farther from the cube's first corner.
+  TACTUS_HD float largest_cube2_m2(Index patch) const {
+    const CubePatch& p = table.patches[patch];
+    const ContactNodes& nodes = table.bodies[p.body].nodes;
+    float most = 0;
+    for (Index c = p.first_cube; c < p.end_cube; ++c) {
+      const SolidCube& cube = table.cubes[c];
+      const Vec3f x0 = nodes.x_m[cube.node[0]];
+      for (int k = 1; k < 8; ++k) {
+        const Vec3f d = nodes.x_m[cube.node[k]] - x0;
+        most = max(most, dot(d, d));
+      }
+    }
+    return 1.001F * most;
+  }
+  TACTUS_HD bool is_apart(Index point, Index group_body, const SolidCube& cube, Vec3f q) const {
+    if (cube.body != group_body) return true;
+    const Vec3f apart = vec_cast<float>(cube.cell) + q - table.rest[point];
+    return dot(apart, apart) > sqr(kSelfSpacings);
+  }
+
+  /// Most points are in the cube in which they were.
+  TACTUS_HD void look(const PointGroup& group, int t, bool is_one, Shared& s) const {
+    const Index i = group.first + t;
+    s.x_m[t] = table.bodies[group.body].nodes.position(table.points[i]);
+    s.cube[t] = -1;
+    const PairContact& contact = state.contact[i];
+    if (contact.cube >= 0) settle(group, t, contact.cube, contact.q, is_one, s);
+  }
+  /// Whether the point is in that cube, and need not be looked for elsewhere.
+  TACTUS_HD bool settle(const PointGroup& group, int t, Index c, Vec3f q, bool is_one, Shared& s) const {
+    const SolidCube& cube = table.cubes[c];
+    const CubeMap map = CubeCorners::map(table.bodies[cube.body].nodes, cube);
+    if (!map.find(s.x_m[t], q) || !is_apart(group.first + t, group.body, cube, q)) return false;
+    if (!is_one && !(table.samples.at(c, q).distance_m < 0.F)) return false;
+    s.cube[t] = c;
+    s.q[t] = q;
+    return true;
+  }
+  TACTUS_HD void search(const PointGroup& group, int t, Index first, bool is_one, Shared& s) const {
+    const Vec3f x = s.x_m[t];
+    for (int n = 0; n < s.near_count && s.cube[t] < 0; ++n) {
+      const Index p = first + s.near[n];
+      if (!state.patch_box[p].holds(x)) continue;
+      const CubePatch& patch = table.patches[p];
+      const ContactNodes& nodes = table.bodies[patch.body].nodes;
+      for (Index c = patch.first_cube; c < patch.end_cube; ++c) {
+        const SolidCube& cube = table.cubes[c];
+        const Vec3f d = x - nodes.x_m[cube.node[0]];
+        if (!(dot(d, d) <= s.reach2_m2[n])) continue;
+        const Vec3f middle{0.5F, 0.5F, 0.5F};
+        if (patch.body == group.body) {  // no point of the cube is farther from its middle than 0.87
+          const Vec3f apart = vec_cast<float>(cube.cell) + middle - table.rest[group.first + t];
+          if (dot(apart, apart) < sqr(kSelfSpacings - 0.87F)) continue;
+        }
+        if (settle(group, t, c, middle, is_one, s)) break;
+      }
+    }
+  }
+
+  TACTUS_HD void conclude(const PointGroup& group, int t, Shared& s) const {
+    const Index i = group.first + t, c = s.cube[t];
+    PairContact& contact = state.contact[i];
+    if (c >= 0 && touch(group, i, c, s.q[t], s.x_m[t], contact)) {
+      atomic_or(s.active, 1U);
+      return;
+    }
+    if (contact.touching == 1) add_weights(i, contact, -1);
+    if (contact.touching != 0) contact.touching = contact.touching < kLingering ? contact.touching + 1 : 0;
+    contact.cube = c;
+    contact.q = s.q[t];
+    if (contact.touching != 0 || c >= 0) atomic_or(s.active, 1U);
+  }
+  /// Returns whether the point is inside, and something can be done to it or to what it touches. The normal
+  /// is that of the distance at rest, taken through the deformation; gap = distance / |its gradient|.
+  TACTUS_HD bool touch(const PointGroup& group, Index i, Index c, Vec3f q, Vec3f x,
+                       PairContact& contact) const {
+    const RestDistance rest = table.samples.at(c, q);
+    if (!(rest.distance_m < 0.F)) return false;
+    const SolidCube& cube = table.cubes[c];
+    const EmbeddedPoint& point = table.points[i];
+    const PairBody &body = table.bodies[group.body], &other = table.bodies[cube.body];
+    const CubeMap::Jacobian jacobian = CubeCorners::map(other.nodes, cube).jacobian(q);
+    const float steepness = length(rest.gradient_m) / other.spacing_m;  // 1, less where sides are as near
+    const Vec3f gradient = jacobian.gradient(rest.gradient_m);
+    const float slope = length(gradient);
+    if (!(steepness > 0.1F) || !(slope > 0.F) || !(moves(body, point) || moves(other, cube, q))) return false;
+    const Vec3f n = (1.F / slope) * gradient;
+    const float depth = -rest.distance_m * steepness / slope;
+
+    const Vec3f rel = body.nodes.velocity(point) - CubeCorners::velocity(other.nodes, cube, q);
+    const bool same = contact.touching != 0 && table.cubes[contact.held_cube].body == cube.body;
+    const Vec3f held =
+        same ? CubeCorners::map(other.nodes, table.cubes[contact.held_cube]).at(contact.held_q) : x;
+    const Vec3f away = x - held, slide = away - dot(away, n) * n;
+    const float distance = length(slide), most = friction * depth;
+    Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
+    contact.held_cube = c;
+    contact.held_q = q + jacobian.solve(push);
+    // What was put into one another must not be shot apart.
+    const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m), far = length(push);
+    if (far > farthest) push *= farthest / far;
+    if (contact.touching == 1) add_weights(i, contact, -1);
+    contact.kick_m_s = touch_kick(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
+    contact.push_m = push;
+    contact.x_m = x;
+    contact.depth_m = depth;
+    contact.touching = 1;
+    contact.cube = c;
+    contact.q = q;
+    add_weights(i, contact, 1);
+    return true;
+  }
+  /// In one correction, in spacings.
+  static constexpr float kLargestPush = 0.1F;
+
+  TACTUS_HD static bool moves(const PairBody& body, const EmbeddedPoint& p) {
+    if (body.nodes.has_stopped()) return false;
+    for (int k = 0; k < 8; ++k) {
+      if (p.weight[k] != 0.F && !body.nodes.is_held(p.node[k])) return true;
+    }
+    return false;
+  }
+  TACTUS_HD static bool moves(const PairBody& body, const SolidCube& cube, Vec3f q) {
+    if (body.nodes.has_stopped()) return false;
+    for (int k = 0; k < 8; ++k) {
+      if (CubeMap::weight(q, k) != 0.F && !body.nodes.is_held(cube.node[k])) return true;
+    }
+    return false;
+  }
+  TACTUS_HD void add_weights(Index i, const PairContact& contact, int sign) const {
+    const EmbeddedPoint& point = table.points[i];
+    const SolidCube& cube = table.cubes[contact.cube];
+    for (int k = 0; k < 8; ++k) {
+      if (point.weight[k] != 0.F) add_weight(table.rows[8 * i + k], point.weight[k], sign);
+      add_weight(cube.row[k], CubeMap::weight(contact.q, k), sign);
+    }
+  }
+  TACTUS_HD void add_weight(Index row, float weight, int sign) const {
+    const std::uint32_t w = PointWeights::quantized(weight);
+    atomic_add(state.row_weight[row], sign > 0 ? w : 0U - w);
+  }
+};
+
+}  // namespace tactus

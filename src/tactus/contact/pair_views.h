@@ -1,0 +1,116 @@
+#pragma once
+/// What contact between bodies, and of a body with itself, knows on the device.
+#include "tactus/contact/body_points.h"
+#include "tactus/contact/cube_map.h"
+
+namespace tactus {
+
+/// Points that are nearer than that at rest, in spacings, don't touch one another.
+inline constexpr float kSelfSpacings = 3;
+
+/// One body of many.
+struct PairBody {
+  ContactNodes nodes;
+  Index first_patch = 0, end_patch = 0;
+  Index first_point = 0, end_point = 0;
+  float spacing_m = 0;
+  Index touches_itself = 0;
+};
+
+/// A cube next to a body's surface.
+struct SolidCube {
+  Index node[8], row[8];  ///< of its body; of all bodies
+  Index body = 0;
+  Vec3i cell;
+};
+
+/// Cubes that lie together at rest, with the points of the surface there.
+struct CubePatch {
+  Index body = 0;
+  Index first_cube = 0, end_cube = 0;
+  Index first_node = 0, end_node = 0;  ///< of `patch_nodes`
+};
+
+/// Points that are worked on together: some of a patch.
+struct PointGroup {
+  Index body = 0, patch = 0, first = 0, count = 0;
+};
+inline constexpr Index kGroupPoints = 128;
+
+/// Box in the world.
+struct PatchBox {
+  Vec3f min_m, max_m;
+  TACTUS_HD bool meets(const PatchBox& b, float slack_m) const {
+    return min_m.x - slack_m <= b.max_m.x && b.min_m.x - slack_m <= max_m.x &&
+           min_m.y - slack_m <= b.max_m.y && b.min_m.y - slack_m <= max_m.y &&
+           min_m.z - slack_m <= b.max_m.z && b.min_m.z - slack_m <= max_m.z;
+  }
+  TACTUS_HD bool holds(Vec3f p) const {
+    return p.x >= min_m.x && p.x <= max_m.x && p.y >= min_m.y && p.y <= max_m.y && p.z >= min_m.z &&
+           p.z <= max_m.z;
+  }
+};
+
+/// A node that moves with points or cubes, of all bodies: a row each.
+struct PairNode {
+  Index body = 0, node = 0;
+  Index first_point = 0, end_point = 0;  ///< of `incident_points`: 8 point + corner
+  Index first_cube = 0, end_cube = 0;    ///< of `incident_cubes`: 8 cube + corner
+};
+
+/// What never changes. Bodies, patches, cubes, points and rows are counted through all bodies.
+struct PairTable {
+  View<const PairBody> bodies;
+  View<const CubePatch> patches;
+  View<const Index> patch_nodes;  ///< of their body
+  View<const SolidCube> cubes;
+  CubeSamples samples;
+  View<const PointGroup> groups;
+  View<const EmbeddedPoint> points;
+  View<const Index> rows;  ///< at 8 point + corner
+  View<const Vec3f> rest;  ///< of points, in spacings of their lattice
+  View<const PairNode> nodes;
+  View<const Index> incident_points, incident_cubes;
+};
+
+/// What a point of one body wants that is inside of another, or of its own.
+struct PairContact {
+  Index touching = 0;  ///< 1 while it touches; 2 .. kLingering: so many corrections after
+  Index cube = -1;     ///< where it is inside of what it touches
+  Vec3f q;             ///< in that cube
+  Index held_cube = -1;
+  Vec3f held_q;  ///< where friction holds it
+  Vec3f x_m, push_m, kick_m_s;
+  float depth_m = 0;
+  Vec3f impulse_N_s, shift_kg_m;  ///< after all that touch were seen
+};
+
+struct PairState {
+  View<PatchBox> patch_box, body_box;
+  View<std::uint32_t> group_active;  ///< != 0: has points that touch, or did a moment ago
+  View<PairContact> contact;
+  View<std::uint32_t> row_weight;  ///< sums of the weights of touching points and of where they touch
+  View<std::uint32_t> cube_list;   ///< first point that touches in a cube, plus one; 0: none
+  View<std::uint32_t> next;        ///< of that list, likewise
+  View<Index> recorded;            ///< per point: corrections of this frame in its record
+  View<ContactRecord> records;     ///< its owner is the other body
+  View<ReactionSums> moved_on;     ///< at bodies a + b: what points of a did to b before they went on
+  View<std::uint32_t> used;        ///< likewise, != 0: there are records
+  float smallest_mass_kg = 1;
+};
+
+/// Reads the corners of a cube.
+struct CubeCorners {
+  TACTUS_HD static CubeMap map(const ContactNodes& nodes, const SolidCube& cube) {
+    Vec3f x[8];
+    for (int k = 0; k < 8; ++k) x[k] = nodes.x_m[cube.node[k]];
+    return CubeMap::of(x);
+  }
+  TACTUS_HD static Vec3f velocity(const ContactNodes& nodes, const SolidCube& cube, Vec3f q) {
+    Vec3f sum{};
+    for (int k = 0; k < 8; ++k) sum += CubeMap::weight(q, k) * nodes.v_m_s[cube.node[k]];
+    return sum;
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,42 @@
+#pragma once
+/// The bodies of a scene that touch one another or themselves.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "tactus/contact/body_pairs.h"
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+
+/// How far a body reaches into another at rest.
+struct BodyOverlap {
+  float depth_m = 0;
+  Vec3f at_m;  ///< the deepest point
+};
+/// Of the surfaces, each sampled every `spacing_m`; nothing for bodies that only touch.
+std::optional<BodyOverlap> overlap_at_rest(const TriangleMesh& a, MeshFill fill_a, const TriangleMesh& b,
+                                           MeshFill fill_b, float spacing_m);
+
+/// Declares their contact in a frame, after all of them moved. Owns nothing when nothing can touch.
+class TouchingBodies {
+ public:
+  /// Warns of bodies that overlap at rest. Synchronizes.
+  TouchingBodies(ExecContext& ctx, const std::vector<std::unique_ptr<SoftBody>>& bodies,
+                 const ContactDescription& contact);
+  /// After the stages of the bodies. `contact` and this must outlive the schedule's runs.
+  void add_stages(Schedule& schedule, Readback& readback, const Contact& contact);
+  /// What its last stage leaves for the host; none where nothing can touch.
+  std::vector<Resource> report_resources() const;
+  /// What bodies did to one another over the frame that was waited for, by their places in the scene.
+  std::vector<PairReaction> reactions(const Readback& readback, float dt_frame_s) const;
+
+ private:
+  ExecContext& ctx_;
+  std::vector<Index> body_of_;   ///< in the scene's order
+  std::vector<Resource> nodes_;  ///< of those
+  std::unique_ptr<BodyPairs> pairs_;
+  Readback::Place report_;
+};
+
+}  // namespace tactus
