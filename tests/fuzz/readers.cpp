@@ -10,7 +10,6 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
-#include "tactus/frame/state_archive.h"
 #include "tactus/io/label_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/scene_file.h"
@@ -107,15 +106,7 @@ void read_input(Family family, const std::string& bytes) {
       return;
     }
     case Family::checkpoint:
-      expect_answer([&] {
-        StateArchive a(bytes, "a.checkpoint");
-        a.set_owner("body 'a'");
-        double time_s = 0;
-        std::vector<float> x(4);
-        a.value("time", time_s);
-        a.values("positions", x);
-        a.finish();
-      });
+      expect_answer([&] { read_checkpoint(bytes); });
       return;
     case Family::image: {
       const MemoryFile file(bytes);
