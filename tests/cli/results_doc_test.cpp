@@ -40,10 +40,10 @@ void add_keys(const nlohmann::json& json, const std::string& path, Keys& keys) {
   if (json.is_object()) {
     for (const auto& [key, value] : json.items()) {
       const bool stage = path == "ms" || path.ends_with(".ms");
-      const std::string name = stage                      ? "STAGE"
-                               : path == "probes"         ? "NAME"
-                               : path == "opengl_sharing" ? "DEVICE"
-                                                          : key;
+      const std::string name = stage                                         ? "STAGE"
+                               : path == "probes" || path == "probe_strains" ? "NAME"
+                               : path == "opengl_sharing"                    ? "DEVICE"
+                                                                             : key;
       add_keys(value, path.empty() ? name : path + "." + name, keys);
     }
   } else if (json.is_array()) {

@@ -143,7 +143,7 @@ TEST(LatticeCut, RoomIsNoMaterial) {
   EXPECT_EQ(cut.virtual_nodes.size(), 50U);
   EXPECT_NEAR(cut.mass_kg(), whole.mass_kg(), 1e-6 * whole.mass_kg());
   EXPECT_FALSE(cut.has_cube(at(cut.cube_count() - 1)));
-  EXPECT_EQ(cut.fixed.back(), 1);
+  EXPECT_EQ(cut.fixed.back(), kAllAxes);
   EXPECT_EQ(cut.node_mass_kg.back(), 0.F);
   EXPECT_EQ(with_copies(cut, std::vector<std::uint8_t>(whole.cubes.size(), 3)).size(), cut.cubes.size());
   EXPECT_THROW(cut_lattice(cut, plane(1, 1)), std::exception);

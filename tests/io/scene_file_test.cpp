@@ -85,8 +85,8 @@ output: {video: false, contact_sheet: false, trace: true, mesh_every: 10}
   EXPECT_EQ(body.material.half_width, 3);
   EXPECT_EQ(body.material.kappa, Stiffness::paper);
   ASSERT_EQ(body.fixed.size(), 2U);
-  EXPECT_EQ(body.fixed[1].kind, RegionKind::half_space);
-  EXPECT_EQ(body.fixed[1].frame, CoordinateFrame::world);
+  EXPECT_EQ(body.fixed[1].where.kind, RegionKind::half_space);
+  EXPECT_EQ(body.fixed[1].where.frame, CoordinateFrame::world);
   ASSERT_EQ(body.moved.size(), 1U);
   const MovedRegion& grip = body.moved[0];
   EXPECT_EQ(grip.where.center_m, (Vec3d{1, 1, 1}));

@@ -136,6 +136,36 @@ TEST_F(BadFrames, SequencesMayStartAnywhereAndRangesBeyondAreRefused) {
   EXPECT_TRUE(has(refusal([&] { open_masks(rig_file, options); }).message, "frames 0- are asked for"));
 }
 
+/// A rig that is named without a folder, from where it lies, has its files beside it: with a head before the
+/// number and without.
+TEST_F(BadFrames, SequencesAreFoundBesideARigWithoutAFolder) {
+  fs::create_directory(path("b"));
+  for (int i = 0; i < 3; ++i) {
+    const std::string number = "0000" + std::to_string(i);
+    for (const std::string& name : {"a_" + number, "b/" + number, number})
+      write_picture(path(name + ".png"), 255);
+  }
+  rig({{.name = "a", .mask = "'a_%05d.png'"},
+       {.name = "b", .mask = "'b/%05d.png'"},
+       {.name = "c", .mask = "'%05d.png'"}});
+  const fs::path before = fs::current_path();
+  fs::current_path(path("."));
+  std::string masks;
+  try {
+    for (const std::string name : {"rig.yaml", "./rig.yaml"}) {
+      const auto source = open_masks(name);
+      FrameSet frame;
+      for (int tick = 0; source->next(frame) == NextFrame::success; ++tick)
+        for (const BitMask& mask : frame.silhouettes)
+          masks += mask.words.empty() ? "-" : std::to_string(tick);
+    }
+  } catch (const Error& e) {
+    masks = e.what();
+  }
+  fs::current_path(before);
+  EXPECT_EQ(masks, "000111222000111222");
+}
+
 TEST_F(BadFrames, SequenceWithoutAFileNamesTheNearest) {
   write_picture(path("a_1.png"), 255);
   const Refusal none = refusal([&] { open_masks(rig({{.name = "a", .mask = "'a_%04d.png'"}})); });

@@ -28,11 +28,11 @@ class OneBodyFrames {
   OneBodyFrames(DeviceSet& devices, SoftBody& body)
       : ctx_(devices.context(0)),
         body_(body),
-        surface_(devices.device(0), {.max_vertices = 8, .max_triangles = 8, .max_raw_samples = 8}),
-        contact_(devices.device(0)),
+        world_(devices, body.device_count(), {.max_vertices = 8, .max_triangles = 8, .max_raw_samples = 8},
+               {}, {}),
         readback_(devices),
         schedule_(devices) {
-    body.add_stages(schedule_, readback_, contact_, surface_, obstacles_, {});
+    body.add_stages(schedule_, readback_, world_, {});
     schedule_.add({.name = "read back", .timed_as = "end", .rate = Rate::end, .submit = [this](BlockPlace) {
                      readback_.submit();
                    }});
@@ -48,9 +48,7 @@ class OneBodyFrames {
  private:
   ExecContext& ctx_;
   SoftBody& body_;
-  RealSurface surface_;
-  Contact contact_;
-  Obstacles obstacles_;
+  ContactOnDevices world_;
   Readback readback_;
   Schedule schedule_;
   Timings timings_;
@@ -99,7 +97,7 @@ TEST(BodyShape, OddMeshesAreNamed) {
   EXPECT_EQ(millimetres.warnings[0],
             "it is 200 m long: is its file in millimetres? Then say 'unit_m: 0.001'");
   BodyDescription free = cube_body();
-  free.fixed.push_back(ball({5, 5, 5}, 0.1));
+  free.fixed.push_back({ball({5, 5, 5}, 0.1)});
   EXPECT_EQ(make_body_shape(free, cube_asset(1, false)).warnings.at(0),
             "its 'fixed' regions hold no node: it is free");
 }
@@ -285,7 +283,7 @@ TEST(BodyShape, LabelsPaintAndHold) {
   core.kind = RegionKind::label;
   core.labels = {7};
   body.regions.push_back(core_region(core));
-  body.fixed.push_back(core);
+  body.fixed.push_back({core});
   const BodyShape shape = make_body_shape(body, labelled_cube());
   // 0.1 m in the world, 5^3 cubes: the core takes half of the third layer along each axis, where it has the
   // majority only in cubes that lie in it along the two others: 2 1/2 layers round to 2 or 3.
@@ -293,7 +291,7 @@ TEST(BodyShape, LabelsPaintAndHold) {
   EXPECT_GE(painted, 8);
   EXPECT_LE(painted, 27);
   EXPECT_FLOAT_EQ(shape.materials[1].young_Pa, 50000);
-  const auto held = std::count(shape.lattice.fixed.begin(), shape.lattice.fixed.end(), 1);
+  const auto held = std::count(shape.lattice.fixed.begin(), shape.lattice.fixed.end(), kAllAxes);
   EXPECT_GE(held, 27);
   EXPECT_LE(held, 64);
   // Turned by 90 degrees about z, the core lies at x < 1 and y > 2.

@@ -33,7 +33,7 @@ Scene bar_scene(TissueModel model) {
   bar.material.poisson_ratio = 0;
   bar.material.damping = 0.5;
   if (model == TissueModel::hybrid) bar.ratio = RatioDescription{6, 4, Axis::x};
-  bar.fixed.push_back(end_of_bar(-1));
+  bar.fixed.push_back({end_of_bar(-1)});
   scene.bodies.push_back(bar);
   scene.probes.push_back({"end", "bar", CoordinateFrame::body, {0.2, 0.05, 0.05}});
   scene.probes.push_back({"middle", "bar", CoordinateFrame::body, {0, 0, 0}});
@@ -160,8 +160,8 @@ Scene free_scene(TissueModel model) {
   bar.placement.position_m = {0, 0.5, 0};  // through the ball
   bar.contact = false;
   if (bar.ratio) bar.ratio->axis = Axis::z;
-  bar.fixed[0].point_m = {0, 0, -0.599};
-  bar.fixed[0].normal = {0, 0, 1};
+  bar.fixed[0].where.point_m = {0, 0, -0.599};
+  bar.fixed[0].where.normal = {0, 0, 1};
   scene.probes[0].position_m = {0, 0, 0.6};
   return scene;
 }

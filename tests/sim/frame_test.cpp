@@ -30,7 +30,7 @@ Scene slab_scene() {
   bottom.kind = RegionKind::half_space;
   bottom.point_m = {0, -0.04, 0};
   bottom.normal = {0, 1, 0};
-  slab.fixed.push_back(bottom);
+  slab.fixed.push_back({bottom});
   BodyDescription alone = slab;
   alone.name = "alone";
   alone.placement.position_m = {0.3, 0.7, 0};

@@ -25,7 +25,7 @@ Scene block_scene() {
   bottom.kind = RegionKind::half_space;
   bottom.point_m = {0, -0.049, 0};
   bottom.normal = {0, 1, 0};
-  block.fixed.push_back(bottom);
+  block.fixed.push_back({bottom});
   scene.bodies = {block};
   scene.gravity_m_s2 = {};
   return scene;
@@ -57,7 +57,7 @@ Played press(double dt_s) {
   Scene scene = block_scene();
   MovedRegion top;
   top.name = "top";
-  top.where = scene.bodies[0].fixed[0];
+  top.where = scene.bodies[0].fixed[0].where;
   top.where.point_m = {0, 0.049, 0};
   top.where.normal = {0, -1, 0};
   top.path = {{0.035, {0, -0.07, 0}, 0}};

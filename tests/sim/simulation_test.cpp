@@ -29,7 +29,7 @@ Scene slab_scene() {
     end.kind = RegionKind::half_space;
     end.point_m = {side * 0.36, 0, 0};
     end.normal = {-side, 0, 0};
-    slab.fixed.push_back(end);
+    slab.fixed.push_back({end});
   }
   scene.bodies.push_back(slab);
   scene.gravity_m_s2 = {0, 0, 0};

@@ -99,7 +99,7 @@ TEST(TouchingBodies, OnlyWhereTheSceneSaysSo) {
   Scene scene = stack_scene();
   scene.bodies.resize(2);
   scene.bodies[0].fixed.push_back({});
-  scene.bodies[0].fixed[0].kind = RegionKind::half_space;
+  scene.bodies[0].fixed[0].where.kind = RegionKind::half_space;
   scene.obstacles.clear();
   const auto lowest = [](const Result& r) {
     float low = 1;

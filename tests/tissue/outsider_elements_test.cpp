@@ -22,7 +22,7 @@ Twisted twist(Index across, float angle_rad) {
   for (Index i = 0; i < lattice.node_count(); ++i) {
     const Vec3i n = lattice.nodes[at(i)];
     const float part = static_cast<float>(n.x) / static_cast<float>(5 * across);
-    if (n.x == 0 || n.x == 5 * across) lattice.fixed[at(i)] = 1;
+    if (n.x == 0 || n.x == 5 * across) lattice.fixed[at(i)] = kAllAxes;
     const Vec3f middle{0, side / 2, side / 2}, from = x[at(i)] - middle;
     x[at(i)] = middle + rotation_matrix(axis_angle({1, 0, 0}, part * angle_rad)) * from;
   }

@@ -315,10 +315,9 @@ CubeLattice cross_cut(const CubeLattice& whole) {
 }
 
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
-                const TledOptions& options, bool shares_nodes = false) {
+                const TledOptions& options) {
   HybridSlabs body(devices, lattice, elements, {&kMaterial, 1}, {}, options,
                    {.young_Pa = 3000, .half_width = 1}, 0);
-  if (shares_nodes) body.share_nodes();
   body.set_state(lattice.rest_positions_m(), wild(lattice));
   DeviceReplay replay;
   for (int k = 0; k < 3; ++k) replay.run(devices, [&] { body.step({.dt_s = body.stable_step_s()}, 5); });

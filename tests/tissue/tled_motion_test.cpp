@@ -146,7 +146,7 @@ TEST(Tled, MonitorSplitsTheStepsOfAStretchedCube) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
   CubeLattice lattice = box({3, 3, 3});
-  std::fill(lattice.fixed.begin(), lattice.fixed.end(), std::uint8_t{1});
+  std::fill(lattice.fixed.begin(), lattice.fixed.end(), kAllAxes);
   for (Index i = 0; i < lattice.node_count(); ++i) {
     const Vec3i n = lattice.nodes[at(i)];
     if (n.x % 3 != 0 && n.y % 3 != 0 && n.z % 3 != 0) lattice.fixed[at(i)] = 0;

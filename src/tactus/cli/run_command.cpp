@@ -140,6 +140,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     summary.add_strain(simulation);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
     if (!options.json_path.empty()) {
+      summary.probe_strains.push_back(simulation.probe_strains());
       summary.monitors.push_back(simulation.monitors());
       summary.motion_forces_N.push_back(simulation.motion_forces_N());
       summary.motion_torques_N_m.push_back(simulation.motion_torques_N_m());

@@ -34,7 +34,7 @@ void RunExplainer::note(const std::string& key, std::int64_t tick, double badnes
 void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecContext& ctx, std::int64_t tick) {
   const std::string head = "body '" + body.name() + "': ";
   const auto where = [&](Index cube) {
-    return body.cube_text(cube) + in_parentheses(body.acting_near(ctx, body.cube_center_m(cube)));
+    return body.cube_text(cube) + in_parentheses(body.acting_near(body.cube_center_m(cube)));
   };
   const auto depth_m = static_cast<double>(report.contact.max_depth_m);
   const std::string pressed = depth_m > 0 ? printed("; contact moved a node by up to %.4g m", depth_m) : "";
@@ -66,7 +66,7 @@ void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecConte
       const Index node = body.fastest_node();
       return head + body.node_text(node) +
              printed(" went at %.3g m/s, faster than waves, %.3g m/s", fastest, body.wave_m_s()) +
-             in_parentheses(body.acting_near(ctx, body.rest_m(node)));
+             in_parentheses(body.acting_near(body.rest_m(node)));
     });
   }
 }

@@ -45,6 +45,22 @@ nlohmann::json motions_json(const RunSummary& summary, std::size_t body,
   return json;
 }
 
+/// Strain and stress at a probe, over the frames.
+nlohmann::json strains_json(const RunSummary& summary, std::size_t probe) {
+  const auto components = [](const Mat3d& m) {
+    return nlohmann::json{m(0, 0), m(1, 1), m(2, 2), m(1, 2), m(2, 0), m(0, 1)};
+  };
+  nlohmann::json json;
+  for (const char* key : {"green_strain", "cauchy_stress_Pa", "von_mises_Pa"})
+    json[key] = nlohmann::json::array();
+  for (const std::vector<CubeStrain>& frame : summary.probe_strains) {
+    json["green_strain"].push_back(components(frame[probe].strain));
+    json["cauchy_stress_Pa"].push_back(components(frame[probe].stress_Pa));
+    json["von_mises_Pa"].push_back(frame[probe].von_mises_Pa());
+  }
+  return json;
+}
+
 /// What touched what, frame by frame.
 nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames) {
   const auto vector = [](Vec3f v) { return nlohmann::json{v.x, v.y, v.z}; };
@@ -67,6 +83,7 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
 void RunSummary::add(const StepReport& report) {
   ++frames;
   substeps = std::max(substeps, report.substeps);
+  settling_substeps += report.settling_substeps;
   max_vertices = std::max(max_vertices, report.hull.vertices);
   max_triangles = std::max(max_triangles, report.hull.triangles);
   rescued += report.contact.rescued;
@@ -104,9 +121,11 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
                          {"p99", simulation.timings().percentile_ms(stage, 99)}};
   }
-  json["counters"] = {{"bad_frames", summary.bad_frames},       {"open_frames", summary.open_frames},
-                      {"substeps", summary.substeps},           {"max_vertices", summary.max_vertices},
-                      {"max_triangles", summary.max_triangles}, {"rescued_nodes", summary.rescued}};
+  json["counters"] = {
+      {"bad_frames", summary.bad_frames},     {"open_frames", summary.open_frames},
+      {"substeps", summary.substeps},         {"settling_substeps", summary.settling_substeps},
+      {"max_vertices", summary.max_vertices}, {"max_triangles", summary.max_triangles},
+      {"rescued_nodes", summary.rescued}};
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const SoftBody& body = *simulation.bodies()[b];
     json["bodies"].push_back({{"name", body.name()},
@@ -129,6 +148,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     for (const std::vector<Vec3f>& frame : summary.probes)
       track.push_back({frame[p].x, frame[p].y, frame[p].z});
     json["probes"][scene.probes[p].name] = track;
+    json["probe_strains"][scene.probes[p].name] = strains_json(summary, p);
   }
   return json;
 }

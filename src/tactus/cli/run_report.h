@@ -10,7 +10,7 @@ namespace tactus {
 
 /// What the run found over all its frames.
 struct RunSummary {
-  int frames = 0, bad_frames = 0, substeps = 0;
+  int frames = 0, bad_frames = 0, substeps = 0, settling_substeps = 0;
   int open_frames = 0;  ///< whose surface had too little room: it is not closed
   Index max_vertices = 0, max_triangles = 0, rescued = 0;
   double max_force_N = 0, max_correction_m = 0;
@@ -20,6 +20,7 @@ struct RunSummary {
   std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
   std::vector<Notice> notices;                                      ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
+  std::vector<std::vector<CubeStrain>> probe_strains;               ///< likewise
   std::vector<std::vector<BodyMonitors>> monitors;                  ///< per frame and body
   std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;     ///< per frame, body and moved region
   std::vector<std::vector<std::vector<Vec3d>>> motion_torques_N_m;  ///< likewise

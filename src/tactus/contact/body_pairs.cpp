@@ -179,7 +179,7 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   point_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.points.size()));
   recorded_ = Buffer<Index>(ctx.device(), size_of(all.points));
   records_ = Buffer<ContactRecord>(ctx.device(), size_of(all.points));
-  totals_ = to_device(ctx, std::vector<ContactRecord>(bodies.size() * bodies.size()));
+  totals_ = to_device(ctx, std::vector<OwnerTotals>(bodies.size() * bodies.size()));
   moved_on_ = to_device(ctx, std::vector<ReactionSums>(bodies.size() * bodies.size()));
   begin_frame(ctx);
   ctx.synchronize();
@@ -232,15 +232,15 @@ void BodyPairs::end_frame(ExecContext& ctx) {
   }
 }
 
-std::vector<PairReaction> pair_reactions(std::span<const ContactRecord> totals, Index bodies,
+std::vector<PairReaction> pair_reactions(std::span<const OwnerTotals> totals, Index bodies,
                                          float dt_frame_s) {
   std::vector<PairReaction> all;
   for (Index a = 0; a < bodies; ++a) {
     for (Index b = 0; b < bodies; ++b) {
-      const ContactRecord &there = totals[at(a * bodies + b)], &back = totals[at(b * bodies + a)];
+      const OwnerTotals &there = totals[at(a * bodies + b)], &back = totals[at(b * bodies + a)];
       if (there.contacts + back.contacts == 0) continue;
-      const Vec3f impulse = there.impulse_N_s - back.impulse_N_s,
-                  moment = there.moment_N_m_s - back.moment_N_m_s;
+      const Vec3f impulse = there.impulse_N_s() - back.impulse_N_s(),
+                  moment = there.moment_N_m_s() - back.moment_N_m_s();
       all.push_back({a,
                      b,
                      {b, impulse / dt_frame_s, moment / dt_frame_s, impulse,

@@ -45,7 +45,7 @@ class BodyPairs {
   void end_frame(ExecContext& ctx);
   Index body_count() const { return bodies_.size(); }
   /// (bodies²) Sums of the frame that ended: at a bodies + b, what points of a did to b.
-  View<const ContactRecord> totals() const { return totals_.const_view(); }
+  View<const OwnerTotals> totals() const { return totals_.const_view(); }
 
  private:
   struct Builder;
@@ -72,13 +72,13 @@ class BodyPairs {
   Buffer<SelfSleep> group_sleep_, point_sleep_;
   Buffer<std::uint32_t> group_active_, row_weight_, cube_list_, next_, used_;
   Buffer<PairContact> contact_;
-  Buffer<ContactRecord> records_, totals_;
+  Buffer<ContactRecord> records_;
+  Buffer<OwnerTotals> totals_;
   Buffer<ReactionSums> moved_on_;
 };
 
 /// Of each pair of bodies that touched, both ways; what one did to the other is what that one did to it, with
 /// the other sign. @param totals BodyPairs::totals(), on the host
-std::vector<PairReaction> pair_reactions(std::span<const ContactRecord> totals, Index bodies,
-                                         float dt_frame_s);
+std::vector<PairReaction> pair_reactions(std::span<const OwnerTotals> totals, Index bodies, float dt_frame_s);
 
 }  // namespace tactus

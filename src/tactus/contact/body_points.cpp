@@ -14,7 +14,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
-                       float lattice_spacing_m, Index first_part)
+                       float lattice_spacing_m, Index first_part, std::span<const NodeShare> share)
     : lattice_spacing_m_(lattice_spacing_m), node_count_(node_count) {
   std::vector<Index> count(at(node_count));
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -28,13 +28,19 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
     }
   }
   std::vector<Index> nodes, first{0}, place(at(node_count)), row(at(node_count)), rows;
-  for (Index i = 0; i < node_count; ++i) {
-    if (count[at(i)] == 0) continue;
-    place[at(i)] = first.back();
-    row[at(i)] = static_cast<Index>(nodes.size());
-    nodes.push_back(i);
-    first.push_back(first.back() + count[at(i)]);
-  }
+  const auto add_rows = [&](NodeShare wanted) {
+    for (Index i = 0; i < node_count; ++i) {
+      if (count[at(i)] == 0 || (share.empty() ? NodeShare::own : share[at(i)]) != wanted) continue;
+      place[at(i)] = first.back();
+      row[at(i)] = static_cast<Index>(nodes.size());
+      nodes.push_back(i);
+      first.push_back(first.back() + count[at(i)]);
+    }
+    return static_cast<Index>(nodes.size());
+  };
+  own_rows_ = add_rows(NodeShare::own);
+  moved_rows_ = add_rows(NodeShare::copy);
+  add_rows(NodeShare::outside);
   std::vector<Index> incident(at(first.back()));
   for (std::size_t p = 0; p < points.size(); ++p) {
     for (int k = 0; k < 8; ++k) {
@@ -57,7 +63,7 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
   contact_ = Buffer<PointContact>(ctx.device(), n);
   records_ = Buffer<ContactRecord>(ctx.device(), n);
   node_weight_ = Buffer<std::uint32_t>(ctx.device(), static_cast<std::int64_t>(nodes.size()));
-  totals_ = Buffer<ContactRecord>(ctx.device(), kOwners);
+  totals_ = Buffer<OwnerTotals>(ctx.device(), kOwners);
   moved_on_ = Buffer<ReactionSums>(ctx.device(), kOwners);
   owner_used_ = Buffer<std::uint32_t>(ctx.device(), kOwners);
   make_blocks(ctx, points, first_part);
@@ -117,7 +123,7 @@ void BodyPoints::end_frame(ExecContext& ctx) {
 
 PointTable BodyPoints::table() const {
   return {points_.const_view(), nodes_.const_view(), first_.const_view(), incident_.const_view(),
-          rows_.const_view()};
+          rows_.const_view(),   own_rows_,           moved_rows_};
 }
 
 PointState BodyPoints::state() {

@@ -8,6 +8,7 @@
 #include "tactus/compute/exec_context.h"
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/geom/boundary_points.h"
+#include "tactus/geom/held_axes.h"
 
 namespace tactus {
 
@@ -20,10 +21,13 @@ struct ContactNodes {
   View<Vec3f> x_m;                 ///< positions, world [m]
   View<Vec3f> v_m_s;               ///< velocities [m/s]
   View<const float> mass_kg;       ///< [kg], > 0
-  View<const Index> held;          ///< != 0: contact doesn't move the node; or empty
+  View<const Index> held;          ///< HeldAxes, along which contact doesn't move the node; or empty
   View<const Index> stopped = {};  ///< (1) != 0: contact leaves the body alone; or empty
   TACTUS_HD bool has_stopped() const { return !stopped.empty() && stopped[0] != 0; }
-  TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] != 0; }
+  TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] == kAllAxes; }
+  TACTUS_HD Vec3f free_part(Index node, Vec3f v) const {
+    return held.empty() ? v : tactus::free_part(v, held[node]);
+  }
   TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
     const Vec3f base = x_m[p.node[0]];
     Vec3f sum{};
@@ -69,6 +73,18 @@ struct ContactRecord {
 struct ReactionSums {
   static constexpr float kUnit = 1.F / (1ULL << 40);
   std::uint64_t impulse[3], moment[3];
+  TACTUS_HD void add(Vec3f impulse_N_s, Vec3f moment_N_m_s) {
+    for (int a = 0; a < 3; ++a) {
+      impulse[a] += units(impulse_N_s[a]);
+      moment[a] += units(moment_N_m_s[a]);
+    }
+  }
+  TACTUS_HD void add(const ReactionSums& sums) {
+    for (int a = 0; a < 3; ++a) {
+      impulse[a] += sums.impulse[a];
+      moment[a] += sums.moment[a];
+    }
+  }
   TACTUS_HD void add_atomically(Vec3f impulse_N_s, Vec3f moment_N_m_s) {
     for (int a = 0; a < 3; ++a) {
       atomic_add(impulse[a], units(impulse_N_s[a]));
@@ -83,17 +99,48 @@ struct ReactionSums {
  private:
   TACTUS_HD static std::uint64_t units(float value) {
     constexpr float kMost = 4e6F;  // N s: 2^62 units
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(value, -kMost, kMost) / kUnit));
+    if (value != value) return 0;  // of a body that blew up
+    const float half = value < 0 ? -0.5F : 0.5F;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(value, -kMost, kMost) / kUnit + half));
+  }
+};
+
+/// What all points of a device did to an owner over a frame. Those of several devices add up in any order.
+struct OwnerTotals {
+  ReactionSums sums;
+  float max_depth_m;
+  Index contacts, rescued, owner;
+  Vec3f impulse_N_s() const { return ReactionSums::value(sums.impulse); }
+  Vec3f moment_N_m_s() const { return ReactionSums::value(sums.moment); }
+  TACTUS_HD void add(const OwnerTotals& t) {
+    sums.add(t.sums);
+    max_depth_m = max(max_depth_m, t.max_depth_m);
+    contacts += t.contacts;
+    rescued += t.rescued;
+  }
+  TACTUS_HD void add(const ContactRecord& r) {
+    sums.add(r.impulse_N_s, r.moment_N_m_s);
+    max_depth_m = max(max_depth_m, r.max_depth_m);
+    contacts += r.contacts;
+    rescued += r.rescued;
   }
 };
 
 /// Which points a node moves with: those of entries first[c] .. first[c + 1] of `incident`.
 struct PointTable {
   View<const EmbeddedPoint> points;
-  View<const Index> nodes;     ///< that move with any point: a row each
+  View<const Index> nodes;     ///< that move with any point: a row each, in the order of NodeShare
   View<const Index> first;     ///< (rows + 1)
   View<const Index> incident;  ///< 8 point + corner
   View<const Index> rows;      ///< at 8 point + corner: of that node; any, where its weight is 0
+  Index own = 0, moved = 0;    ///< so many of the first rows are NodeShare::own; or that or copy
+};
+
+/// What contact does with a node of a device that has a part of a body.
+enum class NodeShare : std::uint8_t {
+  own,      ///< moves it; what its points do is recorded here
+  copy,     ///< moves it, as its owner does: all points at this node, and all at theirs, are here
+  outside,  ///< lets it be: it is there for its points
 };
 
 /// Points are taken in blocks, so that those that are far from everything sleep together.
@@ -152,8 +199,9 @@ class BodyPoints {
   BodyPoints() = default;
   /// Synchronizes. @throws Error when a point names a node that is not there.
   /// @param first_part so many of the first points may be corrected without the others
+  /// @param share per node; empty: all are own. A point is recorded where its node[0] is own
   BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
-             float lattice_spacing_m, Index first_part = 0);
+             float lattice_spacing_m, Index first_part = 0, std::span<const NodeShare> share = {});
 
   Index count() const { return points_.size(); }
   Index node_count() const { return node_count_; }
@@ -166,7 +214,7 @@ class BodyPoints {
   Index first_blocks() const { return first_blocks_; }
   Index block_count() const { return block_pose_.size(); }
   /// (kOwners) Sums of the frame that ended.
-  View<const ContactRecord> totals() const { return totals_.const_view(); }
+  View<const OwnerTotals> totals() const { return totals_.const_view(); }
   void begin_frame(ExecContext& ctx);
   void end_frame(ExecContext& ctx);
   View<const Index> touching() const { return touching_.const_view(); }
@@ -177,7 +225,7 @@ class BodyPoints {
   void make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index first_part);
 
   float lattice_spacing_m_ = 0;
-  Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0;
+  Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0, own_rows_ = 0, moved_rows_ = 0;
   Buffer<EmbeddedPoint> points_;
   Buffer<Index> nodes_, first_, incident_, rows_, touching_, recorded_, searched_;
   Buffer<Index> block_first_, block_first_node_, block_nodes_, block_pose_;
@@ -187,7 +235,8 @@ class BodyPoints {
   Buffer<std::uint32_t> near_;
   Buffer<PointContact> contact_;
   Buffer<std::uint32_t> node_weight_, owner_used_;
-  Buffer<ContactRecord> records_, totals_;
+  Buffer<ContactRecord> records_;
+  Buffer<OwnerTotals> totals_;
   Buffer<ReactionSums> moved_on_;
 };
 

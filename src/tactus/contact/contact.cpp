@@ -61,7 +61,7 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& p
                               surface.samples(),
                               body,
                               4 * body.reach_m});
-  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.nodes.size()),
+  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
                    ApplyContacts{body, points.count(), poses, 1, times_});
 }
 
@@ -84,7 +84,7 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
                                 settings_.friction,
                                 kListMargin * surface.settings().sample_spacing_m,
                                 SubstepsTo{k, steps, times_.dt_s, times_.frame}});
-  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.nodes.size()),
+  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
                    ApplyContacts{body, end, poses, 0, times_});
 }
 
@@ -96,19 +96,20 @@ void ContactReport::add(const ContactReport& body) {
   rescued += body.rescued;
 }
 
-ContactReport contact_report(std::span<const ContactRecord> totals, float dt_frame_s, int substeps) {
+ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps) {
   ContactReport report;
   Index contacts = 0;
-  for (const ContactRecord& total : totals) {
+  for (const OwnerTotals& total : totals) {
     if (total.contacts + total.rescued == 0) continue;
-    report.owners.push_back({total.owner, total.impulse_N_s / dt_frame_s, total.moment_N_m_s / dt_frame_s,
-                             total.impulse_N_s, total.max_depth_m, total.contacts});
+    const Vec3f impulse_N_s = total.impulse_N_s(), moment_N_m_s = total.moment_N_m_s();
+    report.owners.push_back({total.owner, impulse_N_s / dt_frame_s, moment_N_m_s / dt_frame_s, impulse_N_s,
+                             total.max_depth_m, total.contacts});
     contacts += total.contacts;
     report.rescued += total.rescued;
     report.max_depth_m = max(report.max_depth_m, total.max_depth_m);
     if (total.owner >= kPieces) continue;  // an obstacle is not real
-    report.force_N += total.impulse_N_s / dt_frame_s;
-    report.torque_N_m += total.moment_N_m_s / dt_frame_s;
+    report.force_N += impulse_N_s / dt_frame_s;
+    report.torque_N_m += moment_N_m_s / dt_frame_s;
   }
   report.contacts_per_substep = substeps > 0 ? static_cast<double>(contacts) / substeps : 0;
   return report;

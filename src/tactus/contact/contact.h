@@ -81,6 +81,6 @@ class Contact {
 
 /// What a body did over the frame that ended. @param totals BodyPoints::totals(), on the host @param
 /// dt_frame_s what the impulses are divided by @param substeps calls of `correct`
-ContactReport contact_report(std::span<const ContactRecord> totals, float dt_frame_s, int substeps);
+ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps);
 
 }  // namespace tactus

@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
@@ -34,6 +35,8 @@ TACTUS_CUDA_KERNEL(tactus::FindContacts);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
 TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);
+TACTUS_CUDA_KERNEL(tactus::CopyElements<tactus::Vec3f>);
+TACTUS_CUDA_KERNEL(tactus::CopyElements<tactus::Vec3i>);
 TACTUS_CUDA_KERNEL(tactus::BoundPatches);
 TACTUS_CUDA_KERNEL(tactus::BoundBodies);
 TACTUS_CUDA_KERNEL(tactus::FindPairs);

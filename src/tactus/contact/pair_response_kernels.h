@@ -112,8 +112,8 @@ struct MovePairs {
       }
     }
     const float share = state.smallest_mass_kg / nodes.mass_kg[at.node];
-    nodes.v_m_s[at.node] += share * PairSum::value(sum.impulse, PairSum::kImpulse);
-    nodes.x_m[at.node] += share * PairSum::value(sum.shift, PairSum::kShift);
+    nodes.v_m_s[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.impulse, PairSum::kImpulse));
+    nodes.x_m[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.shift, PairSum::kShift));
   }
 };
 

@@ -172,13 +172,13 @@ struct ApplyContacts {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
-    const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.nodes.size() - first);
+    const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.moved - first);
     const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
     b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
       Vec3f impulse{}, push{};
       const Index end = body.table.first[first + g + 1];
       for (Index e = body.table.first[first + g] + lane; e < end; e += kLanes)
-        add_point(body.table.incident[e], impulse, push);
+        add_point(body.table.incident[e], first + g < body.table.own, impulse, push);
       s.impulse[g][lane] = impulse;
       s.push[g][lane] = push;
     });
@@ -188,14 +188,14 @@ struct ApplyContacts {
   }
 
  private:
-  TACTUS_HD void add_point(Index entry, Vec3f& impulse, Vec3f& push) const {
+  TACTUS_HD void add_point(Index entry, bool records, Vec3f& impulse, Vec3f& push) const {
     const Index i = entry / 8, corner = entry % 8;
     if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
     const float mass = 1.F / inverse_mass(i), share = mass * body.table.points[i].weight[corner];
     const PointContact& contact = body.state.contact[i];
     impulse += share * contact.kick_m_s;
     push += share * contact.push_m;
-    if (corner == 0) note(i, contact, -mass * contact.kick_m_s);
+    if (corner == 0 && records) note(i, contact, -mass * contact.kick_m_s);
   }
   TACTUS_HD void move(Index row, const Vec3f* impulses, const Vec3f* pushes) const {
     const Index node = body.table.nodes[row];
@@ -206,17 +206,17 @@ struct ApplyContacts {
       push += pushes[lane];
     }
     const float inverse = 1.F / body.nodes.mass_kg[node];
-    body.nodes.v_m_s[node] += inverse * impulse;
-    body.nodes.x_m[node] += inverse * push;
+    body.nodes.v_m_s[node] += body.nodes.free_part(node, inverse * impulse);
+    body.nodes.x_m[node] += body.nodes.free_part(node, inverse * push);
   }
-  /// D of a point; what is held doesn't move. Some node is not held (FindContacts). Without branches: all is
-  /// read at once.
+  /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
+  /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
+  /// Without branches: all is read at once.
   TACTUS_HD float inverse_mass(Index i) const {
     const EmbeddedPoint& p = body.table.points[i];
     float sum = 0;
     for (int k = 0; k < 8; ++k) {
-      const float weight = body.nodes.is_held(p.node[k]) ? 0.F : abs(p.weight[k]);
-      sum += weight * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
+      sum += abs(p.weight[k]) * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
              body.nodes.mass_kg[p.node[k]];
     }
     return sum;
@@ -315,37 +315,36 @@ struct DeepRescue {
   }
 };
 
-/// Sums the records of each owner by one fixed tree, on every device the same. Block: owner.
+/// Sums the records of each owner, as integers. Block: owner.
 struct SumRecords {
   static constexpr int kThreads = 256, kStrips = 16, kStrip = kThreads / kStrips;
   View<const Index> recorded;
   View<const ContactRecord> records;
   View<ReactionSums> moved_on;
   View<std::uint32_t> owner_used;
-  View<ContactRecord> totals;  ///< (kOwners)
+  View<OwnerTotals> totals;  ///< (kOwners)
   struct Shared {
-    ContactRecord of_thread[kThreads], of_strip[kStrips];
+    OwnerTotals of_thread[kThreads], of_strip[kStrips];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index owner = b.index(), count = owner_used[owner] != 0U ? recorded.size() : 0;
     b.for_each_thread([&](int t) {
-      ContactRecord sum{};
+      OwnerTotals sum{};
       for (Index i = t; i < count; i += kThreads) {
         if (recorded[i] != 0 && records[i].owner == owner) sum.add(records[i]);
       }
       s.of_thread[t] = sum;
     });
     b.for_threads(kStrips, [&](int strip) {
-      ContactRecord sum{};
+      OwnerTotals sum{};
       for (int t = strip * kStrip; t < (strip + 1) * kStrip; ++t) sum.add(s.of_thread[t]);
       s.of_strip[strip] = sum;
     });
     b.on_one_thread([&] {
-      ContactRecord sum{};
-      for (const ContactRecord& strip : s.of_strip) sum.add(strip);
-      sum.impulse_N_s += ReactionSums::value(moved_on[owner].impulse);
-      sum.moment_N_m_s += ReactionSums::value(moved_on[owner].moment);
+      OwnerTotals sum{};
+      for (const OwnerTotals& strip : s.of_strip) sum.add(strip);
+      sum.sums.add(moved_on[owner]);
       sum.owner = owner;
       totals[owner] = sum;
       moved_on[owner] = {};

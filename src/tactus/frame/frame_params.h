@@ -17,6 +17,7 @@ struct FrameParams {
   /// Done before the block of substeps that runs. A kernel recorded as substep k of a block works on substep
   /// `done` + k.
   Index done = 0;
+  Index settles = 0;  ///< 1: bodies come to rest, and time stands for all that moves and loads them
   Index part = 0;  ///< of the frame, where it is run in parts: what is summed over a frame begins at part 0
 };
 
@@ -48,6 +49,7 @@ struct StepTime {
     return (ahead_s / (1 + 0.5F * ahead_s * dt_s_of_v * dot(spin_rad_s, spin_rad_s))) * spin_rad_s;
   }
   TACTUS_HD bool stands_still() const { return dt_s == 0.F; }
+  TACTUS_HD bool settles() const { return !frame.empty() && frame[0].settles != 0; }
 };
 
 /// A force that was found where a body will be a little later, which has turned by a small angle until then.

@@ -262,11 +262,15 @@ double CubeLattice::mass_kg() const {
   return sum;
 }
 
+bool CubeLattice::has_rollers() const {
+  return std::any_of(fixed.begin(), fixed.end(), [](HeldAxes held) { return held != 0 && held != kAllAxes; });
+}
+
 Index CubeLattice::fix_where(const std::function<bool(Vec3f)>& predicate) {
   Index count = 0;
   for (Index i = 0; i < node_count(); ++i) {
-    if (predicate(rest_m(i))) fixed[at(i)] = 1;
-    count += fixed[at(i)];
+    if (predicate(rest_m(i))) fixed[at(i)] = kAllAxes;
+    count += fixed[at(i)] == kAllAxes ? 1 : 0;
   }
   return count;
 }

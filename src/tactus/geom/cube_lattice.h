@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/geom/held_axes.h"
 #include "tactus/geom/label_volume.h"
 #include "tactus/geom/mesh.h"
 #include "tactus/geom/point_in_mesh.h"
@@ -43,7 +44,7 @@ struct CubeLattice {
   std::vector<float> cube_fill;  ///< share of each cube that is solid, 0 (no cube) to 1; empty: all of it
   std::vector<float> cube_mass_kg;
   std::vector<float> node_mass_kg;   ///< an eighth of every adjacent cube
-  std::vector<std::uint8_t> fixed;   ///< per node: 1 = does not move
+  std::vector<HeldAxes> fixed;       ///< per node: the axes along which it does not move
   std::vector<CubeCopy> copies;      ///< the last cubes
   std::vector<Index> virtual_nodes;  ///< the last nodes: per node the regular one it was split from; -1: room
 
@@ -63,7 +64,10 @@ struct CubeLattice {
   void fill_by_distance(const std::vector<float>& node_distance_m);
   static constexpr float kSmallestFill = 1.F / 16;
 
-  /// Fixes the nodes whose rest position satisfies the predicate. @returns how many are fixed now.
+  /// Whether some node is held along some axes only.
+  bool has_rollers() const;
+  /// Fixes the nodes whose rest position satisfies the predicate. @returns how many are fixed now, along all
+  /// axes.
   Index fix_where(const std::function<bool(Vec3f)>& predicate);
   /// Nodes with dot(normal, x - point) <= 0.
   Index fix_half_space(Vec3f point_m, Vec3f normal);

@@ -144,7 +144,7 @@ void add_room(CubeLattice& lattice, PatchRoom room) {
   while (static_cast<Index>(lattice.virtual_nodes.size()) < room.nodes) {
     lattice.virtual_nodes.push_back(-1);
     lattice.nodes.push_back(lattice.nodes[0]);
-    lattice.fixed.push_back(1);
+    lattice.fixed.push_back(kAllAxes);
   }
 }
 

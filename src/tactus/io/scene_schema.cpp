@@ -2,40 +2,13 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
-#include "tactus/io/field_visitor.h"
+#include "tactus/io/region_schema.h"
 
 namespace tactus {
 namespace {
 
-constexpr Presence kRequired = Presence::required;
 /// The built-in figures.
 const std::vector<std::string> kFigures = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
-
-constexpr Range kPosition{"m", -1000, 1000};
-
-/// Adds an element to a list of the scene; its description is used before the next is added.
-template <class T>
-FieldVisitor::Append appender(std::vector<T>& items, void (*describe)(FieldVisitor&, T&)) {
-  return [&items, describe]() -> FieldVisitor::Describe {
-    T& item = items.emplace_back();
-    return [&item, describe](FieldVisitor& v) { describe(v, item); };
-  };
-}
-
-/// Beyond 0.499 explicit steps become hopelessly small.
-constexpr Range kPoisson{"", -0.99, 0.499};
-
-Range positive(const char* unit, double max) { return {unit, 0, max, true}; }
-
-/// A name that files are called by, or results: it must stay in its folder and on its line.
-void describe_name(FieldVisitor& v, const Field& field, std::string& name) {
-  v.text(field, name);
-  constexpr std::size_t kMaxBytes = 100;  // file systems allow 255, and frame numbers follow
-  const bool dots = name == "." || name == "..", slash = name.find('/') != std::string::npos;
-  v.check(!dots && !slash && name.size() <= kMaxBytes, field.name,
-          "'" + std::string(field.name) + "' is '" + name.substr(0, kMaxBytes) +
-              "', expected a name of at most 100 bytes that a file can have: not . or .., and without '/'");
-}
 
 void describe_box(FieldVisitor& v, BoxRegion& box) {
   v.vector({"min_m", "corner with the smallest coordinates", kRequired}, box.min_m, kPosition);
@@ -155,8 +128,11 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
          positive("kg/m^3", 30000));
   v.real({"damping", "part of critical damping of the fastest vibration; rigid motion is not damped"},
          m.damping, {"", 0, 0.7});
-  v.real({"drag_per_s", "slows all motion, falling too; vibrations fade as exp(-drag_per_s t / 2)"},
-         m.drag_per_s, {"1/s", 0, 1000});
+  v.real(
+      {"drag_per_s",
+       "damping proportional to mass: slows all motion, falling too; whatever swings fades as "
+       "exp(-drag_per_s t / 2). For slow swings, which `damping`, proportional to stiffness, leaves alone"},
+      m.drag_per_s, {"1/s", 0, 1000});
   v.choice(
       {"kappa", "`material`: stiffness from E, whatever the step; `paper`: as printed, it follows the step"},
       m.kappa, {{"material", Stiffness::material}, {"paper", Stiffness::paper}});
@@ -195,118 +171,6 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
   v.check(dot(m.fibre, m.fibre) > 0, "fibre", "'fibre' is zero, expected a direction");
 }
 
-void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame) {
-  v.choice({"frame", "`body`: the shape's own coordinates, before placement; `world`: after"}, frame,
-           {{"body", CoordinateFrame::body}, {"world", CoordinateFrame::world}});
-}
-
-void describe_region(FieldVisitor& v, SpaceRegion& r) {
-  v.choice({"kind",
-            "`box`, `sphere`, `half_space`: everything behind a plane; `label`: cubes mostly of these labels "
-            "(bodies of "
-            "a label volume)",
-            kRequired},
-           r.kind,
-           {{"box", RegionKind::box},
-            {"sphere", RegionKind::sphere},
-            {"half_space", RegionKind::half_space},
-            {"label", RegionKind::label}});
-  describe_frame_of(v, r.frame);
-  v.vector({"min_m", "box: corner with the smallest coordinates"}, r.box.min_m, kPosition);
-  v.vector({"max_m", "box: corner with the largest coordinates"}, r.box.max_m, kPosition);
-  v.vector({"center_m", "sphere: its centre"}, r.center_m, kPosition);
-  v.real({"radius_m", "sphere: its radius"}, r.radius_m, positive("m", 1000));
-  v.vector({"point_m", "half_space: a point on the plane"}, r.point_m, kPosition);
-  v.vector({"normal", "half_space: points out of the region"}, r.normal, {"", -1000, 1000});
-  v.integers({"labels", "label: which"}, r.labels, {"", 1, 255});
-  const bool box = r.kind == RegionKind::box, half_space = r.kind == RegionKind::half_space;
-  for (const char* key : {"min_m", "max_m"}) v.only_when(box, key, "'kind' is box");
-  for (const char* key : {"center_m", "radius_m"})
-    v.only_when(r.kind == RegionKind::sphere, key, "'kind' is sphere");
-  for (const char* key : {"point_m", "normal"}) v.only_when(half_space, key, "'kind' is half_space");
-  v.only_when(r.kind == RegionKind::label, "labels", "'kind' is label");
-  v.only_when(r.kind != RegionKind::label, "frame", "'kind' is box, sphere or half_space");
-  v.check(r.kind != RegionKind::label || !r.labels.empty(), "labels",
-          "a region of kind label lacks the key 'labels', such as [1, 2]");
-  const Vec3d extent = r.box.max_m - r.box.min_m;
-  v.check(!box || (extent.x > 0 && extent.y > 0 && extent.z > 0), "max_m",
-          "a box needs 'min_m' and 'max_m' with 'max_m' larger along x, y and z");
-  v.check(!half_space || dot(r.normal, r.normal) > 0, "normal", "'normal' is zero, expected a direction");
-}
-
-void describe_painted(FieldVisitor& v, PaintedRegion& r) {
-  describe_name(v, {"name", "for messages and pictures"}, r.name);
-  describe_region(v, r.where);
-  v.choice({"model", "hybrid bodies: what deforms these cubes"}, r.model,
-           {{"unchanged", RegionModel::unchanged}, {"flsm", RegionModel::flsm}, {"tled", RegionModel::tled}});
-  v.real_or_auto({"young_modulus_pa", "stiffness E of the elements here"}, r.young_modulus_pa,
-                 positive("Pa", 1e9), "the body's");
-  v.real_or_auto({"poisson_ratio", "nu of the elements here"}, r.poisson_ratio, kPoisson, "the body's");
-  v.real_or_auto({"density_kg_m3", "mass per volume here"}, r.density_kg_m3, positive("kg/m^3", 30000),
-                 "the body's");
-}
-
-/// Times must increase: which keyframe of a list doesn't.
-template <class Key>
-void check_times(FieldVisitor& v, const char* key, const std::vector<Key>& keys) {
-  for (std::size_t k = 1; k < keys.size(); ++k)
-    v.check(keys[k].time_s > keys[k - 1].time_s, key,
-            "'" + std::string(key) + "[" + std::to_string(k) + "].time_s' is " + number_text(keys[k].time_s) +
-                ", expected more than the " + number_text(keys[k - 1].time_s) + " before it");
-}
-
-void describe_motion_key(FieldVisitor& v, MotionKeyDescription& k) {
-  v.real({"time_s", "since the first frame", kRequired}, k.time_s, {"s", 0, 1e6});
-  v.vector({"displacement_m", "from rest, world axes"}, k.displacement_m, kPosition);
-  v.real({"angle_deg", "from rest, about `axis` through `pivot_m`; more than a turn is fine"}, k.angle_deg,
-         {"deg", -360000, 360000});
-}
-
-void describe_moved(FieldVisitor& v, MovedRegion& m) {
-  describe_name(v, {"name", "for messages and results"}, m.name);
-  describe_region(v, m.where);
-  v.list({"path", "where it goes: keyframes, linear in between; from rest at 0 s; the last one holds",
-          kRequired},
-         appender(m.path, describe_motion_key));
-  v.vector({"axis", "of the angles, world axes"}, m.axis, {"", -1000, 1000});
-  v.vector_or_auto({"pivot_m", "a point on that axis, in `frame`"}, m.pivot_m, kPosition,
-                   "the middle of the nodes");
-  v.real_or_auto({"release_s", "its nodes are free from then on"}, m.release_s, positive("s", 1e6), "never");
-  v.check(!m.path.empty(), "path", "'path' has no keyframe, expected at least one");
-  check_times(v, "path", m.path);
-  const bool at_once = !m.path.empty() && m.path.front().time_s == 0 &&
-                       (length(m.path.front().displacement_m) > 0 || m.path.front().angle_deg != 0);
-  v.check(!at_once, "path",
-          "'path[0]' moves its nodes at 0 s, all at once; expected a later 'time_s', or no displacement");
-  v.check(length(m.axis) > 0, "axis", "'axis' is zero, expected a direction");
-}
-
-void describe_load_key(FieldVisitor& v, LoadKeyDescription& k) {
-  v.real({"time_s", "since the first frame", kRequired}, k.time_s, {"s", 0, 1e6});
-  v.real({"factor", "times the load", kRequired}, k.factor, {"", -1e6, 1e6});
-}
-
-void describe_load(FieldVisitor& v, LoadedRegion& l) {
-  constexpr Range kForce{"N", -1e9, 1e9}, kStress{"Pa", -1e9, 1e9};
-  describe_name(v, {"name", "for messages"}, l.name);
-  describe_region(v, l.where);
-  v.vector_or_auto({"force_n", "in all, shared by area; its direction stays"}, l.force_n, kForce, "none");
-  v.vector_or_auto({"traction_pa", "force per area at rest; its direction stays"}, l.traction_pa, kStress,
-                   "none");
-  v.real_or_auto({"pressure_pa", "into the body, wherever its surface faces; negative pulls"}, l.pressure_pa,
-                 kStress, "none");
-  v.list(
-      {"over_time", "keyframes of a factor, linear in between, the first and last hold (default: always 1)"},
-      appender(l.over_time, describe_load_key));
-  const int given = (l.force_n ? 1 : 0) + (l.traction_pa ? 1 : 0) + (l.pressure_pa ? 1 : 0);
-  v.check(given == 1, "kind",
-          "a load has " + std::to_string(given) +
-              " of the keys 'force_n', 'traction_pa' and 'pressure_pa', expected one of them");
-  v.check(l.where.kind != RegionKind::label, "kind",
-          "'kind' is label, but loads lie on the surface; expected box, sphere or half_space");
-  check_times(v, "over_time", l.over_time);
-}
-
 void describe_ratio(FieldVisitor& v, RatioDescription& r) {
   v.real({"tled", "share of nodes that are elements', at the low end of the axis", kRequired}, r.tled,
          {"", 0, 1000});
@@ -338,7 +202,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             b.matching_every, {"", 1, 64});
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
          appender(b.regions, describe_painted));
-  v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_region));
+  v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_fixed));
   v.list({"moved", "regions whose lattice nodes follow a given motion; contact doesn't move them"},
          appender(b.moved, describe_moved));
   v.list({"loads", "regions of the surface that forces or pressures act on"},
@@ -356,7 +220,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
           "a region has a 'model', which is for when 'material.model' is hybrid");
   const auto labelled = [](const SpaceRegion& r) { return r.kind == RegionKind::label; };
   const bool by_label =
-      std::any_of(b.fixed.begin(), b.fixed.end(), labelled) ||
+      std::any_of(b.fixed.begin(), b.fixed.end(), [&](const FixedRegion& r) { return labelled(r.where); }) ||
       std::any_of(b.moved.begin(), b.moved.end(), [&](const MovedRegion& r) { return labelled(r.where); }) ||
       std::any_of(b.regions.begin(), b.regions.end(),
                   [&](const PaintedRegion& r) { return labelled(r.where); });
@@ -397,6 +261,12 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {
+  v.choice(
+      {"start",
+       "`settled`: bodies begin at rest under gravity and loads as they are at 0 s, found by dynamic "
+       "relaxation until a thousandth of their force is left; time doesn't pass, and stresses that relax "
+       "have"},
+      f.start, {{"undeformed", FrameStart::undeformed}, {"settled", FrameStart::settled}});
   v.real({"max_dt_s", "no frame simulates more time, however late its images come"}, f.max_dt_s,
          positive("s", 1));
   v.real_or_auto({"dt_s", "simulated time per frame"}, f.dt_s, positive("s", 1),

@@ -186,8 +186,9 @@ std::string find_data(const std::string& path, const std::string& beside) {
   const auto there = [](const fs::path& p) {
     const std::string text = p.string();
     const auto percent = text.find('%');
-    return percent == std::string::npos ? fs::exists(p)
-                                        : fs::exists(fs::path(text.substr(0, percent)).parent_path());
+    if (percent == std::string::npos) return fs::exists(p);
+    const fs::path of_numbered = fs::path(text.substr(0, percent)).parent_path();
+    return of_numbered.empty() || fs::exists(of_numbered);
   };
   if (wanted.is_absolute()) {
     if (there(wanted)) return path;

@@ -41,6 +41,54 @@ Vec3f BodyPoint::position_m(std::span<const Vec3f> node_x_m) const {
   return x;
 }
 
+CubeStrain StrainAtPoint::mean(std::span<const CubeStrain> of_cubes) const {
+  CubeStrain sum{{}, {}, 0};
+  for (std::size_t k = 0; k < cubes.size(); ++k) {
+    sum.strain = sum.strain + strain_weight[k] * of_cubes[k].strain;
+    sum.stress_Pa = sum.stress_Pa + stress_weight[k] * of_cubes[k].stress_Pa;
+    sum.J += strain_weight[k] * of_cubes[k].J;
+  }
+  return sum;
+}
+
+StrainAtPoint strain_at_point(const BodyShape& shape, const BodyPoint& point) {
+  const CubeLattice& lattice = shape.lattice;
+  StrainAtPoint at;
+  std::vector<std::vector<std::pair<std::size_t, double>>> of_node(8);  // cubes round it, fill
+  for (Index c = 0; c < lattice.regular_cubes(); ++c) {
+    const auto& corners = lattice.cube_nodes[static_cast<std::size_t>(c)];
+    bool is_near = false;
+    for (std::size_t q = 0; q < 8; ++q) {
+      if (std::find(corners.begin(), corners.end(), point.nodes[q]) == corners.end()) continue;
+      const float fill = lattice.cube_fill.empty() ? 1.F : lattice.cube_fill[static_cast<std::size_t>(c)];
+      of_node[q].emplace_back(at.cubes.size(), double{fill});
+      is_near = true;
+    }
+    if (is_near) at.cubes.push_back(c);
+  }
+  const auto is_element = [&](std::size_t k) {
+    return shape.elements.empty() || shape.elements[static_cast<std::size_t>(at.cubes[k])] != 0;
+  };
+  const auto weights = [&](auto&& counts) {
+    std::vector<double> weight(at.cubes.size());
+    double all = 0;
+    for (std::size_t q = 0; q < 8; ++q) {
+      double of_point = 1, sum = 0;
+      for (int a = 0; a < 3; ++a)
+        of_point *= (q >> a & 1) != 0 ? double{point.local[a]} : 1 - double{point.local[a]};
+      for (const auto& [k, fill] : of_node[q]) sum += counts(k) ? fill : 0;
+      if (!(sum > 0)) continue;
+      all += of_point;
+      for (const auto& [k, fill] : of_node[q]) weight[k] += counts(k) ? of_point * fill / sum : 0;
+    }
+    for (double& w : weight) w /= all > 0 ? all : 1;
+    return weight;
+  };
+  at.strain_weight = weights([](std::size_t) { return true; });
+  at.stress_weight = weights(is_element);
+  return at;
+}
+
 PointInBody place_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m) {
   PointInBody result;
   if (!PointInMesh(shape.surface_m, fill).inside(rest_m)) {

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "tactus/sim/body_shape.h"
+#include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embed_kernels.h"
 
 namespace tactus {
@@ -16,6 +17,17 @@ struct BodyPoint {
   /// Trilinear in the cube's nodes [P 15].
   Vec3f position_m(std::span<const Vec3f> node_x_m) const;
 };
+
+/// Means over cubes, which are strained at their centres, for a point: from cubes to their nodes, by their
+/// fill, and from nodes to the point as its position. Stress is of elements alone.
+struct StrainAtPoint {
+  std::vector<Index> cubes;
+  std::vector<double> strain_weight, stress_weight;  ///< each of sum 1; stress 0 where there is no element
+
+  /// @param of_cubes strains of `cubes`, in their order
+  CubeStrain mean(std::span<const CubeStrain> of_cubes) const;
+};
+StrainAtPoint strain_at_point(const BodyShape& shape, const BodyPoint& point);
 
 /// What keeps a point out of a body.
 struct OutsideBody {

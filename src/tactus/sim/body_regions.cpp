@@ -29,7 +29,7 @@ RegionFinder::RegionFinder(const BodyDescription& body, const BodyAssets& assets
                            const std::function<std::set<std::uint8_t>(const LabelVolume&)>& solid)
     : body_(body), lattice_(lattice) {
   const auto region_by_label = [](const auto& r) { return by_label(r.where); };
-  if (std::none_of(body.fixed.begin(), body.fixed.end(), by_label) &&
+  if (std::none_of(body.fixed.begin(), body.fixed.end(), region_by_label) &&
       std::none_of(body.moved.begin(), body.moved.end(), region_by_label) &&
       std::none_of(body.regions.begin(), body.regions.end(), region_by_label))
     return;
@@ -70,9 +70,9 @@ std::string RegionFinder::hint(const SpaceRegion& region) const {
 
 void fix_nodes(const BodyDescription& body, const RegionFinder& finder, BodyShape& shape) {
   std::size_t fixed = 0;
-  for (const SpaceRegion& region : body.fixed) {
-    const std::vector<Index> nodes = finder.nodes_in(region);
-    for (const Index node : nodes) shape.lattice.fixed[static_cast<std::size_t>(node)] = 1;
+  for (const FixedRegion& region : body.fixed) {
+    const std::vector<Index> nodes = finder.nodes_in(region.where);
+    for (const Index node : nodes) shape.lattice.fixed[static_cast<std::size_t>(node)] |= region.axes;
     fixed += nodes.size();
   }
   if (!body.fixed.empty() && fixed == 0)

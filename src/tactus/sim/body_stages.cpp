@@ -3,8 +3,8 @@
 
 namespace tactus {
 
-void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& contact,
-                          const RealSurface& surface, const Obstacles& obstacles, Vec3f gravity_m_s2) {
+void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
+                          Vec3f gravity_m_s2) {
   ExecContext& ctx = devices_.context(0);
   const HybridStep step{.gravity_m_s2 = gravity_m_s2,
                         .drag_per_s = static_cast<float>(description_.material.drag_per_s),
@@ -25,7 +25,7 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, Contact& conta
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
                 .submit = [this, step](BlockPlace at) { tissue_.substep(step, at.substep, at.count); }});
-  if (points_.count() > 0) add_contact_stages(schedule, readback, contact, surface, obstacles);
+  if (points_.count() > 0) add_contact_stages(schedule, readback, world);
   const bool acted_on = !is_untouched() || !shape_.motions.empty() || !shape_.loads.empty();
   if (acted_on)
     schedule.add({.name = stage("watch"),
@@ -61,28 +61,24 @@ void SoftBody::begin_stage(ExecContext& ctx) {
 
 /// Where shape matching goes several substeps at once, the points that it alone moves touch once for all of
 /// them, where the surface will be at their end.
-void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contact& contact,
-                                  const RealSurface& surface, const Obstacles& obstacles) {
-  ExecContext& ctx = devices_.context(0);
+void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world) {
   const Resource records = stage("contact records");
   schedule.add({.name = stage("rescue"),
                 .timed_as = "begin",
                 .rate = Rate::before,
+                .devices = stage_devices(),
                 .updates = {nodes_resource(), records},
                 .reads = {"contact/poses"},
-                .submit = [this, &ctx, &contact, &surface](BlockPlace) {
-                  points_.begin_frame(ctx);
-                  contact.rescue(ctx, surface, points_, contact_nodes());
-                }});
+                .submit = [this, &world](BlockPlace) { points_.begin_frame(world); }});
   const auto add = [&](const char* what, PointPart part, int steps) {
     schedule.add({.name = stage(what),
                   .timed_as = "bodies",
                   .rate = Rate::substep,
                   .every = steps,
+                  .devices = stage_devices(),
                   .updates = {nodes_resource(), records},
-                  .submit = [this, &ctx, &contact, &surface, &obstacles, part, steps](BlockPlace at) {
-                    contact.correct(ctx, surface, obstacles.view(), points_, contact_nodes(), at.substep,
-                                    steps, part);
+                  .submit = [this, &world, part, steps](BlockPlace at) {
+                    points_.correct(world, at.substep, steps, part);
                   }});
   };
   if (matching_every() == 1) {
@@ -94,20 +90,16 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
   schedule.add({.name = stage("contact sums"),
                 .timed_as = "end",
                 .rate = Rate::after,
+                .devices = stage_devices(),
                 .writes = {contact_resource()},
                 .updates = {records},
-                .submit = [this, &ctx](BlockPlace) { points_.end_frame(ctx); }});
-  contact_report_ = readback.add(points_.totals());
+                .submit = [this](BlockPlace) { points_.end_frame(); }});
+  points_.add_reports(readback);
 }
 
 ContactReport SoftBody::contact(const Readback& readback, float dt_frame_s, int substeps) const {
   if (points_.count() == 0) return {};
-  return contact_report(readback.get<ContactRecord>(contact_report_), dt_frame_s, substeps);
-}
-
-ContactNodes SoftBody::contact_nodes() {
-  BodyState& state = tissue_.body();
-  return {state.x_m.view(), state.v_m_s.view(), mass_kg_.const_view(), tissue_.boundary().held()};
+  return contact_report(points_.totals(readback), dt_frame_s, substeps);
 }
 
 }  // namespace tactus

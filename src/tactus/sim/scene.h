@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/geom/held_axes.h"
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/tled/elastic_material.h"
 
@@ -175,6 +176,12 @@ struct LoadedRegion {
   std::vector<LoadKeyDescription> over_time;  ///< empty: all of it, always
 };
 
+/// Nodes that are held along some axes of the world: all of them, or a roller or a plane of symmetry.
+struct FixedRegion {
+  SpaceRegion where;
+  HeldAxes axes = kAllAxes;
+};
+
 struct BodyDescription {
   std::string name;
   ShapeDescription shape;
@@ -185,7 +192,7 @@ struct BodyDescription {
   bool contact = true;                    ///< the real surface pushes it
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   std::vector<PaintedRegion> regions;
-  std::vector<SpaceRegion> fixed;     ///< where lattice nodes don't move
+  std::vector<FixedRegion> fixed;     ///< where lattice nodes don't move
   std::vector<MovedRegion> moved;     ///< where they follow a given motion
   std::vector<LoadedRegion> loads;    ///< on the surface
   Vec3d colour = {0.84, 0.42, 0.36};  ///< sRGB, 0..1
@@ -214,7 +221,11 @@ struct ContactDescription {
   bool self = false;                       ///< each body touches itself
 };
 
+/// How bodies are before the first frame: as built, or at rest under gravity and loads.
+enum class FrameStart : std::uint8_t { undeformed, settled };
+
 struct FrameDescription {
+  FrameStart start = FrameStart::undeformed;
   std::optional<double> dt_s;   ///< simulated time per frame; none: the time between frame sets
   double max_dt_s = 0.25;       ///< no frame simulates more
   std::optional<int> substeps;  ///< none: as many as the bodies' stable step asks for

@@ -73,6 +73,21 @@ std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const
   return all;
 }
 
+/// Such bodies are on the first device.
+bool touches_bodies(const Scene& scene, const BodyDescription& body) {
+  const auto count = std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                                   [](const BodyDescription& b) { return b.contact; });
+  return body.contact && (scene.contact.self || (scene.contact.bodies && count > 1));
+}
+
+/// The first so many, as bodies that may be touched take them.
+int devices_that_touch(const std::vector<std::unique_ptr<SoftBody>>& bodies) {
+  int count = 1;
+  for (const auto& body : bodies)
+    if (!body->is_untouched()) count = std::max(count, body->device_count());
+  return count;
+}
+
 void add(OwnerReaction& sum, const OwnerReaction& r) {
   sum.force_N += r.force_N;
   sum.torque_N_m += r.torque_N_m;
@@ -92,22 +107,24 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       normals_(devices.device(0), hull_.mesh().positions_m.size()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, hull_)),
-      surface_(devices.device(0), surface_settings(hull_.mesh(), sample_spacing_m_)),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
-          bodies.push_back(std::make_unique<SoftBody>(devices, body, assets));
+          bodies.push_back(std::make_unique<SoftBody>(devices, body, assets, touches_bodies(scene, body)));
         }
         return bodies;
       }()),
-      obstacles_(devices.context(0), obstacle_descriptions(scene, assets), sample_spacing_m_),
-      contact_(devices.device(0), {.restitution = static_cast<float>(scene.contact.restitution),
-                                   .friction = static_cast<float>(scene.contact.friction)}),
+      world_(devices, devices_that_touch(bodies_), surface_settings(hull_.mesh(), sample_spacing_m_),
+             {.restitution = static_cast<float>(scene.contact.restitution),
+              .friction = static_cast<float>(scene.contact.friction)},
+             obstacle_descriptions(scene, assets)),
       touching_(devices.context(0), bodies_, scene.contact),
       readback_(devices),
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
+      is_settled_(scene.frame.start == FrameStart::undeformed),
       timings_(scene.output.trace) {
+  check_settles();
   if (scene.reconstruction.repair_masks)
     view_scores_.emplace(devices.context(0), rig.cameras,
                          ViewScoreOptions{.workspace_m = hull_options(scene, rig).workspace_m});
@@ -117,7 +134,6 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
-  surface_.clear(devices_.context(0));
   add_stages();
   schedule_.close();
   devices_.synchronize();
@@ -140,12 +156,12 @@ void Simulation::add_probe(const ProbeDescription& probe) {
                       vec_text(in_body ? body->placement.to_body(nearest_m) : nearest_m) +
                       " (frame: " + (in_body ? "body" : "world") + ")");
   }
-  probes_.push_back({index, embedded.point});
+  probes_.push_back({index, embedded.point, strain_at_point(bodies_[index]->shape(), embedded.point)});
 }
 
 void Simulation::add_stages() {
   ExecContext& ctx = devices_.context(0);
-  const View<const FrameParams> frame = schedule_.frame().view(0);
+  const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
   for (Stage& stage : hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); }))
     schedule_.add(std::move(stage));
   schedule_.add({.name = "hull/check",
@@ -156,27 +172,26 @@ void Simulation::add_stages() {
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
                  .rate = Rate::capture,
+                 .devices = touching,
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
-                 .submit = [this, &ctx, frame](BlockPlace) {
+                 .submit = [this](BlockPlace) {
                    const DeviceMesh mesh = hull_.mesh();
-                   surface_.update(
-                       ctx,
+                   world_.update(
                        {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
-                       View<const float>(&frame.data()->dt_capture_s, 1));
+                       schedule_.frame());
                  }});
-  schedule_.add(
-      {.name = "contact/begin",
-       .timed_as = "begin",
-       .rate = Rate::before,
-       .writes = {"contact/poses"},
-       .submit = [this, &ctx, frame](BlockPlace) { contact_.begin_frame(ctx, surface_, {.frame = frame}); }});
+  schedule_.add({.name = "contact/begin",
+                 .timed_as = "begin",
+                 .rate = Rate::before,
+                 .devices = touching,
+                 .writes = {"contact/poses"},
+                 .submit = [this](BlockPlace) { world_.begin_frame(schedule_.frame()); }});
   for (auto& body : bodies_)
-    body->add_stages(schedule_, readback_, contact_, surface_, obstacles_,
-                     vec_cast<float>(scene_.gravity_m_s2));
-  touching_.add_stages(schedule_, readback_, contact_);
+    body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
+  touching_.add_stages(schedule_, readback_, world_.part(0).contact);
   hull_.add_reports(readback_);
-  surface_report_ = readback_.add(surface_.report_view());
+  surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
              .rate = Rate::end,
@@ -193,9 +208,10 @@ void Simulation::add_stages() {
 StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   const StageTimer whole(timings_, "frame");
   StepReport report;
+  if (!std::exchange(is_settled_, true)) settle(report);
   FrameTimes times = clock_.next(dt_s, frame != nullptr);
   report.dt_s = last_dt_s_ = times.dt_s;
-  report.notices = std::move(times.notices);
+  std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
   bool has_new_images = frame != nullptr;
   if (has_new_images) {
     has_surface_ = true;
@@ -289,7 +305,7 @@ void Simulation::collect(StepReport& report) {
     if (surface.motions.at(static_cast<std::size_t>(k)).source == MotionSource::too_fast)
       warn("surface.too_fast",
            "piece " + std::to_string(surface.pieces.piece[k].label) + " of the real surface is faster than " +
-               std::to_string(static_cast<int>(surface_.settings().max_speed_m_s)) +
+               std::to_string(static_cast<int>(world_.first().surface.settings().max_speed_m_s)) +
                " m/s: it touches nothing in this frame",
            "move it more slowly, or film more frames per second");
   }
@@ -304,8 +320,9 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
     report.contact.add(contact);
     for (const OwnerReaction& r : contact.owners) {
       const bool real = r.owner < kPieces;
-      const std::string piece = real ? std::to_string(surface.pieces.piece[r.owner].label)
-                                     : obstacles_.names().at(static_cast<std::size_t>(r.owner - kPieces));
+      const std::string piece =
+          real ? std::to_string(surface.pieces.piece[r.owner].label)
+               : world_.first().obstacles.names().at(static_cast<std::size_t>(r.owner - kPieces));
       add_contact({body->name(), piece, r}, report);
     }
     const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
@@ -415,13 +432,28 @@ std::vector<std::vector<Vec3d>> Simulation::motion_torques_N_m() {
 
 std::vector<Vec3f> Simulation::probe_positions_m() {
   std::vector<Vec3f> positions;
+  for_each_probe([&](const Probe& probe, std::span<const Vec3f> x_m) {
+    positions.push_back(probe.point.position_m(x_m));
+  });
+  return positions;
+}
+
+std::vector<CubeStrain> Simulation::probe_strains() {
+  std::vector<CubeStrain> strains;
+  for_each_probe([&](const Probe& probe, std::span<const Vec3f> x_m) {
+    strains.push_back(probe.strain.mean(bodies_[probe.body]->strains(x_m, probe.strain.cubes)));
+  });
+  return strains;
+}
+
+/// @param use what is done with a probe and its body's nodes
+void Simulation::for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use) {
   std::vector<std::vector<Vec3f>> nodes_m(bodies_.size());  // of bodies with probes, each once
   for (const Probe& probe : probes_) {
     std::vector<Vec3f>& x_m = nodes_m[probe.body];
     if (x_m.empty()) x_m = bodies_[probe.body]->positions_m(devices_.context(0));
-    positions.push_back(probe.point.position_m(x_m));
+    use(probe, x_m);
   }
-  return positions;
 }
 
 }  // namespace tactus

@@ -1,5 +1,6 @@
 #pragma once
 /// The frame: silhouettes in, a reconstructed surface that pushes soft bodies, snapshots out.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,6 +34,7 @@ struct StepReport {
   ContactReport contact;              ///< of all bodies with all that is real
   std::vector<BodyContact> contacts;  ///< of each body with each thing that it touched
   int substeps = 0;
+  int settling_substeps = 0;    ///< before the first frame, where 'frame.start' is settled
   double dt_s = 0;              ///< simulated
   std::vector<Notice> notices;  ///< all of this frame
 };
@@ -46,8 +48,8 @@ struct FrameSnapshot {
 };
 
 /// Owns all state; one thread calls it. Its solvers declare their work as stages; a Schedule orders them
-/// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies live on the first;
-/// those that the real surface never touches are stepped by as many as pay, with the same bits.
+/// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies are stepped by as many
+/// as pay, with the same bits; what is seen of them is on the first.
 class Simulation {
  public:
   /// @throws Error naming what is wrong with rig, body or material.
@@ -62,6 +64,8 @@ class Simulation {
   FrameSnapshot snapshot();
   /// World positions of the scene's probes [m], in its order. Synchronizes.
   std::vector<Vec3f> probe_positions_m();
+  /// Likewise, strain and stress there.
+  std::vector<CubeStrain> probe_strains();
   /// Of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();
   /// Per body and moved region: mean force of whoever moves it on the body over the last frame [N].
@@ -84,9 +88,11 @@ class Simulation {
   struct Probe {
     std::size_t body;
     BodyPoint point;
+    StrainAtPoint strain;
   };
   /// @throws usage Error for a point that is not in its body, with the nearest one that is.
   void add_probe(const ProbeDescription& probe);
+  void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
@@ -103,6 +109,10 @@ class Simulation {
   /// As many as the bodies' stable steps ask for.
   int substeps_for(double dt_s, double substeps_per_s) const;
   bool must_look_first(double dt_s) const;
+  // settle.cpp
+  void check_settles() const;
+  void settle(StepReport& report);
+  void settle_piece(int substeps, StepReport& report);
   void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
@@ -120,10 +130,8 @@ class Simulation {
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
   std::vector<BitMask> repaired_;
   float sample_spacing_m_;
-  RealSurface surface_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
-  Obstacles obstacles_;
-  Contact contact_;
+  ContactOnDevices world_;
   TouchingBodies touching_;
   std::vector<Probe> probes_;
   Readback readback_;
@@ -136,6 +144,7 @@ class Simulation {
   double captured_s_ = 0, last_dt_s_ = 0;
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
+  bool is_settled_ = false;   ///< or need not be
   double surface_m_s_ = 0;    ///< the fastest point of the real surface
   int part_ = 0;              ///< of the frame that runs
   SubstepChoice substep_choice_;

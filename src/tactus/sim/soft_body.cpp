@@ -44,23 +44,23 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   at_once.relaxation = {};
   CubeLattice held = shape.lattice;
   for (const NodeMotion& motion : shape.motions) {
-    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = kAllAxes;
   }
   material.stiffness_scale =
       match_deflection(ctx, held, shape.elements, shape.materials, shape.material_of_cube, at_once, material);
   return material;
 }
 
-/// What the real surface touches is on one device.
 HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const BodyShape& shape,
-                        const TledOptions& elements) {
+                        const TledOptions& elements, bool on_first_device) {
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
   const std::optional<double> least =
-      body.contact ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
+      on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
+  const int changes = !body.contact ? 0 : body.matching_every > 1 ? 2 : 1;  // add_contact_stages
   try {
-    return HybridSlabs(devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube,
-                       elements, matched, least,
-                       {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m});
+    return HybridSlabs(
+        devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube, elements, matched,
+        least, {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}, changes);
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what(), e.kind());
   }
@@ -68,15 +68,17 @@ HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const B
 
 }  // namespace
 
-SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets)
-    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0)))) {}
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
+                   bool on_first_device)
+    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
+               on_first_device) {}
 
-SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape)
+SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
     : description_(body),
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
       devices_(devices),
-      tissue_(make_tissue(devices, body, shape_, element_options_)),
+      tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),
       frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
       surface_(devices.context(0), shape_.lattice, shape_.surface_m),
       full_stiffness_(body.material.kappa == Stiffness::paper) {
@@ -86,29 +88,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
                       static_cast<double>(shape_.lattice.cube_count());
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
-  if (body.contact) tissue_.share_nodes();
-  if (body.contact) spread_contact_points(devices.context(0));
-}
-
-/// Half a spacing apart: with whole ones, a ball pressed into a block of R / h = 8 is 2 % too soft and a
-/// finger's edge may sink in between them.
-void SoftBody::spread_contact_points(ExecContext& ctx) {
-  const CubeLattice& lattice = shape_.lattice;
-  std::vector<EmbeddedPoint> points = surface_points(lattice, shape_.surface_m, 0.5F * lattice.spacing_m);
-  std::vector<std::uint8_t> in_element(lattice.nodes.size());
-  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
-    if (shape_.elements[c] == 0) continue;
-    for (const Index node : lattice.cube_nodes[c]) in_element[static_cast<std::size_t>(node)] = 1;
-  }
-  const auto others = std::stable_partition(points.begin(), points.end(), [&](const EmbeddedPoint& p) {
-    for (int k = 0; k < 8; ++k) {
-      if (p.weight[k] != 0 && in_element[static_cast<std::size_t>(p.node[k])] != 0) return true;
-    }
-    return false;
-  });
-  const auto of_elements = static_cast<Index>(others - points.begin());
-  mass_kg_ = to_device(ctx, lattice.node_mass_kg);
-  points_ = BodyPoints(ctx, points, lattice.node_count(), lattice.spacing_m, of_elements);
+  if (body.contact) points_ = SlabPoints(tissue_, shape_.lattice, shape_.surface_m, shape_.elements);
 }
 
 std::string SoftBody::devices_text() const {
@@ -117,8 +97,7 @@ std::string SoftBody::devices_text() const {
            " devices";
   std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
-  if (!is_untouched()) return one + ", as the real surface may touch it ('contact')";
-  return one + ", as it is too small to be cut, or for more to pay";
+  return one + ", as it is too small to be cut, or for more to pay, or touches bodies";
 }
 
 /// What is torn faster than its waves can follow inverts its cubes.
@@ -144,7 +123,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   watched_ = tissue_.watched(&readback);
   motion_ = tissue_.rigid_motion(&readback);
   tissue_.set_spin(motion_.spin_rad_s);
-  const std::string impossible = impossible_state(ctx);
+  const std::string impossible = impossible_state();
   if (impossible.empty() && watched_.bad_substep < 0) return "";
   const WatchRecord bad = watched_;
   std::string text = "body '" + name() + "' blew up" + (bad.bad_substep < 0 ? impossible : "");
@@ -154,7 +133,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
     text += (first < last ? " in substeps " + std::to_string(first) + " to " : " in substep ") +
             std::to_string(last) + " of " + std::to_string(substeps) + ", first seen at " +
             node_text(bad.bad_node);
-    const std::string acting = acting_near(ctx, shape_.lattice.rest_m(bad.bad_node));
+    const std::string acting = acting_near(shape_.lattice.rest_m(bad.bad_node));
     if (!acting.empty()) text += ": " + acting;
   }
   const std::vector<Vec3f> x_m = to_host(ctx, frame_begin_x_m_.const_view());
@@ -177,7 +156,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
          "; it rests from now on: press or move it less, use more substeps, more damping or a finer lattice";
 }
 
-std::string SoftBody::impossible_state(ExecContext& ctx) const {
+std::string SoftBody::impossible_state() const {
   // Of the kinetic energy what is neither flight nor turning, which no material limits.
   const double moving_J = motion_.kinetic_J -
                           0.5 * motion_.mass_kg * dot(motion_.velocity_m_s, motion_.velocity_m_s) -
@@ -187,7 +166,7 @@ std::string SoftBody::impossible_state(ExecContext& ctx) const {
   if (!(strain_.smallest_J > kLeastJ)) {
     std::snprintf(text, sizeof text, ": the volume of %s is %.3g times that at rest",
                   cube_text(strain_.smallest_cube).c_str(), double{strain_.smallest_J});
-    const std::string acting = acting_near(ctx, cube_center_m(strain_.smallest_cube));
+    const std::string acting = acting_near(cube_center_m(strain_.smallest_cube));
     return text + (acting.empty() ? "" : " (" + acting + ")");
   }
   if (!(moving_J < largest_energy_J_)) {
@@ -217,6 +196,19 @@ double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s
   return speed;
 }
 
+void SoftBody::stop_nodes(ExecContext& ctx, double ago_s) {
+  std::vector<Vec3f> x_m = positions_m(ctx), v_m_s = velocities_m_s(ctx);
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    x_m[i] = x_m[i] - static_cast<float>(ago_s) * std::exchange(v_m_s[i], Vec3f{});
+  tissue_.set_state(x_m, v_m_s);
+}
+
+void SoftBody::slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s) {
+  std::vector<Vec3f> v_m_s = velocities_m_s(ctx);
+  for (std::size_t i = 0; i < v_m_s.size(); ++i) v_m_s[i] -= vec_cast<float>(by_m_s[i]);
+  tissue_.set_state(positions_m(ctx), v_m_s);
+}
+
 float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
 
 double SoftBody::wave_m_s() const {
@@ -227,7 +219,7 @@ double SoftBody::wave_m_s() const {
              : bar;
 }
 
-std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
+std::string SoftBody::acting_near(Vec3f p_m) const {
   const CubeLattice& lattice = shape_.lattice;
   float nearest_m = std::numeric_limits<float>::infinity();
   std::string text;
@@ -248,17 +240,13 @@ std::string SoftBody::acting_near(ExecContext& ctx, Vec3f p_m) const {
   for (std::size_t k = 0; k < shape_.loads.size(); ++k)
     add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
   // What holds a body far away is no cause of what happens here.
-  std::vector<Index> fixed, touched;
+  std::vector<Index> fixed;
   for (Index i = 0; i < lattice.node_count(); ++i)
     if (lattice.fixed[static_cast<std::size_t>(i)] != 0 &&
         length(lattice.rest_m(i) - p_m) < 3.5F * lattice.spacing_m)
       fixed.push_back(i);
   add(fixed, "'fixed' holds it");
-  const std::vector<EmbeddedPoint> points = to_host(ctx, points_.table().points);
-  const std::vector<Index> touching = to_host(ctx, points_.touching());
-  for (std::size_t p = 0; p < points.size(); ++p)
-    if (touching[p] == 1) touched.push_back(points[p].node[0]);
-  add(touched, "the real surface or an obstacle touches it");
+  add(points_.touched(), "the real surface or an obstacle touches it");
   if (text.empty() || nearest_m < 0.9F * lattice.spacing_m) return text;
   char distance[48];
   std::snprintf(distance, sizeof distance, ", %.3g m from there", static_cast<double>(nearest_m));
@@ -361,6 +349,11 @@ BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
 std::vector<CubeStrain> SoftBody::strains(ExecContext& ctx) const {
   return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
                       element_options_, positions_m(ctx));
+}
+
+std::vector<CubeStrain> SoftBody::strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const {
+  return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
+                      element_options_, x_m, cubes);
 }
 
 std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {

@@ -3,19 +3,19 @@
 #include <algorithm>
 #include <string>
 
-#include "tactus/contact/contact.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body_shape.h"
+#include "tactus/sim/slab_points.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
 
 namespace tactus {
 
 class SoftBody {
  public:
-  /// Lives on the first device; one that nothing touches is stepped by as many as pay.
-  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets);
+  /// What is seen of it is on the first device; it is stepped by as many as pay, or by the first alone.
+  SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
+           bool on_first_device = false);
 
   const std::string& name() const { return description_.name; }
   /// What its last stage leaves for the host.
@@ -23,12 +23,12 @@ class SoftBody {
   Resource contact_resource() const { return stage("contact report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_point_count() const { return points_.count(); }
-  /// Points of its surface that touch. Synchronizes.
+  /// Points of its surface that touch; of a body on one device, as the next but one. Synchronizes.
   std::vector<EmbeddedPoint> contact_points(ExecContext& ctx) const {
-    return to_host(ctx, points_.table().points);
+    return to_host(ctx, points_.points(0).table().points);
   }
   Resource nodes_resource() const { return stage("nodes"); }
-  ContactNodes contact_nodes();
+  ContactNodes contact_nodes() const { return points_.nodes(0); }
   MeshFill fill() const { return description_.shape.fill; }
   /// What it says of steps holds for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
@@ -38,15 +38,20 @@ class SoftBody {
   /// on which nothing acts.
   double fastest_near_m_s(double surface_m_s, double from_s, double to_s) const;
   double spacing_m() const { return description_.spacing_m; }
+  /// At the end of the last frame that was waited for.
+  double kinetic_J() const { return motion_.kinetic_J; }
+  /// All nodes stand still where they were so long ago. Synchronizes.
+  void stop_nodes(ExecContext& ctx, double ago_s);
+  /// Takes from the velocity of each node. Synchronizes.
+  void slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s);
   /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
   /// Likewise, mean torque about the axis' pivot [N m].
   std::vector<Vec3d> motion_torques_N_m(double dt_frame_s) { return tissue_.motion_torques_N_m(dt_frame_s); }
-  /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `contact`, `surface`
-  /// and the schedule's frame must outlive its runs.
-  void add_stages(Schedule& schedule, Readback& readback, Contact& contact, const RealSurface& surface,
-                  const Obstacles& obstacles, Vec3f gravity_m_s2);
+  /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `world` and the
+  /// schedule's frame must outlive its runs.
+  void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
   /// What it did to what it touched, over the frame that was waited for.
   ContactReport contact(const Readback& readback, float dt_frame_s, int substeps) const;
   /// After the frame was waited for: takes over how strained the elements are and what was noted. A body that
@@ -64,7 +69,7 @@ class SoftBody {
   double wave_m_s() const;
   /// What acts on the body next to where it rests at p_m: "'moved[0]' (grip) moves it, at up to 0.3 m/s",
   /// "'fixed' holds it, 0.02 m from there"; "" for nothing. Synchronizes.
-  std::string acting_near(ExecContext& ctx, Vec3f p_m) const;
+  std::string acting_near(Vec3f p_m) const;
   /// Centre of a cube at rest [m].
   Vec3f cube_center_m(Index cube) const;
   /// @throws Error when the elements are not stable in so many substeps, or shape matching, at its rate,
@@ -80,6 +85,8 @@ class SoftBody {
   std::string cube_text(Index cube) const;
   /// Strain and stress of its cubes. Synchronizes.
   std::vector<CubeStrain> strains(ExecContext& ctx) const;
+  /// Of some of its cubes, whose nodes are at x_m.
+  std::vector<CubeStrain> strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const;
   std::vector<Vec3f> velocities_m_s(ExecContext& ctx) const {
     return to_host(ctx, tissue_.body().v_m_s.const_view());
   }
@@ -105,19 +112,17 @@ class SoftBody {
   const BodyShape& shape() const { return shape_; }
 
  private:
-  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape);
+  SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device);
 
   std::string stage(const char* what) const { return "body '" + name() + "': " + what; }
   StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
-  void add_contact_stages(Schedule& schedule, Readback& readback, Contact& contact,
-                          const RealSurface& surface, const Obstacles& obstacles);
+  void add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world);
   void begin_stage(ExecContext& ctx);
   int watch_every(int substeps) const;
-  void spread_contact_points(ExecContext& ctx);
   bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
-  std::string impossible_state(ExecContext& ctx) const;
+  std::string impossible_state() const;
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -133,9 +138,7 @@ class SoftBody {
   Buffer<Vec3f> frame_begin_x_m_;
   EmbeddedSurface surface_;
   bool full_stiffness_;
-  Buffer<float> mass_kg_;
-  BodyPoints points_;
-  Readback::Place contact_report_;
+  SlabPoints points_;
 };
 
 }  // namespace tactus

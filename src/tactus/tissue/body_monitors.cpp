@@ -1,6 +1,7 @@
 #include "tactus/tissue/body_monitors.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "tactus/tissue/rigid_motion.h"
 #include "tactus/tissue/tled/cube_forces.h"
@@ -89,17 +90,29 @@ std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMa
                                      std::span<const ElasticMaterial> materials,
                                      std::span<const std::uint8_t> material_of_cube,
                                      const TledOptions& options, std::span<const Vec3f> x_m) {
-  std::vector<CubeStrain> all(lattice.cubes.size());
-  for (std::size_t c = 0; c < all.size(); ++c) {
+  std::vector<Index> cubes(lattice.cubes.size());
+  std::iota(cubes.begin(), cubes.end(), 0);
+  return cube_strains(lattice, elements, materials, material_of_cube, options, x_m, cubes);
+}
+
+std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMask& elements,
+                                     std::span<const ElasticMaterial> materials,
+                                     std::span<const std::uint8_t> material_of_cube,
+                                     const TledOptions& options, std::span<const Vec3f> x_m,
+                                     std::span<const Index> cubes) {
+  std::vector<CubeStrain> all;
+  for (const Index cube : cubes) {
+    const auto c = static_cast<std::size_t>(cube);
+    CubeStrain& found = all.emplace_back();
     Vec3d x[8];
     corners_of(lattice, c, x_m, x);
     const Mat3d F = gradient(x, static_cast<double>(lattice.spacing_m), {});
-    all[c].strain = 0.5 * (transpose(F) * F - Mat3d::identity());
-    all[c].J = determinant(F);
+    found.strain = 0.5 * (transpose(F) * F - Mat3d::identity());
+    found.J = determinant(F);
     if (!elements.empty() && elements[c] == 0) continue;
     const ElasticMaterial& material = materials[material_of_cube.empty() ? 0 : material_of_cube[c]];
-    const double J = std::max(all[c].J, double{kSmallestJ});
-    all[c].stress_Pa = (1 / J) * (first_piola_kirchhoff_Pa(options, material, F) * transpose(F));
+    const double J = std::max(found.J, double{kSmallestJ});
+    found.stress_Pa = (1 / J) * (first_piola_kirchhoff_Pa(options, material, F) * transpose(F));
   }
   return all;
 }

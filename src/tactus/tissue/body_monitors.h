@@ -39,5 +39,11 @@ std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMa
                                      std::span<const ElasticMaterial> materials,
                                      std::span<const std::uint8_t> material_of_cube,
                                      const TledOptions& options, std::span<const Vec3f> x_m);
+/// Of some of them.
+std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMask& elements,
+                                     std::span<const ElasticMaterial> materials,
+                                     std::span<const std::uint8_t> material_of_cube,
+                                     const TledOptions& options, std::span<const Vec3f> x_m,
+                                     std::span<const Index> cubes);
 
 }  // namespace tactus

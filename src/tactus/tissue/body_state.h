@@ -22,6 +22,7 @@ struct NodeWindow {
   Index places = 0;  ///< in all regions
   Index first_virtual = 0;  ///< of the body
   bool owns(Index node) const { return node >= held.begin + own.begin && node < held.begin + own.end; }
+  bool holds(Index node) const { return node >= held.begin && node < held.end; }
   Index count() const { return held.count() + places; }
   /// What node i of this device is in the body. Of one patch node there may be a place in each region.
   Index body_node(Index i) const {

@@ -103,7 +103,7 @@ LatticeLayers lattice_window(const CubeLattice& lattice, Slab held, Slab own) {
   window.virtual_nodes.assign(at(places), -1);
   window.nodes.resize(window.nodes.size() + at(places), window.nodes.front());
   window.node_mass_kg.resize(window.nodes.size(), 0);
-  window.fixed.resize(window.nodes.size(), 1);
+  window.fixed.resize(window.nodes.size(), kAllAxes);
   const auto place_of = [&](Index node) {
     const Index z = lattice.nodes[at(node)].z;
     return node < first_virtual ? node - part.first_node : region_of(z).begin + node - first_virtual;

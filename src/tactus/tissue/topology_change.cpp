@@ -41,7 +41,7 @@ TopologyChange topology_change(const CubeLattice& before, const CubeLattice& aft
                               .from = is_new ? after.virtual_nodes[at(k)] : -1,
                               .layer = after.nodes[at(i)].z,
                               .mass_kg = after.node_mass_kg[at(i)],
-                              .fixed = after.fixed[at(i)] != 0});
+                              .fixed = after.fixed[at(i)]});
   }
   return change;
 }
@@ -71,7 +71,7 @@ void apply(const TopologyChange& change, CubeLattice& lattice) {
     const Index from = changed.from - lattice.regular_nodes();
     lattice.virtual_nodes[at(k)] = from < 0 ? changed.from : lattice.virtual_nodes[at(from)];
     lattice.nodes[at(changed.node)] = lattice.nodes[at(changed.from)];
-    lattice.fixed[at(changed.node)] = changed.fixed ? 1 : 0;
+    lattice.fixed[at(changed.node)] = changed.fixed;
   }
 }
 

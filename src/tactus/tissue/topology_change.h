@@ -25,7 +25,7 @@ struct TopologyChange {
         -1;  ///< of a new virtual node: where it is, and how fast; -1: not new, only its mass changes
     Index layer = 0;  ///< its z
     float mass_kg = 0;
-    bool fixed = false;
+    HeldAxes fixed = 0;
   };
   struct Cut {
     Index cube = 0;

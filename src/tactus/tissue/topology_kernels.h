@@ -16,7 +16,7 @@ struct LocalNode {
   Index node = 0;
   Index from = -1;  ///< -1: it is not new
   float mass_kg = 0;
-  Index fixed = 0;
+  Index fixed = 0;  ///< HeldAxes
 };
 
 /// Cubes that are no more have no stiffness, and no stress that has to fade.
@@ -75,7 +75,7 @@ struct SetCellMasses {
   View<float> inverse_mass_per_kg;  ///< over cells
   TACTUS_HD void operator()(Index i) const {
     const LocalNode n = nodes[i];
-    inverse_mass_per_kg[cell[n.node]] = n.fixed != 0 ? 0.F : 1.F / n.mass_kg;
+    inverse_mass_per_kg[cell[n.node]] = n.fixed == kAllAxes ? 0.F : 1.F / n.mass_kg;
   }
 };
 

@@ -33,7 +33,7 @@ class Boundary {
 
   const DrivenNodes& driven() const { return driven_; }
   const SurfaceLoads& loads() const { return loads_; }
-  /// Per node of the state: 1 where it is fixed, or driven now.
+  /// Per node of the state: HeldAxes, all while it is driven.
   View<const Index> held() const { return held_.const_view(); }
 
  private:

@@ -36,6 +36,22 @@ void check_keys(const NodeMotion& motion) {
     refuse(motion, "it is released at " + number_text(motion.release_s) + " s, expected a time after 0");
 }
 
+/// A node may be on a roller or a plane of symmetry, along which it is moved.
+void check_support(const NodeMotion& motion, Index node, HeldAxes held) {
+  if (held == 0) return;
+  const std::string head = "node " + std::to_string(node) + " of its region is also 'fixed'";
+  if (held == kAllAxes) refuse(motion, head + "; expected one of both");
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((held >> axis & 1) == 0) continue;
+    const auto leaves = [&](const boundary::MotionKey& key) {
+      return key.displacement_m[axis] != 0 || key.angle_rad != 0;
+    };
+    if (std::any_of(motion.keys.begin(), motion.keys.end(), leaves))
+      refuse(motion, head + " along " + "xyz"[axis] + ", and its motion leaves that; expected no turn, and " +
+                         "no displacement along " + "xyz"[axis]);
+  }
+}
+
 /// Keyframes that begin at rest.
 std::vector<boundary::MotionKey> whole_keys(const NodeMotion& motion) {
   std::vector<boundary::MotionKey> keys = motion.keys;
@@ -48,9 +64,10 @@ std::vector<boundary::MotionKey> whole_keys(const NodeMotion& motion) {
 DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
                          const NodeWindow& window) {
   if (motions.empty()) return;
-  std::vector<Index> owner(lattice.nodes.size(), -1), nodes;
+  std::vector<Index> owner(lattice.nodes.size(), -1), nodes, copies;
   std::vector<boundary::Motion> all;
   std::vector<boundary::MotionKey> keys;
+  std::vector<Index> supported;
   std::vector<Vec3f> rest;
   std::vector<float> mass;
   for (const NodeMotion& motion : motions) {
@@ -64,26 +81,36 @@ DrivenNodes::DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span
     std::sort(claimed.begin(), claimed.end());
     for (const Index node : claimed) {
       const auto i = static_cast<std::size_t>(node);
-      if (lattice.fixed[i] != 0)
-        refuse(motion,
-               "node " + std::to_string(node) + " of its region is also 'fixed'; expected one of both");
+      check_support(motion, node, lattice.fixed[i]);
       if (owner[i] >= 0)
         refuse(motion, "node " + std::to_string(node) + " of its region is also in " +
                            motions[static_cast<std::size_t>(owner[i])].name + "; expected regions apart");
       owner[i] = static_cast<Index>(all.size()) - 1;
-      if (!window.owns(node)) continue;
-      nodes.push_back(node - window.held.begin);
-      motion_of_node_.push_back(owner[i]);
-      rest.push_back(lattice.rest_m(node));
-      mass.push_back(lattice.node_mass_kg[i]);
+      if (window.owns(node)) {
+        nodes.push_back(node);
+        motion_of_node_.push_back(owner[i]);
+      } else if (window.holds(node)) {
+        copies.push_back(node);
+      }
     }
+  }
+  nodes.insert(nodes.end(), copies.begin(), copies.end());
+  std::vector<Index> motion;
+  for (Index& node : nodes) {
+    const auto i = static_cast<std::size_t>(node);
+    motion.push_back(owner[i]);
+    supported.push_back(lattice.fixed[i]);
+    rest.push_back(lattice.rest_m(node));
+    mass.push_back(lattice.node_mass_kg[i]);
+    node -= window.held.begin;
   }
   motions_ = to_device(ctx, all);
   keys_ = to_device(ctx, keys);
   steps_ = to_device(ctx, std::vector<boundary::MotionStep>(all.size()));
   clock_s_ = to_device(ctx, std::vector<double>{0});
   nodes_ = to_device(ctx, nodes);
-  motion_ = to_device(ctx, motion_of_node_);
+  motion_ = to_device(ctx, motion);
+  supported_ = to_device(ctx, supported);
   rest_m_ = to_device(ctx, rest);
   mass_kg_ = to_device(ctx, mass);
   for (Buffer<Vec3f>* sums : {&impulse_N_s_, &moment_N_m_s_})
@@ -109,15 +136,15 @@ void DrivenNodes::move(ExecContext& ctx, BodyState& state, View<Index> held, con
   ctx.parallel_for("driven/move", nodes_.size(),
                    boundary::MoveDriven{nodes_.const_view(), motion_.const_view(), rest_m_.const_view(),
                                         mass_kg_.const_view(), motions_.const_view(), steps_.const_view(),
-                                        state.x_m.view(), state.v_m_s.view(), held, impulse_N_s_.view(),
-                                        moment_N_m_s_.view()});
+                                        state.x_m.view(), state.v_m_s.view(), supported_.const_view(), held,
+                                        impulse_N_s_.view(), moment_N_m_s_.view()});
 }
 
 void DrivenNodes::add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double dt_frame_s,
                             std::span<Vec3d> of_motion) const {
   if (empty() || !(dt_frame_s > 0)) return;
   const std::vector<Vec3f> of_node = to_host(ctx, sums.const_view());
-  for (std::size_t j = 0; j < of_node.size(); ++j)
+  for (std::size_t j = 0; j < motion_of_node_.size(); ++j)
     of_motion[static_cast<std::size_t>(motion_of_node_[j])] +=
         (1 / dt_frame_s) * vec_cast<double>(of_node[j]);
 }

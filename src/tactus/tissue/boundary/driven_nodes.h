@@ -28,16 +28,18 @@ struct NodeMotion {
 class DrivenNodes {
  public:
   DrivenNodes() = default;
-  /// @param window of the state; those of its own nodes are driven that the motions name
+  /// @param window of the state; of the nodes that the motions name, its own are driven. Its copies of others
+  /// are let go when their owners let go of them.
   /// @throws Error naming motion and key for keyframes out of order, a jump at 0 s, numbers that aren't, a
-  /// node that two motions claim or that is fixed.
+  /// node that two motions claim, that is fixed, or that would leave its support.
   DrivenNodes(ExecContext& ctx, const CubeLattice& lattice, std::span<const NodeMotion> motions,
               const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
   /// Forces count from here; with `frame`, only in its first part. Asynchronous.
   void begin_frame(ExecContext& ctx, View<const FrameParams> frame = {});
-  /// The end of a substep. @param held per node of the state: 1 as long as it is driven. Asynchronous.
+  /// The end of a substep. @param held per node of the state: HeldAxes, all as long as it is driven.
+  /// Asynchronous.
   void move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time);
   /// Adds what each motion did to its nodes here, mean since begin_frame [N]: reaction, weight and inertia.
   /// Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
@@ -52,12 +54,12 @@ class DrivenNodes {
  private:
   void add_means(ExecContext& ctx, const Buffer<Vec3f>& sums, double dt_frame_s,
                  std::span<Vec3d> of_motion) const;
-  std::vector<Index> motion_of_node_;
+  std::vector<Index> motion_of_node_;  ///< of own nodes, which come first
   Buffer<boundary::Motion> motions_;
   Buffer<boundary::MotionKey> keys_;
   Buffer<boundary::MotionStep> steps_;
   Buffer<double> clock_s_;
-  Buffer<Index> nodes_, motion_;
+  Buffer<Index> nodes_, motion_, supported_;
   Buffer<Vec3f> rest_m_, impulse_N_s_, moment_N_m_s_;
   Buffer<float> mass_kg_;
 };

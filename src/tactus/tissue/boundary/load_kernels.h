@@ -31,7 +31,8 @@ struct StepLoads {
   StepTime time;
   TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index) const {
-    const double dt_s = static_cast<double>(time.dt_s), now_s = clock_s[0] + 0.5 * dt_s;
+    const double dt_s = time.settles() ? 0.0 : static_cast<double>(time.dt_s),
+                 now_s = clock_s[0] + 0.5 * dt_s;
     for (Index i = 0; i < curves.size(); ++i) {
       const CurvePlace p = place_on_curve(keys, curves[i].begin, curves[i].end, now_s);
       const double from = keys[p.before].factor;

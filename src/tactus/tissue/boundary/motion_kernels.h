@@ -1,6 +1,7 @@
 #pragma once
 /// Nodes that follow a given motion: p(t) = pivot + R(axis, angle(t)) (rest - pivot) + displacement(t).
 #include "tactus/frame/frame_params.h"
+#include "tactus/geom/held_axes.h"
 #include "tactus/tissue/boundary/time_curve.h"
 
 namespace tactus::boundary {
@@ -52,7 +53,8 @@ struct StepMotions {
   }
   TACTUS_HD void operator()(Index) const {
     if (time.stands_still()) return;
-    const double dt_s = static_cast<double>(time.dt_s), begin_s = clock_s[0], end_s = begin_s + dt_s;
+    const double dt_s = static_cast<double>(time.dt_s), begin_s = clock_s[0],
+                 end_s = time.settles() ? begin_s : begin_s + dt_s;
     for (Index i = 0; i < motions.size(); ++i) {
       const Motion& m = motions[i];
       const MotionKey from = at(m, begin_s), to = at(m, end_s);
@@ -86,14 +88,15 @@ struct MoveDriven {
   View<const float> mass_kg;
   View<const Motion> motions;
   View<const MotionStep> steps;
-  View<Vec3f> x_m, v_m_s;    ///< per node of the state
-  View<Index> held;          ///< the same: 1 while it is driven
-  View<Vec3f> impulse_N_s;   ///< on the body, summed
-  View<Vec3f> moment_N_m_s;  ///< of that about the motion's pivot, where it is then
+  View<Vec3f> x_m, v_m_s;       ///< per node of the state
+  View<const Index> supported;  ///< per driven node: HeldAxes once it is released
+  View<Index> held;             ///< per node of the state: HeldAxes, all while it is driven
+  View<Vec3f> impulse_N_s;      ///< on the body, summed
+  View<Vec3f> moment_N_m_s;     ///< of that about the motion's pivot, where it is then
   TACTUS_HD void operator()(Index j) const {
     const Index i = node[j];
     const MotionStep& step = steps[motion[j]];
-    held[i] = 1 - step.released;
+    held[i] = step.released != 0 ? supported[j] : Index{kAllAxes};
     if (step.released != 0) return;
     const Vec3f arm = rest_m[j] - motions[motion[j]].pivot_m;
     const Vec3f v = step.velocity_m_s + cross(step.spin_rad_s, step.half_turn * arm);

@@ -366,7 +366,7 @@ struct Integrate {
   View<const double> inverse_weight;
   View<const float> held;  ///< FlsmRegions::held
   View<const float> mass_kg;
-  View<const Index> fixed;
+  View<const Index> fixed;  ///< HeldAxes
   Index cells;
   StepTime time;
   Pace pace;
@@ -396,7 +396,7 @@ struct Integrate {
     const Vec3f to_goal = turned_back({pull(0, x.x, v.x), pull(1, x.y, v.y), pull(2, x.z, v.z)}, turn_rad);
     const Vec3f dv =
         (held[i] * stiffness_per_s) * to_goal + kick_s * (time.gravity_m_s2 + f_ext_N[i] / mass_kg[i]);
-    const Vec3f next = fixed[i] != 0 ? Vec3f{} : drag * (v + dv);
+    const Vec3f next = free_part(drag * (v + dv), fixed[i]);
     v_m_s[i] = next;
     x_m[i] = x + dt_s * next;
   }

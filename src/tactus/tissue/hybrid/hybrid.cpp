@@ -81,16 +81,16 @@ ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements
 /// Which nodes and cubes a device holds, and what they are.
 struct Hybrid::Layout {
   Layout(const CubeLattice& lattice, const ElementMask& elements, std::span<const std::uint8_t> materials,
-         int half_width, std::optional<Slab> own_layers);
+         int half_width, std::optional<Slab> own_layers, Index around);
   NodeWindow window() const;
 
-  LatticeLayers part;                  ///< nodes and cubes of the window
-  Index first_virtual = 0;             ///< node of the body
-  Index first_copy = 0;                ///< cube of the body
-  Slab own_of_body, held_of_body;      ///< layers
-  Slab own;                            ///< layers of the part
-  std::vector<std::uint8_t> material;  ///< per cube of the part
-  bool has_elements = false;           ///< the body has, here or elsewhere
+  LatticeLayers part;                            ///< nodes and cubes of the window
+  Index first_virtual = 0;                       ///< node of the body
+  Index first_copy = 0;                          ///< cube of the body
+  Slab own_of_body, read_of_body, held_of_body;  ///< layers
+  Slab own;                                      ///< layers of the part
+  std::vector<std::uint8_t> material;            ///< per cube of the part
+  bool has_elements = false;                     ///< the body has, here or elsewhere
   // shape matching; empty regions without
   LatticeLayers matched;
   std::optional<FlsmRegions> regions;
@@ -102,7 +102,7 @@ struct Hybrid::Layout {
 
 Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
                        std::span<const std::uint8_t> materials, int half_width,
-                       std::optional<Slab> own_layers) {
+                       std::optional<Slab> own_layers, Index around) {
   const std::vector<std::uint8_t> all_materials = element_materials(lattice, elements, materials);
   has_elements = std::any_of(all_materials.begin(), all_materials.end(),
                              [](std::uint8_t m) { return m != Tled::kNoElement; });
@@ -112,8 +112,11 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
   first_virtual = lattice.regular_nodes();
   first_copy = lattice.regular_cubes();
   own_of_body = own;
-  const Slab window = others.node.empty() ? Slab{std::max(own.begin - 1, 0), std::min(own.end + 1, layers)}
-                                          : flsm_window(own, half_width, layers);
+  const auto widened = [&](Slab s, Index by) {
+    return Slab{std::max(s.begin - by, 0), std::min(s.end + by, layers)};
+  };
+  read_of_body = others.node.empty() ? widened(own, 1) : flsm_window(own, half_width, layers);
+  const Slab window = widened(read_of_body, around);
   part = lattice_window(lattice, window, own);
   held_of_body = window;
   const auto first_cube = all_materials.begin() + part.first_cube;
@@ -130,7 +133,7 @@ Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
     const float mass_kg = part.lattice.node_mass_kg[i];
     inverse_mass_per_kg[i] = mass_kg > 0 ? 1 / mass_kg : 0;
   }
-  matched = lattice_layers(others.lattice, window);
+  matched = lattice_layers(others.lattice, read_of_body);
   for (std::size_t i = 0; i < matched.lattice.nodes.size(); ++i) {
     const Index node = others.node[static_cast<std::size_t>(matched.first_node) + i] - part.first_node;
     matched_nodes.push_back(node);
@@ -169,19 +172,22 @@ NodeWindow Hybrid::Layout::window() const {
 
 Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
                std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-               const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own)
-    : Hybrid(ctx, Layout(lattice, elements, material_of_cube, flsm.half_width, own), materials, tled, flsm) {}
+               const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own, Index around)
+    : Hybrid(ctx, Layout(lattice, elements, material_of_cube, flsm.half_width, own, around), materials, tled,
+             flsm) {}
 
 Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
                const TledOptions& tled, const FlsmMaterial& flsm)
     : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
       window_(layout.window()),
       own_layers_(layout.own_of_body),
+      read_layers_(layout.read_of_body),
       held_layers_(layout.held_of_body),
       first_cube_(layout.part.first_cube),
       regular_cubes_(layout.part.lattice.regular_cubes()),
       first_copy_(layout.first_copy),
-      has_elements_(layout.has_elements) {
+      has_elements_(layout.has_elements),
+      has_rollers_(layout.part.lattice.has_rollers()) {
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
     matched_ = rest_state(ctx, layout.matched.lattice);
@@ -211,7 +217,7 @@ int Hybrid::most_matched_every(float dt_s) const {
 
 void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count) {
   check_step(step, count);
-  if (!flsm_) return tled_.step(ctx, state, elements_step(step), count);
+  if (!flsm_ && !has_rollers_) return tled_.step(ctx, state, elements_step(step), count);
   for (int k = 0; k < count; ++k) {
     sum_forces(ctx, state, step, k);
     move(ctx, state, step, k);

@@ -45,9 +45,11 @@ class Hybrid {
   /// @param elements per cube; empty: all are elements
   /// @param materials,material_of_cube as for Tled; values for shape-matched cubes don't matter
   /// @param own layers of nodes to move; absent: all. The state then holds those of window() alone.
+  /// @param around so many more layers than steps read are held on each side
   Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
          std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-         const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own = std::nullopt);
+         const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own = std::nullopt,
+         Index around = 0);
 
   /// So many substeps; of elements alone, whose nodes stay in cells meanwhile, other roundings than substep
   /// after substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
@@ -82,8 +84,16 @@ class Hybrid {
   LocalChange local(const TopologyChange& change) const;
   /// Between frames. Asynchronous.
   void apply(ExecContext& ctx, const ChangeLists& change);
-  /// Layers of the body whose nodes move here.
+  /// Layers of the body whose nodes move here, and those that moving them reads.
   Slab own_layers() const { return own_layers_; }
+  Slab read_layers(Index around = 0) const {
+    return {max(read_layers_.begin - around, held_layers_.begin),
+            min(read_layers_.end + around, held_layers_.end)};
+  }
+  /// Where this device has a node of the body that lies in `layer`; -1: nowhere.
+  Index find(Index node, Index layer) const {
+    return layer >= held_layers_.begin && layer < held_layers_.end ? place_of(node, layer) : -1;
+  }
 
  private:
   struct Layout;
@@ -95,9 +105,9 @@ class Hybrid {
   /// Where this device has a node of the body that lies in its layers.
   Index place_of(Index node, Index layer) const;
   NodeWindow window_;
-  Slab own_layers_, held_layers_;                  ///< of the body
+  Slab own_layers_, read_layers_, held_layers_;    ///< of the body
   Index first_cube_, regular_cubes_, first_copy_;  ///< of the body's; of those held here; of the body
-  bool has_elements_;
+  bool has_elements_, has_rollers_;
   std::optional<Flsm> flsm_;
   BodyState matched_;  ///< of the shape-matched part
   Buffer<Index> matched_nodes_, matched_node_, fixed_;

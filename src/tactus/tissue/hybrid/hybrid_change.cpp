@@ -5,7 +5,7 @@
 namespace tactus {
 
 Index Hybrid::place_of(Index node, Index layer) const {
-  if (window_.places == 0) return node;
+  if (window_.places == 0) return node - window_.held.begin;
   if (node < window_.first_virtual) return node - window_.held.begin;
   const Index room = window_.patch.count();
   const Index below = own_layers_.begin > held_layers_.begin ? room : 0;
@@ -37,7 +37,7 @@ LocalChange Hybrid::local(const TopologyChange& change) const {
     here.nodes.push_back({.node = place_of(n.node, n.layer),
                           .from = n.from < 0 ? -1 : place_of(n.from, n.layer),
                           .mass_kg = n.mass_kg,
-                          .fixed = n.fixed ? 1 : 0});
+                          .fixed = n.fixed});
   }
   return here;
 }

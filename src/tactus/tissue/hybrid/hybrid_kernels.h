@@ -2,6 +2,7 @@
 /// Where finite elements and shape matching meet: nodes that both move.
 #include "tactus/base/vec.h"
 #include "tactus/frame/frame_params.h"
+#include "tactus/geom/held_axes.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
 
 namespace tactus::hybrid {
@@ -33,7 +34,8 @@ struct Integrate {
   View<const double> goal_sum_m, inverse_weight;
   View<const float> matched_share;  ///< m^F / m times FlsmRegions::held, per node of the body
   View<const float> inverse_mass_per_kg;
-  View<const Index> fixed, only_matched;
+  View<const Index> fixed;  ///< HeldAxes
+  View<const Index> only_matched;
   Index element_cells, matched_cells;
   StepTime time;
   flsm::Pace pace;
@@ -79,7 +81,7 @@ struct Integrate {
     if (matched >= 0 && new_goals)
       dv += (matched_share[i] * stiffness_per_s) * turned_back(to_goal(matched, x, v), matched_turn_rad);
     const Vec3f next =
-        fixed[i] != 0 || time.stands_still() ? Vec3f{} : (alone ? drag_matched : drag) * (v + dv);
+        time.stands_still() ? Vec3f{} : free_part((alone ? drag_matched : drag) * (v + dv), fixed[i]);
     v_m_s[i] = next;
     x_m[i] = x + dt * next;
   }

@@ -13,7 +13,7 @@ constexpr double kMatchedCost = 7;
 
 std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
                                const ElementMask& elements, int half_width,
-                               std::optional<double> least_elements) {
+                               std::optional<double> least_elements, Index shared) {
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
   bool has_elements = false, matches = false;
   for (std::size_t c = 0; c < static_cast<std::size_t>(lattice.regular_cubes()); ++c) {
@@ -30,9 +30,10 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
       least_cost > 0
           ? static_cast<int>(std::clamp(all / least_cost, 1.0, static_cast<double>(devices.count())))
           : devices.count();
-  if (!matches) return split_by_cost(cost, count, 1, 2);
-  // Wide enough that neighbours' nodes are the next slab's, at multiples of what sums slide along.
-  const Index deepest = FlsmGrid::kChunk + max(2 * half_width, FlsmGrid::kChunk);
+  // Wide enough that neighbours' nodes are the next slab's.
+  if (!matches) return split_by_cost(cost, count, 1, max(1 + shared, Index{2}));
+  // Likewise, at multiples of what sums slide along.
+  const Index deepest = FlsmGrid::kChunk + max(2 * half_width + shared, FlsmGrid::kChunk);
   const Index least = ceil_div(deepest, FlsmGrid::kChunk) * FlsmGrid::kChunk;
   return split_by_cost(cost, count, FlsmGrid::kChunk, least);
 }
@@ -66,18 +67,21 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
                          std::span<const ElasticMaterial> materials,
                          std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
                          const FlsmMaterial& flsm, std::optional<double> least_elements,
-                         const BoundaryConditions& conditions)
+                         const BoundaryConditions& conditions, int changes)
     : devices_(devices),
       motion_count_(conditions.motions.size()),
-      has_boundary_(!conditions.empty()),
+      has_boundary_(!conditions.empty() || lattice.has_rollers()),
       is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.begin() + lattice.regular_nodes(),
-                           [](auto f) { return f == 0; })) {
-  const std::vector<Slab> slabs = choose_slabs(devices, lattice, elements, flsm.half_width, least_elements);
+                           [](auto f) { return f == 0; })),
+      changes_(changes) {
+  const Index shared = kShared * changes;
+  const std::vector<Slab> slabs =
+      choose_slabs(devices, lattice, elements, flsm.half_width, least_elements, shared);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
     parts_.push_back(std::make_unique<Part>(
-        ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p]), lattice,
-        conditions));
+        ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p], shared),
+        lattice, conditions));
   }
   if (parts_.size() > 1) {
     const std::vector<Vec3f> zero(lattice.nodes.size());
@@ -184,7 +188,30 @@ HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part, int k)
   return own;
 }
 
+/// At once: for the beginning of a recording, and for those who read what slabs hold of others.
+void HybridSlabs::pull_nodes() {
+  for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
+  node_halo_->finish(nodes());
+}
+
+HybridSlabs::SlabNodes HybridSlabs::slab(int p) {
+  Part& part = *parts_[static_cast<std::size_t>(p)];
+  const Index around = kShared * std::max(changes_ - 1, 0);
+  return {part.ctx,
+          part.state.x_m.view(),
+          part.state.v_m_s.view(),
+          part.boundary.held(),
+          part.stopped.const_view(),
+          part.tissue.window(),
+          part.tissue.own_layers(),
+          part.tissue.read_layers(around)};
+}
+
 void HybridSlabs::begin_substeps() {
+  if (changes_ > 0) {
+    pull_nodes();
+    for_each_slab([&](int p) { node_halo_->await_readers(p, nodes()); });
+  }
   if (!stays_in_cells()) return;
   for (auto& part : parts_) part->tissue.tled().load(part->ctx, part->state);
 }
@@ -236,8 +263,10 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
 
 void HybridSlabs::substep(const HybridStep& step, int k, int count) {
   if (stays_in_cells()) return substep_in_cells(step, k, count);
-  if (k == 0) for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
-  node_halo_->finish(nodes());
+  if (k == 0)
+    pull_nodes();
+  else if (changes_ == 0)
+    node_halo_->finish(nodes());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     const HybridStep own = on_part(step, p, k);
@@ -248,6 +277,9 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
     part.boundary.move(part.ctx, part.state, own.time());
     node_halo_->begin(static_cast<int>(p), nodes());
   }
+  if (changes_ == 0) return;
+  node_halo_->finish(nodes());
+  for_each_slab([&](int p) { node_halo_->await_readers(p, nodes()); });
 }
 
 void HybridSlabs::look(int k, int every) {
@@ -270,8 +302,7 @@ void HybridSlabs::end_frame(int count) {
     part->ctx.record(part->moved);
   }
   if (model().has_elements()) {
-    for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
-    node_halo_->finish(nodes());
+    pull_nodes();
     for (auto& part : parts_) part->tissue.find_extremes(part->ctx, part->state);
   }
   if (parts_.size() == 1) return;
@@ -385,6 +416,11 @@ void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v
     part->ctx.upload(v, part->state.v_m_s.view());
     part->ctx.synchronize();
   }
+  if (parts_.size() == 1) return;
+  ExecContext& first = devices_.context(0);
+  first.upload(x_m, body_.x_m.view());
+  first.upload(v_m_s, body_.v_m_s.view());
+  first.synchronize();
 }
 
 std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {

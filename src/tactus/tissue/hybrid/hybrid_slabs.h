@@ -16,8 +16,8 @@
 namespace tactus {
 
 /// A body cut into slabs of layers along z, one for each device, each with a few layers of its neighbours'
-/// nodes; what moves and loads it acts on each slab's own nodes. A substep begins with pulling the others.
-/// The same bits on any number of devices.
+/// nodes; what moves and loads it acts on each slab's own nodes. A substep begins with pulling the others, or
+/// ends with it where contact follows. The same bits on any number of devices.
 ///
 /// Elements that nothing moves or loads: nodes at the cuts move first, and are pulled for the next substep
 /// while the others move.
@@ -26,10 +26,12 @@ class HybridSlabs {
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
   /// @param least_elements as many as these, or matched nodes that cost as much, are in each slab, or there
   /// are fewer; absent: kLeast... on GPUs, none elsewhere
+  /// @param changes so many times after each substep others change the nodes, as contact does (SlabNodes)
   HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
               std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
               const TledOptions& tled, const FlsmMaterial& flsm,
-              std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {});
+              std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {},
+              int changes = 0);
   /// With fewer, a second H200 costs more in waiting than it saves. Between rows of bench/results: n million
   /// elements take 3 + 44 n us on one and 12 + 20 n us on two, equal at 0.4; matched nodes 16 + 443 n and 30
   /// + 262 n, equal at 0.07; fig20's bodies of both are equal at 93,000 nodes (7:3) and 36,000 (3:7), which
@@ -41,8 +43,6 @@ class HybridSlabs {
 
   /// From now on, kernels read the step, gravity, and number of a substep from here.
   void follow(const FrameOnDevices& frame) { frame_ = &frame; }
-  /// Others change the nodes after each substep, as contact does.
-  void share_nodes() { shares_nodes_ = true; }
   /// Clears the forces of those who move the body, and what was watched.
   void begin_frame();
   /// Nodes that nobody else changes go to where elements step them.
@@ -91,6 +91,24 @@ class HybridSlabs {
   const Boundary& boundary() const { return parts_.front()->boundary; }
 
   int slab_count() const { return static_cast<int>(parts_.size()); }
+  /// Nodes of a slab, for those who change them after begin_substeps and after each substep. Then all that it
+  /// holds are up to date, and they are pulled only after the next. So whoever changes them does so in all of
+  /// changed_layers, as their owners do. What a change depends on is at most kShared layers away; so many
+  /// more are held for each.
+  struct SlabNodes {
+    ExecContext& ctx;
+    View<Vec3f> x_m, v_m_s;
+    View<const Index> held;     ///< per node: != 0: fixed, or driven now
+    View<const Index> stopped;  ///< (1) != 0: the body stays where it is
+    const NodeWindow& window;
+    Slab own_layers, changed_layers;  ///< of the body
+  };
+  static constexpr Index kShared = 2;
+  SlabNodes slab(int p);
+  /// Where a slab has a node of the body that lies in `layer`; -1: nowhere.
+  Index find(int p, Index node, Index layer) const {
+    return parts_[static_cast<std::size_t>(p)]->tissue.find(node, layer);
+  }
   float stable_step_s() const { return parts_.front()->tissue.stable_step_s(); }
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
@@ -169,10 +187,12 @@ class HybridSlabs {
       return std::array{ahead_m.part(0, n), ahead_m.part(n, n), ahead_m.part(2 * n, n)};
     };
   }
-  /// Whether nodes are in cells from the first substep to the last.
-  bool stays_in_cells() const { return !has_boundary_ && !shares_nodes_ && !model().flsm(); }
+  /// Whether nodes are in cells from the first substep to the last: there they are held along all axes or
+  /// none.
+  bool stays_in_cells() const { return !has_boundary_ && changes_ == 0 && !model().flsm(); }
   void substep_in_cells(const HybridStep& step, int k, int count);
   void look(int k, int every);
+  void pull_nodes();
   /// As one device reads it.
   HybridStep on_part(const HybridStep& step, std::size_t part, int k) const;
   std::vector<Vec3f> all_of(Buffer<Vec3f> BodyState::*field);
@@ -182,7 +202,8 @@ class HybridSlabs {
   std::optional<Halo<Vec3f, 2>> node_halo_;
   std::optional<Halo<float, 3>> cell_halo_;
   std::size_t motion_count_;
-  bool has_boundary_, is_free_, shares_nodes_ = false;
+  bool has_boundary_, is_free_;
+  int changes_;
   std::array<Vec3f, 1> spin_rad_s_{};  ///< what is sent to the devices
   const FrameOnDevices* frame_ = nullptr;
   BodyState body_;                   ///< x and v, of several parts

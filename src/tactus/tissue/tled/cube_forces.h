@@ -120,7 +120,8 @@ struct RelaxingCube {
   float fade[kTerms] = {};
   TACTUS_HD void load() {
     time.load();
-    for (Index n = 0; n < kTerms; ++n) fade[n] = faded_share(time.dt_s * rate_per_s[n]);
+    for (Index n = 0; n < kTerms; ++n)
+      fade[n] = time.settles() ? 1.F : faded_share(time.dt_s * rate_per_s[n]);
   }
 
   TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of, Index cell) const {

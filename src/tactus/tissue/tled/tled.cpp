@@ -134,7 +134,7 @@ void check_options(const TledOptions& options) {
 Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
            std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
            std::optional<Slab> own)
-    : options_(options), spacing_m_(lattice.spacing_m) {
+    : options_(options), has_rollers_(lattice.has_rollers()), spacing_m_(lattice.spacing_m) {
   check_options(options);
   std::vector<std::uint8_t> material(material_of_cube.begin(), material_of_cube.end());
   if (material.empty()) material.assign(lattice.cubes.size(), 0);
@@ -185,7 +185,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   worst_ = to_device(ctx, std::vector<tled::CubeExtremes>{tled::FindExtremes::kNone});
   std::vector<float> inverse_mass(static_cast<std::size_t>(grid_.cells));
   for (std::size_t i = 0; i < plan.node_cell.size(); ++i) {
-    if (lattice.fixed[i] == 0)
+    if (lattice.fixed[i] != kAllAxes)
       inverse_mass[static_cast<std::size_t>(plan.node_cell[i])] = 1 / lattice.node_mass_kg[i];
   }
   inverse_mass_per_kg_ = to_device(ctx, inverse_mass);
@@ -353,6 +353,8 @@ void Tled::check_step(float dt_s) const {
 void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int count) {
   require(step.drag_per_s >= 0, "drag [1/s]", step.drag_per_s, "0 or more");
   check_step(step.dt_s);
+  if (has_rollers_)
+    throw Error("nodes are held along some axes only, which elements alone can't; use Hybrid");
   if (state.x_m.size() != node_count())
     throw Error("body state has " + std::to_string(state.x_m.size()) + " nodes, the model " +
                 std::to_string(node_count()));
@@ -444,7 +446,7 @@ float Tled::measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, in
   for (int k = 0; k < iterations; ++k) {
     float largest = 0;
     for (std::size_t i = 0; i < d.size(); ++i) {
-      if (lattice.fixed[i] != 0) d[i] = {};
+      d[i] = free_part(d[i], lattice.fixed[i]);
       largest = std::max(largest, length(d[i]));
     }
     for (std::size_t i = 0; i < d.size(); ++i) {
@@ -457,7 +459,7 @@ float Tled::measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, in
     const std::vector<Vec3f> f = forces_N(ctx);
     double over = 0, under = 0;
     for (std::size_t i = 0; i < d.size(); ++i) {
-      if (lattice.fixed[i] != 0) continue;
+      if (lattice.fixed[i] == kAllAxes) continue;
       over -= static_cast<double>(dot(d[i], f[i]));
       under += static_cast<double>(lattice.node_mass_kg[i]) * static_cast<double>(dot(d[i], d[i]));
       d[i] = (-1 / lattice.node_mass_kg[i]) * f[i];

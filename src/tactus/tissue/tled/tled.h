@@ -46,8 +46,9 @@ class Tled {
   void compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time = {});
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
-  /// So many substeps of a body whose cubes are all elements, after check_step. Asynchronous. Between calls,
-  /// positions are rounded once more than between substeps.
+  /// So many substeps of a body whose cubes are all elements, after check_step. Nodes are held along all axes
+  /// or none (Hybrid has rollers). Asynchronous. Between calls, positions are rounded once more than between
+  /// substeps.
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
   /// Substeps in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
@@ -122,6 +123,7 @@ class Tled {
   bool relaxes() const { return options_.faded_share() > 0; }
 
   TledOptions options_;
+  bool has_rollers_;
   float spacing_m_, stable_step_s_ = 0, damping_time_s_ = 0;
   tled::Grid grid_;
   Index edge_tiles_ = 0;  ///< of tiles_, the first so many

@@ -1,0 +1,65 @@
+#include "tactus/contact/contact_on_devices.h"
+
+#include "tactus/contact/copy_kernels.h"
+
+namespace tactus {
+
+ContactOnDevices::ContactOnDevices(DeviceSet& devices, int count, const RealSurfaceSettings& surface,
+                                   const ContactSettings& contact,
+                                   std::span<const ObstacleDescription> obstacles)
+    : devices_(devices), copies_(static_cast<std::size_t>(count)) {
+  for (int p = 0; p < count; ++p) {
+    ExecContext& ctx = devices.context(p);
+    parts_.push_back(std::unique_ptr<Part>(new Part{RealSurface(ctx.device(), surface),
+                                                    Obstacles(ctx, obstacles, surface.sample_spacing_m),
+                                                    Contact(ctx.device(), contact)}));
+    part(p).surface.clear(ctx);
+    if (p == 0) continue;
+    copies_[static_cast<std::size_t>(p)] = {Buffer<Vec3f>(ctx.device(), surface.max_vertices),
+                                            Buffer<Vec3i>(ctx.device(), surface.max_triangles),
+                                            Buffer<Index>(ctx.device(), 2)};
+  }
+  devices.synchronize();
+}
+
+/// What is used of it, where kernels can read it in place, else all that there is room for.
+SurfaceMeshView ContactOnDevices::copied(int p, const SurfaceMeshView& mesh) {
+  ExecContext& ctx = devices_.context(p);
+  MeshCopy& copy = copies_[static_cast<std::size_t>(p)];
+  const auto count = [&](const Count& there, Index k) {
+    if (there.device_count == nullptr) return there;
+    ctx.copy(View<const Index>(there.device_count, 1), copy.counts.view().part(k, 1));
+    return Count(copy.counts.const_view().part(k, 1), there.capacity);
+  };
+  const auto elements = [&]<class T>(View<const T> from, const Count& used, Buffer<T>& to) {
+    const View<T> room = to.view().part(0, from.size());
+    if (devices_.reads_peers())
+      ctx.parallel_for("contact/copy_mesh", used, CopyElements<T>{from, room});
+    else
+      ctx.copy(from, room);
+    return View<const T>(room);
+  };
+  SurfaceMeshView here = mesh;
+  here.vertex_count = count(mesh.vertex_count, 0);
+  here.triangle_count = count(mesh.triangle_count, 1);
+  here.vertices_m = elements(mesh.vertices_m, here.vertex_count, copy.vertices_m);
+  here.triangles = elements(mesh.triangles, here.triangle_count, copy.triangles);
+  return here;
+}
+
+void ContactOnDevices::update(const SurfaceMeshView& mesh, const FrameOnDevices& frame) {
+  if (count() > 1) devices_.context(0).record(ready_);
+  for (int p = 0; p < count(); ++p) {
+    ExecContext& ctx = devices_.context(p);
+    if (p > 0) ctx.wait(ready_);
+    part(p).surface.update(ctx, p > 0 ? copied(p, mesh) : mesh,
+                           View<const float>(&frame.view(p).data()->dt_capture_s, 1));
+  }
+}
+
+void ContactOnDevices::begin_frame(const FrameOnDevices& frame) {
+  for (int p = 0; p < count(); ++p)
+    part(p).contact.begin_frame(devices_.context(p), part(p).surface, {.frame = frame.view(p)});
+}
+
+}  // namespace tactus

@@ -1,0 +1,48 @@
+#pragma once
+/// What bodies touch, on every device that has a part of one that may.
+#include "tactus/contact/contact.h"
+#include "tactus/frame/frame_on_devices.h"
+
+namespace tactus {
+
+/// The real surface, obstacles and contact on the first devices of a set. Each has all of them, with the same
+/// bits.
+class ContactOnDevices {
+ public:
+  struct Part {
+    RealSurface surface;
+    Obstacles obstacles;
+    Contact contact;
+  };
+
+  /// @param count of devices. Synchronizes. @throws Error as RealSurface, Obstacles and Contact.
+  ContactOnDevices(DeviceSet& devices, int count, const RealSurfaceSettings& surface,
+                   const ContactSettings& contact, std::span<const ObstacleDescription> obstacles);
+
+  int count() const { return static_cast<int>(parts_.size()); }
+  Part& part(int p) { return *parts_[static_cast<std::size_t>(p)]; }
+  const Part& first() const { return *parts_.front(); }
+
+  /// Takes over the mesh of a new frame, which the first device has, without normals. The others copy it, and
+  /// each sorts it for itself: a triangle of a mesh has 18 bytes, what is made of it 56 and more, and no
+  /// device waits for another's sorting. Asynchronous; after the first frame, it may be recorded.
+  void update(const SurfaceMeshView& mesh, const FrameOnDevices& frame);
+  /// Finds where the surface is after each substep. Asynchronous.
+  void begin_frame(const FrameOnDevices& frame);
+
+ private:
+  /// Of the mesh, in the memory of another device.
+  struct MeshCopy {
+    Buffer<Vec3f> vertices_m;
+    Buffer<Vec3i> triangles;
+    Buffer<Index> counts;  ///< (2) of vertices and triangles
+  };
+  SurfaceMeshView copied(int p, const SurfaceMeshView& mesh);
+
+  DeviceSet& devices_;
+  std::vector<std::unique_ptr<Part>> parts_;
+  std::vector<MeshCopy> copies_;  ///< per device; of the first, empty
+  Event ready_;
+};
+
+}  // namespace tactus

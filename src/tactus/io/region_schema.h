@@ -1,0 +1,32 @@
+#pragma once
+/// Fields of a scene's regions, and what several declarations of fields share.
+#include "tactus/io/field_visitor.h"
+
+namespace tactus {
+
+inline constexpr Presence kRequired = Presence::required;
+inline constexpr Range kPosition{"m", -1000, 1000};
+/// Beyond 0.499 explicit steps become hopelessly small.
+inline constexpr Range kPoisson{"", -0.99, 0.499};
+inline Range positive(const char* unit, double max) { return {unit, 0, max, true}; }
+
+/// Adds an element to a list of the scene; its description is used before the next is added.
+template <class T>
+FieldVisitor::Append appender(std::vector<T>& items, void (*describe)(FieldVisitor&, T&)) {
+  return [&items, describe]() -> FieldVisitor::Describe {
+    T& item = items.emplace_back();
+    return [&item, describe](FieldVisitor& v) { describe(v, item); };
+  };
+}
+
+/// A name that files are called by, or results: it must stay in its folder and on its line.
+void describe_name(FieldVisitor& v, const Field& field, std::string& name);
+
+void describe_fixed(FieldVisitor& v, FixedRegion& f);
+void describe_painted(FieldVisitor& v, PaintedRegion& r);
+void describe_moved(FieldVisitor& v, MovedRegion& m);
+void describe_load(FieldVisitor& v, LoadedRegion& l);
+/// `body` or `world`.
+void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame);
+
+}  // namespace tactus

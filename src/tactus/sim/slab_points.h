@@ -1,0 +1,50 @@
+#pragma once
+/// The points of a body's surface that touch, on every device that steps a slab of it.
+#include "tactus/contact/contact_on_devices.h"
+#include "tactus/frame/readback.h"
+#include "tactus/tissue/hybrid/hybrid_slabs.h"
+
+namespace tactus {
+
+/// A slab has every point whose nodes it holds, and finds and applies what each wants. A point near a cut is
+/// on both sides of it, with the same bits, so nothing of contact is exchanged. It is recorded by the slab
+/// that owns its node[0].
+class SlabPoints {
+ public:
+  /// Nobody touches.
+  SlabPoints() = default;
+  /// @param tissue shares its nodes; must outlive this @param surface of the body at rest @param elements as
+  /// Hybrid's. Synchronizes.
+  SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const TriangleMesh& surface,
+             const ElementMask& elements);
+
+  /// Of the body, and of those the ones that elements move, which come first.
+  Index count() const { return count_; }
+  Index first_count() const { return first_count_; }
+  /// Once a frame, before its first substep. Asynchronous, as the next two.
+  void begin_frame(ContactOnDevices& world);
+  /// As Contact::correct.
+  void correct(ContactOnDevices& world, int k, int steps, PointPart part);
+  void end_frame();
+  void add_reports(Readback& readback);
+  /// Of the frame that was waited for, per owner.
+  std::vector<OwnerTotals> totals(const Readback& readback) const;
+  /// node[0] of the points that touch, as the body counts them. Synchronizes.
+  std::vector<Index> touched() const;
+  const BodyPoints& points(int slab) const { return parts_[static_cast<std::size_t>(slab)].points; }
+  ContactNodes nodes(int slab) const;
+
+ private:
+  struct Part {
+    Buffer<float> mass_kg;
+    BodyPoints points;
+    Readback::Place report;
+  };
+  void add_part(int slab, const CubeLattice& lattice, std::span<const EmbeddedPoint> points);
+
+  HybridSlabs* tissue_ = nullptr;
+  Index count_ = 0, first_count_ = 0;
+  std::vector<Part> parts_;
+};
+
+}  // namespace tactus
