@@ -172,6 +172,11 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   used_ = zeros(bodies.size() * bodies.size());
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
+  patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
+  last_x_ = to_device(ctx, std::vector<Vec3f>(all.patch_nodes.size()));
+  self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
+  group_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.groups.size()));
+  point_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.points.size()));
   recorded_ = Buffer<Index>(ctx.device(), size_of(all.points));
   records_ = Buffer<ContactRecord>(ctx.device(), size_of(all.points));
   totals_ = to_device(ctx, std::vector<OwnerTotals>(bodies.size() * bodies.size()));
@@ -196,9 +201,11 @@ PairTable BodyPairs::table() const {
 }
 
 PairState BodyPairs::state() {
-  return {patch_box_.view(),  body_box_.view(),  group_active_.view(), contact_.view(),
-          row_weight_.view(), cube_list_.view(), next_.view(),         recorded_.view(),
-          records_.view(),    moved_on_.view(),  used_.view(),         smallest_mass_kg_};
+  return {patch_box_.view(),   body_box_.view(),    patch_way_.view(),   last_x_.view(),
+          self_motion_.view(), group_sleep_.view(), point_sleep_.view(), group_active_.view(),
+          contact_.view(),     row_weight_.view(),  cube_list_.view(),   next_.view(),
+          recorded_.view(),    records_.view(),     moved_on_.view(),    used_.view(),
+          smallest_mass_kg_};
 }
 
 void BodyPairs::begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }

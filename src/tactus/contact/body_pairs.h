@@ -68,6 +68,10 @@ class BodyPairs {
   Buffer<PairNode> nodes_;
   Buffer<Index> patch_nodes_, rows_, incident_points_, incident_cubes_, recorded_;
   Buffer<PatchBox> patch_box_, body_box_;
+  Buffer<float> patch_way_;
+  Buffer<Vec3f> last_x_;
+  Buffer<SelfMotion> self_motion_;
+  Buffer<SelfSleep> group_sleep_, point_sleep_;
   Buffer<std::uint32_t> group_active_, row_weight_, cube_list_, next_, used_;
   Buffer<PairContact> contact_;
   Buffer<ContactRecord> records_;
