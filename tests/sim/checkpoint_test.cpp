@@ -56,6 +56,7 @@ Scene all_scene() {
   both.material.model = TissueModel::hybrid;
   both.ratio = RatioDescription{1, 1, Axis::y};
   scene.bodies = {slab, block, both};
+  scene.contact.self = true;
   ObstacleSetting table;
   table.name = "table";
   scene.obstacles.push_back(table);

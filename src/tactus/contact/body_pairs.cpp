@@ -233,6 +233,10 @@ void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
   for (const auto* points : {&list, &next})
     for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
   a.buffer(ctx, "active groups", group_active_);
+  a.buffer(ctx, "last nodes of patches", last_x_);
+  a.buffer(ctx, "motion against itself", self_motion_);
+  a.buffer(ctx, "sleeping groups", group_sleep_);
+  a.buffer(ctx, "sleeping points", point_sleep_);
   a.buffer(ctx, "weights of nodes", row_weight_);
   if (!a.reads()) return;
   ctx.upload(contact, contact_.view());
