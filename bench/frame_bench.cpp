@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <compare>
 #include <cstdlib>
+#include <functional>
 #include <random>
 
 #include "bench.h"
@@ -40,6 +43,13 @@ SyntheticSource open_source(const SourceDescription& source, int frames) {
 /// is no bound: the surface of 100^3 voxels and a body of 10,000 nodes are read in less than that.
 constexpr double kGraphNode_ms = 0.0005;
 
+struct SlowFrame {
+  double ms = 0;
+  std::int64_t tick = 0;
+  int substeps = 0;
+  auto operator<=>(const SlowFrame&) const = default;
+};
+
 nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
   Scene scene = read_scene(std::string("scenes/") + c.scene + ".yaml");
   scene.reconstruction.resolution = c.resolution;
@@ -51,12 +61,15 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
   FrameSet frame;
   double last_s = 0;
   int substeps = 0;
+  std::vector<SlowFrame> frames;
   while (source.next(frame) == NextFrame::success) {
     check_stop();
     const double dt_s = frame.tick == 0 ? 0 : frame.time_s - last_s + (c.jitter_s > 0 ? jitter_s(random) : 0);
     last_s = frame.time_s;
     frame.captured_s = now_s();  // the masks are on the host now
-    substeps = std::max(substeps, simulation.step(frame, dt_s).substeps);
+    const int count = simulation.step(frame, dt_s).substeps;
+    substeps = std::max(substeps, count);
+    frames.push_back({simulation.timings().last_ms("frame"), frame.tick, count});
   }
   const Timings& t = simulation.timings();
   nlohmann::json row{{"name", c.name},
@@ -69,6 +82,10 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
                      {"recordings", simulation.recordings()},
                      {"floor_ms", nullptr}};
   for (const std::string& stage : t.stages()) row["stages_ms_p50"][stage] = t.percentile_ms(stage, 50);
+  std::partial_sort(frames.begin(), frames.begin() + 5, frames.end(), std::greater<>());
+  for (std::size_t i = 0; i < 5; ++i)
+    row["slowest"].push_back(
+        {{"ms", frames[i].ms}, {"tick", frames[i].tick}, {"substeps", frames[i].substeps}});
   const auto step = [&] { simulation.step(frame, 1.0 / 30); };
   row["launches"] = launches(devices.context(0), step);
   if (devices.device(0).is_cuda()) row["floor_ms"] = kGraphNode_ms * row["launches"].get<double>();

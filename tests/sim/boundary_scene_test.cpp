@@ -218,12 +218,13 @@ TEST(BoundaryScene, WhyABodyIsOnOneDeviceIsSaid) {
   };
   Scene scene = free_scene(TissueModel::tled);
   scene.bodies[0].contact = true;
-  EXPECT_EQ(text(scene), "on one device of 2, as the real surface may touch it ('contact')");
+  EXPECT_EQ(text(scene), "stepped by 2 of 2 devices");
   scene = free_scene(TissueModel::flsm);
   scene.bodies[0].shape.size_m = {0.1, 0.1, 0.1};
   scene.bodies[0].fixed.clear();
   scene.probes.clear();
-  EXPECT_EQ(text(scene), "on one device of 2, as it is too small to be cut, or for more to pay");
+  EXPECT_EQ(text(scene),
+            "on one device of 2, as it is too small to be cut, or for more to pay, or touches bodies");
 }
 
 std::string refusal(const Scene& scene) {

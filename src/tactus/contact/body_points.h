@@ -158,8 +158,8 @@ struct PointBlocks {
 };
 
 /// At most so many triangles are kept per point. On a hull whose edges are half a spacing, those within an
-/// eighth of a spacing of a point that touches are 1 to 8.
-inline constexpr Index kNearTriangles = 24;
+/// eighth of a spacing of a point that touches are 1 to 8; of a point deep in a finger, up to 48.
+inline constexpr Index kNearTriangles = 48;
 
 /// What the last search round a point found.
 struct PointNeighbours {

@@ -68,12 +68,14 @@ struct FindContacts {
     float sleep_m[kPoints];  ///< so far it may move without touching anything
     PointNeighbours near[kPoints];
     std::uint32_t to_search[kPoints], crowded[kPoints];  ///< owners, as bits
-    std::uint32_t searched_owners;
+    std::uint32_t searched_owners, crowded_owners;
     int awake[kPoints], awake_count, lost[kPoints], lost_count;
     float distance2_m2[kPoints][kNearTriangles], side_m[kPoints][kNearTriangles],
         share[kPoints][kNearTriangles];
     Index faces[kPoints][kNearTriangles];
     TriangleSearch search[kSearches];
+    SurfaceGap gap[kPoints];  ///< to what has too many triangles for a list, where all lanes looked for it
+    Index gap_owner[kPoints];
     float node_moved2_m2[kThreads];
   };
 
@@ -82,7 +84,7 @@ struct FindContacts {
     if (body.nodes.has_stopped()) return;
     const Index block = first_block + b.index(), first = blocks.first[block],
                 count = blocks.first[block + 1] - first;
-    b.on_one_thread([&] { s.searched_owners = 0; });
+    b.on_one_thread([&] { s.searched_owners = s.crowded_owners = 0; });
     // On a GPU, all points are looked at in the time of one.
     float moved_m = kNever;
     if constexpr (Block::kIsLoop) {
@@ -170,6 +172,7 @@ struct FindContacts {
     s.moved_m[t] = moved;
     s.near[t] = near;
     s.crowded[t] = 0;
+    s.gap_owner[t] = -1;
     s.now[t] = Now::listed;
     if (!lost) return;
     lose(t, s);
@@ -290,9 +293,23 @@ struct FindContacts {
       });
     });
     once([&](TriangleSearch& q) {
-      if (q.listed > static_cast<std::uint32_t>(kNearTriangles)) s.crowded[q.point] |= 1U << owner;
+      if (q.listed > static_cast<std::uint32_t>(kNearTriangles)) crowd(q, owner, s);
       s.near[q.point].count = static_cast<Index>(min(q.listed, static_cast<std::uint32_t>(kNearTriangles)));
     });
+    if constexpr (!Block::kIsLoop) {
+      if ((s.crowded_owners >> owner & 1U) == 0U) return;
+      const auto is_crowded = [&](int g) {
+        return is_wanted(g) && (s.crowded[s.search[g].point] >> owner & 1U) != 0U;
+      };
+      find_gaps(b, s.search, n, is_crowded, mesh, piece, body.reach_m, [&](Index t, const SurfaceGap& gap) {
+        s.gap[t] = gap;
+        s.gap_owner[t] = owner;
+      });
+    }
+  }
+  TACTUS_HD static void crowd(const TriangleSearch& q, Index owner, Shared& s) {
+    s.crowded[q.point] |= 1U << owner;
+    atomic_or(s.crowded_owners, 1U << owner);
   }
   /// Whether the owner is near, so that its triangles are to be listed, or only how far it is.
   TACTUS_HD void weigh(TriangleSearch& q, Index owner, float sure, Shared& s) const {
@@ -304,7 +321,7 @@ struct FindContacts {
     }
     if (q.candidates > static_cast<std::uint32_t>(TriangleSearch::kCandidates)) {
       near.owners |= 1U << owner;
-      s.crowded[q.point] |= 1U << owner;
+      crowd(q, owner, s);
       return;
     }
     const TriangleSearch::Nearest nearest = q.nearest();
@@ -315,7 +332,7 @@ struct FindContacts {
     near.owners |= 1U << owner;
     q.within_m = max(2 * margin_m, max(nearest.distance_m, q.way_m) + margin_m);
     if (q.within_m > sure) {
-      s.crowded[q.point] |= 1U << owner;
+      crowd(q, owner, s);
       q.within_m = -1;
       return;
     }
@@ -344,6 +361,10 @@ struct FindContacts {
     const MeetingPoint at = meet(owner, s.x_m[t], s.v_m_s[t], face);
     GapOfTriangles found(body.reach_m);
     bool crowded = (s.crowded[t] >> owner & 1U) != 0U;
+    if (crowded && s.gap_owner[t] == owner) {
+      gap = s.gap[t];
+      return true;
+    }
     if (!crowded) {
       found = listed(i, t, owner, at.p_m, s);
       const float way = min(length(at.p_m - at.before_m), body.reach_m);

@@ -85,12 +85,13 @@ struct SeenTriangle {
 ///  - A point that went through a triangle from its front is held on that triangle's plane: thin objects.
 ///  - Else the nearest triangle decides whether it is inside, and it is brought to the nearest one; if it
 ///    touched before, to the nearest one that faces as it did there.
+/// Nothing farther than the reach counts.
 /// Those that share the nearest edge or corner tell the side together: by their normals, weighted by their
 /// angles there (Baerentzen & Aanaes 2005). The nearest point q is on all their planes, so
 /// (p - q) . sum_t w_t n_t is the weighted sum of p's distances from the planes. It is summed as an integer,
 /// whatever the order. A triangle in several pieces counts once.
 struct GapOfTriangles {
-  float nearest2_m2, held2_m2;  ///< squared distances, at first those beyond which nothing counts
+  float reach2_m2, nearest2_m2, held2_m2;  ///< squared distances
   float share = 2;
   Index crossed = -1, nearest = -1, held = -1;  ///< slots
   float crossed_side_m = 0, nearest_side_m = 0, held_side_m = 0;
@@ -98,8 +99,10 @@ struct GapOfTriangles {
   Index tied[kTied], tied_count = 0;
   std::int64_t side = 0;
 
-  TACTUS_HD explicit GapOfTriangles(float reach_m) : nearest2_m2(sqr(reach_m)), held2_m2(sqr(reach_m)) {}
+  TACTUS_HD explicit GapOfTriangles(float reach_m)
+      : reach2_m2(sqr(reach_m)), nearest2_m2(reach2_m2), held2_m2(reach2_m2) {}
   TACTUS_HD void see(const SeenTriangle& t, Index slot) {
+    if (t.distance2_m2 > reach2_m2) return;
     nearest2_m2 = min(nearest2_m2, t.distance2_m2);
     if (t.faces != 0) held2_m2 = min(held2_m2, t.distance2_m2);
     if (!(t.share < share || (t.share == share && t.share < 2.F && slot < crossed))) return;
@@ -135,11 +138,12 @@ struct GapOfTriangles {
     return {-distance, distance > 1e-7F ? (-1.F / distance) * offset : face, true};
   }
   static constexpr float kTie = 1e-4F;  ///< closest points on a shared edge differ by rounding
+  TACTUS_HD static bool ties(float distance2, float least2) { return distance2 <= (1.F + kTie) * least2; }
 
  private:
   /// Returns whether the triangle is one of the nearest.
   TACTUS_HD static bool choose(const SeenTriangle& t, Index slot, float least2, Index& best, float& side_m) {
-    if (!(t.distance2_m2 <= (1.F + kTie) * least2)) return false;
+    if (!ties(t.distance2_m2, least2)) return false;
     const bool farther = abs(t.side_m) > abs(side_m);
     if (best >= 0 && !farther && !(abs(t.side_m) == abs(side_m) && slot < best)) return true;
     best = slot;

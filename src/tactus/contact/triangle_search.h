@@ -20,6 +20,34 @@ struct LeastDistance {
   TACTUS_HD bool found() const { return key != 0; }
 };
 
+/// Which of very many triangles decide a point's gap, found in any order: those that GapOfTriangles would
+/// choose of all.
+struct DecidingTriangles {
+  static constexpr int kMost = 32;
+  LeastDistance nearest2_m2, held2_m2, share;
+  float reach2_m2 = 0;
+  std::uint32_t count = 0;
+  Index slot[kMost];
+
+  TACTUS_HD void see(const SeenTriangle& t) {
+    if (t.distance2_m2 > reach2_m2) return;
+    nearest2_m2.see(t.distance2_m2);
+    if (t.faces != 0) held2_m2.see(t.distance2_m2);
+    if (t.share < 2.F) share.see(t.share);
+  }
+  TACTUS_HD float nearest2() const { return nearest2_m2.found() ? nearest2_m2.value() : reach2_m2; }
+  TACTUS_HD float held2() const { return held2_m2.found() ? held2_m2.value() : reach2_m2; }
+  /// Once all were seen.
+  TACTUS_HD void take(const SeenTriangle& t, Index s) {
+    const bool decides = share.found() ? t.distance2_m2 <= reach2_m2 && t.share == share.value()
+                                       : GapOfTriangles::ties(t.distance2_m2, nearest2()) ||
+                                             (t.faces != 0 && GapOfTriangles::ties(t.distance2_m2, held2()));
+    if (!decides) return;
+    const auto at = static_cast<int>(atomic_fetch_add(count, 1));  // in any order, as all are weighed
+    if (at < kMost) slot[at] = s;
+  }
+};
+
 /// A search round one point for the triangles of one owner, by all lanes of a group.
 struct TriangleSearch {
   static constexpr int kLanes = 32, kCells = 27, kOwnCell = 13, kCandidates = 32;
@@ -33,7 +61,8 @@ struct TriangleSearch {
   LeastDistance least;
   std::uint32_t candidates, listed;
   float distance2_m2[kCandidates], side_m[kCandidates];
-  float within_m;  ///< so near are the triangles that are listed; < 0: none are
+  float within_m;              ///< so near are the triangles that are listed; < 0: none are
+  DecidingTriangles deciding;  ///< where they are too many for a list
   static constexpr float kNone = 1e30F;
 
   TACTUS_HD void find_cell(const SurfaceTrianglesView& mesh, int c) {
@@ -61,7 +90,9 @@ struct TriangleSearch {
   }
   /// Strings together the slots of all cells in which a triangle may have to be listed, as far as is known.
   TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float reach_m, float margin_m) {
-    const float bound = max(way_m, least.found() ? min(least.value(), reach_m) : reach_m) + 2 * margin_m;
+    choose_runs(mesh, max(way_m, least.found() ? min(least.value(), reach_m) : reach_m) + 2 * margin_m);
+  }
+  TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float bound) {
     const float most = mesh.cells.grid.inverse_cell_1_m * bound + mesh.kLargestBall;
     runs = total = 0;
     for (int c = 0; c < kCells; ++c) {
@@ -104,6 +135,48 @@ struct TriangleSearch {
       }
     });
   }
+  /// f(slot, triangle) for triangles of the runs whose balls are so near.
+  template <class F>
+  TACTUS_HD void for_each_seen(const SurfaceTrianglesView& mesh, Index own, float reach_m, int lane,
+                               int lanes, F&& f) const {
+    for_each_run(lane, lanes, [&](Index first, Index last) {
+      for (Index s = first; s < last; s += lanes) {
+        const TriangleBall ball = mesh.balls[s];
+        const Vec3f to = at.p_m - ball.middle_m;
+        if (dot(to, to) > sqr(within_m + ball.radius_m) || !mesh.is_of(own, s)) continue;
+        f(s, SeenTriangle::of(mesh.corners[s], at.p_m, at.before_m, at.facing, mesh.slack_m(reach_m)));
+      }
+    });
+  }
+  /// Begins the search for the gap among all triangles; what touched may be held by one up to the reach.
+  TACTUS_HD void begin_gap(const SurfaceTrianglesView& mesh, float reach_m) {
+    deciding = {};
+    deciding.reach2_m2 = sqr(reach_m);
+    within_m = touched() ? reach_m : max(way_m, nearest_within_m(reach_m));
+    choose_runs(mesh, within_m);
+  }
+  /// Once distances are known, only the nearest count, or those on the way.
+  TACTUS_HD void narrow_gap() {
+    within_m = max(way_m, (1.F + GapOfTriangles::kTie) *
+                              tactus::sqrt(touched() ? deciding.held2() : deciding.nearest2()));
+  }
+  TACTUS_HD bool touched() const { return dot(at.facing, at.facing) > 0.F; }
+  TACTUS_HD SurfaceGap gap(const SurfaceTrianglesView& mesh, Index own, float reach_m) const {
+    const auto count = static_cast<int>(deciding.count);
+    if (count > DecidingTriangles::kMost) return mesh.gap(own, at.p_m, at.before_m, reach_m, at.facing);
+    GapOfTriangles found(reach_m);
+    const auto for_each = [&](auto&& f) {
+      for (int k = 0; k < count; ++k) {
+        const Index s = deciding.slot[k];
+        f(SeenTriangle::of(mesh.corners[s], at.p_m, at.before_m, at.facing, mesh.slack_m(reach_m)), s);
+      }
+    };
+    for_each([&](const SeenTriangle& t, Index s) { found.see(t, s); });
+    if (found.crossed < 0)
+      for_each(
+          [&](const SeenTriangle& t, Index s) { found.choose(t, s, mesh.face[s], mesh.corners[s], at.p_m); });
+    return found.inside() ? found.gap(mesh.corners[found.slot()], at.p_m) : SurfaceGap{};
+  }
   /// The triangle that is nearest is no farther.
   TACTUS_HD float nearest_within_m(float reach_m) const {
     return least.found() ? min(1.0002F * least.value(), reach_m) : reach_m;
@@ -129,5 +202,30 @@ struct TriangleSearch {
     return {tactus::sqrt(least2), side};
   }
 };
+
+/// The gaps of points with too many triangles for a list, by all lanes of a group each: one thread alone
+/// takes half a millisecond. tell(point, gap) for the searches g < n where select(g).
+template <class Block, class S, class F>
+TACTUS_HD void find_gaps(const Block& b, TriangleSearch* searches, int n, const S& select,
+                         const SurfaceTrianglesView& mesh, Index own, float reach_m, F&& tell) {
+  constexpr int kEach = TriangleSearch::kLanes;
+  const auto for_each_seen = [&](auto&& f) {
+    b.template for_groups<kEach>(n, select, [&](int g, int lane) {
+      TriangleSearch& q = searches[g];
+      q.for_each_seen(mesh, own, reach_m, lane, kEach,
+                      [&](Index slot, const SeenTriangle& t) { f(q.deciding, slot, t); });
+    });
+  };
+  const auto once = [&](auto&& f) {
+    b.for_threads(n, [&](int g) {
+      if (select(g)) f(searches[g]);
+    });
+  };
+  once([&](TriangleSearch& q) { q.begin_gap(mesh, reach_m); });
+  for_each_seen([](DecidingTriangles& d, Index, const SeenTriangle& t) { d.see(t); });
+  once([](TriangleSearch& q) { q.narrow_gap(); });
+  for_each_seen([](DecidingTriangles& d, Index slot, const SeenTriangle& t) { d.take(t, slot); });
+  once([&](TriangleSearch& q) { tell(q.point, q.gap(mesh, own, reach_m)); });
+}
 
 }  // namespace tactus
