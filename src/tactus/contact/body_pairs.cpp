@@ -221,6 +221,30 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   ctx.parallel_for("contact/move pairs", nodes_.size(), MovePairs{t, s});
 }
 
+void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
+  std::vector<PairContact> contact = to_host(ctx, contact_.const_view());
+  std::vector<std::uint32_t> list = to_host(ctx, cube_list_.const_view()),
+                             next = to_host(ctx, next_.const_view());
+  a.values("contacts", contact);
+  a.values("points in cubes", list);
+  a.values("next points in cubes", next);
+  const auto is_cube = [&](Index cube) { return cube >= -1 && cube < cubes_.size(); };
+  for (const PairContact& c : contact) a.check(is_cube(c.cube) && is_cube(c.held_cube), "contacts");
+  for (const auto* points : {&list, &next})
+    for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
+  a.buffer(ctx, "active groups", group_active_);
+  a.buffer(ctx, "last nodes of patches", last_x_);
+  a.buffer(ctx, "motion against itself", self_motion_);
+  a.buffer(ctx, "sleeping groups", group_sleep_);
+  a.buffer(ctx, "sleeping points", point_sleep_);
+  a.buffer(ctx, "weights of nodes", row_weight_);
+  if (!a.reads()) return;
+  ctx.upload(contact, contact_.view());
+  ctx.upload(list, cube_list_.view());
+  ctx.upload(next, next_.view());
+  ctx.synchronize();
+}
+
 void BodyPairs::end_frame(ExecContext& ctx) {
   const Index n = bodies_.size();
   for (Index a = 0; a < n; ++a) {

@@ -43,6 +43,8 @@ class BodyPairs {
   /// @param poses of the real surface: moments are about its centre
   void correct(ExecContext& ctx, View<const SurfacePoses> poses);
   void end_frame(ExecContext& ctx);
+  /// What it keeps from frame to frame. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
   Index body_count() const { return bodies_.size(); }
   /// (bodies²) Sums of the frame that ended: at a bodies + b, what points of a did to b.
   View<const OwnerTotals> totals() const { return totals_.const_view(); }

@@ -187,6 +187,23 @@ void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
                               fine_.overflow(), coarse_.overflow(), report_.view()});
 }
 
+void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
+  for (Buffer<SurfacePieces>* pieces : {&pieces_, &last_pieces_}) {
+    std::vector<SurfacePieces> all = to_host(ctx, pieces->const_view());
+    a.values("pieces", all);
+    a.check(all[0].count >= 0 && all[0].count <= kPieces, "pieces");
+    for (const SurfacePiece& piece : all[0].piece)
+      a.check(piece.next >= -1 && piece.next < kPieces && piece.samples >= 0 &&
+                  piece.samples <= settings_.max_samples,
+              "pieces");
+    if (!a.reads()) continue;
+    ctx.upload(all, pieces->view());
+    ctx.synchronize();
+  }
+  a.buffer(ctx, "motions", motions_);
+  a.buffer(ctx, "report", report_);
+}
+
 RealSurfaceReport RealSurface::report(ExecContext& ctx) const {
   return to_host(ctx, report_.const_view())[0];
 }

@@ -7,6 +7,7 @@
 #include "tactus/contact/sample_level.h"
 #include "tactus/contact/surface_report.h"
 #include "tactus/contact/surface_triangles.h"
+#include "tactus/frame/state_archive.h"
 
 namespace tactus {
 
@@ -52,6 +53,9 @@ class RealSurface {
   }
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
+  /// What can't be made from the last frame's mesh, which must have been updated to: names and motions of its
+  /// pieces. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
   /// (1) The separate pieces.
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
   /// (kPieces) How each piece moves from this frame on.

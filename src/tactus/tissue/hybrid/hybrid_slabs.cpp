@@ -442,6 +442,17 @@ std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
   return all;
 }
 
+void HybridSlabs::archive(StateArchive& a) {
+  std::vector<Vec3f> x_m = positions_m(), v_m_s = velocities_m_s();
+  a.values("positions", x_m);
+  a.values("velocities", v_m_s);
+  if (a.reads()) set_state(x_m, v_m_s);
+  for (auto& part : parts_) {
+    part->tissue.archive(part->ctx, a);
+    part->boundary.archive(part->ctx, a);
+  }
+}
+
 std::vector<Vec3f> HybridSlabs::positions_m() { return all_of(&BodyState::x_m); }
 std::vector<Vec3f> HybridSlabs::velocities_m_s() { return all_of(&BodyState::v_m_s); }
 

@@ -118,6 +118,8 @@ class HybridSlabs {
   /// recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a shape-matched
   /// cube is cut.
   void apply(const TopologyChange& change);
+  /// State of a body that is not cut; slabs and devices must be the same. Synchronizes.
+  void archive(StateArchive& a);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
@@ -130,11 +132,11 @@ class HybridSlabs {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
     void look(int k, View<const FrameParams> frame, int every) {
-      watch.look(ctx, own(state.x_m), own(state.v_m_s), k, frame, every);
+      watch.look(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
       if (!patch_watch) return;
       const Slab patch = tissue.window().patch;
       patch_watch->look(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
-                        state.v_m_s.const_view().part(patch.begin, patch.count()), k, frame, every);
+                        state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
     }
     /// Of all nodes of the body, those that it holds.
     std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;
