@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <compare>
 #include <cstdlib>
-#include <functional>
 #include <random>
 
 #include "bench.h"
@@ -43,12 +41,18 @@ SyntheticSource open_source(const SourceDescription& source, int frames) {
 /// is no bound: the surface of 100^3 voxels and a body of 10,000 nodes are read in less than that.
 constexpr double kGraphNode_ms = 0.0005;
 
-struct SlowFrame {
+struct FrameTime {
   double ms = 0;
   std::int64_t tick = 0;
   int substeps = 0;
-  auto operator<=>(const SlowFrame&) const = default;
+  nlohmann::json stages_ms;
 };
+
+FrameTime last_frame(const Timings& timings, std::int64_t tick, int substeps) {
+  FrameTime frame{timings.last_ms("frame"), tick, substeps, {}};
+  for (const std::string& stage : timings.stages()) frame.stages_ms[stage] = timings.last_ms(stage);
+  return frame;
+}
 
 nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
   Scene scene = read_scene(std::string("scenes/") + c.scene + ".yaml");
@@ -61,7 +65,7 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
   FrameSet frame;
   double last_s = 0;
   int substeps = 0;
-  std::vector<SlowFrame> frames;
+  std::vector<FrameTime> frames;
   while (source.next(frame) == NextFrame::success) {
     check_stop();
     const double dt_s = frame.tick == 0 ? 0 : frame.time_s - last_s + (c.jitter_s > 0 ? jitter_s(random) : 0);
@@ -69,7 +73,7 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
     frame.captured_s = now_s();  // the masks are on the host now
     const int count = simulation.step(frame, dt_s).substeps;
     substeps = std::max(substeps, count);
-    frames.push_back({simulation.timings().last_ms("frame"), frame.tick, count});
+    frames.push_back(last_frame(simulation.timings(), frame.tick, count));
   }
   const Timings& t = simulation.timings();
   nlohmann::json row{{"name", c.name},
@@ -82,10 +86,13 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
                      {"recordings", simulation.recordings()},
                      {"floor_ms", nullptr}};
   for (const std::string& stage : t.stages()) row["stages_ms_p50"][stage] = t.percentile_ms(stage, 50);
-  std::partial_sort(frames.begin(), frames.begin() + 5, frames.end(), std::greater<>());
+  std::partial_sort(frames.begin(), frames.begin() + 5, frames.end(),
+                    [](const FrameTime& a, const FrameTime& b) { return a.ms > b.ms; });
   for (std::size_t i = 0; i < 5; ++i)
-    row["slowest"].push_back(
-        {{"ms", frames[i].ms}, {"tick", frames[i].tick}, {"substeps", frames[i].substeps}});
+    row["slowest"].push_back({{"ms", frames[i].ms},
+                              {"tick", frames[i].tick},
+                              {"substeps", frames[i].substeps},
+                              {"stages_ms", frames[i].stages_ms}});
   const auto step = [&] { simulation.step(frame, 1.0 / 30); };
   row["launches"] = launches(devices.context(0), step);
   if (devices.device(0).is_cuda()) row["floor_ms"] = kGraphNode_ms * row["launches"].get<double>();
