@@ -3,7 +3,7 @@
 /// internal forces move them there (element_forces.h), and they go back.
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/tled/element_forces.h"
-#include "tactus/tissue/vector_fields.h"
+#include "tactus/geom/vector_fields.h"
 
 namespace tactus::tled {
 
