@@ -59,8 +59,9 @@ std::vector<double> time_ms(const std::function<void()>& body, int least, double
   return ms;
 }
 
-nlohmann::json kernels_ms(ExecContext& ctx, const std::function<void()>& run) {
-  Timings timings;
+namespace {
+
+void profile(ExecContext& ctx, const std::function<void()>& run, Timings& timings) {
   ctx.profile(&timings);
   try {
     run();
@@ -69,9 +70,24 @@ nlohmann::json kernels_ms(ExecContext& ctx, const std::function<void()>& run) {
     throw;
   }
   ctx.profile(nullptr);
+}
+
+}  // namespace
+
+nlohmann::json kernels_ms(ExecContext& ctx, const std::function<void()>& run) {
+  Timings timings;
+  profile(ctx, run, timings);
   nlohmann::json kernels;
   for (const std::string& name : timings.stages()) kernels[name] = timings.percentile_ms(name, 50);
   return kernels;
+}
+
+double launches(ExecContext& ctx, const std::function<void()>& run) {
+  Timings timings;
+  profile(ctx, run, timings);
+  double count = 0;
+  for (const std::string& name : timings.stages()) count += static_cast<double>(timings.count(name));
+  return count;
 }
 
 double p(const std::vector<double>& ms, double percent) { return percentile(ms, percent); }

@@ -47,6 +47,8 @@ std::vector<double> time_ms(const std::function<void()>& body, int least = 30, d
 /// Median milliseconds of every kernel that `run` launches there, run one by one: where time goes. On GPUs
 /// each has the wait for it on top.
 nlohmann::json kernels_ms(ExecContext& ctx, const std::function<void()>& run);
+/// Of the kernels that `run` launches there: how many.
+double launches(ExecContext& ctx, const std::function<void()>& run);
 /// p-th percentile of milliseconds.
 double p(const std::vector<double>& ms, double percent);
 

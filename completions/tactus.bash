@@ -5,7 +5,7 @@ _tactus() {
     --source) COMPREPLY=($(compgen -W "synthetic videos masks middlebury kinect" -- "$cur")); return ;;
     --devices) COMPREPLY=($(compgen -W "auto cpu cpu:2 cuda:0 cuda:all" -- "$cur")); return ;;
     --view) COMPREPLY=($(compgen -W "file none" -- "$cur")); return ;;
-    --json|--mesh|--out|--texture-views) COMPREPLY=($(compgen -f -- "$cur")); return ;;
+    --json|--mesh|--out|--texture-views|--checkpoint|--restart) COMPREPLY=($(compgen -f -- "$cur")); return ;;
   esac
   if [ "$COMP_CWORD" -eq 1 ]; then
     COMPREPLY=($(compgen -W "$(_tactus_verbs "$program") $(_tactus_flags "$program")" -- "$cur"))

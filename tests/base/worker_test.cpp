@@ -62,6 +62,8 @@ TEST(Timing, KeepsTheNewestSamplesAlone) {
   EXPECT_EQ(timings.percentile_ms("stage", 0), 1000);
   for (int k = 0; k < count; ++k) timings.add("stage", 0, 2);
   EXPECT_EQ(timings.percentile_ms("stage", 0), 2000);
+  EXPECT_EQ(timings.count("stage"), Timings::kMostSamples);
+  EXPECT_EQ(timings.count("another"), 0U);
   timings.add("stage", 0, 3);
   EXPECT_EQ(timings.last_ms("stage"), 3000);
 }

@@ -140,6 +140,8 @@ TEST_F(BadInput, MasksThatCantBeUsed) {
   fs::create_directories(path("m.png"));
   expect_mask_refused({"camera 'left': " + path("m.png") + ": no such image"});
   expect_refused(reconstruct("masks", rig({{.name = "left"}})), 2, {"camera 'left': has no 'mask'"});
+  expect_refused("masks " + rig({{.name = "left", .mask = "m.png"}}) + " --alpha --out " + path("out"), 2,
+                 {"--alpha", "--source 'masks'", "expected --source videos"});
 }
 
 TEST_F(BadInput, VideosThatCantBeUsed) {

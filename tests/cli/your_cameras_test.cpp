@@ -40,7 +40,7 @@ TEST_F(YourCameras, EveryCommandOfThePageWorks) {
       commands.push_back(line.substr(11));
   }
   write("rig.yaml", rig);
-  ASSERT_EQ(commands.size(), 6U);
+  ASSERT_EQ(commands.size(), 7U);
   const fs::path before = fs::current_path();
   fs::current_path(path(""));
   for (const std::string& command : commands) {
@@ -55,6 +55,8 @@ TEST_F(YourCameras, EveryCommandOfThePageWorks) {
   EXPECT_NEAR(frame["volume_m3"].get<double>(), 0.2, 0.04);
   EXPECT_TRUE(fs::exists(path("hull.ply")));
   EXPECT_TRUE(fs::exists(path("doctor.html")));
+  EXPECT_TRUE(fs::exists(path("masks/cam4_0000.png")));
+  EXPECT_TRUE(fs::exists(path("masks/cam4_0000_alpha.png")));
 }
 
 class Doctor : public test::ProgramTest {

@@ -74,6 +74,7 @@ Family family_of(std::string_view name) {
   if (name == "volume") return Family::volume;
   if (name == "scene") return Family::scene;
   if (name == "calibration") return Family::calibration;
+  if (name == "checkpoint") return Family::checkpoint;
   return Family::image;
 }
 
@@ -104,6 +105,9 @@ void read_input(Family family, const std::string& bytes) {
       expect_answer([&] { read_kinect_calibration(file.path(), 1280, 720); });
       return;
     }
+    case Family::checkpoint:
+      expect_answer([&] { read_checkpoint(bytes); });
+      return;
     case Family::image: {
       const MemoryFile file(bytes);
       expect_answer([&] { read_image(file.path(), cv::IMREAD_UNCHANGED); });

@@ -33,8 +33,8 @@ std::string rig_error(const std::string& yaml) {
 
 TEST(DataSources, VideoSilhouettesBeatAMixtureModel) {
   SKIP_WITHOUT_DATA();
-  const auto masks = open_source("masks", rig_path("horseman-masks.yaml"));
-  const auto videos = open_source("videos", rig_path("horseman.yaml"));
+  const auto masks = open_source(SourceKind::masks, rig_path("horseman-masks.yaml"));
+  const auto videos = open_source(SourceKind::videos, rig_path("horseman.yaml"));
   FrameSet truth, seen;
   ASSERT_EQ(masks->next(truth), NextFrame::success);
   ASSERT_EQ(videos->next(seen), NextFrame::success);
@@ -55,7 +55,7 @@ TEST(DataSources, VideoSilhouettesBeatAMixtureModel) {
 
 TEST(DataSources, MiddleburyDeliversTheGoodImages) {
   SKIP_WITHOUT_DATA();
-  const auto source = open_source("middlebury", data_folder() + "/middlebury_dino");
+  const auto source = open_source(SourceKind::middlebury, data_folder() + "/middlebury_dino");
   FrameSet frame;
   ASSERT_EQ(source->next(frame), NextFrame::success);
   EXPECT_EQ(frame.silhouettes.size(), 15U);
@@ -114,7 +114,8 @@ TEST(Photos, MaskOfAnotherSizeIsRefused) {
 }
 
 TEST(DataSources, UnknownKindAndOddMasks) {
-  EXPECT_THROW(open_source("video", "x"), Error);
+  EXPECT_THROW(open_source(SourceKind::synthetic, "x"), Error);
+  EXPECT_NE(message_of([] { source_kind("video"); }).find("did you mean 'videos'"), std::string::npos);
   Rig rig;
   rig.cameras.resize(2);
   rig.cameras[1].name = "b";

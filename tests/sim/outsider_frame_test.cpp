@@ -130,6 +130,39 @@ TEST(OutsiderFrame, ABallAtThreeMetresPerSecondIsSurvivedOrNamed) {
   EXPECT_EQ(p.notices.find("inverted") != std::string::npos, p.most_inverted > 0);
 }
 
+/// A ball at 3 m/s that stays 0.6 m away, and a shape-matched body that falls at 2 m/s, strain no element: as
+/// many substeps as at rest.
+TEST(OutsiderFrame, WhatStrainsNothingAsksForNoSubsteps) {
+  Scene scene = block_scene();
+  scene.bodies[0].placement.position_m.x = 0.4;
+  BodyDescription falls = scene.bodies[0];
+  falls.name = "falls";
+  falls.placement.position_m = {0.1, 0.8, 0};
+  falls.contact = false;
+  falls.material.model = TissueModel::flsm;
+  falls.fixed.clear();
+  scene.bodies.push_back(falls);
+  scene.gravity_m_s2 = {0, -9.81, 0};
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.shape.scale = 0.3F;
+  options.depth = options.truth = false;
+  FrameSet frame;
+  int most = 0;
+  for (int k = 0; k < 8; ++k) {
+    options.shape.offset_m = {-0.35F, -0.2F, -0.35F + 0.1F * static_cast<float>(k)};
+    ASSERT_EQ(SyntheticSource(options).next(frame), NextFrame::success);
+    most = std::max(most, simulation.step(frame, k == 0 ? 0 : 1.0 / 30).substeps);
+  }
+  EXPECT_GT(simulation.bodies()[1]->fastest_m_s(), 2.2F);
+  int at_rest = 0;
+  for (const auto& body : simulation.bodies())
+    at_rest = std::max(at_rest, body->model().substeps_for(1.001F / 30));
+  EXPECT_LE(most, at_rest + at_rest / 4);  // gravity strains the block a little
+}
+
 TEST(OutsiderFrame, TheNumberOfSubstepsIsBounded) {
   const Played p = strike(3, 60);
   EXPECT_LE(p.most_substeps, 60);

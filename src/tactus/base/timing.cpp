@@ -44,6 +44,12 @@ double Timings::percentile_ms(const std::string& stage, double p) const {
   return it == samples_.end() ? 0 : percentile(it->second.ms, p);
 }
 
+std::size_t Timings::count(const std::string& stage) const {
+  const std::lock_guard lock(mutex_);
+  const auto at = samples_.find(stage);
+  return at == samples_.end() ? 0 : at->second.ms.size();
+}
+
 std::vector<std::string> Timings::stages() const {
   const std::lock_guard lock(mutex_);
   return order_;

@@ -28,6 +28,8 @@ class Timings {
   /// Duration of the newest sample of a stage [ms]; 0 when it never ran.
   double last_ms(const std::string& stage) const;
   double percentile_ms(const std::string& stage, double p) const;
+  /// Of the durations that count, how many there are.
+  std::size_t count(const std::string& stage) const;
   /// Stages in the order in which they first ran.
   std::vector<std::string> stages() const;
   /// Writes the Chrome trace JSON. @throws Error when the file can't be written.

@@ -42,13 +42,13 @@ struct Evidence {
   bool metric = false;  ///< some of it has a length, and agrees
 };
 
-std::string source_kind(const DoctorOptions& options) {
-  if (!options.source.empty()) return options.source;
-  if (fs::is_directory(options.rig)) return "middlebury";
+SourceKind kind_of(const DoctorOptions& options) {
+  if (!options.source.empty()) return source_kind(options.source);
+  if (fs::is_directory(options.rig)) return SourceKind::middlebury;
   const RigFile file = read_rig_file(options.rig);
   const bool masks =
       std::none_of(file.masks.begin(), file.masks.end(), [](const auto& m) { return m.empty(); });
-  return masks ? "masks" : "videos";
+  return masks ? SourceKind::masks : SourceKind::videos;
 }
 
 std::size_t camera_number(const std::vector<Camera>& cameras, const std::string& name) {
@@ -253,17 +253,18 @@ void add_evidence(Evidence evidence, bool had_distances, DoctorReport& report) {
 }
 
 DoctorReport examine(const DoctorOptions& options) {
-  const std::string kind = source_kind(options);
+  const SourceKind kind = kind_of(options);
   DataOptions data;
   data.colors = false;
   if (options.frame) data.first_frame = options.frame;
   const std::unique_ptr<FrameSource> source = open_source(kind, options.rig, data);
   DoctorInput input{source->rig().cameras, {}, source->rig().workspace_m};
-  const bool is_rig_file = kind == "masks" || kind == "videos";
+  const bool is_rig_file = kind == SourceKind::masks || kind == SourceKind::videos;
   const RigFile file = is_rig_file ? read_rig_file(options.rig) : RigFile{};
   if (is_rig_file) input.R_file_world = file.R_file_world;
   if (!options.corners.empty() && !is_rig_file)
-    throw usage_error("--corners needs a rig file: a folder of '" + kind + "' has no lenses");
+    throw usage_error(std::string("--corners needs a rig file: a folder of '") + word_of(kind) +
+                      "' has no lenses");
   FrameSet frame, first;
   while (input.ticks.size() < kTicks) {
     const NextFrame next = source->next(frame);

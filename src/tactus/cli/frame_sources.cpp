@@ -35,12 +35,8 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, con
 
 SourceDescription describe_source(const std::string& kind, const std::string& what,
                                   const std::string& frames) {
-  static const std::string kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
   SourceDescription source;
-  const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind);
-  if (found == std::end(kKinds))
-    throw usage_error("--source '" + kind + "' is unknown" + suggestion(kind, kKinds));
-  source.kind = static_cast<SourceKind>(found - std::begin(kKinds));
+  source.kind = source_kind(kind);
   (source.kind == SourceKind::synthetic ? source.figure : source.path) = what;
   source.frames = {0, source.kind == SourceKind::videos ? std::nullopt : std::optional<int>(0)};
   if (frames.empty()) return source;
@@ -78,6 +74,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
   DataOptions options;
   options.colors = contents.colors;
   options.depth = contents.depth;
+  options.alphas = contents.alphas;
   options.fps = source.fps;
   options.threshold = contents.threshold;
   if (workspace_m)
@@ -86,8 +83,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
     options.first_frame = source.frames.first;
     options.last_frame = source.frames.last;
   }
-  static constexpr const char* kKinds[] = {"synthetic", "videos", "masks", "middlebury", "kinect"};
-  return open_source(kKinds[static_cast<int>(source.kind)], source.path, options);
+  return open_source(source.kind, source.path, options);
 }
 
 }  // namespace tactus

@@ -14,6 +14,7 @@ namespace tactus {
 /// What of a source is wanted besides silhouettes.
 struct SourceContents {
   bool truth = false;                         ///< the volume of synthetic figures
+  bool alphas = false;                        ///< of videos: 8-bit edges of the silhouettes
   bool colors = false;                        ///< photos, where there are any
   bool depth = true;                          ///< the depth camera, where there is one
   std::optional<BoxRegion> workspace_m = {};  ///< instead of the source's own

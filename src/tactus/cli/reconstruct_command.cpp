@@ -375,8 +375,7 @@ void add_reconstruct_command(CLI::App& app) {
   auto options = std::make_shared<ReconstructOptions>();
   CLI::App* command = app.add_subcommand(
       "reconstruct", "Visual hull of a data set or a built-in figure, measured and written as a mesh");
-  command->add_option("--source", options->source, "middlebury, videos, masks, kinect or synthetic")
-      ->capture_default_str();
+  command->add_option("--source", options->source, source_kind_words())->capture_default_str();
   command->add_option("what", options->what, "folder, rig file, or figure")->required();
   command->add_option("--resolution", options->resolution, "voxels along the longest side of the workspace")
       ->capture_default_str();

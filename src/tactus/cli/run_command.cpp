@@ -13,6 +13,7 @@
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/picture_thread.h"
+#include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_report.h"
 #include "tactus/io/body_assets.h"
@@ -27,6 +28,7 @@ namespace {
 
 struct RunOptions {
   std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
+  std::string checkpoint_path, restart_path;
   int frames = 0;        ///< 0: all
   bool explain = false;  ///< where and why bodies are strained
 };
@@ -117,25 +119,28 @@ void check_photographs(const RunOptions& options, const Scene& scene, const Fram
 
 /// The loop over frames.
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
-                      Simulation& simulation, PictureThread* pictures, const std::string& stem) {
+                      Simulation& simulation, PictureThread* pictures, const std::string& stem,
+                      RunProgress& progress) {
   RunSummary summary;
   std::optional<RunExplainer> explainer;
   if (options.explain) explainer.emplace(scene);
   FrameSet frame;
-  double last_time_s = 0;
   const std::optional<int> total =
       options.frames > 0 ? std::optional<int>(options.frames) : source.frame_count();
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
     const NextFrame next = source.next(frame);
     if (next == NextFrame::no_more_data) break;
+    ++progress.taken;
     if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
     summary.note(source.status());
     if (next == NextFrame::bad_frame) {
       ++summary.bad_frames;
       continue;
     }
-    const StepReport report = simulation.step(frame, summary.frames == 0 ? 0 : frame.time_s - last_time_s);
-    last_time_s = frame.time_s;
+    const StepReport report =
+        simulation.step(frame, progress.has_last ? frame.time_s - progress.last_time_s : 0);
+    progress.last_time_s = frame.time_s;
+    progress.has_last = true;
     summary.add(report);
     summary.add_strain(simulation);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
@@ -176,6 +181,7 @@ void run(const RunOptions& options) {
       scene.output.trace)
     lock.emplace(options.out);
   if (!options.json_path.empty()) output_is_writable(options.json_path);
+  if (!options.checkpoint_path.empty()) output_is_writable(options.checkpoint_path);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(
       scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
@@ -204,8 +210,13 @@ void run(const RunOptions& options) {
     pictures->show_models(std::move(element_triangles));
   }
 
+  RunProgress progress;
+  if (!options.restart_path.empty())
+    read_checkpoint(options.restart_path, options.scene_path, *source, progress, simulation);
   const RunSummary summary =
-      run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem);
+      run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem, progress);
+  if (!options.checkpoint_path.empty())
+    write_checkpoint(options.checkpoint_path, options.scene_path, progress, simulation);
   if (summary.frames == 0 && !interrupted())
     throw Error("scene '" + scene.name + "': its source gave no usable frame: " + source->status());
   if (interrupted())
@@ -250,6 +261,10 @@ void add_run_command(CLI::App& app) {
   command->add_flag(
       "--explain", options->explain,
       "say in which frames and where bodies are strained badly, what acts there, and what it costs");
+  add_output(*command, "--checkpoint", options->checkpoint_path,
+             "state after the last frame, interrupted or not, for --restart");
+  command->add_option("--restart", options->restart_path,
+                      "go on after the last frame of a --checkpoint, with the same bits as without a stop");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();

@@ -172,6 +172,11 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   used_ = zeros(bodies.size() * bodies.size());
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
+  patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
+  last_x_ = to_device(ctx, std::vector<Vec3f>(all.patch_nodes.size()));
+  self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
+  group_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.groups.size()));
+  point_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.points.size()));
   recorded_ = Buffer<Index>(ctx.device(), size_of(all.points));
   records_ = Buffer<ContactRecord>(ctx.device(), size_of(all.points));
   totals_ = to_device(ctx, std::vector<OwnerTotals>(bodies.size() * bodies.size()));
@@ -196,9 +201,11 @@ PairTable BodyPairs::table() const {
 }
 
 PairState BodyPairs::state() {
-  return {patch_box_.view(),  body_box_.view(),  group_active_.view(), contact_.view(),
-          row_weight_.view(), cube_list_.view(), next_.view(),         recorded_.view(),
-          records_.view(),    moved_on_.view(),  used_.view(),         smallest_mass_kg_};
+  return {patch_box_.view(),   body_box_.view(),    patch_way_.view(),   last_x_.view(),
+          self_motion_.view(), group_sleep_.view(), point_sleep_.view(), group_active_.view(),
+          contact_.view(),     row_weight_.view(),  cube_list_.view(),   next_.view(),
+          recorded_.view(),    records_.view(),     moved_on_.view(),    used_.view(),
+          smallest_mass_kg_};
 }
 
 void BodyPairs::begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
@@ -212,6 +219,30 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
                    FindPairs{t, s, settings_.restitution, settings_.friction, touch_others_ ? 1 : 0});
   ctx.parallel_for("contact/pair impulses", groups_.size(), PairImpulses{t, s, poses});
   ctx.parallel_for("contact/move pairs", nodes_.size(), MovePairs{t, s});
+}
+
+void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
+  std::vector<PairContact> contact = to_host(ctx, contact_.const_view());
+  std::vector<std::uint32_t> list = to_host(ctx, cube_list_.const_view()),
+                             next = to_host(ctx, next_.const_view());
+  a.values("contacts", contact);
+  a.values("points in cubes", list);
+  a.values("next points in cubes", next);
+  const auto is_cube = [&](Index cube) { return cube >= -1 && cube < cubes_.size(); };
+  for (const PairContact& c : contact) a.check(is_cube(c.cube) && is_cube(c.held_cube), "contacts");
+  for (const auto* points : {&list, &next})
+    for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
+  a.buffer(ctx, "active groups", group_active_);
+  a.buffer(ctx, "last nodes of patches", last_x_);
+  a.buffer(ctx, "motion against itself", self_motion_);
+  a.buffer(ctx, "sleeping groups", group_sleep_);
+  a.buffer(ctx, "sleeping points", point_sleep_);
+  a.buffer(ctx, "weights of nodes", row_weight_);
+  if (!a.reads()) return;
+  ctx.upload(contact, contact_.view());
+  ctx.upload(list, cube_list_.view());
+  ctx.upload(next, next_.view());
+  ctx.synchronize();
 }
 
 void BodyPairs::end_frame(ExecContext& ctx) {

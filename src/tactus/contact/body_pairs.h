@@ -43,6 +43,8 @@ class BodyPairs {
   /// @param poses of the real surface: moments are about its centre
   void correct(ExecContext& ctx, View<const SurfacePoses> poses);
   void end_frame(ExecContext& ctx);
+  /// What it keeps from frame to frame. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
   Index body_count() const { return bodies_.size(); }
   /// (bodies²) Sums of the frame that ended: at a bodies + b, what points of a did to b.
   View<const OwnerTotals> totals() const { return totals_.const_view(); }
@@ -66,6 +68,10 @@ class BodyPairs {
   Buffer<PairNode> nodes_;
   Buffer<Index> patch_nodes_, rows_, incident_points_, incident_cubes_, recorded_;
   Buffer<PatchBox> patch_box_, body_box_;
+  Buffer<float> patch_way_;
+  Buffer<Vec3f> last_x_;
+  Buffer<SelfMotion> self_motion_;
+  Buffer<SelfSleep> group_sleep_, point_sleep_;
   Buffer<std::uint32_t> group_active_, row_weight_, cube_list_, next_, used_;
   Buffer<PairContact> contact_;
   Buffer<ContactRecord> records_;

@@ -115,6 +115,20 @@ void BodyPoints::reset(ExecContext& ctx) {
   ctx.fill_bytes(totals_.view(), 0);
 }
 
+void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
+  std::vector<Index> touching = to_host(ctx, touching_.const_view());
+  std::vector<PointContact> contact = to_host(ctx, contact_.const_view());
+  a.values("touching points", touching);
+  a.values("contacts", contact);
+  for (std::size_t p = 0; p < touching.size(); ++p)
+    a.check(touching[p] == 0 || (contact[p].owner >= 0 && contact[p].owner < kOwners), "contacts");
+  a.buffer(ctx, "weights of nodes", node_weight_);
+  if (!a.reads()) return;
+  ctx.upload(touching, touching_.view());
+  ctx.upload(contact, contact_.view());
+  ctx.synchronize();
+}
+
 void BodyPoints::end_frame(ExecContext& ctx) {
   ctx.parallel_for("contact/totals", kOwners,
                    SumRecords{recorded_.const_view(), records_.const_view(), moved_on_.view(),

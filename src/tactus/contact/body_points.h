@@ -7,6 +7,7 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/exec_context.h"
 #include "tactus/contact/motion_kernels.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/geom/boundary_points.h"
 #include "tactus/geom/held_axes.h"
 #include "tactus/geom/vector_fields.h"
@@ -230,6 +231,8 @@ class BodyPoints {
   void begin_frame(ExecContext& ctx);
   void end_frame(ExecContext& ctx);
   View<const Index> touching() const { return touching_.const_view(); }
+  /// What it keeps from frame to frame. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
   /// Nothing touches: after a body's state was set anew.
   void reset(ExecContext& ctx);
 

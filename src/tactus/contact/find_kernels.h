@@ -345,7 +345,7 @@ struct FindContacts {
     GapOfTriangles found(body.reach_m);
     bool crowded = (s.crowded[t] >> owner & 1U) != 0U;
     if (!crowded) {
-      found = listed(i, t, owner, s);
+      found = listed(i, t, owner, at.p_m, s);
       const float way = min(length(at.p_m - at.before_m), body.reach_m);
       crowded = max(way, found.needed_m(dot(face, face) > 0.F)) + s.moved_m[t] > s.near[t].listed_m;
       if (crowded && may_search) return false;
@@ -383,17 +383,20 @@ struct FindContacts {
     touch(i, x, v, touching, deepest);
     body.set_touching(i, body.table.points[i], 1);
   }
-  TACTUS_HD GapOfTriangles listed(Index i, int t, Index owner, const Shared& s) const {
+  TACTUS_HD GapOfTriangles listed(Index i, int t, Index owner, Vec3f p, const Shared& s) const {
     GapOfTriangles found(body.reach_m);
     for (int pass = 0; pass < 2; ++pass) {
       for (Index e = 0; e < s.near[t].count; ++e) {
         const NearTriangle near = NearTriangle::of(body.state.near[i * kNearTriangles + e]);
         if (near.owner != owner) continue;
         const SeenTriangle seen{s.distance2_m2[t][e], s.side_m[t][e], s.share[t][e], s.faces[t][e]};
-        if (pass == 0)
+        if (pass == 0) {
           found.see(seen, near.slot);
-        else
-          found.choose(seen, near.slot);
+          continue;
+        }
+        with_mesh(owner, [&](const SurfaceTrianglesView& mesh) {
+          found.choose(seen, near.slot, mesh.face[near.slot], mesh.corners[near.slot], p);
+        });
       }
     }
     return found;

@@ -17,27 +17,40 @@ struct BoundPatches {
   PairState state;
   struct Shared {
     PatchBox of_thread[kThreads];
+    float way2_m2[kThreads];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const CubePatch& patch = table.patches[b.index()];
     const ContactNodes& nodes = table.bodies[patch.body].nodes;
+    const bool is_self = table.bodies[patch.body].touches_itself != 0;
+    const Vec3f shift = state.self_motion[patch.body].shift_m;
     const Index count = patch.end_node - patch.first_node;
     const int lanes = min(Index(kThreads), count);
     b.for_threads(lanes, [&](int t) {
       PatchBox box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
-      for (Index k = t; k < count; k += kThreads) {
-        const Vec3f x = nodes.x_m[table.patch_nodes[patch.first_node + k]];
+      float way2 = 0;
+      for (Index k = patch.first_node + t; k < patch.end_node; k += kThreads) {
+        const Vec3f x = nodes.x_m[table.patch_nodes[k]];
         box = {min(box.min_m, x), max(box.max_m, x)};
+        if (!is_self) continue;
+        const Vec3f way = x - state.last_x_m[k] - shift;
+        way2 = max(way2, dot(way, way));
+        state.last_x_m[k] = x;
       }
       s.of_thread[t] = box;
+      s.way2_m2[t] = way2;
       for (Index c = patch.first_cube + t; c < patch.end_cube; c += lanes) state.cube_list[c] = 0;
     });
     b.on_one_thread([&] {
       PatchBox box = s.of_thread[0];
-      for (int t = 1; t < lanes; ++t)
+      float way2 = s.way2_m2[0];
+      for (int t = 1; t < lanes; ++t) {
         box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
+        way2 = max(way2, s.way2_m2[t]);
+      }
       state.patch_box[b.index()] = box;
+      state.patch_way_m[b.index()] = tactus::sqrt(way2);
     });
   }
 };
@@ -49,23 +62,35 @@ struct BoundBodies {
   PairState state;
   struct Shared {
     PatchBox of_thread[kThreads];
+    float way_m[kThreads];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const PairBody& body = table.bodies[b.index()];
     b.for_each_thread([&](int t) {
       PatchBox box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+      float way = 0;
       for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
+        way = max(way, state.patch_way_m[p]);
         box.min_m = min(box.min_m, state.patch_box[p].min_m);
         box.max_m = max(box.max_m, state.patch_box[p].max_m);
       }
       s.of_thread[t] = box;
+      s.way_m[t] = way;
     });
     b.on_one_thread([&] {
       PatchBox box = s.of_thread[0];
-      for (int t = 1; t < kThreads; ++t)
+      float way = s.way_m[0];
+      for (int t = 1; t < kThreads; ++t) {
         box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
+        way = max(way, s.way_m[t]);
+      }
       state.body_box[b.index()] = box;
+      SelfMotion& motion = state.self_motion[b.index()];
+      const Vec3f middle = 0.5F * (box.min_m + box.max_m);
+      motion.moved += SelfMotion::units(way, body.spacing_m);
+      motion.shift_m = middle - motion.middle_m;
+      motion.middle_m = middle;
     });
   }
 };
@@ -81,7 +106,8 @@ struct FindPairs {
     int near[kThreads], near_count;  ///< patches that may hold points of the group, from the first of a row
     float reach2_m2[kThreads];       ///< of those: no cube is larger
     Vec3f x_m[kThreads], q[kThreads];
-    Index cube[kThreads];  ///< that the point is in; -1: none
+    Index cube[kThreads];    ///< that the point is in; -1: none
+    float free_m[kThreads];  ///< no cube of its own body is nearer
     std::uint32_t active;
   };
 
@@ -90,13 +116,15 @@ struct FindPairs {
     const PointGroup group = table.groups[b.index()];
     const PatchBox box = state.patch_box[group.patch];
     const Index bodies = table.bodies.size();
-    Index met = 0;
-    for (Index body = 0; body < bodies; ++body) met += may_meet(group, box, body) ? 1 : 0;
-    if (met == 0 && state.group_active[b.index()] == 0U) return;
+    const bool is_self = may_meet_itself(b.index());
+    Index others = 0;
+    for (Index body = 0; body < bodies; ++body) others += may_meet(group, box, body) ? 1 : 0;
+    if (others == 0 && !is_self && state.group_active[b.index()] == 0U) return;
     b.on_one_thread([&] { s.active = 0; });
     // A point that is in a cube of the only body in question is in no other cube.
-    const bool is_one = met == 1 && table.bodies[group.body].touches_itself == 0;
+    const bool is_one = others == 1 && !is_self;
     b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
+    if (is_self) search_itself(b, s, group, box);
     for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
       const Index end = table.bodies[body].end_patch;
@@ -108,26 +136,36 @@ struct FindPairs {
       }
     }
     b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
-    b.on_one_thread([&] { state.group_active[b.index()] = s.active; });
+    b.on_one_thread([&] {
+      state.group_active[b.index()] = s.active;
+      if (is_self) state.group_sleep[b.index()] = sleep_of(group);
+    });
   }
 
  private:
   /// Points may stick out of all cubes by that much.
   TACTUS_HD float slack_m(const PointGroup& group) const { return 0.1F * table.bodies[group.body].spacing_m; }
   TACTUS_HD bool may_meet(const PointGroup& group, const PatchBox& box, Index body) const {
-    if (body == group.body ? table.bodies[body].touches_itself == 0 : touch_others == 0) return false;
-    return box.meets(state.body_box[body], slack_m(group));
+    return body != group.body && touch_others != 0 && box.meets(state.body_box[body], slack_m(group));
   }
-  /// Squared: no point of a cube of the patch is farther from the cube's first corner.
+  TACTUS_HD static Vec3f middle_of(const ContactNodes& nodes, const SolidCube& cube) {
+    return 0.5F * (nodes.x_m[cube.node[0]] + nodes.x_m[cube.node[7]]);
+  }
+  TACTUS_HD bool may_meet_itself(Index group) const {
+    const Index body = table.groups[group].body;
+    return table.bodies[body].touches_itself != 0 &&
+           state.self_motion[body].may_wake(state.group_sleep[group], table.bodies[body].spacing_m);
+  }
+  /// Squared: no point of a cube of the patch is farther from the cube's middle.
   TACTUS_HD float largest_cube2_m2(Index patch) const {
     const CubePatch& p = table.patches[patch];
     const ContactNodes& nodes = table.bodies[p.body].nodes;
     float most = 0;
     for (Index c = p.first_cube; c < p.end_cube; ++c) {
       const SolidCube& cube = table.cubes[c];
-      const Vec3f x0 = nodes.x_m[cube.node[0]];
-      for (int k = 1; k < 8; ++k) {
-        const Vec3f d = nodes.x_m[cube.node[k]] - x0;
+      const Vec3f middle = middle_of(nodes, cube);
+      for (int k = 0; k < 7; ++k) {
+        const Vec3f d = nodes.x_m[cube.node[k]] - middle;
         most = max(most, dot(d, d));
       }
     }
@@ -164,18 +202,73 @@ struct FindPairs {
       if (!state.patch_box[p].holds(x)) continue;
       const CubePatch& patch = table.patches[p];
       const ContactNodes& nodes = table.bodies[patch.body].nodes;
+      const Vec3f middle{0.5F, 0.5F, 0.5F};
       for (Index c = patch.first_cube; c < patch.end_cube; ++c) {
         const SolidCube& cube = table.cubes[c];
-        const Vec3f d = x - nodes.x_m[cube.node[0]];
+        const Vec3f d = x - middle_of(nodes, cube);
         if (!(dot(d, d) <= s.reach2_m2[n])) continue;
-        const Vec3f middle{0.5F, 0.5F, 0.5F};
-        if (patch.body == group.body) {  // no point of the cube is farther from its middle than 0.87
-          const Vec3f apart = vec_cast<float>(cube.cell) + middle - table.rest[group.first + t];
-          if (dot(apart, apart) < sqr(kSelfSpacings - 0.87F)) continue;
-        }
         if (settle(group, t, c, middle, is_one, s)) break;
       }
     }
+  }
+
+  /// Patches and cubes of the point's own body; notes how far they are.
+  template <class Block>
+  TACTUS_HD void search_itself(const Block& b, Shared& s, const PointGroup& group,
+                               const PatchBox& box) const {
+    const PairBody& body = table.bodies[group.body];
+    const SelfMotion& motion = state.self_motion[group.body];
+    b.for_threads(group.count, [&](int t) {
+      // What touches its own body is looked at every time; what sleeps isn't: < 0.
+      const bool sleeps = !motion.may_wake(state.point_sleep[group.first + t], body.spacing_m);
+      const bool is_there = s.cube[t] >= 0 && table.cubes[s.cube[t]].body == group.body;
+      s.free_m[t] = is_there ? 0.F : sleeps ? -1.F : farthest_m(body);
+    });
+    for (Index first = body.first_patch; first < body.end_patch; first += kThreads) {
+      const auto is_near = [&](int t) { return box.meets(state.patch_box[first + t], farthest_m(body)); };
+      b.compact(min(Index(kThreads), body.end_patch - first), is_near, s.near, &s.near_count);
+      b.for_threads(s.near_count, [&](int n) { s.reach2_m2[n] = largest_cube2_m2(first + s.near[n]); });
+      b.for_threads(group.count, [&](int t) {
+        if (s.free_m[t] > 0.F) search_itself(group, t, first, s);
+      });
+    }
+    b.for_threads(group.count, [&](int t) {
+      if (s.free_m[t] >= 0.F) state.point_sleep[group.first + t] = {motion.moved, s.free_m[t]};
+    });
+  }
+  /// No more is asked of how far the point's own body is.
+  TACTUS_HD static float farthest_m(const PairBody& body) { return 1.5F * body.spacing_m; }
+  TACTUS_HD void search_itself(const PointGroup& group, int t, Index first, Shared& s) const {
+    const Vec3f x = s.x_m[t], rest = table.rest[group.first + t], middle{0.5F, 0.5F, 0.5F};
+    const ContactNodes& nodes = table.bodies[group.body].nodes;
+    for (int n = 0; n < s.near_count; ++n) {
+      const Index p = first + s.near[n];
+      const float reach = tactus::sqrt(s.reach2_m2[n]);
+      if (state.patch_box[p].distance2_m2(x) > sqr(s.free_m[t])) continue;
+      for (Index c = table.patches[p].first_cube; c < table.patches[p].end_cube; ++c) {
+        const SolidCube& cube = table.cubes[c];
+        // No point of the cube is farther from its middle than 0.87.
+        const Vec3f apart = vec_cast<float>(cube.cell) + middle - rest;
+        if (dot(apart, apart) < sqr(kSelfSpacings - 0.87F)) continue;
+        const Vec3f d = x - middle_of(nodes, cube);
+        const float d2 = dot(d, d);
+        if (d2 >= sqr(s.free_m[t] + reach)) continue;
+        s.free_m[t] = max(tactus::sqrt(d2) - reach, 0.F);
+        if (s.free_m[t] == 0.F && (s.cube[t] >= 0 || settle(group, t, c, middle, false, s))) return;
+      }
+    }
+  }
+  /// Of a group whose points were just looked at.
+  TACTUS_HD SelfSleep sleep_of(const PointGroup& group) const {
+    const SelfMotion& motion = state.self_motion[group.body];
+    const float unit_m = 2 * SelfMotion::kUnit * table.bodies[group.body].spacing_m;
+    SelfSleep least{motion.moved, 1e30F};
+    for (Index i = group.first; i < group.first + group.count; ++i) {
+      const SelfSleep& sleep = state.point_sleep[i];
+      const float left = sleep.free_m - unit_m * static_cast<float>(motion.moved - sleep.since);
+      least.free_m = min(least.free_m, left);
+    }
+    return least;
   }
 
   TACTUS_HD void conclude(const PointGroup& group, int t, Shared& s) const {

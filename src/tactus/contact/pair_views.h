@@ -45,6 +45,10 @@ struct PatchBox {
            min_m.y - slack_m <= b.max_m.y && b.min_m.y - slack_m <= max_m.y &&
            min_m.z - slack_m <= b.max_m.z && b.min_m.z - slack_m <= max_m.z;
   }
+  TACTUS_HD float distance2_m2(Vec3f p) const {
+    const Vec3f out = max(max(min_m - p, p - max_m), Vec3f{});
+    return dot(out, out);
+  }
   TACTUS_HD bool holds(Vec3f p) const {
     return p.x >= min_m.x && p.x <= max_m.x && p.y >= min_m.y && p.y <= max_m.y && p.z >= min_m.z &&
            p.z <= max_m.z;
@@ -85,8 +89,32 @@ struct PairContact {
   Vec3f impulse_N_s, shift_kg_m;  ///< after all that touch were seen
 };
 
+/// How far a point that touches nothing of its own body may move before that has to be looked at again.
+struct SelfSleep {
+  std::uint32_t since = 0;  ///< SelfMotion::moved then
+  float free_m = 0;
+};
+
+/// How a body that touches itself moves, beside what it moves as a whole.
+struct SelfMotion {
+  std::uint32_t moved = 0;  ///< the longest way of a node so far, in units of kUnit spacings; wraps around
+  Vec3f middle_m, shift_m;  ///< of the body's box; by how much that moved last
+  static constexpr float kUnit = 1.F / (1 << 16);
+  /// Two points that both moved came nearer by twice that at most.
+  TACTUS_HD bool may_wake(const SelfSleep& sleep, float spacing_m) const {
+    return !(2 * kUnit * spacing_m * static_cast<float>(moved - sleep.since) < sleep.free_m);
+  }
+  TACTUS_HD static std::uint32_t units(float way_m, float spacing_m) {
+    return static_cast<std::uint32_t>(min(way_m / (kUnit * spacing_m), 1e9F)) + 1U;
+  }
+};
+
 struct PairState {
   View<PatchBox> patch_box, body_box;
+  View<float> patch_way_m;       ///< how far its nodes moved since the last correction, less the body's shift
+  View<Vec3f> last_x_m;          ///< of patch_nodes
+  View<SelfMotion> self_motion;  ///< of bodies
+  View<SelfSleep> group_sleep, point_sleep;
   View<std::uint32_t> group_active;  ///< != 0: has points that touch, or did a moment ago
   View<PairContact> contact;
   View<std::uint32_t> row_weight;  ///< sums of the weights of touching points and of where they touch

@@ -50,6 +50,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       triangle_(device, settings.max_raw_samples),
       piece_number_(device, settings.max_vertices),
       triangle_piece_(device, settings.max_raw_samples),
+      triangle_face_(device, settings.max_raw_samples),
       balls_(device, settings.max_raw_samples),
       corners_(device, settings.max_raw_samples),
       parent_(device, settings.max_vertices),
@@ -153,11 +154,11 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   fine_.build(ctx, x_m_.const_view(), n_.const_view(), area_m2_.const_view(), root_.const_view(),
               Count(raw_count_.const_view(), settings_.max_raw_samples));
   find_pieces(ctx);
-  ctx.parallel_for(
-      "contact/triangles", Count(raw_count_.const_view(), settings_.max_raw_samples),
-      SortTriangles{mesh.vertices_m, mesh.triangles, cuts, triangle_.const_view(), x_m_.const_view(),
-                    root_.const_view(), piece_number_.const_view(), pieces_.const_view(),
-                    fine_.input_cells().order, balls_.view(), corners_.view(), triangle_piece_.view()});
+  ctx.parallel_for("contact/triangles", Count(raw_count_.const_view(), settings_.max_raw_samples),
+                   SortTriangles{mesh.vertices_m, mesh.triangles, cuts, triangle_.const_view(),
+                                 x_m_.const_view(), root_.const_view(), piece_number_.const_view(),
+                                 pieces_.const_view(), fine_.input_cells().order, balls_.view(),
+                                 corners_.view(), triangle_piece_.view(), triangle_face_.view()});
   const SamplesView fine = fine_.view();
   coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine.piece, fine_.count());
 }
@@ -184,6 +185,23 @@ void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
   ctx.parallel_for("contact/report", kPieces,
                    NoteReport{motions_.const_view(), now, fine_.view().count, raw_overflow_.const_view(),
                               fine_.overflow(), coarse_.overflow(), report_.view()});
+}
+
+void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
+  for (Buffer<SurfacePieces>* pieces : {&pieces_, &last_pieces_}) {
+    std::vector<SurfacePieces> all = to_host(ctx, pieces->const_view());
+    a.values("pieces", all);
+    a.check(all[0].count >= 0 && all[0].count <= kPieces, "pieces");
+    for (const SurfacePiece& piece : all[0].piece)
+      a.check(piece.next >= -1 && piece.next < kPieces && piece.samples >= 0 &&
+                  piece.samples <= settings_.max_samples,
+              "pieces");
+    if (!a.reads()) continue;
+    ctx.upload(all, pieces->view());
+    ctx.synchronize();
+  }
+  a.buffer(ctx, "motions", motions_);
+  a.buffer(ctx, "report", report_);
 }
 
 RealSurfaceReport RealSurface::report(ExecContext& ctx) const {

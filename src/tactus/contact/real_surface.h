@@ -7,6 +7,7 @@
 #include "tactus/contact/sample_level.h"
 #include "tactus/contact/surface_report.h"
 #include "tactus/contact/surface_triangles.h"
+#include "tactus/frame/state_archive.h"
 
 namespace tactus {
 
@@ -47,11 +48,14 @@ class RealSurface {
   SamplesView coarse_samples() const { return coarse_.view(); }
   /// What decides whether a point touches.
   SurfaceTrianglesView triangles() const {
-    return {balls_.const_view(), corners_.const_view(), triangle_piece_.const_view(),
-            fine_.input_cells().ranges, fine_.view().near_rows};
+    return {balls_.const_view(),         corners_.const_view(),      triangle_piece_.const_view(),
+            triangle_face_.const_view(), fine_.input_cells().ranges, fine_.view().near_rows};
   }
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
+  /// What can't be made from the last frame's mesh, which must have been updated to: names and motions of its
+  /// pieces. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
   /// (1) The separate pieces.
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
   /// (kPieces) How each piece moves from this frame on.
@@ -74,7 +78,7 @@ class RealSurface {
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
-  Buffer<Index> root_, triangle_, piece_number_, triangle_piece_;
+  Buffer<Index> root_, triangle_, piece_number_, triangle_piece_, triangle_face_;
   Buffer<TriangleBall> balls_;
   Buffer<TriangleCorners> corners_;
   Buffer<std::uint32_t> parent_, piece_samples_, candidates_, candidate_count_;

@@ -13,6 +13,39 @@ struct TriangleBall {
 };
 struct TriangleCorners {
   Vec3f a, b, c;
+  /// From the nearest point to p. In coordinates round p: those of the world would round it to 3e-8 m.
+  TACTUS_HD Vec3f offset_of(Vec3f p) const {
+    return -closest_point_on_triangle(Vec3f{}, a - p, b - p, c - p);
+  }
+  /// What a triangle counts for in the side of a point whose nearest point is on it: the angle at a corner,
+  /// for a corner; π for an edge.
+  TACTUS_HD float weight(Vec3f p) const {
+    const Vec3f offset = offset_of(p);
+    const float near2 = sqr(kCorner) * dot(offset, offset);
+    const auto is_at = [&](Vec3f corner) {
+      const Vec3f to = (p - corner) - offset;
+      return dot(to, to) <= near2;
+    };
+    if (is_at(a)) return angle(a, b, c);
+    if (is_at(b)) return angle(b, c, a);
+    return is_at(c) ? angle(c, a, b) : kPi;
+  }
+
+ private:
+  static constexpr float kCorner = 0.01F;  ///< of the distance: so far from it triangles are as near as at it
+  TACTUS_HD static float angle(Vec3f at, Vec3f to, Vec3f and_to) {
+    return arccos(dot(normalized(to - at), normalized(and_to - at)));
+  }
+  /// Of x, clamped to [-1, 1] (error < 3e-7; Abramowitz & Stegun 4.4.46).
+  TACTUS_HD static float arccos(float x) {
+    constexpr float kTerms[] = {0.0066700901F, -0.0170881256F, 0.0308918810F, -0.0501743046F,
+                                0.0889789874F, -0.2145988016F, 1.5707963050F};
+    const float u = min(abs(x), 1.F);
+    float sum = -0.0012624911F;
+    for (const float term : kTerms) sum = fma(sum, u, term);
+    const float angle = sum * tactus::sqrt(1.F - u);
+    return x < 0.F ? kPi - angle : angle;
+  }
 };
 
 /// Signed distance of a point to a surface, negative inside.
@@ -31,7 +64,7 @@ struct SeenTriangle {
   TACTUS_HD static SeenTriangle of(const TriangleCorners& t, Vec3f p, Vec3f before, Vec3f facing,
                                    float slack_m) {
     const Vec3f n = normalized(cross(t.b - t.a, t.c - t.a));
-    const Vec3f offset = p - closest_point_on_triangle(p, t.a, t.b, t.c);
+    const Vec3f offset = t.offset_of(p);
     SeenTriangle seen{dot(offset, offset), dot(p - t.a, n), 2, dot(n, facing) > 0.F ? 1 : 0};
     const float side_before = dot(before - t.a, n);
     // What touched was put on the surface, to rounding.
@@ -52,13 +85,18 @@ struct SeenTriangle {
 ///  - A point that went through a triangle from its front is held on that triangle's plane: thin objects.
 ///  - Else the nearest triangle decides whether it is inside, and it is brought to the nearest one; if it
 ///    touched before, to the nearest one that faces as it did there.
-/// Of those that share the nearest edge or corner, the one whose plane the point is farthest from tells the
-/// side (the others may be seen from behind by a point outside).
+/// Those that share the nearest edge or corner tell the side together: by their normals, weighted by their
+/// angles there (Baerentzen & Aanaes 2005). The nearest point q is on all their planes, so
+/// (p - q) . sum_t w_t n_t is the weighted sum of p's distances from the planes. It is summed as an integer,
+/// whatever the order. A triangle in several pieces counts once.
 struct GapOfTriangles {
   float nearest2_m2, held2_m2;  ///< squared distances, at first those beyond which nothing counts
   float share = 2;
   Index crossed = -1, nearest = -1, held = -1;  ///< slots
   float crossed_side_m = 0, nearest_side_m = 0, held_side_m = 0;
+  static constexpr int kTied = 12;  ///< more are at no edge and at few corners
+  Index tied[kTied], tied_count = 0;
+  std::int64_t side = 0;
 
   TACTUS_HD explicit GapOfTriangles(float reach_m) : nearest2_m2(sqr(reach_m)), held2_m2(sqr(reach_m)) {}
   TACTUS_HD void see(const SeenTriangle& t, Index slot) {
@@ -69,11 +107,17 @@ struct GapOfTriangles {
     crossed = slot;
     crossed_side_m = t.side_m;
   }
-  TACTUS_HD void choose(const SeenTriangle& t, Index slot) {
-    choose(t, slot, nearest2_m2, nearest, nearest_side_m);
+  /// @param face the triangle that the slot is a piece of
+  TACTUS_HD void choose(const SeenTriangle& t, Index slot, Index face, const TriangleCorners& corners,
+                        Vec3f p) {
+    if (choose(t, slot, nearest2_m2, nearest, nearest_side_m)) weigh(t, face, corners, p);
     if (t.faces != 0) choose(t, slot, held2_m2, held, held_side_m);
   }
-  TACTUS_HD bool inside() const { return crossed >= 0 || (nearest >= 0 && nearest_side_m < 0.F); }
+  TACTUS_HD bool inside() const {
+    if (crossed >= 0 || nearest < 0) return crossed >= 0;
+    // Of too many, the one whose plane the point is farthest from: some are seen from behind.
+    return tied_count > kTied || side == 0 ? nearest_side_m < 0.F : side < 0;
+  }
   /// All triangles within that have to be seen.
   TACTUS_HD float needed_m(bool touched) const {
     return (1.F + kTie) * tactus::sqrt(inside() && touched ? max(nearest2_m2, held2_m2) : nearest2_m2);
@@ -86,19 +130,31 @@ struct GapOfTriangles {
   TACTUS_HD SurfaceGap gap(const TriangleCorners& t, Vec3f p) const {
     const Vec3f face = normalized(cross(t.b - t.a, t.c - t.a));
     if (crossed >= 0) return {crossed_side_m, face, true};
-    const Vec3f offset = p - closest_point_on_triangle(p, t.a, t.b, t.c);
+    const Vec3f offset = t.offset_of(p);
     const float distance = length(offset);
     return {-distance, distance > 1e-7F ? (-1.F / distance) * offset : face, true};
   }
   static constexpr float kTie = 1e-4F;  ///< closest points on a shared edge differ by rounding
 
  private:
-  TACTUS_HD static void choose(const SeenTriangle& t, Index slot, float least2, Index& best, float& side) {
-    if (!(t.distance2_m2 <= (1.F + kTie) * least2)) return;
-    const bool farther = abs(t.side_m) > abs(side);
-    if (best >= 0 && !farther && !(abs(t.side_m) == abs(side) && slot < best)) return;
+  /// Returns whether the triangle is one of the nearest.
+  TACTUS_HD static bool choose(const SeenTriangle& t, Index slot, float least2, Index& best, float& side_m) {
+    if (!(t.distance2_m2 <= (1.F + kTie) * least2)) return false;
+    const bool farther = abs(t.side_m) > abs(side_m);
+    if (best >= 0 && !farther && !(abs(t.side_m) == abs(side_m) && slot < best)) return true;
     best = slot;
-    side = t.side_m;
+    side_m = t.side_m;
+    return true;
+  }
+  TACTUS_HD void weigh(const SeenTriangle& t, Index face, const TriangleCorners& corners, Vec3f p) {
+    for (int k = 0; k < min(tied_count, kTied); ++k) {
+      if (tied[k] == face) return;
+    }
+    if (tied_count < kTied) tied[tied_count] = face;
+    ++tied_count;
+    constexpr float kUnits = 1 << 30;
+    const float part = clamp(t.side_m / max(tactus::sqrt(nearest2_m2), 1e-12F), -1.F, 1.F);
+    side += static_cast<std::int64_t>(kUnits * (corners.weight(p) * part));
   }
 };
 
@@ -106,6 +162,7 @@ struct SurfaceTrianglesView {
   View<const TriangleBall> balls;  ///< by slot, as the next two
   View<const TriangleCorners> corners;
   View<const Index> piece;  ///< >= 0
+  View<const Index> face;   ///< the triangle that it is a part of
   CellRanges cells;         ///< runs of slots
   View<const std::uint32_t> near_rows;
 
@@ -142,7 +199,8 @@ struct SurfaceTrianglesView {
       within =
           max(way, (1.F + GapOfTriangles::kTie) * tactus::sqrt(touched ? found.held2_m2 : found.nearest2_m2));
     });
-    if (found.crossed < 0) seen_by([&](const SeenTriangle& t, Index s) { found.choose(t, s); });
+    if (found.crossed < 0)
+      seen_by([&](const SeenTriangle& t, Index s) { found.choose(t, s, face[s], corners[s], p_m); });
     return found.inside() ? found.gap(corners[found.slot()], p_m) : SurfaceGap{};
   }
 
@@ -180,7 +238,7 @@ struct SortTriangles {
   View<const Index> order;
   View<TriangleBall> balls;
   View<TriangleCorners> corners;
-  View<Index> piece;
+  View<Index> piece, face;
   TACTUS_HD void operator()(Index slot) const {
     const Index i = order[slot], t = triangle[i];
     const Vec3i v = triangles[t];
@@ -191,6 +249,7 @@ struct SortTriangles {
     // A piece is the triangle k times smaller; 1e-4 for rounding.
     balls[slot] = {x_m[i], 1.0001F * tactus::sqrt(radius2 / static_cast<float>(cuts[t]))};
     corners[slot] = all;
+    face[slot] = t;
     piece[slot] = pieces[0].mixed != 0 ? max(number[root[i]], Index(0)) : 0;
   }
 };

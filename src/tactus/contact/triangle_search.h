@@ -98,7 +98,7 @@ struct TriangleSearch {
         const Vec3f to = at.p_m - ball.middle_m;
         if (dot(to, to) > sqr(distance_m + ball.radius_m) || !mesh.is_of(own, s)) continue;
         const TriangleCorners t = mesh.corners[s];
-        const Vec3f offset = at.p_m - closest_point_on_triangle(at.p_m, t.a, t.b, t.c);
+        const Vec3f offset = t.offset_of(at.p_m);
         const float d2 = dot(offset, offset);
         if (d2 <= sqr(distance_m)) f(s, d2, dot(at.p_m - t.a, normalized(cross(t.b - t.a, t.c - t.a))));
       }
@@ -118,18 +118,13 @@ struct TriangleSearch {
   struct Nearest {
     float distance_m, side_m;
   };
-  /// Of the candidates, as GapOfTriangles chooses.
+  /// Of the candidates; inside, which is looked at more closely, where any says so.
   TACTUS_HD Nearest nearest() const {
-    float least2 = kNone, side = 0;
+    float least2 = kNone, side = kNone;
     const auto n = static_cast<Index>(candidates);
     for (Index c = 0; c < n; ++c) least2 = min(least2, distance2_m2[c]);
-    bool none = true;
     for (Index c = 0; c < n; ++c) {
-      if (!(distance2_m2[c] <= (1.F + GapOfTriangles::kTie) * least2)) continue;
-      // Of two that are as far but on different sides: inside, which is looked at more closely.
-      const bool farther = abs(side_m[c]) > abs(side) || (abs(side_m[c]) == abs(side) && side_m[c] < side);
-      if (none || farther) side = side_m[c];
-      none = false;
+      if (distance2_m2[c] <= (1.F + GapOfTriangles::kTie) * least2) side = min(side, side_m[c]);
     }
     return {tactus::sqrt(least2), side};
   }

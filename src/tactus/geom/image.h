@@ -35,6 +35,8 @@ struct Rgb8 {
 using ColorImage = Image<Rgb8>;
 /// Distance along the pixel's ray [m] (radial, not z); 0 or NaN: no measurement.
 using DepthImage = Image<float>;
+/// Share of a pixel that the subject covers, 0 to 255.
+using AlphaImage = Image<std::uint8_t>;
 
 /// A silhouette: one bit a pixel, set inside. Rows are padded to whole words; padding bits are 0.
 struct BitMask {

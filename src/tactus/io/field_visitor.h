@@ -73,6 +73,10 @@ class FieldVisitor {
   /// A word of an enumeration.
   template <class E>
   void choice(const Field& field, E& value, std::initializer_list<std::pair<const char*, E>> known) {
+    choice(field, value, std::span<const std::pair<const char*, E>>(known.begin(), known.size()));
+  }
+  template <class E>
+  void choice(const Field& field, E& value, std::span<const std::pair<const char*, E>> known) {
     std::vector<std::string> names;
     std::string name;
     for (const auto& [n, e] : known) {

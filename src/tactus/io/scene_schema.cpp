@@ -18,12 +18,7 @@ void describe_box(FieldVisitor& v, BoxRegion& box) {
 }
 
 void describe_source(FieldVisitor& v, SourceDescription& s) {
-  v.choice({"kind", "where frames come from", kRequired}, s.kind,
-           {{"synthetic", SourceKind::synthetic},
-            {"videos", SourceKind::videos},
-            {"masks", SourceKind::masks},
-            {"middlebury", SourceKind::middlebury},
-            {"kinect", SourceKind::kinect}});
+  v.choice<SourceKind>({"kind", "where frames come from", kRequired}, s.kind, kSourceKinds);
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path",
           "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},

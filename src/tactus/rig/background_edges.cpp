@@ -25,7 +25,13 @@ std::array<int, 256> make_light() {
   return light;
 }
 
-bool is_room(const PhotoOfRoom& photo, const BitMask& core, Index x, Index y) {
+/// The mixture of a pixel in light: alpha = along / contrast2.
+struct Mixture {
+  int along = 0, contrast2 = 0;
+  bool is_known = false;  ///< there is subject around, and it doesn't look like the room
+};
+
+Mixture mixture(const PhotoOfRoom& photo, const BitMask& core, Index x, Index y) {
   static const std::array<int, 256> light = make_light();
   const Index width = core.width_px;
   int subject[3] = {}, count = 0;
@@ -36,32 +42,54 @@ bool is_room(const PhotoOfRoom& photo, const BitMask& core, Index x, Index y) {
     for (int c = 0; c < 3; ++c) subject[c] += p[c];
     ++count;
   }
-  if (count == 0) return false;
+  if (count == 0) return {};
   const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * width + x;
-  int grey_levels2 = 0, along = 0, contrast2 = 0;
+  int grey_levels2 = 0;
+  Mixture mixed;
   for (int c = 0; c < 3; ++c) {
     const int room = photo.room[c][at], beside = subject[c] / count, p = photo.bgr[3 * at + c];
     const int difference = light[static_cast<std::size_t>(beside)] - light[static_cast<std::size_t>(room)];
     grey_levels2 += sqr(beside - room);
-    along += (light[static_cast<std::size_t>(p)] - light[static_cast<std::size_t>(room)]) * difference;
-    contrast2 += sqr(difference);
+    mixed.along += (light[static_cast<std::size_t>(p)] - light[static_cast<std::size_t>(room)]) * difference;
+    mixed.contrast2 += sqr(difference);
   }
-  return grey_levels2 > sqr(kContrast * photo.noise[at]) && 2 * along < contrast2;
+  mixed.is_known = grey_levels2 > sqr(kContrast * photo.noise[at]);
+  return mixed;
+}
+
+/// f(x, y) for every set pixel of `with` that is clear in `without`.
+template <class F>
+void for_each_pixel(const BitMask& with, const BitMask& without, F&& f) {
+  const Index words = with.words_per_row();
+  for (Index y = 0; y < with.height_px; ++y) {
+    for (Index w = 0; w < words; ++w) {
+      const auto i = static_cast<std::size_t>(y * words + w);
+      for (std::uint32_t bits = with.words[i] & ~without.words[i]; bits != 0; bits &= bits - 1)
+        f(32 * w + std::countr_zero(bits), y);
+    }
+  }
 }
 
 }  // namespace
 
 void refine_edges(const PhotoOfRoom& photo, const BitMask& core, BitMask& mask) {
-  const Index words = mask.words_per_row();
+  for_each_pixel(mask, core, [&](Index x, Index y) {
+    const Mixture mixed = mixture(photo, core, x, y);
+    if (mixed.is_known && 2 * mixed.along < mixed.contrast2) mask.clear(x, y);
+  });
+}
+
+void edge_alpha(const PhotoOfRoom& photo, const BitMask& core, const BitMask& band, const BitMask& mask,
+                AlphaImage& alpha) {
   for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index w = 0; w < words; ++w) {
-      const auto i = static_cast<std::size_t>(y * words + w);
-      for (std::uint32_t band = mask.words[i] & ~core.words[i]; band != 0; band &= band - 1) {
-        const Index x = 32 * w + std::countr_zero(band);
-        if (is_room(photo, core, x, y)) mask.clear(x, y);
-      }
-    }
+    for (Index x = 0; x < mask.width_px; ++x) alpha(x, y) = static_cast<std::uint8_t>(mask(x, y) ? 255 : 0);
   }
+  for_each_pixel(band, core, [&](Index x, Index y) {
+    const Mixture mixed = mixture(photo, core, x, y);
+    if (!mixed.is_known) return;
+    const int along = clamp(mixed.along, 0, mixed.contrast2);
+    alpha(x, y) = static_cast<std::uint8_t>(std::lround(255.0 * along / mixed.contrast2));
+  });
 }
 
 }  // namespace tactus

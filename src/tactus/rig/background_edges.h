@@ -17,4 +17,9 @@ struct PhotoOfRoom {
 /// around, which are surely subject. Where it looks like the room, alpha says nothing and the pixel stays.
 void refine_edges(const PhotoOfRoom& photo, const BitMask& core, BitMask& mask);
 
+/// The alpha of each pixel: of `band` as above, elsewhere, and where alpha says nothing, that of the mask.
+/// `alpha` has the mask's size.
+void edge_alpha(const PhotoOfRoom& photo, const BitMask& core, const BitMask& band, const BitMask& mask,
+                AlphaImage& alpha);
+
 }  // namespace tactus

@@ -57,6 +57,9 @@ struct BackgroundModel::State {
   void subtract(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
   void subtract_by_opencv(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
   void clean(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
+  PhotoOfRoom photo_of_room(const std::uint8_t* bgr) const {
+    return {bgr, {room[0].data(), room[1].data(), room[2].data()}, noise.data()};
+  }
   void adapt(const std::uint8_t* bgr, const BitMask& mask, double adapt_s, double dt_s);
 
   Index width_px, height_px;
@@ -264,8 +267,7 @@ void BackgroundModel::State::clean(const std::uint8_t* bgr, const BackgroundOpti
   }
   cleaner.dilate(mask, o.close_px);
   cleaner.erode(mask, o.close_px);
-  if (o.method == BackgroundMethod::model)
-    refine_edges({bgr, {room[0].data(), room[1].data(), room[2].data()}, noise.data()}, core, mask);
+  if (o.method == BackgroundMethod::model) refine_edges(photo_of_room(bgr), core, mask);
   cleaner.keep_parts(mask, o.least_part);
   cleaner.fill_holes(mask, o.largest_hole_px);
 }
@@ -281,6 +283,21 @@ void BackgroundModel::classify(const std::uint8_t* bgr, const BackgroundOptions&
     s.subtract(bgr, o, mask);
   s.clean(bgr, o, mask);
   if (!by_opencv) s.adapt(bgr, mask, o.adapt_s, dt_s);
+}
+
+void BackgroundModel::alpha(const std::uint8_t* bgr, const BackgroundOptions& o, const BitMask& mask,
+                            AlphaImage& alpha) {
+  State& s = *state_;
+  if (alpha.width_px != s.width_px || alpha.height_px != s.height_px)
+    alpha = AlphaImage(s.width_px, s.height_px);
+  s.set_up_noise(o);
+  s.core.words = s.near_subject.words = mask.words;
+  s.cleaner.erode(s.core, kEdge);
+  if (o.method == BackgroundMethod::key)
+    s.near_subject.words = s.core.words;  // the room isn't known
+  else
+    s.cleaner.dilate(s.near_subject, kEdge);
+  edge_alpha(s.photo_of_room(bgr), s.core, s.near_subject, mask, alpha);
 }
 
 BackgroundMethod background_method(const std::string& word) {

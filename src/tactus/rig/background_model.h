@@ -55,6 +55,11 @@ class BackgroundModel {
   /// What is not the room, cleaned. Allocates nothing after the first call. @param dt_s since the last photo;
   /// the room's slow changes are learnt where nothing stands, never nearer than a few pixels to the subject.
   void classify(const std::uint8_t* bgr, const BackgroundOptions& options, BitMask& mask, double dt_s = 0);
+  /// How much of each pixel the subject covers, of the photo and mask of the last `classify`: by the mixture
+  /// of room and subject within 2 px of the contour; the mask itself elsewhere and before a cloth. Allocates
+  /// nothing after the first call.
+  void alpha(const std::uint8_t* bgr, const BackgroundOptions& options, const BitMask& mask,
+             AlphaImage& alpha);
   /// Standard deviation of the room's noise, mean over the picture [grey levels]; 0 after one photo.
   double mean_spread() const;
 

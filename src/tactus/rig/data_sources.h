@@ -6,6 +6,7 @@
 
 #include "tactus/rig/frame_source.h"
 #include "tactus/rig/silhouettes.h"
+#include "tactus/rig/source_kinds.h"
 
 namespace tactus {
 
@@ -15,7 +16,8 @@ struct DataOptions {
   std::optional<int> first_frame, last_frame;  ///< inclusive, instead of the rig file's; must all be there
   std::optional<double> fps;  ///< instead of the rig file's `frames_per_s`; else the video's own; else 30
   bool colors = true;
-  bool depth = true;  ///< of rig files: the depth cameras
+  bool depth = true;    ///< of rig files: the depth cameras
+  bool alphas = false;  ///< of videos: how much of each pixel the subject covers
 };
 
 /// A Middlebury multi-view folder (Seitz et al. 2006): one frame. @throws Error naming the file.
@@ -30,8 +32,8 @@ std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const Data
 /// the tick; a number without any file is a bad frame.
 /// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
-/// `kind` is middlebury, videos, masks or kinect (kinect.h). @throws usage Error otherwise.
-std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
+/// Any of these, or kinect (kinect.h). @throws usage Error for a synthetic one.
+std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& path,
                                          const DataOptions& options = {});
 
 /// "camera 'x': the mask is all black; " for every silhouette without content or without background.

@@ -45,12 +45,16 @@ void write_calibration(const std::string& file, const Camera& c) {
 }
 
 void write_mask(const std::string& file, const BitMask& mask) {
-  cv::Mat image(mask.height_px, mask.width_px, CV_8U);
+  AlphaImage bytes(mask.width_px, mask.height_px);
   for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x)
-      image.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(mask(x, y) ? 255 : 0);
+    for (Index x = 0; x < mask.width_px; ++x) bytes(x, y) = static_cast<std::uint8_t>(mask(x, y) ? 255 : 0);
   }
-  write_image(file, image);
+  write_alpha(file, bytes);
+}
+
+void write_alpha(const std::string& file, const AlphaImage& alpha) {
+  write_image(
+      file, cv::Mat(alpha.height_px, alpha.width_px, CV_8U, const_cast<std::uint8_t*>(alpha.pixels.data())));
 }
 
 void write_depth(const std::string& file, const DepthImage& distance_m) {

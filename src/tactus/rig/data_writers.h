@@ -12,6 +12,8 @@ namespace tactus {
 void write_calibration(const std::string& file, const Camera& camera);
 /// 8-bit PNG, 255 inside. @throws Error naming the file.
 void write_mask(const std::string& file, const BitMask& mask);
+/// 8-bit PNG. @throws Error naming the file.
+void write_alpha(const std::string& file, const AlphaImage& alpha);
 /// 16-bit PNG, radial distance in units of 0.1 mm, 0: no measurement; what is beyond 6.5535 m is 0.
 /// @throws Error naming the file.
 void write_depth(const std::string& file, const DepthImage& distance_m);

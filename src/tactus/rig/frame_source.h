@@ -26,6 +26,7 @@ struct FrameSet {
   double captured_s = 0;  ///< the same on the clock of now_s(); 0: not known, then as it comes
   std::vector<BitMask>
       silhouettes;  ///< one per camera, undistorted; an empty mask (0x0): this camera missed the tick
+  std::vector<AlphaImage> alphas;         ///< where asked for, of silhouettes before a room: one per camera
   std::vector<ColorImage> colors;         ///< one per camera (empty: it missed the tick), or none
   std::vector<DepthImage> depths_m;       ///< radial [m], one per depth camera (empty: it missed the tick)
   std::optional<double> truth_volume_m3;  ///< synthetic sources only

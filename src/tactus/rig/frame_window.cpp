@@ -35,6 +35,7 @@ NextFrame CameraNotes::finish(const Rig& rig, FrameSet& frame, std::string& stat
     if (note.failed) {
       ++failed;
       frame.silhouettes[i] = {};
+      if (i < frame.alphas.size()) frame.alphas[i] = {};
       if (!frame.colors.empty()) frame.colors[i] = {};
     }
     if (note.text.empty()) continue;

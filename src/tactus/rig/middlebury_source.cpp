@@ -8,8 +8,6 @@
 #include "tactus/rig/calibration_files/middlebury.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/data_sources.h"
-#include "tactus/rig/frame_window.h"
-#include "tactus/rig/kinect.h"
 #include "tactus/rig/numbered_files.h"
 
 namespace tactus {
@@ -116,26 +114,6 @@ class MiddleburySource final : public FrameSource {
 
 std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const DataOptions& options) {
   return std::make_unique<MiddleburySource>(folder, options);
-}
-
-std::unique_ptr<FrameSource> open_source(const std::string& kind, const std::string& path,
-                                         const DataOptions& options) {
-  if (kind == "middlebury") return open_middlebury(path, options);
-  if (kind == "videos") return open_videos(path, options);
-  if (kind == "masks") return open_masks(path, options);
-  if (kind == "kinect") return open_kinect(path, options);
-  const std::vector<std::string> known{"middlebury", "videos", "masks", "kinect"};
-  throw usage_error("unknown kind of source '" + kind + "'" + suggestion(kind, known));
-}
-
-std::string odd_masks(const Rig& rig, const FrameSet& frame) {
-  std::string text;
-  for (std::size_t i = 0; i < frame.silhouettes.size(); ++i) {
-    const BitMask& m = frame.silhouettes[i];
-    const std::string odd = odd_coverage(m.area_px(), std::int64_t{m.width_px} * m.height_px);
-    if (!odd.empty()) text += (text.empty() ? "camera '" : "; camera '") + rig.cameras[i].name + "': " + odd;
-  }
-  return text;
 }
 
 }  // namespace tactus

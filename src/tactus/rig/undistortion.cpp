@@ -134,15 +134,19 @@ const Camera& Undistortion::camera() const { return maps_->pinhole; }
 
 void Undistortion::mask(const std::uint8_t* bytes, Image<std::uint8_t>& scratch, BitMask& result) const {
   if (maps_->xy.empty()) return pack_mask(bytes, maps_->photo.width, maps_->photo.height, result);
-  const cv::Size size = maps_->xy.size();
-  if (scratch.width_px != size.width || scratch.height_px != size.height) {
-    scratch = Image<std::uint8_t>(size.width, size.height);
-  }
-  cv::Mat to(size, CV_8U, scratch.pixels.data());
+  this->bytes(bytes, scratch);
+  pack_mask(scratch.pixels.data(), scratch.width_px, scratch.height_px, result);
+}
+
+void Undistortion::bytes(const std::uint8_t* bytes, Image<std::uint8_t>& result) const {
+  const Camera& c = maps_->pinhole;
+  if (result.width_px != c.width_px || result.height_px != c.height_px)
+    result = Image<std::uint8_t>(c.width_px, c.height_px);
+  const cv::Mat from(maps_->photo, CV_8U, const_cast<std::uint8_t*>(bytes));
+  cv::Mat to(c.height_px, c.width_px, CV_8U, result.pixels.data());
+  if (maps_->xy.empty()) return from.copyTo(to);
   // Samples lie at most half a pixel beyond the last centre: there the last pixel is the answer.
-  cv::remap(cv::Mat(maps_->photo, CV_8U, const_cast<std::uint8_t*>(bytes)), to, maps_->xy, maps_->fraction,
-            cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  pack_mask(scratch.pixels.data(), size.width, size.height, result);
+  cv::remap(from, to, maps_->xy, maps_->fraction, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
 }
 
 void Undistortion::mask(const BitMask& photo, BitMask& result) const {

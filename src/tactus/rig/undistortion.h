@@ -20,6 +20,8 @@ class Undistortion {
   const Camera& camera() const;
   /// 255/0 bytes of the photo's size to a mask of `camera()`; `scratch` is reused.
   void mask(const std::uint8_t* bytes, Image<std::uint8_t>& scratch, BitMask& result) const;
+  /// Bytes of the photo's size to those of `camera()`, bilinear.
+  void bytes(const std::uint8_t* bytes, Image<std::uint8_t>& result) const;
   /// Packed bits of the photo's size to a mask of `camera()`: the same bits as from bytes (bilinear, at least
   /// half). Words of 32 pixels whose source is all set or all clear cost no look at their pixels.
   void mask(const BitMask& photo, BitMask& result) const;

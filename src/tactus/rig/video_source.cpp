@@ -75,8 +75,9 @@ struct Reader {
   int frame_count;
   cv::VideoCapture video;
   cv::Mat photo;
-  cv::Size size;  ///< of the photos
-  BitMask bits;   ///< of the newest photo, with the lens
+  cv::Size size;     ///< of the photos
+  BitMask bits;      ///< of the newest photo, with the lens
+  AlphaImage alpha;  ///< likewise
 };
 
 class VideoSource final : public FrameSource {
@@ -84,7 +85,8 @@ class VideoSource final : public FrameSource {
   VideoSource(const std::string& path, const DataOptions& options)
       : file_(read_rig_file(path)),
         depths_(path, options.depth ? file_.depths : std::vector<DepthRecording>()),
-        colors_(options.colors) {
+        colors_(options.colors),
+        alphas_(options.alphas) {
     file_.rig.depth_cameras = depths_.cameras();
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
     // What FFmpeg prints about damaged files would stand beside our own message; who set the level keeps it.
@@ -120,6 +122,7 @@ class VideoSource final : public FrameSource {
     frame.time_s = tick_ / fps_;
     frame.silhouettes.resize(readers_.size());
     frame.colors.resize(colors_ ? readers_.size() : 0);
+    frame.alphas.resize(alphas_ ? readers_.size() : 0);
     notes_.clear(readers_.size());
     tbb::parallel_for(std::size_t{0}, readers_.size(), [&](std::size_t i) { read(i, frame); });
     const NextFrame result = notes_.finish(file_.rig, frame, status_);
@@ -166,12 +169,16 @@ class VideoSource final : public FrameSource {
     r.model.classify(r.photo.data, file_.background, r.bits, 1 / fps_);
     notes_.odd(i, odd_coverage(r.bits.area_px(), std::int64_t{r.size.width} * r.size.height));
     r.undistort.mask(r.bits, frame.silhouettes[i]);
+    if (alphas_) {
+      r.model.alpha(r.photo.data, file_.background, r.bits, r.alpha);
+      r.undistort.bytes(r.alpha.pixels.data(), frame.alphas[i]);
+    }
     if (colors_) r.undistort.color(r.photo.data, frame.colors[i]);
   }
 
   RigFile file_;
   DepthFiles depths_;
-  bool colors_;
+  bool colors_, alphas_;
   std::vector<std::unique_ptr<Reader>> readers_;
   FrameWindow window_;
   int tick_ = 0;

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "tactus/frame/frame_params.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/sim/notice.h"
 
 namespace tactus {
@@ -27,6 +28,12 @@ class FrameClock {
   /// @param dt_s since the last frame: to this one's capture, or, without a new surface, to now
   FrameTimes next(double dt_s, bool has_new_surface);
   double simulated_s() const { return simulated_s_; }
+  void archive(StateArchive& a) {
+    a.value("simulated time", simulated_s_);
+    a.value("simulated time since the capture", simulated_since_capture_s_);
+    a.value("time since the capture", since_capture_s_);
+    a.value("whether there was a surface", has_surface_);
+  }
 
  private:
   double longest_s_;

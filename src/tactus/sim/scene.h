@@ -10,6 +10,7 @@
 #include "tactus/base/vec.h"
 #include "tactus/geom/held_axes.h"
 #include "tactus/geom/point_in_mesh.h"
+#include "tactus/rig/source_kinds.h"
 #include "tactus/tissue/tled/elastic_material.h"
 
 namespace tactus {
@@ -30,8 +31,6 @@ struct FrameRange {
 /// Reads "A-B", "A-" or "A" (that frame alone); nothing when the text is neither or B < A.
 std::optional<FrameRange> parse_frame_range(std::string_view text);
 std::string frame_range_text(const FrameRange& range);
-
-enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect };
 
 struct SourceDescription {
   SourceKind kind = SourceKind::synthetic;

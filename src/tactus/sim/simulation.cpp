@@ -226,7 +226,8 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   if (has_new_images && must_look_first(times.dt_s))
     run_part(times, {}, 0, std::exchange(has_new_images, false));
   for (FramePart part{.last = false}; !part.last; ++part_) {
-    part = times.dt_s > 0 ? next_part(times.dt_s - done_s, frame_begin_s + done_s, report.substeps)
+    part = times.dt_s > 0 ? next_part(times.dt_s - done_s, std::abs(times.surface_age_s) + times.dt_s,
+                                      frame_begin_s + done_s, report.substeps)
                           : FramePart{};
     if (part.substeps > 0) {
       for (auto& body : bodies_)
@@ -259,12 +260,14 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
   schedule_.finish(timings_);
   if (!has_surface_) return;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
-  surface_m_s_ = 0;
+  piece_speeds_.clear();
   for (Index k = 0; k < surface.pieces.count; ++k) {
     const SurfaceMotion& motion = surface.motions.at(static_cast<std::size_t>(k));
     if (motion.source == MotionSource::too_fast) continue;
     const float turning = 0.5F * surface.pieces.piece[k].size_m() * length(motion.spin_rad_s);
-    surface_m_s_ = std::max(surface_m_s_, static_cast<double>(length(motion.velocity_m_s) + turning));
+    const SurfacePiece& piece = surface.pieces.piece[k];
+    piece_speeds_.push_back({vec_cast<double>(piece.low_m), vec_cast<double>(piece.high_m),
+                             double{length(motion.velocity_m_s) + turning}});
   }
 }
 
@@ -273,7 +276,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
 bool Simulation::must_look_first(double dt_s) const {
   if (scene_.frame.substeps || !(dt_s > 0)) return false;
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
-    const double moved_m = surface_m_s_ * dt_s;
+    const double moved_m = surface_m_s() * dt_s;
     return !body->is_untouched() && !body->at_rest() &&
            (moved_m < 0.01 * body->spacing_m() || moved_m > 0.5 * body->spacing_m());
   });
@@ -372,13 +375,35 @@ int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
   return std::clamp(count, 1, kMostSubsteps);
 }
 
-Simulation::FramePart Simulation::next_part(double left_s, double from_s, int done) {
+double Simulation::surface_m_s() const {
+  double fastest = 0;
+  for (const PieceSpeed& piece : piece_speeds_) fastest = std::max(fastest, piece.m_s);
+  return fastest;
+}
+
+/// Where neither a piece nor the body gets out of its box by more than their ways, and boxes are farther
+/// apart than that and contact's reach, the piece doesn't count.
+double Simulation::surface_m_s(const SoftBody& body, double seconds) const {
+  double fastest = 0;
+  for (const PieceSpeed& piece : piece_speeds_) {
+    const double way_m = (piece.m_s + static_cast<double>(body.fastest_m_s())) * seconds,
+                 reach_m = 2 * (body.spacing_m() + static_cast<double>(sample_spacing_m_));
+    const RigidMotion& of = body.motion();
+    const Vec3d apart = max(piece.low_m - of.high_m, of.low_m - piece.high_m);
+    const bool far = of.mass_kg > 0 && std::max({apart.x, apart.y, apart.z}) > way_m + reach_m;
+    if (!far) fastest = std::max(fastest, piece.m_s);
+  }
+  return fastest;
+}
+
+Simulation::FramePart Simulation::next_part(double left_s, double age_s, double from_s, int done) {
   if (scene_.frame.substeps) return {left_s, *scene_.frame.substeps, true};
   double spacings_per_s = 0;  // that anything moves by
   int at_rest = 1;            // substeps of the rest of the frame
   for (const auto& body : bodies_) {
-    spacings_per_s = std::max(
-        spacings_per_s, body->fastest_near_m_s(surface_m_s_, from_s, from_s + left_s) / body->spacing_m());
+    spacings_per_s =
+        std::max(spacings_per_s, body->fastest_near_m_s(surface_m_s(*body, age_s), from_s, from_s + left_s) /
+                                     body->spacing_m());
     at_rest = std::max(at_rest, body->model().substeps_for(static_cast<float>(left_s)));
   }
   const auto in_units = [&](int count) { return ceil_div(count, schedule_.unit()) * schedule_.unit(); };

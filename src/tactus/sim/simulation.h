@@ -74,6 +74,12 @@ class Simulation {
   /// Likewise, mean torque about the moved region's pivot [N m].
   std::vector<std::vector<Vec3d>> motion_torques_N_m();
 
+  /// All that the coming frames depend on, and nothing else. What is read must be of the same scene, on the
+  /// same devices. Synchronizes. @param last the frame that was stepped last, or nullptr for none: of the
+  /// real surface only what can't be made from it is in the archive
+  /// @throws Error when it is of another scene; the simulation is of no use then.
+  void archive(StateArchive& a, const FrameSet* last);
+
   const Timings& timings() const { return timings_; }
   /// How often the frame was put together for replay.
   int recordings() const { return schedule_.recordings(); }
@@ -103,12 +109,15 @@ class Simulation {
     int substeps = 0;
     bool last = true;
   };
-  /// @param left_s of the frame @param from_s when the part begins, of the bodies' motions @param done
-  /// substeps of the frame before it
-  FramePart next_part(double left_s, double from_s, int done);
+  /// @param left_s of the frame @param age_s farthest from the surface's capture @param from_s when the part
+  /// begins, of the bodies' motions @param done substeps of the frame before it
+  FramePart next_part(double left_s, double age_s, double from_s, int done);
   /// As many as the bodies' stable steps ask for.
   int substeps_for(double dt_s, double substeps_per_s) const;
   bool must_look_first(double dt_s) const;
+  /// The fastest point of the real surface [m/s]; with a body, of what can reach it in so much time.
+  double surface_m_s() const;
+  double surface_m_s(const SoftBody& body, double seconds) const;
   // settle.cpp
   void check_settles() const;
   void settle(StepReport& report);
@@ -145,8 +154,13 @@ class Simulation {
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
   bool is_settled_ = false;   ///< or need not be
-  double surface_m_s_ = 0;    ///< the fastest point of the real surface
-  int part_ = 0;              ///< of the frame that runs
+  /// Box at the capture and fastest point of each piece of the real surface.
+  struct PieceSpeed {
+    Vec3d low_m, high_m;
+    double m_s = 0;
+  };
+  std::vector<PieceSpeed> piece_speeds_;
+  int part_ = 0;  ///< of the frame that runs
   SubstepChoice substep_choice_;
   Timings timings_;
 };

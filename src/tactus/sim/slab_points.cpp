@@ -91,6 +91,11 @@ void SlabPoints::correct(ContactOnDevices& world, int k, int steps, PointPart pa
   }
 }
 
+void SlabPoints::archive(StateArchive& a) {
+  for (std::size_t s = 0; s < parts_.size(); ++s)
+    parts_[s].points.archive(tissue_->slab(static_cast<int>(s)).ctx, a);
+}
+
 void SlabPoints::end_frame() {
   for (int s = 0; s < tissue_->slab_count(); ++s)
     parts_[static_cast<std::size_t>(s)].points.end_frame(tissue_->slab(s).ctx);

@@ -26,6 +26,8 @@ class SlabPoints {
   /// As Contact::correct.
   void correct(ContactOnDevices& world, int k, int steps, PointPart part);
   void end_frame();
+  /// Synchronizes. @throws Error.
+  void archive(StateArchive& a);
   void add_reports(Readback& readback);
   /// Of the frame that was waited for, per owner.
   std::vector<OwnerTotals> totals(const Readback& readback) const;

@@ -193,7 +193,8 @@ std::string SoftBody::newly_inverted() {
 
 double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
   if (at_rest_ || nothing_acts()) return 0;
-  double speed = std::max(double{fastest_m_s()}, description_.contact ? surface_m_s : 0);
+  const double own_m_s = std::sqrt(double{watched_.fastest_element2_m2_s2});
+  double speed = std::max(own_m_s, description_.contact ? surface_m_s : 0);
   for (const NodeMotion& motion : shape_.motions)
     speed = std::max(speed, fastest_move(shape_.lattice, motion, from_s, to_s).speed_m_s);
   return speed;

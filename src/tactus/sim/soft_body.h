@@ -34,9 +34,11 @@ class SoftBody {
   const Hybrid& model() const { return tissue_.model(); }
   /// Substeps for which the body is stable as strained as it was at the end of the last part of a frame.
   int substeps_for(float dt_s) const { return model().substeps_for(dt_s, strain_.speed_ratio); }
-  /// What goes fastest of the body and what acts on it, in the time of its motions given [m/s]; 0 for a body
-  /// on which nothing acts.
+  /// What goes fastest of its elements and of what acts on it, in the time of its motions given [m/s]; 0 for
+  /// a body on which nothing acts. Shape matching is as stable, however it is strained.
   double fastest_near_m_s(double surface_m_s, double from_s, double to_s) const;
+  /// At the end of the last frame that was waited for.
+  const RigidMotion& motion() const { return motion_; }
   double spacing_m() const { return description_.spacing_m; }
   /// At the end of the last frame that was waited for.
   double kinetic_J() const { return motion_.kinetic_J; }
@@ -90,6 +92,8 @@ class SoftBody {
   std::vector<Vec3f> velocities_m_s(ExecContext& ctx) const {
     return to_host(ctx, tissue_.body().v_m_s.const_view());
   }
+  /// All of it that a run goes on from. Synchronizes. @throws Error when what is read is another body's.
+  void archive(StateArchive& a);
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 

@@ -26,6 +26,10 @@ class TouchingBodies {
                  const ContactDescription& contact);
   /// After the stages of the bodies. `contact` and this must outlive the schedule's runs.
   void add_stages(Schedule& schedule, Readback& readback, const Contact& contact);
+  /// What contact keeps from frame to frame. Synchronizes. @throws Error.
+  void archive(StateArchive& a) {
+    if (pairs_) pairs_->archive(ctx_, a);
+  }
   /// What its last stage leaves for the host; none where nothing can touch.
   std::vector<Resource> report_resources() const;
   /// What bodies did to one another over the frame that was waited for, by their places in the scene.

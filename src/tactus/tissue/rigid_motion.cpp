@@ -25,6 +25,8 @@ RigidMotion rigid_motion(std::span<const MotionSums> sums) {
   RigidMotion motion;
   motion.mass_kg = all.mass_kg;
   motion.kinetic_J = all.kinetic_J;
+  motion.low_m = all.low_m;
+  motion.high_m = all.high_m;
   if (!(all.mass_kg > 0)) return motion;
   const Vec3d c = all.first_kg_m / all.mass_kg, v = all.momentum_kg_m_s / all.mass_kg;
   motion.center_m = c;

@@ -15,6 +15,7 @@ struct RigidMotion {
   Vec3d center_m, velocity_m_s;    ///< of the centre of mass
   Vec3d angular_momentum_kg_m2_s;  ///< about the centre of mass
   Mat3d inertia_kg_m2;             ///< about the centre of mass
+  Vec3d low_m, high_m;             ///< box of the nodes
   /// The turn with this angular momentum; 0 for a body without inertia about some axis.
   Vec3d spin_rad_s;
   /// The spin a little later, of a body on which no torque acts (Euler's equations, to first order).

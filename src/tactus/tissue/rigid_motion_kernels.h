@@ -9,7 +9,9 @@ namespace tactus {
 struct MotionSums {
   double mass_kg = 0, kinetic_J = 0;
   Vec3d first_kg_m, momentum_kg_m_s, angular_kg_m2_s;
-  double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;  ///< second moments [kg m^2]
+  double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;       ///< second moments [kg m^2]
+  Vec3d low_m{kFar, kFar, kFar}, high_m{-kFar, -kFar, -kFar};  ///< box
+  static constexpr double kFar = 1e30;
 
   TACTUS_HD void add_node(double m, Vec3d x, Vec3d v) {
     mass_kg += m;
@@ -19,6 +21,8 @@ struct MotionSums {
     angular_kg_m2_s = angular_kg_m2_s + m * cross(x, v);
     xx += m * x.x * x.x, yy += m * x.y * x.y, zz += m * x.z * x.z;
     xy += m * x.x * x.y, yz += m * x.y * x.z, zx += m * x.z * x.x;
+    low_m = min(low_m, x);
+    high_m = max(high_m, x);
   }
   TACTUS_HD void add(const MotionSums& o) {
     mass_kg += o.mass_kg;
@@ -28,6 +32,8 @@ struct MotionSums {
     angular_kg_m2_s = angular_kg_m2_s + o.angular_kg_m2_s;
     xx += o.xx, yy += o.yy, zz += o.zz;
     xy += o.xy, yz += o.yz, zx += o.zx;
+    low_m = min(low_m, o.low_m);
+    high_m = max(high_m, o.high_m);
   }
 };
 

@@ -11,6 +11,7 @@ struct WatchRecord {
   Index bad_node = -1;     ///< the lowest of those
   float fastest2_m2_s2 = 0;
   Index fastest_node = -1;
+  float fastest_element2_m2_s2 = 0;  ///< of nodes of elements
 
   /// And those of later nodes, counted from `first`.
   TACTUS_HD void add(const WatchRecord& later, Index first = 0) {
@@ -22,6 +23,7 @@ struct WatchRecord {
       fastest2_m2_s2 = later.fastest2_m2_s2;
       fastest_node = first + later.fastest_node;
     }
+    fastest_element2_m2_s2 = max(fastest_element2_m2_s2, later.fastest_element2_m2_s2);
   }
 };
 
@@ -30,8 +32,8 @@ struct WatchNodes {
   static constexpr int kThreads = 256, kStrip = 16, kStrips = kThreads / kStrip;
   static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
   View<const Vec3f> x_m, v_m_s;
-  /// Or nodes are in these cells.
-  View<const Index> cell;
+  View<const Index> only_matched;  ///< per node: 1: in no element; or empty: all are in elements
+  View<const Index> cell;          ///< or nodes are in these cells
   NodeFields fields;
   View<WatchRecord> records;
   Index substep;  ///< of the frame or, with `frame`, of its block
@@ -67,6 +69,8 @@ struct WatchNodes {
       const int begin = strip * kStrip, end = min(begin + kStrip, count);
       for (int t = begin; t < end; ++t) {
         if (s.speed2[t] == kBad && found.bad_node < 0) found.bad_node = first + t;
+        if (s.speed2[t] != kBad && (only_matched.empty() || only_matched[first + t] == 0))
+          found.fastest_element2_m2_s2 = max(found.fastest_element2_m2_s2, s.speed2[t]);
         if (!(s.speed2[t] > found.fastest2_m2_s2) || s.speed2[t] == kBad) continue;
         found.fastest2_m2_s2 = s.speed2[t];
         found.fastest_node = first + t;
@@ -85,6 +89,7 @@ struct WatchNodes {
           all.fastest2_m2_s2 = found.fastest2_m2_s2;
           all.fastest_node = found.fastest_node;
         }
+        all.fastest_element2_m2_s2 = max(all.fastest_element2_m2_s2, found.fastest_element2_m2_s2);
       }
       records[b.index()] = all;
     });

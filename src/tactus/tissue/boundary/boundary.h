@@ -31,6 +31,12 @@ class Boundary {
     driven_.move(ctx, state, held_.view(), time);
   }
 
+  void archive(ExecContext& ctx, StateArchive& a) {
+    driven_.archive(ctx, a);
+    loads_.archive(ctx, a);
+    a.buffer(ctx, "held nodes", held_);
+  }
+
   const DrivenNodes& driven() const { return driven_; }
   const SurfaceLoads& loads() const { return loads_; }
   /// Per node of the state: HeldAxes, all while it is driven.

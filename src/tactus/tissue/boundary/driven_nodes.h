@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "tactus/frame/state_archive.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/boundary/motion_kernels.h"
 
@@ -36,6 +37,10 @@ class DrivenNodes {
               const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
+  /// What it keeps from frame to frame.
+  void archive(ExecContext& ctx, StateArchive& a) {
+    if (!motions_.empty()) a.buffer(ctx, "time of what moves", clock_s_);
+  }
   /// Forces count from here; with `frame`, only in its first part. Asynchronous.
   void begin_frame(ExecContext& ctx, View<const FrameParams> frame = {});
   /// The end of a substep. @param held per node of the state: HeldAxes, all as long as it is driven.

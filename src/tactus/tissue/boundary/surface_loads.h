@@ -2,6 +2,7 @@
 /// Forces, tractions and pressures on parts of a body's surface.
 #include <string>
 
+#include "tactus/frame/state_archive.h"
 #include "tactus/geom/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/boundary/load_kernels.h"
@@ -29,6 +30,10 @@ class SurfaceLoads {
   SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& surface,
                std::span<const SurfaceLoad> loads, const NodeWindow& window);
 
+  /// What it keeps from frame to frame.
+  void archive(ExecContext& ctx, StateArchive& a) {
+    if (!curves_.empty()) a.buffer(ctx, "time of loads", clock_s_);
+  }
   bool empty() const { return nodes_.empty(); }
   /// Nodes of the body that share the k-th load, ascending.
   const std::vector<Index>& nodes_of(std::size_t load) const { return nodes_of_[load]; }

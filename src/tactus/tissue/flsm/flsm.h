@@ -1,5 +1,6 @@
 #pragma once
 /// Fast lattice shape matching (Rivers & James 2007; [P 9-14]) with a material's stiffness.
+#include "tactus/frame/state_archive.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
 
@@ -67,6 +68,9 @@ class Flsm {
   void compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step);
   /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
   std::vector<Vec3d> goals_m(ExecContext& ctx) const;
+
+  /// What it keeps from step to step: where the rotations of regions are looked for.
+  void archive(ExecContext& ctx, StateArchive& a) { a.buffer(ctx, "rotations", quaternion_); }
 
   FlsmGoals goals() const {
     return {cell_.const_view(), goal_sum_.const_view(), inverse_weight_.const_view(), grid_.cells};

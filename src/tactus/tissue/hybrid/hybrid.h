@@ -78,6 +78,13 @@ class Hybrid {
   const std::optional<Flsm>& flsm() const { return flsm_; }
   /// What the state holds and what moves here.
   const NodeWindow& window() const { return window_; }
+  /// What it keeps from frame to frame.
+  void archive(ExecContext& ctx, StateArchive& a) {
+    tled_.archive(ctx, a);
+    if (flsm_) flsm_->archive(ctx, a);
+  }
+  /// Per node here: 1: in no element.
+  const Buffer<Index>& only_matched() const { return only_matched_; }
   bool has_elements() const { return has_elements_; }
   /// What of a change concerns this device. @throws Error for a cut through shape-matched cubes, or beyond
   /// the room for copies.

@@ -162,20 +162,6 @@ void HybridSlabs::link_neighbours() {
     cell_halo_.emplace(devices_, "hybrid/pull_positions", cell_links);
 }
 
-/// Where others find nodes that are in cells, and whether those are fixed.
-void HybridSlabs::keep_places(const CubeLattice& lattice) {
-  for (auto& part : parts_) {
-    Tled& tled = part->tissue.tled();
-    part->cell_of = to_host(part->ctx, tled.cell());
-    std::vector<Index> held(static_cast<std::size_t>(tled.cells()));
-    for (std::size_t i = 0; i < part->cell_of.size(); ++i) {
-      const Index node = part->tissue.window().body_node(static_cast<Index>(i));
-      held[static_cast<std::size_t>(part->cell_of[i])] = lattice.fixed[static_cast<std::size_t>(node)];
-    }
-    part->held_in_cells = to_device(part->ctx, held);
-  }
-}
-
 void HybridSlabs::begin_frame() {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
@@ -210,31 +196,6 @@ HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part, int k)
 void HybridSlabs::pull_nodes() {
   for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
   node_halo_->finish(nodes());
-}
-
-HybridSlabs::SlabNodes HybridSlabs::slab(int p, int k) {
-  Part& part = *parts_[static_cast<std::size_t>(p)];
-  SlabNodes nodes{.ctx = part.ctx,
-                  .count = part.tissue.window().count(),
-                  .x_m = part.state.x_m.view(),
-                  .v_m_s = part.state.v_m_s.view(),
-                  .fields = {},
-                  .held = part.boundary.held(),
-                  .stopped = part.stopped.const_view(),
-                  .own_layers = part.tissue.own_layers(),
-                  .changed_layers = part.tissue.read_layers(kShared * std::max(changes_ - 1, 0))};
-  if (is_changed_in_cells()) {
-    nodes.count = part.tissue.tled().cells();
-    nodes.fields = part.tissue.tled().fields(k + 1);
-    nodes.held = part.held_in_cells.const_view();
-  }
-  return nodes;
-}
-
-Index HybridSlabs::find(int p, Index node, Index layer) const {
-  const Part& part = *parts_[static_cast<std::size_t>(p)];
-  const Index place = part.tissue.find(node, layer);
-  return place >= 0 && is_changed_in_cells() ? part.cell_of[static_cast<std::size_t>(place)] : place;
 }
 
 void HybridSlabs::begin_substeps() {
@@ -289,24 +250,6 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
     part.beside.record(part.interior_moved);
     if (k + 1 == count) part.ctx.wait(part.interior_moved);
   }
-}
-
-/// What is changed is pulled before that, all layers that changes depend on.
-void HybridSlabs::changed_substep_in_cells(const HybridStep& step, int k) {
-  if (k == 0) {
-    for_each_slab([&](int p) { changed_cell_halo_->begin(p, cell_nodes(0)); });
-    changed_cell_halo_->finish(cell_nodes(0));
-  }
-  for (int p = 0; p < slab_count(); ++p) {
-    Part& part = *parts_[static_cast<std::size_t>(p)];
-    const TledStep tled = elements_step(on_part(step, static_cast<std::size_t>(p), k));
-    changed_cell_halo_->await_readers(p, cell_nodes(k + 1));
-    part.tissue.tled().move_patch(part.ctx, tled, k);
-    part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::all);
-    changed_cell_halo_->begin(p, cell_nodes(k + 1));
-  }
-  changed_cell_halo_->finish(cell_nodes(k + 1));
-  for_each_slab([&](int p) { changed_cell_halo_->await_readers(p, cell_nodes(k + 1)); });
 }
 
 void HybridSlabs::substep(const HybridStep& step, int k, int count) {
@@ -489,6 +432,17 @@ std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
       if (patch_->owner[k] == static_cast<Index>(p)) all[first + k] = some[k];
   }
   return all;
+}
+
+void HybridSlabs::archive(StateArchive& a) {
+  std::vector<Vec3f> x_m = positions_m(), v_m_s = velocities_m_s();
+  a.values("positions", x_m);
+  a.values("velocities", v_m_s);
+  if (a.reads()) set_state(x_m, v_m_s);
+  for (auto& part : parts_) {
+    part->tissue.archive(part->ctx, a);
+    part->boundary.archive(part->ctx, a);
+  }
 }
 
 std::vector<Vec3f> HybridSlabs::positions_m() { return all_of(&BodyState::x_m); }

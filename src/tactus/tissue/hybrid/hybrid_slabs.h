@@ -19,8 +19,8 @@ namespace tactus {
 /// nodes; what moves and loads it acts on each slab's own nodes. A substep begins with pulling the others, or
 /// ends with it where contact follows. The same bits on any number of devices.
 ///
-/// Elements that nothing moves or loads stay in their cells, contact or not. Without it, nodes at the cuts move first, and are pulled for the next substep
-/// while the others move.
+/// Elements that nothing moves or loads stay in their cells, contact or not. Without it, nodes at the cuts
+/// move first, and are pulled for the next substep while the others move.
 class HybridSlabs {
  public:
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
@@ -118,6 +118,8 @@ class HybridSlabs {
   /// recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a shape-matched
   /// cube is cut.
   void apply(const TopologyChange& change);
+  /// State of a body that is not cut; slabs and devices must be the same. Synchronizes.
+  void archive(StateArchive& a);
   /// Of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
@@ -136,11 +138,11 @@ class HybridSlabs {
       if (patch_watch) patch_watch->look(ctx, cells(tissue.window().patch), fields, k, frame, every);
     }
     void look(int k, View<const FrameParams> frame, int every) {
-      watch.look(ctx, own(state.x_m), own(state.v_m_s), k, frame, every);
+      watch.look(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
       if (!patch_watch) return;
       const Slab patch = tissue.window().patch;
       patch_watch->look(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
-                        state.v_m_s.const_view().part(patch.begin, patch.count()), k, frame, every);
+                        state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
     }
     /// Of all nodes of the body, those that it holds.
     std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;

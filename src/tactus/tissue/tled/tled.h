@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "tactus/frame/state_archive.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/tled/elastic_material.h"
@@ -98,6 +99,12 @@ class Tled {
   View<const float> force_fields_N() const { return f_N_.view(); }
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
+
+  /// What it keeps from frame to frame, of a body that is not cut: stresses that relax. In this device's
+  /// layout.
+  void archive(ExecContext& ctx, StateArchive& a) {
+    if (relaxes()) a.buffer(ctx, "stresses that relax", history_Pa_[0]);
+  }
 
   /// Replaces cubes by copies, between frames. What is recorded stays valid. Asynchronous.
   void apply(ExecContext& ctx, const ChangeLists& change);

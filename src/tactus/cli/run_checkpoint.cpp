@@ -1,0 +1,59 @@
+#include "tactus/cli/run_checkpoint.h"
+
+#include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
+#include "tactus/base/safe_file.h"
+
+namespace tactus {
+namespace {
+
+struct RunState {
+  std::uint64_t scene = 0;  ///< hash of its file
+  std::int64_t taken = 0;
+  double last_time_s = 0;
+};
+
+void archive(StateArchive& a, RunState& state) {
+  a.set_owner("run");
+  a.value("scene file", state.scene);
+  a.value("frames of the source", state.taken);
+  a.value("time of the last", state.last_time_s);
+}
+
+std::uint64_t hash_of_scene(const std::string& path) { return fnv1a(read_file(path, kMaxYamlBytes)); }
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
+                      Simulation& simulation) {
+  StateArchive a;
+  RunState state{hash_of_scene(scene_path), progress.taken, progress.last_time_s};
+  archive(a, state);
+  simulation.archive(a, nullptr);
+  write_file(path, a.bytes());
+}
+
+void read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
+                     RunProgress& progress, Simulation& simulation) {
+  StateArchive a(read_file(path, kMaxMeshBytes), path);
+  RunState state;
+  archive(a, state);
+  if (state.scene != hash_of_scene(scene_path))
+    throw usage_error(path + ": the checkpoint is of another scene than " + scene_path +
+                      ", or that was changed since");
+  while (progress.taken < state.taken) {
+    FrameSet frame;
+    const NextFrame next = source.next(frame);
+    if (next == NextFrame::no_more_data)
+      throw Error(path + ": " + std::to_string(state.taken) +
+                  " frames were taken from the source, which has " + std::to_string(progress.taken));
+    ++progress.taken;
+    if (next != NextFrame::success) continue;
+    progress.last = std::move(frame);
+    progress.has_last = true;
+  }
+  progress.last_time_s = state.last_time_s;
+  simulation.archive(a, progress.has_last ? &progress.last : nullptr);
+}
+
+}  // namespace tactus

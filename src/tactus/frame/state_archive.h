@@ -1,0 +1,78 @@
+#pragma once
+/// What a run goes on from, as named blocks of bytes. One declaration of a state both writes and reads it.
+#include <cstdint>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "tactus/compute/exec_context.h"
+
+namespace tactus {
+
+/// A file of blocks, each with a name and the bytes of plain values, in the order in which they were
+/// declared:
+///
+///   "TACTUSCP", version (u32), length of what follows (u64), its FNV-1a hash (u64);
+///   per block: length of the name (u32), the name, number of bytes (u64), the bytes
+///
+/// Numbers are little-endian. What is read must have the same blocks, each of the same length: nothing in the
+/// file decides how much memory is taken.
+///
+///   void archive(StateArchive& a) {      // of a class with state
+///     a.value("clock", clock_s_);
+///     a.buffer(ctx, "positions", x_m_);
+///   }
+class StateArchive {
+ public:
+  static constexpr std::uint32_t kVersion = 1;
+  /// To be filled.
+  StateArchive() = default;
+  /// To be read. @param bytes of a file, as bytes() made them @param path for messages
+  /// @throws Error for what is no checkpoint, is cut short, was changed, or is of another version.
+  StateArchive(std::string bytes, std::string path);
+
+  bool reads() const { return reads_; }
+  const std::string& path() const { return path_; }
+  /// Names of blocks begin with that from now on, and in messages.
+  void set_owner(const std::string& owner) { owner_ = owner; }
+
+  /// @throws Error when the next block is another one.
+  template <class T>
+  void value(const char* name, T& v) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    block(name, &v, sizeof v);
+  }
+  /// As many as there are.
+  template <class T>
+  void values(const char* name, std::vector<T>& v) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    block(name, v.data(), v.size() * sizeof(T));
+  }
+  /// Synchronizes.
+  template <class T>
+  void buffer(ExecContext& ctx, const char* name, Buffer<T>& b) {
+    std::vector<T> host =
+        reads_ ? std::vector<T>(static_cast<std::size_t>(b.size())) : to_host(ctx, b.const_view());
+    values(name, host);
+    if (!reads_) return;
+    ctx.upload(host, b.view());
+    ctx.synchronize();
+  }
+  /// What was read must be so: it is used as an index. @throws Error.
+  void check(bool ok, const char* name) const;
+  /// Nothing may follow. @throws Error.
+  void finish() const;
+  /// Of the whole file.
+  std::string bytes() const;
+
+ private:
+  void block(const std::string& name, void* data, std::size_t bytes);
+  bool reads_ = false;
+  std::string payload_, path_, owner_;
+  std::size_t at_ = 0;
+};
+
+/// 64 bits (Fowler, Noll and Vo).
+std::uint64_t fnv1a(std::string_view bytes);
+
+}  // namespace tactus

@@ -1,0 +1,27 @@
+#pragma once
+/// Kinds of frame sources, by their words in scenes and after `--source`. A new kind: a line here, and what
+/// opens it in data_sources.cpp.
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace tactus {
+
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect };
+
+inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {{"synthetic", SourceKind::synthetic},
+                                                                      {"videos", SourceKind::videos},
+                                                                      {"masks", SourceKind::masks},
+                                                                      {"middlebury", SourceKind::middlebury},
+                                                                      {"kinect", SourceKind::kinect}};
+
+const char* word_of(SourceKind kind);
+/// "videos, masks or kinect".
+std::string words_of(std::span<const SourceKind> kinds);
+/// "synthetic, videos, masks, middlebury or kinect".
+std::string source_kind_words();
+/// @throws usage Error naming the word, with the nearest one.
+SourceKind source_kind(const std::string& word);
+
+}  // namespace tactus

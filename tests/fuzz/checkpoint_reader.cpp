@@ -1,0 +1,16 @@
+#include "fuzz/readers.h"
+#include "tactus/frame/state_archive.h"
+
+namespace tactus::fuzz {
+
+void read_checkpoint(const std::string& bytes) {
+  StateArchive a(bytes, "a.checkpoint");
+  a.set_owner("body 'a'");
+  double time_s = 0;
+  std::vector<float> x(4);
+  a.value("time", time_s);
+  a.values("positions", x);
+  a.finish();
+}
+
+}  // namespace tactus::fuzz

@@ -1,0 +1,155 @@
+/// A run that is stopped and goes on is the run that was not stopped.
+#include <gtest/gtest.h>
+
+#include "support/device_sets.h"
+#include "support/message_of.h"
+#include "tactus/base/error.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+/// A ball presses a viscoelastic slab that something turns and a load lets go, a shape-matched block lies on
+/// a table, and half of each kind falls on it.
+Scene all_scene() {
+  Scene scene;
+  scene.reconstruction.resolution = 32;
+  BodyDescription slab;
+  slab.name = "slab";
+  slab.shape.size_m = {0.3, 0.1, 0.9};
+  slab.placement.position_m = {0, 0.25, 0};
+  slab.spacing_m = 0.05;
+  slab.material.model = TissueModel::tled;
+  slab.material.relaxation = {{0.4, 0.1}};
+  FixedRegion end;
+  end.where.kind = RegionKind::half_space;
+  end.where.frame = CoordinateFrame::world;
+  end.where.point_m = {0, 0, -0.44};
+  end.where.normal = {0, 0, 1};
+  slab.fixed.push_back(end);
+  MovedRegion grip;
+  grip.where = end.where;
+  grip.where.point_m = {0, 0, 0.44};
+  grip.where.normal = {0, 0, -1};
+  grip.path = {{0.3, {0, 0.01, 0}, 20}};
+  grip.axis = {0, 0, 1};
+  grip.release_s = 0.45;
+  slab.moved.push_back(grip);
+  LoadedRegion load;
+  load.where.kind = RegionKind::sphere;
+  load.where.radius_m = 0.2;
+  load.pressure_pa = 300;
+  load.over_time = {{0, 0}, {0.5, 1}};
+  slab.loads.push_back(load);
+  BodyDescription block = slab;
+  block.name = "block";
+  block.shape.size_m = {0.15, 0.1, 0.15};
+  block.placement.position_m = {0.35, 0.06, 0.3};
+  block.material = {};
+  block.fixed.clear();
+  block.moved.clear();
+  block.loads.clear();
+  BodyDescription both = block;
+  both.name = "both";
+  both.placement.position_m = {0.35, 0.18, 0.3};
+  both.material.model = TissueModel::hybrid;
+  both.ratio = RatioDescription{1, 1, Axis::y};
+  scene.bodies = {slab, block, both};
+  scene.contact.self = true;
+  ObstacleSetting table;
+  table.name = "table";
+  scene.obstacles.push_back(table);
+  return scene;
+}
+
+/// A ball of 0.15 m that comes down by 1.5 cm a frame.
+FrameSet frame_of(int k) {
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.shape.scale = 0.6F;
+  options.shape.offset_m = {0, 0.02F - 0.015F * static_cast<float>(k), 0};
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  EXPECT_EQ(source.next(frame), NextFrame::success);
+  frame.tick = k;
+  frame.time_s = k / 30.0;
+  return frame;
+}
+
+struct State {
+  std::vector<std::vector<Vec3f>> x_m, v_m_s;
+  std::vector<BodyMonitors> monitors;
+  std::vector<int> substeps;
+  std::vector<Vec3f> force_N;
+  friend bool operator==(const State&, const State&) = default;
+};
+
+/// Frames from..to of the ball. @param from the state is read from `file` when it is not 0; then it is
+/// written there
+State play(const std::string& devices_text, const Scene& scene, int from, int to, std::string& file) {
+  DeviceSet devices(devices_text, 3);
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  if (from > 0) {
+    StateArchive a(file, "f");
+    const FrameSet last = frame_of(from - 1);
+    simulation.archive(a, &last);
+  }
+  State state;
+  for (int k = from; k < to; ++k) {
+    const StepReport report = simulation.step(frame_of(k), k == 0 ? 0 : 1.0 / 30);
+    state.substeps.push_back(report.substeps);
+    state.force_N.push_back(report.contact.force_N);
+  }
+  for (const auto& body : simulation.bodies()) {
+    state.x_m.push_back(body->positions_m(devices.context(0)));
+    state.v_m_s.push_back(body->velocities_m_s(devices.context(0)));
+  }
+  state.monitors = simulation.monitors();
+  StateArchive a;
+  simulation.archive(a, nullptr);
+  file = a.bytes();
+  return state;
+}
+
+class CheckpointOnDevices : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+};
+TACTUS_INSTANTIATE_DEVICES(CheckpointOnDevices);
+
+TEST_P(CheckpointOnDevices, TenAndTenFramesAreTwenty) {
+  const Scene scene = all_scene();
+  std::string file;
+  State whole = play(GetParam(), scene, 0, 20, file);
+  const State first = play(GetParam(), scene, 0, 10, file), second = play(GetParam(), scene, 10, 20, file);
+  EXPECT_NE(first.x_m, second.x_m);
+  EXPECT_GT(length(second.force_N.back()), 0.1F);
+  for (auto list : {&State::force_N}) (whole.*list).erase((whole.*list).begin(), (whole.*list).begin() + 10);
+  whole.substeps.erase(whole.substeps.begin(), whole.substeps.begin() + 10);
+  EXPECT_EQ(whole.force_N, second.force_N);
+  EXPECT_EQ(whole.substeps, second.substeps);
+  EXPECT_EQ(whole.x_m, second.x_m);
+  EXPECT_EQ(whole.v_m_s, second.v_m_s);
+  EXPECT_EQ(whole.monitors, second.monitors);
+}
+
+TEST(Checkpoint, OtherScenesAndDevicesAreNamed) {
+  const Scene scene = all_scene();
+  std::string file;
+  play("cpu", scene, 0, 1, file);
+  const auto message = [&](const std::string& devices, const Scene& other) {
+    std::string copy = file;
+    return test::message_of([&] { play(devices, other, 1, 2, copy); }, ErrorKind::usage);
+  };
+  EXPECT_EQ(message("cpu:2", scene),
+            "f: the checkpoint was made on other devices than cpu:2: go on with the same '--devices'");
+  Scene other = scene;
+  other.bodies[1].name = "brick";
+  EXPECT_NE(message("cpu", other).find("where 'body 'brick': positions' of"), std::string::npos)
+      << message("cpu", other);
+}
+
+}  // namespace
+}  // namespace tactus
