@@ -267,5 +267,76 @@ TEST(BodyPairs, ReactionsAreWeightsAndOpposite) {
   EXPECT_NEAR(up, 9.81 * high.lattice.mass_kg(), 0.02 * up);  // what still swings
 }
 
+/// Two real fingers, 5 cm across so that no edge holds, pinch a free block of 4 cm by 3 mm from each side and
+/// lift it.
+struct Pinch {
+  static constexpr float kFrame_s = 1.F / 30, kLift_m = 0.05F;
+  ExecContext& ctx;
+  test::SoftThing block;
+  test::SoftScene scene;
+  float dt_s;
+  int substeps;
+  explicit Pinch(ExecContext& context, float friction)
+      : ctx(context),
+        block(test::soft_box(ctx, {-0.02F, -0.02F, -0.02F}, {4, 4, 4}, 0.01F,
+                             {.elastic = {.young_Pa = 3e4F, .poisson = 0.3F}, .damping = 0.5F})),
+        scene(ctx, block, 0.01F, {.friction = friction}),
+        dt_s(0.8F * block.solver.stable_step_s()),
+        substeps(static_cast<int>(kFrame_s / dt_s) + 1) {
+    dt_s = kFrame_s / static_cast<float>(substeps);
+  }
+  /// One frame, at the end of which the fingers have closed and risen by so much. Drag lets swings die.
+  ContactReport frame(float closed_m, float risen_m, float gravity_m_s2, float drag_per_s) {
+    const TriangleMesh finger = test::box({0.01F, 0.025F, 0.025F}, 6);
+    const float x = 0.031F - closed_m;
+    scene.show(test::together(test::transformed(finger, {Mat3f::identity(), {-x, risen_m, 0}}),
+                              test::transformed(finger, {Mat3f::identity(), {x, risen_m, 0}})),
+               kFrame_s);
+    return scene.run(substeps, dt_s, {0, -gravity_m_s2, 0}, drag_per_s, true);
+  }
+  /// Without weight until it is held; then held; then lifted. Returns how far the block came behind.
+  double lift() {
+    for (int f = 0; f <= 12; ++f) frame(0.004F * std::min(1.F, static_cast<float>(f) / 8), 0, 0, 10);
+    for (int f = 0; f < 10; ++f) frame(0.004F, 0, 9.81F, 10);
+    const double before = test::middle_m(ctx, block).y;
+    for (int f = 1; f <= 15; ++f) frame(0.004F, kLift_m / 15 * static_cast<float>(f), 9.81F, 0);
+    for (int f = 0; f < 10; ++f) frame(0.004F, kLift_m, 9.81F, 10);
+    return static_cast<double>(kLift_m) - (test::middle_m(ctx, block).y - before);
+  }
+};
+
+TEST(PinchAndLift, FingersCarryWhatTheyHold) {
+  DeviceSet cpu("cpu");
+  Pinch pinch(cpu.context(0), 0.5F);
+  const double behind = pinch.lift();
+  const auto momentum = [&] { return pinch.block.monitors(pinch.ctx).momentum_kg_m_s; };
+  const Vec3d before = momentum();
+  const ContactReport report = pinch.frame(0.004F, Pinch::kLift_m, 9.81F, 0);
+  const Vec3d change = (momentum() - before) / double{Pinch::kFrame_s};
+  ASSERT_EQ(report.owners.size(), 2U);
+  const Vec3d left = vec_cast<double>(report.owners[0].force_N),
+              right = vec_cast<double>(report.owners[1].force_N);
+  const double weight = 9.81 * pinch.block.lattice.mass_kg();
+  std::printf("left (%.4f, %.4f) N, right (%.4f, %.4f) N, weight %.4f N, behind by %.2g m\n", left.x, left.y,
+              right.x, right.y, weight, behind);
+  // On the fingers: what the block's momentum gains is what they push it with. Both alike, by symmetry.
+  EXPECT_NEAR(-(left.y + right.y), weight + change.y, 2e-5 * weight);
+  EXPECT_NEAR(-(left.x + right.x), change.x, 2e-5 * std::abs(left.x));
+  EXPECT_NEAR(-left.y, 0.5 * weight, 0.02 * weight);
+  EXPECT_NEAR(-right.y, 0.5 * weight, 0.02 * weight);
+  EXPECT_LT(0.5 * weight, 0.5 * std::abs(left.x)) << "below the limit of friction";
+  // The pieces' measured motion is noisy by a hundredth of a spacing (real_surface_test).
+  EXPECT_LT(std::abs(behind), 0.02 * 0.01);
+  // The sum over the pieces is the whole.
+  const Vec3d sum = left + right - vec_cast<double>(report.force_N);
+  EXPECT_LT(length(sum), 1e-6 * (length(left) + length(right)));
+}
+
+TEST(PinchAndLift, WhatIsTooSlipperyIsLost) {
+  DeviceSet cpu("cpu");
+  Pinch pinch(cpu.context(0), 0.01F);
+  EXPECT_GT(pinch.lift(), 0.02);
+}
+
 }  // namespace
 }  // namespace tactus

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "support/data_folder.h"
 #include "support/device_sets.h"
 #include "support/synthetic_frame.h"
+#include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
@@ -145,6 +147,22 @@ TEST(TouchingBodies, WhatOverlapsComesApart) {
   for (const Vec3f& p : r.surfaces[1]) low = std::min(low, p.y);
   for (const Vec3f& p : r.surfaces[0]) high = std::max(high, p.y);
   EXPECT_GT(low, high - 0.25F * 0.04F);
+}
+
+/// The scene of the page on contact, without its hand: the pile settles, each on the one below.
+TEST(TouchingBodies, ThePileOfTheExampleStands) {
+  Scene scene = read_scene(source_path("scenes/stack.yaml"));
+  scene.reconstruction.resolution = 24;
+  const Result r = play("cpu", scene, 30);
+  EXPECT_TRUE(r.report.notices.empty());
+  const auto presses = [&](const char* body, const char* piece) {
+    const BodyContact* c = find(r.report, body, piece);
+    return c != nullptr && c->reaction.force_N.y < 0;
+  };
+  EXPECT_TRUE(presses("high", "middle"));
+  EXPECT_TRUE(presses("middle", "low"));
+  EXPECT_TRUE(presses("low", "floor"));
+  EXPECT_EQ(r.report.contacts.size(), 5U) << "nobody else touches";
 }
 
 }  // namespace

@@ -313,7 +313,11 @@ struct FindPairs {
     // What was put into one another must not be shot apart.
     const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m), far = length(push);
     if (far > farthest) push *= farthest / far;
-    if (contact.touching == 1) add_weights(i, contact, -1);
+    const bool stays = contact.touching == 1 && contact.cube == c;
+    if (stays)
+      shift_weights(contact, q);
+    else if (contact.touching == 1)
+      add_weights(i, contact, -1);
     contact.kick_m_s = touch_kick(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
     contact.push_m = push;
     contact.x_m = x;
@@ -321,7 +325,7 @@ struct FindPairs {
     contact.touching = 1;
     contact.cube = c;
     contact.q = q;
-    add_weights(i, contact, 1);
+    if (!stays) add_weights(i, contact, 1);
     return true;
   }
   /// In one correction, in spacings.
@@ -345,13 +349,23 @@ struct FindPairs {
     const EmbeddedPoint& point = table.points[i];
     const SolidCube& cube = table.cubes[contact.cube];
     for (int k = 0; k < 8; ++k) {
-      if (point.weight[k] != 0.F) add_weight(table.rows[8 * i + k], point.weight[k], sign);
-      add_weight(cube.row[k], CubeMap::weight(contact.q, k), sign);
+      if (point.weight[k] != 0.F) add_weight(table.rows[8 * i + k], signed_units(point.weight[k], sign));
+      add_weight(cube.row[k], signed_units(CubeMap::weight(contact.q, k), sign));
     }
   }
-  TACTUS_HD void add_weight(Index row, float weight, int sign) const {
-    const std::uint32_t w = PointWeights::quantized(weight);
-    atomic_add(state.row_weight[row], sign > 0 ? w : 0U - w);
+  /// What touches in the same cube as before hardly moves there, most often.
+  TACTUS_HD void shift_weights(const PairContact& contact, Vec3f q) const {
+    const SolidCube& cube = table.cubes[contact.cube];
+    for (int k = 0; k < 8; ++k)
+      add_weight(cube.row[k],
+                 signed_units(CubeMap::weight(q, k), 1) + signed_units(CubeMap::weight(contact.q, k), -1));
+  }
+  TACTUS_HD static std::uint32_t signed_units(float weight, int sign) {
+    const std::uint32_t units = PointWeights::quantized(weight);
+    return sign > 0 ? units : 0U - units;
+  }
+  TACTUS_HD void add_weight(Index row, std::uint32_t units) const {
+    if (units != 0U) atomic_add(state.row_weight[row], units);
   }
 };
 

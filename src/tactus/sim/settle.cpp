@@ -128,10 +128,16 @@ void Simulation::check_settles() const {
   }
 }
 
+/// Of a substep that is stable as bodies are strained now.
+double Simulation::settling_dt_s() const {
+  const double frame_s = scene_.frame.dt_s.value_or(1.0 / 30);
+  return frame_s / substeps_for(frame_s, 0);
+}
+
 /// A piece: so many substeps. Time doesn't go on for what moves and loads the bodies.
 void Simulation::settle_piece(int substeps, StepReport& report) {
   Timings unused;
-  const double dt_s = 1.0 / substeps_for(1, 0);
+  const double dt_s = settling_dt_s();
   schedule_.run({.dt_s = static_cast<float>(dt_s),
                  .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
                  .substeps = substeps,
@@ -153,7 +159,7 @@ void Simulation::settle(StepReport& report) {
   int piece = least;
   while (report.settling_substeps < most &&
          !std::all_of(all.begin(), all.end(), std::mem_fn(&Settling::is_done))) {
-    const double seconds = piece / static_cast<double>(substeps_for(1, 0));
+    const double seconds = piece * settling_dt_s();
     settle_piece(piece, report);
     for (Settling& body : all) body.after_piece(ctx, piece, seconds);
     if (std::any_of(all.begin(), all.end(), std::mem_fn(&Settling::wants_shorter)))

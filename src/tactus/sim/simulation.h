@@ -122,6 +122,7 @@ class Simulation {
   void check_settles() const;
   void settle(StepReport& report);
   void settle_piece(int substeps, StepReport& report);
+  double settling_dt_s() const;
   void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
