@@ -246,8 +246,6 @@ void Schedule::run_substeps(int substeps) {
 }
 
 void Schedule::run(const FrameParams& params, bool has_new_images) {
-  // What grows does so in the first frame with images, so the second can be recorded.
-  if (devices_.is_cuda() && !recorded_ && ran_with_images_ && !is_profiling(devices_)) record();
   begin_s_ = now_s();
   frame_.begin(params);
   if (has_new_images) {
@@ -265,6 +263,12 @@ void Schedule::run(const FrameParams& params, bool has_new_images) {
 
 void Schedule::finish(Timings& timings) {
   devices_.synchronize();
+  tell_times(timings);
+  // What grows does so in the first frame with images, so all after it replay what is recorded here.
+  if (devices_.is_cuda() && !recorded_ && ran_with_images_ && !is_profiling(devices_)) record();
+}
+
+void Schedule::tell_times(Timings& timings) {
   double at_s = begin_s_;
   const auto add = [&](const std::string& row, double seconds) {
     timings.add(row, at_s, at_s + seconds);

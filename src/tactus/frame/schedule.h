@@ -18,10 +18,10 @@ namespace tactus {
 ///   per frame: schedule.run(params, has_new_images); schedule.finish(timings);
 ///
 /// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
-/// (when n > 0); end. On a GPU, the second frame with images is recorded: one graph for each rate, and for
-/// substeps one for each power of two up to 16 units. A unit is as many substeps as all stages' `every` and
-/// `period` divide. Any number of
-/// substeps is a few launches of these, so nothing is recorded anew when it changes.
+/// (when n > 0); end. On a GPU, the frame is recorded once the first one with images is done: one graph for
+/// each rate, and for substeps one for each power of two up to 16 units. A unit is as many substeps as all
+/// stages' `every` and `period` divide. Any number of substeps is a few launches of these, so nothing is
+/// recorded anew when it changes.
 class Schedule {
  public:
   explicit Schedule(DeviceSet& devices);
@@ -34,7 +34,7 @@ class Schedule {
 
   /// Submits a frame; `params.substeps` is a multiple of unit(). Asynchronous.
   void run(const FrameParams& params, bool has_new_images);
-  /// Waits for the frame on the host and adds the times of its stages.
+  /// Waits for the frame on the host and adds the times of its stages. Records, once there were images.
   void finish(Timings& timings);
 
   /// Numbers of substeps are multiples of this.
@@ -71,6 +71,7 @@ class Schedule {
   void run_segment(Rate rate);
   void run_substeps(int substeps);
   void record();
+  void tell_times(Timings& timings);
   bool replays() const;
   Segment& segment(Rate rate) { return segments_[static_cast<std::size_t>(rate)]; }
   const Segment& segment(Rate rate) const { return segments_[static_cast<std::size_t>(rate)]; }
