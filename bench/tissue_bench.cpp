@@ -8,7 +8,7 @@
 #include "tactus/base/timing.h"
 #include "tactus/io/label_file.h"
 #include "tactus/multi_device/device_replay.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tissue_rows.h"
 
 namespace tactus::bench {
 namespace {
@@ -22,20 +22,7 @@ constexpr double kBytesPerElement = kBytesPerNode + 6;
 /// Two terms of six stresses, read and written.
 constexpr double kBytesPerRelaxingElement = kBytesPerElement + 96;
 
-struct Body {
-  std::string name, form;
-  CubeLattice lattice;
-  ElementMask elements{};  ///< empty: all
-  FlsmMaterial matched{};
-  TledOptions options{};
-  bool per_cube = false;  ///< the row's size counts cubes, not nodes
-  float step_s = 0;       ///< 0: the longest that is stable
-  float frame_s = 0;      ///< not 0: times are of a whole frame with all its substeps
-  int matched_every = 1;
-  std::vector<NodeMotion> motions{};
-};
-
-nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
+nlohmann::json row(DeviceSet& devices, const TissueCase& body, double bandwidth_B_s) {
   const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
   // On all devices, also where fewer would be faster.
   HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0,
@@ -46,8 +33,6 @@ nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
                   .matched_every = body.matched_every};
   if (body.frame_s > 0) step.dt_s = body.frame_s / static_cast<float>(count);
   const Index size = body.per_cube ? body.lattice.cube_count() : body.lattice.node_count();
-  double bytes = body.elements.empty() ? kBytesPerElement : kBytesPerNode;
-  if (body.options.faded_share() > 0) bytes = kBytesPerRelaxingElement;
   DeviceReplay substeps;
   const auto ms = time_ms(
       [&] {
@@ -55,18 +40,18 @@ nlohmann::json row(DeviceSet& devices, const Body& body, double bandwidth_B_s) {
         devices.synchronize();
       },
       20, 2);
-  return {
-      {"name", body.name},
-      {"case", body.form},
-      {"size", size},
-      {"devices", devices.name()},
-      {"slabs", tissue.slab_count()},
-      {"substeps", per_row},
-      {"ms_p50", p(ms, 50) / count * per_row},
-      {"ms_p99", p(ms, 99) / count * per_row},
-      {"ms_p10", p(ms, 10) / count * per_row},
-      {body.per_cube ? "ns_per_cube" : "ns_per_node", p(ms, 50) / count * 1e6 / size},
-      {"floor_ms", per_row * bytes * body.lattice.node_count() / tissue.slab_count() / bandwidth_B_s * 1e3}};
+  return {{"name", body.name},
+          {"case", body.form},
+          {"size", size},
+          {"devices", devices.name()},
+          {"slabs", tissue.slab_count()},
+          {"substeps", per_row},
+          {"ms_p50", p(ms, 50) / count * per_row},
+          {"ms_p99", p(ms, 99) / count * per_row},
+          {"ms_p10", p(ms, 10) / count * per_row},
+          {body.per_cube ? "ns_per_cube" : "ns_per_node", p(ms, 50) / count * 1e6 / size},
+          {"floor_ms", per_row * bytes_per_node(body) * body.lattice.node_count() / tissue.slab_count() /
+                           bandwidth_B_s * 1e3}};
 }
 
 /// A cube of edge^3 cubes, fixed at its lowest layer of nodes.
@@ -77,23 +62,23 @@ CubeLattice clamped_cube(Index edge) {
   return lattice;
 }
 
-Body elements(Index edge) {
-  Body body{.name = "tled neo-Hookean", .form = "box", .lattice = clamped_cube(edge)};
+TissueCase elements(Index edge) {
+  TissueCase body{.name = "tled neo-Hookean", .form = "box", .lattice = clamped_cube(edge)};
   body.per_cube = true;
   return body;
 }
 
 /// Elements whose stress relaxes in two terms.
-Body viscoelastic(Index edge) {
-  Body body = elements(edge);
+TissueCase viscoelastic(Index edge) {
+  TissueCase body = elements(edge);
   body.name = "tled viscoelastic";
   body.options.relaxation = {{{0.4F, 0.05F}, {0.2F, 0.5F}}};
   return body;
 }
 
 /// Elements whose highest layer of nodes is turned.
-Body moved(Index edge) {
-  Body body = elements(edge);
+TissueCase moved(Index edge) {
+  TissueCase body = elements(edge);
   body.name = "tled moved";
   NodeMotion& turn = body.motions.emplace_back();
   turn.name = "turn";
@@ -105,8 +90,9 @@ Body moved(Index edge) {
   return body;
 }
 
-Body matched(Index edge, int half_width) {
-  Body body{.name = "flsm w=" + std::to_string(half_width), .form = "box", .lattice = clamped_cube(edge)};
+TissueCase matched(Index edge, int half_width) {
+  TissueCase body{
+      .name = "flsm w=" + std::to_string(half_width), .form = "box", .lattice = clamped_cube(edge)};
   body.elements.assign(body.lattice.cubes.size(), 0);
   body.matched.half_width = half_width;
   body.step_s = 1e-3F;
@@ -114,7 +100,7 @@ Body matched(Index edge, int half_width) {
 }
 
 /// The liver of a CT in cubes of 5 mm, for one frame at 90 Hz; nothing without the data.
-std::optional<Body> liver() {
+std::optional<TissueCase> liver() {
   const char* folder = std::getenv("TACTUS_DATA");
   const std::string file = std::string(folder == nullptr ? "" : folder) + "/meshes/liver.inr.gz";
   if (folder == nullptr || !std::filesystem::exists(file)) {
@@ -122,10 +108,10 @@ std::optional<Body> liver() {
                 (folder == nullptr ? "TACTUS_DATA is not set" : "there is no " + file));
     return {};
   }
-  Body body{.name = "tled liver 5 mm",
-            .form = "frame at 90 Hz",
-            .lattice = lattice_from_labels(read_label_volume(file), {255},
-                                           {.spacing_m = 0.005F, .smallest_fill = 0.5F})};
+  TissueCase body{.name = "tled liver 5 mm",
+                  .form = "frame at 90 Hz",
+                  .lattice = lattice_from_labels(read_label_volume(file), {255},
+                                                 {.spacing_m = 0.005F, .smallest_fill = 0.5F})};
   body.lattice.fix_half_space({0, 0, body.lattice.origin_m.z + 0.02F}, {0, 0, 1});
   body.matched.young_Pa = 10000;
   body.frame_s = 1.F / 90;
@@ -133,11 +119,11 @@ std::optional<Body> liver() {
 }
 
 /// A bar of square section, five times as long, with so many cubes across.
-Body bar(Index across, double elements, double matched, const char* ratio) {
-  Body body{.name = std::string("fig20 ") + ratio,
-            .form = "bar",
-            .lattice = lattice_from_box({0, 0, 0}, {across, across, 5 * across},
-                                        {.spacing_m = 0.02F / static_cast<float>(across)})};
+TissueCase bar(Index across, double elements, double matched, const char* ratio) {
+  TissueCase body{.name = std::string("fig20 ") + ratio,
+                  .form = "bar",
+                  .lattice = lattice_from_box({0, 0, 0}, {across, across, 5 * across},
+                                              {.spacing_m = 0.02F / static_cast<float>(across)})};
   body.lattice.fix_half_space({0, 0, 1e-5F}, {0, 0, 1});
   body.elements = split_by_ratio(body.lattice, 2, elements, matched);
   body.matched = {.young_Pa = 30000, .half_width = 2};
@@ -145,6 +131,11 @@ Body bar(Index across, double elements, double matched, const char* ratio) {
 }
 
 }  // namespace
+
+double bytes_per_node(const TissueCase& body) {
+  if (body.options.faded_share() > 0) return kBytesPerRelaxingElement;
+  return body.elements.empty() ? kBytesPerElement : kBytesPerNode;
+}
 
 /// Fig 20 of Shao et al. 2019: time of a substep over the number of nodes, elements to shape matching 7:3 and
 /// 3:7.
@@ -156,7 +147,7 @@ Rows run_fig20(const std::string& device_text) {
       rows.push_back(row(devices, bar(across, 7, 3, "7:3"), bandwidth));
       rows.push_back(row(devices, bar(across, 3, 7, "3:7"), bandwidth));
       // As seldom as its stiffness allows with these materials.
-      Body seldom = bar(across, 3, 7, "3:7, matched every 4th");
+      TissueCase seldom = bar(across, 3, 7, "3:7, matched every 4th");
       seldom.matched_every = 4;
       rows.push_back(row(devices, seldom, bandwidth));
     }
@@ -171,6 +162,8 @@ Rows run_tissue(const std::string& device_text) {
     for (const Index edge : {16, 32, 46, 100}) rows.push_back(row(devices, elements(edge), bandwidth));
     rows.push_back(row(devices, viscoelastic(32), bandwidth));
     for (const Index edge : {32, 46, 100}) rows.push_back(row(devices, moved(edge), bandwidth));
+    for (const Index edge : {32, 46, 100}) rows.push_back(touched_row(devices, elements(edge), bandwidth));
+    rows.push_back(touched_row(devices, bar(12, 7, 3, "7:3"), bandwidth));
     if (const auto body = liver()) rows.push_back(row(devices, *body, bandwidth));
     for (int w = 1; w <= 4; ++w) rows.push_back(row(devices, matched(31, w), bandwidth));
     rows.push_back(row(devices, matched(99, 2), bandwidth));

@@ -256,6 +256,18 @@ TEST_P(SupportsOnDevices, SettledBodiesHaveTheSameBits) {
   }
 }
 
+/// A bar that lies on a table, cut into slabs of several devices.
+TEST_P(SupportsOnDevices, WhatLiesOnATableSettlesWithTheSameBits) {
+  Scene scene = box_scene({0, 0, 0}, {3 * kH, 3 * kH, 24 * kH}, TissueModel::tled);
+  scene.gravity_m_s2 = {0, -9.81, 0};
+  scene.frame.start = FrameStart::settled;
+  scene.bodies[0].contact = true;
+  scene.obstacles.push_back({"table", ObstacleShape::plane, {}, {1, 0.1, 1}, "", 1});
+  const Played found = play(scene, 2, GetParam());
+  EXPECT_EQ(found.notices, "");
+  EXPECT_EQ(found.x_m, play(scene, 2).x_m);
+}
+
 /// Stresses that relax have: mu is half of that at once, lambda is not. Each sag is right to 1.3 thousandths.
 TEST(OutsiderSettling, ViscoelasticBodiesBeginRelaxed) {
   Scene fading = beam_scene(1e5), relaxed = fading;

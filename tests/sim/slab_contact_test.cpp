@@ -342,17 +342,6 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
   return played;
 }
 
-/// What is between bodies is found on the first device.
-TEST(SlabContactCases, BodiesThatTouchOneAnotherAreNotCut) {
-  DeviceSet devices("cpu:3");
-  for (const bool touch : {false, true}) {
-    Scene scene = ball_scene();
-    scene.contact.bodies = touch;
-    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
-    EXPECT_EQ(simulation.bodies()[0]->device_count(), touch ? 1 : 2);
-  }
-}
-
 TEST_P(SlabContact, ABallPressesABarOnManyDevicesAsOnOne) {
   static const PlayedScene expected = play_scene("cpu", 0);
   EXPECT_NE(expected.pieces.find("bar 0; "), std::string::npos) << expected.pieces;

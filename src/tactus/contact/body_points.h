@@ -10,6 +10,7 @@
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/boundary_points.h"
 #include "tactus/geom/held_axes.h"
+#include "tactus/geom/vector_fields.h"
 
 namespace tactus {
 
@@ -24,20 +25,31 @@ struct ContactNodes {
   View<const float> mass_kg;       ///< [kg], > 0
   View<const Index> held;          ///< HeldAxes, along which contact doesn't move the node; or empty
   View<const Index> stopped = {};  ///< (1) != 0: contact leaves the body alone; or empty
+  NodeFields fields = {};          ///< or nodes are cells, and are here
+  Index size() const { return fields.cells > 0 ? fields.cells : x_m.size(); }
+  TACTUS_HD Vec3f position(Index node) const { return fields.cells > 0 ? fields.position(node) : x_m[node]; }
+  TACTUS_HD Vec3f velocity(Index node) const {
+    return fields.cells > 0 ? fields.velocity(node) : v_m_s[node];
+  }
+  TACTUS_HD void change(Index node, Vec3f dx_m, Vec3f dv_m_s) const {
+    if (fields.cells > 0) return fields.change(node, dx_m, dv_m_s);
+    v_m_s[node] += dv_m_s;
+    x_m[node] += dx_m;
+  }
   TACTUS_HD bool has_stopped() const { return !stopped.empty() && stopped[0] != 0; }
   TACTUS_HD bool is_held(Index node) const { return !held.empty() && held[node] == kAllAxes; }
   TACTUS_HD Vec3f free_part(Index node, Vec3f v) const {
     return held.empty() ? v : tactus::free_part(v, held[node]);
   }
   TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
-    const Vec3f base = x_m[p.node[0]];
+    const Vec3f base = position(p.node[0]);
     Vec3f sum{};
-    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (x_m[p.node[k]] - base);
+    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (position(p.node[k]) - base);
     return base + sum;
   }
   TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
     Vec3f sum{};
-    for (int k = 0; k < 8; ++k) sum += p.weight[k] * v_m_s[p.node[k]];
+    for (int k = 0; k < 8; ++k) sum += p.weight[k] * velocity(p.node[k]);
     return sum;
   }
 };

@@ -11,8 +11,9 @@ namespace {
 constexpr float kListMargin = 0.125F;
 
 void check(const BodyPoints& points, const ContactNodes& nodes) {
-  const Index n = nodes.x_m.size();
-  if (points.node_count() != n || nodes.v_m_s.size() != n || nodes.mass_kg.size() != n ||
+  const Index n = nodes.size();
+  const bool is_whole = nodes.fields.cells > 0 || nodes.v_m_s.size() == n;
+  if (points.node_count() != n || !is_whole || nodes.mass_kg.size() != n ||
       (!nodes.held.empty() && nodes.held.size() != n)) {
     throw Error("contact: points of a body of " + std::to_string(points.node_count()) + " nodes, but " +
                 std::to_string(n) + " positions, " + std::to_string(nodes.v_m_s.size()) + " velocities, " +

@@ -445,7 +445,8 @@ struct FindContacts {
     if (then < 0) return kNever;
     const Index first = blocks.first_node[block], count = blocks.first_node[block + 1] - first;
     b.for_threads(count, [&](int k) {
-      s.node_moved2_m2[k] = moved2_m2(blocks.x_m[first + k], then, body.nodes.x_m[blocks.nodes[first + k]]);
+      s.node_moved2_m2[k] =
+          moved2_m2(blocks.x_m[first + k], then, body.nodes.position(blocks.nodes[first + k]));
     });
     float most = 0;
     for (Index k = 0; k < count; ++k) most = max(most, s.node_moved2_m2[k]);
@@ -472,8 +473,9 @@ struct FindContacts {
     if (!has_room) return;
     blocks.pose[block] = pose;
     const Index first_node = blocks.first_node[block];
-    b.for_threads(blocks.first_node[block + 1] - first_node,
-                  [&](int k) { blocks.x_m[first_node + k] = body.nodes.x_m[blocks.nodes[first_node + k]]; });
+    b.for_threads(blocks.first_node[block + 1] - first_node, [&](int k) {
+      blocks.x_m[first_node + k] = body.nodes.position(blocks.nodes[first_node + k]);
+    });
   }
   static constexpr float kNever = -1;
 };

@@ -206,8 +206,8 @@ struct ApplyContacts {
       push += pushes[lane];
     }
     const float inverse = 1.F / body.nodes.mass_kg[node];
-    body.nodes.v_m_s[node] += body.nodes.free_part(node, inverse * impulse);
-    body.nodes.x_m[node] += body.nodes.free_part(node, inverse * push);
+    body.nodes.change(node, body.nodes.free_part(node, inverse * push),
+                      body.nodes.free_part(node, inverse * impulse));
   }
   /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
   /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
@@ -259,7 +259,7 @@ struct DeepRescue {
       PointContact& contact = body.state.contact[i];
       contact.push_m = contact.kick_m_s = {};
     }
-    const Vec3f leader = body.nodes.x_m[body.table.points[i].node[0]];
+    const Vec3f leader = body.nodes.position(body.table.points[i].node[0]);
     const SurfacePoses& all = boundaries.poses[0];
     for (Index k = 0; k < all.count; ++k) {
       const Vec3f near = all.piece[k].to_capture(leader);

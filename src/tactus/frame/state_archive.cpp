@@ -92,12 +92,12 @@ void StateArchive::finish() const {
     throw usage_error(path_ + ": the checkpoint is of another scene: it has more than this one");
 }
 
-std::string StateArchive::bytes() const {
+std::string StateArchive::with_header(const std::string& blocks) {
   std::string all(kMagic);
   put(all, kVersion);
-  put(all, static_cast<std::uint64_t>(payload_.size()));
-  put(all, fnv1a(payload_));
-  return all + payload_;
+  put(all, static_cast<std::uint64_t>(blocks.size()));
+  put(all, fnv1a(blocks));
+  return all + blocks;
 }
 
 }  // namespace tactus

@@ -63,7 +63,8 @@ class StateArchive {
   /// Nothing may follow. @throws Error.
   void finish() const;
   /// Of the whole file.
-  std::string bytes() const;
+  std::string bytes() const { return with_header(payload_); }
+  static std::string with_header(const std::string& blocks);
 
  private:
   void block(const std::string& name, void* data, std::size_t bytes);

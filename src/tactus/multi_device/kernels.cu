@@ -13,5 +13,6 @@ TACTUS_CUDA_KERNEL(tactus::ReadPeer);
 
 TACTUS_CUDA_HALO(float, 1);
 TACTUS_CUDA_HALO(float, 3);
+TACTUS_CUDA_HALO(float, 6);
 TACTUS_CUDA_HALO(tactus::Index, 1);
 TACTUS_CUDA_HALO(tactus::Vec3f, 2);

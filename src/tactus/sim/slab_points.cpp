@@ -38,17 +38,17 @@ SlabPoints::SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const Tr
 /// In the body's order, so that sums over points are grouped alike.
 void SlabPoints::add_part(int s, const CubeLattice& lattice, std::span<const EmbeddedPoint> points) {
   const HybridSlabs::SlabNodes slab = tissue_->slab(s);
-  std::vector<NodeShare> share;
-  std::vector<float> mass_kg;
-  for (Index i = 0; i < slab.window.count(); ++i) {
-    const std::size_t node = at(slab.window.body_node(i));
-    const Index layer = lattice.nodes[node].z;
-    share.push_back(has(slab.own_layers, layer)       ? NodeShare::own
-                    : has(slab.changed_layers, layer) ? NodeShare::copy
-                                                      : NodeShare::outside);
-    mass_kg.push_back(lattice.node_mass_kg[node]);
+  std::vector<NodeShare> share(at(slab.count), NodeShare::outside);
+  std::vector<float> mass_kg(at(slab.count));
+  for (Index node = 0; node < lattice.node_count(); ++node) {
+    const Index layer = lattice.nodes[at(node)].z, i = tissue_->find(s, node, layer);
+    if (i < 0) continue;
+    if (has(slab.changed_layers, layer)) share[at(i)] = NodeShare::copy;
+    if (has(slab.own_layers, layer)) share[at(i)] = NodeShare::own;
+    mass_kg[at(i)] = lattice.node_mass_kg[at(node)];
   }
   std::vector<EmbeddedPoint> held;
+  std::vector<Index> leader;
   Index first_held = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     EmbeddedPoint point = points[p];
@@ -59,16 +59,19 @@ void SlabPoints::add_part(int s, const CubeLattice& lattice, std::span<const Emb
     }
     if (!is_here) continue;
     held.push_back(point);
+    leader.push_back(points[p].node[0]);
     first_held += static_cast<Index>(p) < first_count_ ? 1 : 0;
   }
   parts_.push_back({to_device(slab.ctx, mass_kg),
-                    BodyPoints(slab.ctx, held, slab.window.count(), lattice.spacing_m, first_held, share),
+                    BodyPoints(slab.ctx, held, slab.count, lattice.spacing_m, first_held, share),
+                    std::move(leader),
                     {}});
 }
 
-ContactNodes SlabPoints::nodes(int slab) const {
-  const HybridSlabs::SlabNodes of = tissue_->slab(slab);
-  return {of.x_m, of.v_m_s, parts_[static_cast<std::size_t>(slab)].mass_kg.const_view(), of.held, of.stopped};
+ContactNodes SlabPoints::nodes(int slab, int k) const {
+  const HybridSlabs::SlabNodes of = tissue_->slab(slab, k);
+  return {of.x_m,  of.v_m_s,   parts_[static_cast<std::size_t>(slab)].mass_kg.const_view(),
+          of.held, of.stopped, of.fields};
 }
 
 void SlabPoints::begin_frame(ContactOnDevices& world) {
@@ -84,7 +87,7 @@ void SlabPoints::correct(ContactOnDevices& world, int k, int steps, PointPart pa
   for (int s = 0; s < tissue_->slab_count(); ++s) {
     ContactOnDevices::Part& here = world.part(s);
     here.contact.correct(tissue_->slab(s).ctx, here.surface, here.obstacles.view(),
-                         parts_[static_cast<std::size_t>(s)].points, nodes(s), k, steps, part);
+                         parts_[static_cast<std::size_t>(s)].points, nodes(s, k), k, steps, part);
   }
 }
 
@@ -118,11 +121,11 @@ std::vector<OwnerTotals> SlabPoints::totals(const Readback& readback) const {
 std::vector<Index> SlabPoints::touched() const {
   std::vector<Index> nodes;
   for (std::size_t s = 0; s < parts_.size(); ++s) {
-    const HybridSlabs::SlabNodes slab = tissue_->slab(static_cast<int>(s));
-    const std::vector<EmbeddedPoint> points = to_host(slab.ctx, parts_[s].points.table().points);
-    const std::vector<Index> touching = to_host(slab.ctx, parts_[s].points.touching());
-    for (std::size_t p = 0; p < points.size(); ++p)
-      if (touching[p] == 1) nodes.push_back(slab.window.body_node(points[p].node[0]));
+    const Part& part = parts_[s];
+    const std::vector<Index> touching =
+        to_host(tissue_->slab(static_cast<int>(s)).ctx, part.points.touching());
+    for (std::size_t p = 0; p < touching.size(); ++p)
+      if (touching[p] == 1) nodes.push_back(part.leader[p]);
   }
   return nodes;
 }

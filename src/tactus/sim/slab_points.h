@@ -34,12 +34,14 @@ class SlabPoints {
   /// node[0] of the points that touch, as the body counts them. Synchronizes.
   std::vector<Index> touched() const;
   const BodyPoints& points(int slab) const { return parts_[static_cast<std::size_t>(slab)].points; }
-  ContactNodes nodes(int slab) const;
+  /// @param k as HybridSlabs::slab
+  ContactNodes nodes(int slab, int k = -1) const;
 
  private:
   struct Part {
     Buffer<float> mass_kg;
     BodyPoints points;
+    std::vector<Index> leader;  ///< per point: node[0], as the body counts it
     Readback::Place report;
   };
   void add_part(int slab, const CubeLattice& lattice, std::span<const EmbeddedPoint> points);

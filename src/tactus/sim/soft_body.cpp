@@ -56,7 +56,8 @@ HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const B
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
   const std::optional<double> least =
       on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
-  const int changes = !body.contact ? 0 : body.matching_every > 1 ? 2 : 1;  // add_contact_stages
+  // Of bodies that touch bodies, those are the second; or the points of shape matching (add_contact_stages).
+  const int changes = !body.contact ? 0 : on_first_device || body.matching_every > 1 ? 2 : 1;
   try {
     return HybridSlabs(
         devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube, elements, matched,
@@ -78,6 +79,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       shape_(std::move(shape)),
       element_options_(element_options(body.material)),
       devices_(devices),
+      on_first_device_(on_first_device),
       tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),
       frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
       surface_(devices.context(0), shape_.lattice, shape_.surface_m),
@@ -97,7 +99,8 @@ std::string SoftBody::devices_text() const {
            " devices";
   std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
-  return one + ", as it is too small to be cut, or for more to pay, or touches bodies";
+  if (on_first_device_) return one + ", as it may touch bodies ('contact.bodies', 'contact.self')";
+  return one + ", as it is too small to be cut, or for more to pay";
 }
 
 /// What is torn faster than its waves can follow inverts its cubes.

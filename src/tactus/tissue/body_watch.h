@@ -22,7 +22,13 @@ class BodyWatch {
   void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, View<const Index> only_matched,
             Index substep, View<const FrameParams> frame = {}, Index every = 1) {
     ctx.parallel_for("watch/nodes", records_.size(),
-                     WatchNodes{x_m, v_m_s, only_matched, records_.view(), substep, frame, every});
+                     WatchNodes{x_m, v_m_s, only_matched, {}, {}, records_.view(), substep, frame, every});
+  }
+  /// Of nodes that are in cells.
+  void look(ExecContext& ctx, View<const Index> cell, const NodeFields& fields, Index substep,
+            View<const FrameParams> frame, Index every) {
+    ctx.parallel_for("watch/nodes", records_.size(),
+                     WatchNodes{{}, {}, {}, cell, fields, records_.view(), substep, frame, every});
   }
   /// Finds the earliest bad node, of several the lowest, and the fastest of the others. Asynchronous.
   void summarise(ExecContext& ctx) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Which nodes of a body are no longer where anything could be.
 #include "tactus/frame/frame_params.h"
+#include "tactus/geom/vector_fields.h"
 
 namespace tactus {
 
@@ -32,6 +33,8 @@ struct WatchNodes {
   static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
   View<const Vec3f> x_m, v_m_s;
   View<const Index> only_matched;  ///< per node: 1: in no element; or empty: all are in elements
+  View<const Index> cell;          ///< or nodes are in these cells
+  NodeFields fields;
   View<WatchRecord> records;
   Index substep;  ///< of the frame or, with `frame`, of its block
   View<const FrameParams> frame = {};
@@ -53,9 +56,11 @@ struct WatchNodes {
     if (!looks()) return;
     constexpr float kLimit = kMost * kMost, kBad = 4.F * kLimit;
     const Index first = b.index() * kThreads;
-    const int count = min(Index{kThreads}, x_m.size() - first);
+    const bool in_cells = fields.cells > 0;
+    const int count = min(Index{kThreads}, (in_cells ? cell.size() : x_m.size()) - first);
     b.for_threads(count, [&](int t) {
-      const Vec3f x = x_m[first + t], v = v_m_s[first + t];
+      const Vec3f x = in_cells ? fields.position(cell[first + t]) : x_m[first + t],
+                  v = in_cells ? fields.velocity(cell[first + t]) : v_m_s[first + t];
       const float speed2 = dot(v, v);
       s.speed2[t] = speed2 < kLimit && dot(x, x) < kLimit ? speed2 : kBad;
     });

@@ -90,6 +90,7 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
     if (!lattice.virtual_nodes.empty()) patch_.emplace(devices.context(0), lattice, slabs);
   }
   link_neighbours();
+  if (is_changed_in_cells()) keep_places(lattice);
 }
 
 HybridSlabs::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
@@ -155,7 +156,10 @@ void HybridSlabs::link_neighbours() {
     if (p + 1 < parts_.size()) link(p, p + 1, {window.begin + own.end, window.end});
   }
   node_halo_.emplace(devices_, "hybrid/pull", node_links);
-  cell_halo_.emplace(devices_, "hybrid/pull_positions", cell_links);
+  if (is_changed_in_cells())
+    changed_cell_halo_.emplace(devices_, "hybrid/pull_cells", cell_links);
+  else
+    cell_halo_.emplace(devices_, "hybrid/pull_positions", cell_links);
 }
 
 void HybridSlabs::begin_frame() {
@@ -194,26 +198,13 @@ void HybridSlabs::pull_nodes() {
   node_halo_->finish(nodes());
 }
 
-HybridSlabs::SlabNodes HybridSlabs::slab(int p) {
-  Part& part = *parts_[static_cast<std::size_t>(p)];
-  const Index around = kShared * std::max(changes_ - 1, 0);
-  return {part.ctx,
-          part.state.x_m.view(),
-          part.state.v_m_s.view(),
-          part.boundary.held(),
-          part.stopped.const_view(),
-          part.tissue.window(),
-          part.tissue.own_layers(),
-          part.tissue.read_layers(around)};
-}
-
 void HybridSlabs::begin_substeps() {
-  if (changes_ > 0) {
-    pull_nodes();
+  if (changes_ > 0) pull_nodes();
+  if (stays_in_cells()) {
+    for (auto& part : parts_) part->tissue.tled().load(part->ctx, part->state);
+  } else if (changes_ > 0) {
     for_each_slab([&](int p) { node_halo_->await_readers(p, nodes()); });
   }
-  if (!stays_in_cells()) return;
-  for (auto& part : parts_) part->tissue.tled().load(part->ctx, part->state);
 }
 
 void HybridSlabs::end_substeps(int count) {
@@ -262,6 +253,7 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
 }
 
 void HybridSlabs::substep(const HybridStep& step, int k, int count) {
+  if (is_changed_in_cells()) return changed_substep_in_cells(step, k);
   if (stays_in_cells()) return substep_in_cells(step, k, count);
   if (k == 0)
     pull_nodes();
@@ -283,14 +275,14 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
 }
 
 void HybridSlabs::look(int k, int every) {
-  for (std::size_t p = 0; p < parts_.size(); ++p)
-    parts_[p]->look(k, frame_ != nullptr ? frame_->view(static_cast<int>(p)) : View<const FrameParams>{},
-                    every);
+  for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look(k, frame_of(p), every);
 }
 
 void HybridSlabs::watch(int k, int count) {
-  if (stays_in_cells()) return;
-  if (frame_ != nullptr || (k + 1 < count && (k + 1) % watch_every() == 0)) look(k, watch_every());
+  if (stays_in_cells() && changes_ == 0) return;
+  if (frame_ == nullptr && (k + 1 == count || (k + 1) % watch_every() != 0)) return;
+  if (!stays_in_cells()) return look(k, watch_every());
+  for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look_in_cells(k, frame_of(p), watch_every());
 }
 
 void HybridSlabs::end_frame(int count) {

@@ -19,8 +19,8 @@ namespace tactus {
 /// nodes; what moves and loads it acts on each slab's own nodes. A substep begins with pulling the others, or
 /// ends with it where contact follows. The same bits on any number of devices.
 ///
-/// Elements that nothing moves or loads: nodes at the cuts move first, and are pulled for the next substep
-/// while the others move.
+/// Elements that nothing moves or loads stay in their cells, contact or not. Without it, nodes at the cuts
+/// move first, and are pulled for the next substep while the others move.
 class HybridSlabs {
  public:
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
@@ -97,18 +97,18 @@ class HybridSlabs {
   /// more are held for each.
   struct SlabNodes {
     ExecContext& ctx;
-    View<Vec3f> x_m, v_m_s;
-    View<const Index> held;     ///< per node: != 0: fixed, or driven now
+    Index count = 0;            ///< of places where a node may be
+    View<Vec3f> x_m, v_m_s;     ///< per place
+    NodeFields fields;          ///< or places are cells, and nodes are here: where they never leave them
+    View<const Index> held;     ///< per place: HeldAxes, also of what is driven now
     View<const Index> stopped;  ///< (1) != 0: the body stays where it is
-    const NodeWindow& window;
     Slab own_layers, changed_layers;  ///< of the body
   };
   static constexpr Index kShared = 2;
-  SlabNodes slab(int p);
-  /// Where a slab has a node of the body that lies in `layer`; -1: nowhere.
-  Index find(int p, Index node, Index layer) const {
-    return parts_[static_cast<std::size_t>(p)]->tissue.find(node, layer);
-  }
+  /// @param k after substep k of a block, or -1: before its first
+  SlabNodes slab(int p, int k = -1);
+  /// Place of a node of the body that lies in `layer`; -1: it is not there.
+  Index find(int p, Index node, Index layer) const;
   float stable_step_s() const { return parts_.front()->tissue.stable_step_s(); }
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
@@ -131,6 +131,12 @@ class HybridSlabs {
     View<const T> own(const Buffer<T>& of_state) const {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
+    void look_in_cells(int k, View<const FrameParams> frame, int every) {
+      const auto cells = [&](Slab of) { return tissue.tled().cell().part(of.begin, of.count()); };
+      const NodeFields fields = tissue.tled().fields(k + 1);
+      watch.look(ctx, cells(tissue.window().own), fields, k, frame, every);
+      if (patch_watch) patch_watch->look(ctx, cells(tissue.window().patch), fields, k, frame, every);
+    }
     void look(int k, View<const FrameParams> frame, int every) {
       watch.look(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
       if (!patch_watch) return;
@@ -151,7 +157,9 @@ class HybridSlabs {
     Buffer<Vec3f> spin_rad_s;  ///< one
     BodyState state;           ///< of the window
     Event moved, patch_moved, interior_moved;
-    Buffer<Index> stopped;  ///< (1)
+    Buffer<Index> stopped;        ///< (1)
+    std::vector<Index> cell_of;   ///< per node, where they are changed in cells
+    Buffer<Index> held_in_cells;  ///< likewise, per cell
     Readback::Place watch_report, patch_watch_report, motion_report, extremes_report;
     std::optional<ChangeLists> change;  ///< where there is room for a cut
   };
@@ -189,10 +197,26 @@ class HybridSlabs {
       return std::array{ahead_m.part(0, n), ahead_m.part(n, n), ahead_m.part(2 * n, n)};
     };
   }
+  /// The same with velocities.
+  auto cell_nodes(int k) {
+    return [this, k](int part) {
+      const NodeFields f = parts_[static_cast<std::size_t>(part)]->tissue.tled().fields(k);
+      const auto field = [&](const View<float>& of, Index a) { return of.part(a * f.cells, f.cells); };
+      return std::array{field(f.ahead_m, 0), field(f.ahead_m, 1), field(f.ahead_m, 2),
+                        field(f.v_m_s, 0),   field(f.v_m_s, 1),   field(f.v_m_s, 2)};
+    };
+  }
   /// Whether nodes are in cells from the first substep to the last: there they are held along all axes or
   /// none.
-  bool stays_in_cells() const { return !has_boundary_ && changes_ == 0 && !model().flsm(); }
+  bool stays_in_cells() const { return !has_boundary_ && changes_ <= 1 && !model().flsm(); }
+  /// And others change them there.
+  bool is_changed_in_cells() const { return stays_in_cells() && changes_ > 0; }
   void substep_in_cells(const HybridStep& step, int k, int count);
+  void changed_substep_in_cells(const HybridStep& step, int k);
+  void keep_places(const CubeLattice& lattice);
+  View<const FrameParams> frame_of(std::size_t part) const {
+    return frame_ != nullptr ? frame_->view(static_cast<int>(part)) : View<const FrameParams>{};
+  }
   void look(int k, int every);
   void pull_nodes();
   /// As one device reads it.
@@ -203,6 +227,7 @@ class HybridSlabs {
   std::vector<std::unique_ptr<Part>> parts_;
   std::optional<Halo<Vec3f, 2>> node_halo_;
   std::optional<Halo<float, 3>> cell_halo_;
+  std::optional<Halo<float, 6>> changed_cell_halo_;
   std::size_t motion_count_;
   bool has_boundary_, is_free_;
   int changes_;

@@ -67,6 +67,8 @@ class Tled {
   void store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame = {});
   /// Where move(k) finds positions ahead [m]: three fields over cells.
   View<float> ahead_m(int k) { return ahead_m_[static_cast<std::size_t>(k % 2)].view(); }
+  /// Nodes before move(k).
+  NodeFields fields(int k) { return {ahead_m(k), v_m_s_.view(), grid_.cells, damping_time_s_}; }
 
   /// The step that step() accepts. Until measure_stable_step it is guaranteed: no smaller lattice of these
   /// materials and no deformation up to the monitor's margin has a smaller critical step than min h sqrt(rho

@@ -2,8 +2,8 @@
 /// Total Lagrangian explicit dynamics on a lattice of congruent cubes [P 3-7]: nodes come into cells,
 /// internal forces move them there (element_forces.h), and they go back.
 #include "tactus/frame/frame_params.h"
+#include "tactus/geom/vector_fields.h"
 #include "tactus/tissue/tled/element_forces.h"
-#include "tactus/tissue/vector_fields.h"
 
 namespace tactus::tled {
 
