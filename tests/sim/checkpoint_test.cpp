@@ -11,7 +11,7 @@ namespace tactus {
 namespace {
 
 /// A ball presses a viscoelastic slab that something turns and a load lets go, a shape-matched block lies on
-/// a table, and half of each kind falls on it.
+/// a table, half of each kind falls on it, and elements lie beside them.
 Scene all_scene() {
   Scene scene;
   scene.reconstruction.resolution = 32;
@@ -55,7 +55,11 @@ Scene all_scene() {
   both.placement.position_m = {0.35, 0.18, 0.3};
   both.material.model = TissueModel::hybrid;
   both.ratio = RatioDescription{1, 1, Axis::y};
-  scene.bodies = {slab, block, both};
+  BodyDescription elements = block;
+  elements.name = "elements";
+  elements.placement.position_m = {0.35, 0.06, -0.3};
+  elements.material.model = TissueModel::tled;
+  scene.bodies = {slab, block, both, elements};
   scene.contact.self = true;
   ObstacleSetting table;
   table.name = "table";
