@@ -411,16 +411,26 @@ struct FindContacts {
         const NearTriangle near = NearTriangle::of(body.state.near[i * kNearTriangles + e]);
         if (near.owner != owner) continue;
         const SeenTriangle seen{s.distance2_m2[t][e], s.side_m[t][e], s.share[t][e], s.faces[t][e]};
-        if (pass == 0) {
+        if (pass == 0)
           found.see(seen, near.slot);
-          continue;
-        }
-        with_mesh(owner, [&](const SurfaceTrianglesView& mesh) {
-          found.choose(seen, near.slot, mesh.face[near.slot], mesh.corners[near.slot], p);
-        });
+        else
+          found.choose(seen, near.slot);
       }
     }
+    if (found.crossed < 0 && found.is_mixed()) found.weighed = weigh(i, t, owner, p, found.nearest2_m2, s);
     return found;
+  }
+  TACTUS_HD Index weigh(Index i, int t, Index owner, Vec3f p, float nearest2_m2, const Shared& s) const {
+    SideOfTied tied(nearest2_m2);
+    for (Index e = 0; e < s.near[t].count; ++e) {
+      const NearTriangle near = NearTriangle::of(body.state.near[i * kNearTriangles + e]);
+      if (near.owner != owner) continue;
+      const SeenTriangle seen{s.distance2_m2[t][e], s.side_m[t][e], s.share[t][e], s.faces[t][e]};
+      with_mesh(owner, [&](const SurfaceTrianglesView& mesh) {
+        tied.weigh(seen, mesh.face[near.slot], mesh.corners[near.slot], p);
+      });
+    }
+    return tied.sign();
   }
 
   /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back

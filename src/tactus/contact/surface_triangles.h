@@ -80,8 +80,8 @@ struct SeenTriangle {
   }
 };
 
-/// What a point has to do with a surface, of triangles that are seen in any order, each by see() and then by
-/// choose().
+/// What a point has to do with a surface, of triangles that are seen in any order, each by see(), then by
+/// choose(). Where is_mixed(), SideOfTied tells `weighed`.
 ///  - A point that went through a triangle from its front is held on that triangle's plane: thin objects.
 ///  - Else the nearest triangle decides whether it is inside, and it is brought to the nearest one; if it
 ///    touched before, to the nearest one that faces as it did there.
@@ -95,9 +95,8 @@ struct GapOfTriangles {
   float share = 2;
   Index crossed = -1, nearest = -1, held = -1;  ///< slots
   float crossed_side_m = 0, nearest_side_m = 0, held_side_m = 0;
-  static constexpr int kTied = 12;  ///< more are at no edge and at few corners
-  Index tied[kTied], tied_count = 0;
-  std::int64_t side = 0;
+  Index weighed = 0;  ///< < 0: the nearest triangles were weighed, and the point is inside; > 0: outside
+  float least_side_m = 1e30F, most_side_m = -1e30F;  ///< of the nearest
 
   TACTUS_HD explicit GapOfTriangles(float reach_m)
       : reach2_m2(sqr(reach_m)), nearest2_m2(reach2_m2), held2_m2(reach2_m2) {}
@@ -110,16 +109,19 @@ struct GapOfTriangles {
     crossed = slot;
     crossed_side_m = t.side_m;
   }
-  /// @param face the triangle that the slot is a piece of
-  TACTUS_HD void choose(const SeenTriangle& t, Index slot, Index face, const TriangleCorners& corners,
-                        Vec3f p) {
-    if (choose(t, slot, nearest2_m2, nearest, nearest_side_m)) weigh(t, face, corners, p);
+  TACTUS_HD void choose(const SeenTriangle& t, Index slot) {
+    if (choose(t, slot, nearest2_m2, nearest, nearest_side_m)) {
+      least_side_m = min(least_side_m, t.side_m);
+      most_side_m = max(most_side_m, t.side_m);
+    }
     if (t.faces != 0) choose(t, slot, held2_m2, held, held_side_m);
   }
+  /// Whether the nearest triangles say different things, so that all have to be weighed.
+  TACTUS_HD bool is_mixed() const { return least_side_m < 0.F && most_side_m >= 0.F; }
   TACTUS_HD bool inside() const {
     if (crossed >= 0 || nearest < 0) return crossed >= 0;
-    // Of too many, the one whose plane the point is farthest from: some are seen from behind.
-    return tied_count > kTied || side == 0 ? nearest_side_m < 0.F : side < 0;
+    if (!is_mixed()) return nearest_side_m < 0.F;
+    return weighed != 0 ? weighed < 0 : nearest_side_m < 0.F;
   }
   /// All triangles within that have to be seen.
   TACTUS_HD float needed_m(bool touched) const {
@@ -150,16 +152,29 @@ struct GapOfTriangles {
     side_m = t.side_m;
     return true;
   }
+};
+
+/// The side of a point whose nearest triangles, those that share an edge or a corner, say different things.
+struct SideOfTied {
+  static constexpr int kMost = 12;  ///< more are at no edge and at few corners
+  float nearest2_m2;
+  Index faces[kMost], count = 0;
+  std::int64_t side = 0;
+  TACTUS_HD explicit SideOfTied(float nearest_m2) : nearest2_m2(nearest_m2) {}
+  /// @param face the triangle that the slot is a piece of
   TACTUS_HD void weigh(const SeenTriangle& t, Index face, const TriangleCorners& corners, Vec3f p) {
-    for (int k = 0; k < min(tied_count, kTied); ++k) {
-      if (tied[k] == face) return;
+    if (!(t.distance2_m2 <= (1.F + GapOfTriangles::kTie) * nearest2_m2)) return;
+    for (int k = 0; k < min(count, kMost); ++k) {
+      if (faces[k] == face) return;
     }
-    if (tied_count < kTied) tied[tied_count] = face;
-    ++tied_count;
+    if (count < kMost) faces[count] = face;
+    ++count;
     constexpr float kUnits = 1 << 30;
     const float part = clamp(t.side_m / max(tactus::sqrt(nearest2_m2), 1e-12F), -1.F, 1.F);
     side += static_cast<std::int64_t>(kUnits * (corners.weight(p) * part));
   }
+  /// As GapOfTriangles::weighed. Of too many, the one whose plane the point is farthest from tells: 0.
+  TACTUS_HD Index sign() const { return count > kMost || side == 0 ? 0 : side < 0 ? -1 : 1; }
 };
 
 struct SurfaceTrianglesView {
@@ -203,8 +218,14 @@ struct SurfaceTrianglesView {
       within =
           max(way, (1.F + GapOfTriangles::kTie) * tactus::sqrt(touched ? found.held2_m2 : found.nearest2_m2));
     });
-    if (found.crossed < 0)
-      seen_by([&](const SeenTriangle& t, Index s) { found.choose(t, s, face[s], corners[s], p_m); });
+    if (found.crossed < 0) {
+      seen_by([&](const SeenTriangle& t, Index s) { found.choose(t, s); });
+      if (found.is_mixed()) {
+        SideOfTied tied(found.nearest2_m2);
+        seen_by([&](const SeenTriangle& t, Index s) { tied.weigh(t, face[s], corners[s], p_m); });
+        found.weighed = tied.sign();
+      }
+    }
     return found.inside() ? found.gap(corners[found.slot()], p_m) : SurfaceGap{};
   }
 
