@@ -163,7 +163,7 @@ struct SideOfTied {
   TACTUS_HD explicit SideOfTied(float nearest_m2) : nearest2_m2(nearest_m2) {}
   /// @param face the triangle that the slot is a piece of
   TACTUS_HD void weigh(const SeenTriangle& t, Index face, const TriangleCorners& corners, Vec3f p) {
-    if (!(t.distance2_m2 <= (1.F + GapOfTriangles::kTie) * nearest2_m2)) return;
+    if (!GapOfTriangles::ties(t.distance2_m2, nearest2_m2)) return;
     for (int k = 0; k < min(count, kMost); ++k) {
       if (faces[k] == face) return;
     }

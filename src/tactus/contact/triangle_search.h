@@ -172,9 +172,12 @@ struct TriangleSearch {
       }
     };
     for_each([&](const SeenTriangle& t, Index s) { found.see(t, s); });
-    if (found.crossed < 0)
-      for_each(
-          [&](const SeenTriangle& t, Index s) { found.choose(t, s, mesh.face[s], mesh.corners[s], at.p_m); });
+    if (found.crossed < 0) for_each([&](const SeenTriangle& t, Index s) { found.choose(t, s); });
+    if (found.crossed < 0 && found.is_mixed()) {
+      SideOfTied tied(found.nearest2_m2);
+      for_each([&](const SeenTriangle& t, Index s) { tied.weigh(t, mesh.face[s], mesh.corners[s], at.p_m); });
+      found.weighed = tied.sign();
+    }
     return found.inside() ? found.gap(mesh.corners[found.slot()], at.p_m) : SurfaceGap{};
   }
   /// The triangle that is nearest is no farther.
