@@ -58,7 +58,9 @@ struct TriangleSearch {
   float far2[kCells];  ///< squared distance to the cell, in cells
   Index runs, total;   ///< of slots, in the cells that come near enough
   Index run_begin[kCells], run_before[kCells + 1];
-  LeastDistance least;
+  LeastDistance least, held;
+  Index seeks_held;  ///< != 0: it touched and may be inside, so it may be held by a triangle farther than the
+                     ///< nearest
   std::uint32_t candidates, listed;
   float distance2_m2[kCandidates], side_m[kCandidates];
   float within_m;              ///< so near are the triangles that are listed; < 0: none are
@@ -190,6 +192,23 @@ struct TriangleSearch {
     if (at_index >= kCandidates) return;
     distance2_m2[at_index] = d2;
     side_m[at_index] = side;
+  }
+  /// What touched is brought to the nearest triangle that faces as it did there, up to the reach.
+  TACTUS_HD void begin_held(const SurfaceTrianglesView& mesh, float reach_m, float margin_m) {
+    const auto n = static_cast<int>(candidates);
+    seeks_held = touched() && n > 0 && n <= kCandidates && nearest().side_m < 0.F ? 1 : 0;
+    if (seeks_held != 0) choose_runs(mesh, reach_m + 2 * margin_m);
+  }
+  TACTUS_HD void see_facing(const SurfaceTrianglesView& mesh, Index own, float reach_m, int lane, int lanes) {
+    for_each_within(mesh, own, reach_m, lane, lanes, [&](Index slot, float d2, float) {
+      const TriangleCorners& t = mesh.corners[slot];
+      if (dot(cross(t.b - t.a, t.c - t.a), at.facing) > 0.F) held.see(tactus::sqrt(d2));
+    });
+  }
+  /// So far a list has to reach, at least. Distances are rounded and compared with a tolerance.
+  TACTUS_HD float needed_m(float reach_m) const {
+    const float far = seeks_held == 0 ? 0.F : held.found() ? held.value() : reach_m;
+    return (1.F + 2 * GapOfTriangles::kTie) * max(max(nearest().distance_m, way_m), far);
   }
   struct Nearest {
     float distance_m, side_m;
