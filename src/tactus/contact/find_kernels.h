@@ -42,7 +42,7 @@ struct Deepest {
 /// a point is taken back by the piece's motion, so triangles and cells stay as they were made however fast
 /// the surface moves.
 struct FindContacts {
-  static constexpr int kThreads = 256, kPoints = kBlockPoints, kLanes = kThreads / kPoints, kLeastBlocks = 4,
+  static constexpr int kThreads = 256, kPoints = kBlockPoints, kLanes = kThreads / kPoints, kLeastBlocks = 2,
                        kGrain = 32;
   static constexpr int kSearches = kThreads / TriangleSearch::kLanes;
   Boundaries boundaries;
@@ -281,17 +281,14 @@ struct FindContacts {
     for_each([&](TriangleSearch& q, int lane) { q.see_runs(mesh, piece, lane, kEach); });
     once([&](TriangleSearch& q) { q.choose_runs(mesh, body.reach_m, margin_m); });
     for_each([&](TriangleSearch& q, int lane) {
-      q.for_each_within(mesh, piece, q.nearest_within_m(body.reach_m), lane, kEach,
-                        [&](Index, float d2, float side) { q.add_candidate(d2, side); });
-    });
-    once([&](TriangleSearch& q) { q.begin_held(mesh, body.reach_m, margin_m); });
-    for_each([&](TriangleSearch& q, int lane) {
-      if (q.seeks_held != 0) q.see_facing(mesh, piece, body.reach_m, lane, kEach);
+      q.for_each_within(
+          mesh, piece, q.seen_within_m(body.reach_m), lane, kEach,
+          [&](Index, float d2, Vec3f corner, Vec3f normal) { q.see(d2, corner, normal, body.reach_m); });
     });
     once([&](TriangleSearch& q) { weigh(q, owner, mesh.sure_reach_m(), lists, s); });
     for_each([&](TriangleSearch& q, int lane) {
       if (q.within_m < 0.F) return;
-      q.for_each_within(mesh, piece, q.within_m, lane, kEach, [&](Index slot, float, float) {
+      q.for_each_within(mesh, piece, q.within_m, lane, kEach, [&](Index slot, float, Vec3f, Vec3f) {
         const auto at = static_cast<Index>(atomic_fetch_add(q.listed, 1));
         // In any order: what is found of a list doesn't depend on it.
         if (at < kNearTriangles)
