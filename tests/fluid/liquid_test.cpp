@@ -52,7 +52,8 @@ TEST(SmoothingKernel, IsNormalisedAndEnds) {
   EXPECT_NEAR(SmoothingKernel{}.area_1_m(0.5F), area, 1e-4);
   EXPECT_EQ(w(2), 0);
   EXPECT_EQ(slope(2), 0);
-  for (const double q : {0.3, 0.9, 1.1, 1.7})  // error of a central difference: h^2 / 6 W'''; floats: 1e-7 / h
+  for (const double q :
+       {0.3, 0.9, 1.1, 1.7})  // error of a central difference: h^2 / 6 W'''; floats: 1e-7 / h
     EXPECT_NEAR(slope(q) * q, -(w(q + 0.005) - w(q - 0.005)) / 0.01, 1e-4) << q;
 }
 
@@ -62,8 +63,8 @@ TEST(SmoothingKernel, LatticeHasItsDensity) {
   EXPECT_NEAR(density, 1, 1e-3);
 }
 
-/// Half a spacing from a wall, its fill makes up for the layers that are missing, and its slope balances twice
-/// the pull of those on the other side: to the digits of the constants.
+/// Half a spacing from a wall, its fill makes up for the layers that are missing, and its slope balances
+/// twice the pull of those on the other side: to the digits of the constants.
 TEST(SmoothingKernel, WallStandsForTheMissingLayer) {
   double density = w(0), push = 0;
   for_lattice(0, [&](double r, int y) {
@@ -181,9 +182,9 @@ TEST(Liquid, LeavesThroughAnOpenFace) {
 }
 
 /// The tip of a dam that breaks, against Koshizuka & Oka 1996, on a slice of four spacings. Experiments lose
-/// about 0.05 s to the gate, which a liquid that is let go at once doesn't have. So it is the speed of the tip
-/// that is compared, from 0.41 s on, and where the tip is 0.05 s earlier: 5 %. With 20 spacings to a column;
-/// with TACTUS_LONG_TESTS=1, 40.
+/// about 0.05 s to the gate, which a liquid that is let go at once doesn't have. So it is the speed of the
+/// tip that is compared, from 0.41 s on, and where the tip is 0.05 s earlier: 5 %. With 20 spacings to a
+/// column; with TACTUS_LONG_TESTS=1, 40.
 TEST(Liquid, DamBreaks) {
   std::ifstream table(data_folder() + "/dambreak/dualsphysics_koshizuka_oka_tip.txt");
   if (!table) GTEST_SKIP() << without_data("dambreak/dualsphysics_koshizuka_oka_tip.txt");
@@ -233,7 +234,9 @@ TEST(Liquid, RefusesWhatCannotBe) {
   EXPECT_NE(refusal([](LiquidSettings& s) { s.density_kg_m3 = 0; }).find("density_kg_m3"), std::string::npos);
   EXPECT_NE(refusal([](LiquidSettings& s) { s.box_m.max.y = 0; }).find("box_m"), std::string::npos);
   Liquid liquid(ctx, pool_settings(0.01F, {0.1F, 0.1F, 0.1F}));
-  EXPECT_NE(message_of([&] { liquid.step(ctx, {.dt_s = 0.01F, .gravity_m_s2 = kGravity}); }).find("largest stable step"),
+  EXPECT_NE(message_of([&] {
+              liquid.step(ctx, {.dt_s = 0.01F, .gravity_m_s2 = kGravity});
+            }).find("largest stable step"),
             std::string::npos);
 }
 

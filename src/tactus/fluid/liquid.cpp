@@ -32,8 +32,7 @@ LiquidSettings checked(const LiquidSettings& s) {
   if (!(s.viscosity_Pa_s >= 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, ">= 0");
   if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
   if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
-  if (s.max_particles <= 0)
-    refuse("max_particles", static_cast<float>(s.max_particles), "> 0");
+  if (s.max_particles <= 0) refuse("max_particles", static_cast<float>(s.max_particles), "> 0");
   const Vec3f edge = s.box_m.extent();
   const float least = std::min({edge.x, edge.y, edge.z});
   if (!(least >= s.spacing_m)) refuse("the shortest edge of box_m", least, "at least the spacing");
@@ -43,7 +42,8 @@ LiquidSettings checked(const LiquidSettings& s) {
 Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
     : settings_(checked(settings)),
       constants_(constants_of(settings_)),
-      search_(ctx.device(), {.max_particles = settings_.max_particles, .reach_m = constants_.kernel.reach_m()}),
+      search_(ctx.device(),
+              {.max_particles = settings_.max_particles, .reach_m = constants_.kernel.reach_m()}),
       count_(ctx.device(), 1),
       id_(ctx.device(), settings_.max_particles),
       wall_count_(ctx.device(), settings_.max_particles),
@@ -95,13 +95,14 @@ void Liquid::step(ExecContext& ctx, const StepTime& time) {
                    FindBoxWalls{cells.particles, settings_.box_m, settings_.open_faces,
                                 constants_.kernel.reach_m(), walls});
   search_.visit_listing(ctx, "fluid/density",
-                LiquidDensity{constants_, walls, cells.order, v_m_s_.const_view(), density_kg_m3_.view(),
-                              motion_.view()},
-                lists);
-  search_.visit_listed(ctx, "fluid/force",
-                       LiquidForce{constants_, time, walls, cells.particles, motion_.const_view(), x_m_.view(),
-                                   v_m_s_.view(), id_.view(), settings_.box_m, wall_sums_.view(), left_.view()},
-                       lists);
+                        LiquidDensity{constants_, walls, cells.order, v_m_s_.const_view(),
+                                      density_kg_m3_.view(), motion_.view()},
+                        lists);
+  search_.visit_listed(
+      ctx, "fluid/force",
+      LiquidForce{constants_, time, walls, cells.particles, motion_.const_view(), x_m_.view(), v_m_s_.view(),
+                  id_.view(), settings_.box_m, wall_sums_.view(), left_.view()},
+      lists);
   ctx.parallel_for("fluid/count", 1, NoteParticles{cells.placed, count_.view()});
 }
 

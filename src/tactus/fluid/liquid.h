@@ -25,8 +25,8 @@ LiquidSettings checked(const LiquidSettings& settings);
 
 /// Where the particles are. On the device; slots change in every step, ids never.
 struct LiquidView {
-  Count count;              ///< slots in use
-  View<const Vec3f> x_m;    ///< a particle that just left is nowhere: NaN
+  Count count;            ///< slots in use
+  View<const Vec3f> x_m;  ///< a particle that just left is nowhere: NaN
   View<const Vec3f> v_m_s;
   View<const Index> id;
 };
@@ -46,8 +46,8 @@ class Liquid {
 
   /// These particles and no others; ids are numbers. Synchronizes. @throws Error when they are too many.
   void place(ExecContext& ctx, std::span<const LiquidParticle> particles);
-  /// One step. @throws Error when `time.dt_s` is above largest_step_s(); with `time.frame`, the caller sees to
-  /// that.
+  /// One step. @throws Error when `time.dt_s` is above largest_step_s(); with `time.frame`, the caller sees
+  /// to that.
   void step(ExecContext& ctx, const StepTime& time);
 
   /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)).

@@ -17,17 +17,17 @@ struct LiquidConstants {
   float spacing_m = 0;  ///< d
   float mass_kg = 0;    ///< rho0 d^3
   float density_kg_m3 = 0;
-  float tait_Pa = 0;        ///< rho0 c^2 / 7
-  float sound_m_s = 0;      ///< c
-  float shear_m2_s = 0;     ///< kinematic viscosity
-  float damping_m2_s = 0;   ///< alpha c d of the artificial viscosity
-  float closest_m = 0;      ///< no particle's middle is nearer to a wall
+  float tait_Pa = 0;       ///< rho0 c^2 / 7
+  float sound_m_s = 0;     ///< c
+  float shear_m2_s = 0;    ///< kinematic viscosity
+  float damping_m2_s = 0;  ///< alpha c d of the artificial viscosity
+  float closest_m = 0;     ///< no particle's middle is nearer to a wall
 };
 
 /// A wall near a particle: its plane, seen from the particle.
 struct alignas(16) NearWall {
-  Vec3f n;              ///< from the wall to the liquid
-  float distance_m = 0; ///< < 0 behind the wall
+  Vec3f n;               ///< from the wall to the liquid
+  float distance_m = 0;  ///< < 0 behind the wall
   Vec3f velocity_m_s;
   Index owner = -1;
 };

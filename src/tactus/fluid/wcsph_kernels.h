@@ -42,7 +42,8 @@ struct LiquidDensity {
 /// The acceleration of particle i:
 ///
 ///   - sum_j m (p_i / rho_i^2 + p_j / rho_j^2) grad W              pressure (Monaghan 1992)
-///   + sum_j m alpha c d / rho0 min(v_ij . x_ij, 0) / r^2 grad W   artificial viscosity (Monaghan & Gingold 1983)
+///   + sum_j m alpha c d / rho0 min(v_ij . x_ij, 0) / r^2 grad W   artificial viscosity (Monaghan & Gingold
+///   1983)
 ///   + sum_j m 2 nu / rho0 (-W' / r) (v_j - v_i)                   viscosity (Morris et al. 1997)
 ///
 /// and of a wall at distance s with normal n, whose fill has the slope -f, and on which the liquid does not
@@ -86,7 +87,8 @@ struct LiquidForce {
     const float x = m.v_m_s.x - own.vx[t], y = m.v_m_s.y - own.vy[t], z = m.v_m_s.z - own.vz[t];
     const float approach = min(0.F, fma(x, d.x, fma(y, d.y, z * d.z))) * (inverse_r * inverse_r);
     const float weight = near ? slope : 0.F;
-    const float along = weight * (liquid.damping_m2_s * approach - liquid.density_kg_m3 * (own.push[t] + m.push));
+    const float along =
+        weight * (liquid.damping_m2_s * approach - liquid.density_kg_m3 * (own.push[t] + m.push));
     const float drag = weight * (2 * liquid.shear_m2_s);
     own.ax[t] += fma(along, d.x, drag * x);
     own.ay[t] += fma(along, d.y, drag * y);
@@ -130,7 +132,8 @@ struct LiquidForce {
         kick += stop;
         put_back += max(liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F)), 0.F) * wall.n;
       }
-      wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(-liquid.mass_kg * kick);
+      wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(-liquid.mass_kg *
+                                                                                       kick);
     }
   }
 };

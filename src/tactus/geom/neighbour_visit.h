@@ -35,8 +35,8 @@ enum class ListUse : Index { none, write, read };
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
 /// for what is not near (but finite), and must add exactly nothing then (select a zero: on a CPU, it runs for
-/// eight i at once). The order of the sums is that of NeighbourCells: the same bits on every device. A Pair may have
-/// load(), as kernels have.
+/// eight i at once). The order of the sums is that of NeighbourCells: the same bits on every device. A Pair
+/// may have load(), as kernels have.
 template <class Pair, ListUse kUse = ListUse::none>
 struct VisitNeighbours {
   static constexpr int kThreads = kVisitLanes;
