@@ -350,10 +350,10 @@ TEST(SceneFile, SourceErrors) {
             "scenes/x.yaml:1: 'source.frames' is '9-3', expected A-B with 0 <= A <= B, or A- to the end");
   EXPECT_EQ(error_of("source: {kind: synthetic, path: a}\n"),
             "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks, "
-            "middlebury or kinect");
+            "middlebury, kinect or recording");
   EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
             "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
-            "middlebury, kinect; did you "
+            "middlebury, kinect, recording; did you "
             "mean 'videos'?");
 }
 
