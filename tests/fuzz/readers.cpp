@@ -18,6 +18,9 @@
 #include "tactus/rig/image_reading.h"
 #include "tactus/rig/kinect.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/wire/recording_file.h"
+#include "tactus/rig/wire/rig_bytes.h"
 
 namespace tactus::fuzz {
 namespace {
@@ -59,6 +62,32 @@ const std::string& rig_folder() {
   return folder;
 }
 
+/// Two small cameras, and one that measures depth.
+Rig small_rig() {
+  SyntheticRigOptions options;
+  options.camera_count = 2;
+  options.width_px = 70;
+  options.height_px = 20;
+  options.depth_width_px = options.depth_height_px = 12;
+  return make_synthetic_rig(options);
+}
+
+/// A file whose cameras, or whose one set, are these bytes.
+std::string recording_of(RecordingChunk kind, const std::string& bytes) {
+  if (kind == RecordingChunk::rig) return recording_start() + recording_chunk(kind, bytes);
+  std::string rig;
+  put_bytes(rig, 30.0);
+  put_rig(small_rig(), rig);
+  return recording_start() + recording_chunk(RecordingChunk::rig, rig) + recording_chunk(kind, bytes);
+}
+
+void read_recording(const std::string& path) {
+  RecordingReader reader(path);
+  FrameSet frame;
+  std::string status;
+  for (int i = 0; i < reader.count(); ++i) reader.read(i, {}, frame, status);
+}
+
 template <class F>
 void expect_answer(F&& read) {
   try {
@@ -75,6 +104,7 @@ Family family_of(std::string_view name) {
   if (name == "scene") return Family::scene;
   if (name == "calibration") return Family::calibration;
   if (name == "checkpoint") return Family::checkpoint;
+  if (name == "recording") return Family::recording;
   return Family::image;
 }
 
@@ -108,6 +138,15 @@ void read_input(Family family, const std::string& bytes) {
     case Family::checkpoint:
       expect_answer([&] { read_checkpoint(bytes); });
       return;
+    case Family::recording: {
+      // No fuzzer finds the hashes of what it made: what is no file is taken for a chunk.
+      const bool is_file = bytes.starts_with(kRecordingMagic);
+      for (const RecordingChunk kind : {RecordingChunk::rig, RecordingChunk::set}) {
+        const MemoryFile file(is_file ? bytes : recording_of(kind, bytes));
+        expect_answer([&] { read_recording(file.path()); });
+      }
+      return;
+    }
     case Family::image: {
       const MemoryFile file(bytes);
       expect_answer([&] { read_image(file.path(), cv::IMREAD_UNCHANGED); });

@@ -174,9 +174,9 @@ TEST(SceneFile, MissingKey) {
   EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n  - name: a\n"),
             "scenes/x.yaml:3: 'bodies[0]' lacks the required key 'shape': outline of the body");
   EXPECT_EQ(error_of("name: a\nsource:\n  kind: videos\n"),
-            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks) or "
+            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks), "
             "the folder "
-            "(middlebury, kinect)");
+            "(middlebury, kinect) or the recording");
   EXPECT_EQ(
       error_of("source: {kind: synthetic}\nbodies:\n- {name: a, shape: {kind: mesh}}\n"),
       "scenes/x.yaml:3: in 'bodies[0].shape': 'shape' lacks the key 'path': the file of the mesh or labels");
@@ -350,10 +350,10 @@ TEST(SceneFile, SourceErrors) {
             "scenes/x.yaml:1: 'source.frames' is '9-3', expected A-B with 0 <= A <= B, or A- to the end");
   EXPECT_EQ(error_of("source: {kind: synthetic, path: a}\n"),
             "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks, "
-            "middlebury or kinect");
+            "middlebury, kinect or recording");
   EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
             "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
-            "middlebury, kinect; did you "
+            "middlebury, kinect, recording; did you "
             "mean 'videos'?");
 }
 

@@ -38,7 +38,8 @@ SourceDescription describe_source(const std::string& kind, const std::string& wh
   SourceDescription source;
   source.kind = source_kind(kind);
   (source.kind == SourceKind::synthetic ? source.figure : source.path) = what;
-  source.frames = {0, source.kind == SourceKind::videos ? std::nullopt : std::optional<int>(0)};
+  const bool has_many = source.kind == SourceKind::videos || source.kind == SourceKind::recording;
+  source.frames = {0, has_many ? std::nullopt : std::optional<int>(0)};
   if (frames.empty()) return source;
   const std::optional<FrameRange> range = parse_frame_range(frames);
   if (!range) throw usage_error("--frames '" + frames + "': expected A-B, A- or A with 0 <= A <= B");

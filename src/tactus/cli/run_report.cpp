@@ -1,7 +1,9 @@
 #include "tactus/cli/run_report.h"
 
 #include <algorithm>
+#include <cstdio>
 
+#include "tactus/base/byte_io.h"
 #include "tactus/base/log.h"
 #include "tactus/cli/version.h"
 
@@ -151,6 +153,21 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
     json["probe_strains"][scene.probes[p].name] = strains_json(summary, p);
   }
   return json;
+}
+
+std::string state_hash(Simulation& simulation) {
+  std::uint64_t hash = fnv1a("");
+  const auto add = [&hash](const std::vector<Vec3f>& values) {
+    hash = fnv1a({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Vec3f)}, hash);
+  };
+  for (const auto& body : simulation.bodies()) {
+    add(body->positions_m(simulation.context()));
+    add(body->velocities_m_s(simulation.context()));
+  }
+  add(simulation.snapshot().real.positions_m);
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
 }
 
 }  // namespace tactus

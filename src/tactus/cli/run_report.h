@@ -36,4 +36,8 @@ struct RunSummary {
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
                        const std::string& devices);
 
+/// Of positions and velocities of all bodies' nodes and of the real surface, in hexadecimal: the same on
+/// every set of devices. Synchronizes.
+std::string state_hash(Simulation& simulation);
+
 }  // namespace tactus

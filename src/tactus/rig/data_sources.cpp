@@ -17,6 +17,8 @@ std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& pat
       return open_middlebury(path, options);
     case SourceKind::kinect:
       return open_kinect(path, options);
+    case SourceKind::recording:
+      return open_recording(path, options);
     case SourceKind::synthetic:
       break;
   }

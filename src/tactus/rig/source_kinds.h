@@ -8,18 +8,17 @@
 
 namespace tactus {
 
-enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect };
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect, recording };
 
-inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {{"synthetic", SourceKind::synthetic},
-                                                                      {"videos", SourceKind::videos},
-                                                                      {"masks", SourceKind::masks},
-                                                                      {"middlebury", SourceKind::middlebury},
-                                                                      {"kinect", SourceKind::kinect}};
+inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {
+    {"synthetic", SourceKind::synthetic}, {"videos", SourceKind::videos},
+    {"masks", SourceKind::masks},         {"middlebury", SourceKind::middlebury},
+    {"kinect", SourceKind::kinect},       {"recording", SourceKind::recording}};
 
 const char* word_of(SourceKind kind);
 /// "videos, masks or kinect".
 std::string words_of(std::span<const SourceKind> kinds);
-/// "synthetic, videos, masks, middlebury or kinect".
+/// "synthetic, videos, masks, middlebury, kinect or recording".
 std::string source_kind_words();
 /// @throws usage Error naming the word, with the nearest one.
 SourceKind source_kind(const std::string& word);
