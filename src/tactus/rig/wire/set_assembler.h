@@ -66,6 +66,8 @@ class SetAssembler {
   bool has(int slot, int camera) const {
     return slots_[static_cast<std::size_t>(slot)].is_in[static_cast<std::size_t>(camera)];
   }
+  /// Of the first images of the set in a slot.
+  double captured_s(int slot) const { return slots_[static_cast<std::size_t>(slot)].captured_s; }
   /// When release may have something without another arrival; none: not before one.
   std::optional<double> next_deadline_s() const;
   bool is_present(int camera, double now_s) const;
