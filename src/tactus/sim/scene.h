@@ -42,6 +42,7 @@ struct SourceDescription {
   double scale = 1;           ///< synthetic only
   Vec3d offset_m;             ///< synthetic only
   int depth_cameras = 1;      ///< synthetic only
+  bool plain = false;         ///< live only: without keys, on this computer alone
 };
 
 struct ReconstructionDescription {
