@@ -21,7 +21,8 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.choice<SourceKind>({"kind", "where frames come from", kRequired}, s.kind, kSourceKinds);
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path",
-          "rig YAML (videos, masks), folder with `*_par.txt` (middlebury) or `calibration.json` (kinect), or "
+          "rig YAML (videos, masks, live), folder with `*_par.txt` (middlebury) or `calibration.json` "
+          "(kinect), or "
           "recording"},
          s.path);
   static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
@@ -35,11 +36,11 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.integer({"depth_cameras", "time-of-flight cameras around the synthetic figure"}, s.depth_cameras,
             {"", 0, 32});
   const bool synthetic = s.kind == SourceKind::synthetic;
-  v.check(
-      synthetic || !s.path.empty(), "path",
-      "'source' lacks the key 'path': the rig YAML (videos, masks), the folder (middlebury, kinect) or the "
-      "recording");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect or recording");
+  v.check(synthetic || !s.path.empty(), "path",
+          "'source' lacks the key 'path': the rig YAML (videos, masks, live), the folder (middlebury, "
+          "kinect) or the "
+          "recording");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect, recording or live");
   for (const char* key : {"figure", "moving", "scale", "offset_m", "depth_cameras"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
