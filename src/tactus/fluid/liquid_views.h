@@ -2,6 +2,7 @@
 /// What kernels see of a liquid.
 #include "tactus/fluid/smoothing_kernel.h"
 #include "tactus/frame/frame_params.h"
+#include "tactus/geom/near_walls.h"
 
 namespace tactus {
 
@@ -22,22 +23,6 @@ struct LiquidConstants {
   float shear_m2_s = 0;    ///< kinematic viscosity
   float damping_m2_s = 0;  ///< alpha c d of the artificial viscosity
   float closest_m = 0;     ///< no particle's middle is nearer to a wall
-};
-
-/// A wall near a particle: its plane, seen from the particle.
-struct alignas(16) NearWall {
-  Vec3f n;               ///< from the wall to the liquid
-  float distance_m = 0;  ///< < 0 behind the wall
-  Vec3f velocity_m_s;
-  Index owner = -1;
-};
-inline constexpr Index kNearWalls = 4;
-
-/// The walls of all particles, by slot.
-struct NearWalls {
-  View<Index> count;
-  View<NearWall> walls;  ///< kNearWalls each
-  TACTUS_HD NearWall& at(Index i, Index k) const { return walls[kNearWalls * i + k]; }
 };
 
 /// What all walls near a particle bring to its density, over that at rest. Two walls at an edge overlap:

@@ -66,11 +66,13 @@ struct LiquidForce {
   View<const LiquidMotion> motion;
   View<Vec3f> x_m, v_m_s;  ///< after the step, by slot
   View<Index> id;
-  Box3f box_m;  ///< beyond it, a particle leaves: it has no position any more
+  LiquidEnds ends;
   View<WallSums> wall_sums;
-  View<std::uint32_t> left;  ///< (1) how many did
 
-  TACTUS_HD void load() { time.load(); }
+  TACTUS_HD void load() {
+    time.load();
+    if (time.settles()) time.dt_s = 0;
+  }
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     const LiquidMotion m = motion[i];
@@ -101,19 +103,12 @@ struct LiquidForce {
     Vec3f v = before + time.dt_s * (scale * Vec3f{own.ax[t], own.ay[t], own.az[t]} + time.gravity_m_s2);
     Vec3f put_back{};
     if (walls.count[i] > 0) meet_walls(i, own.push[t], before, v, put_back);
-    const Vec3f to = x + (time.dt_s * v + put_back), in = max(box_m.min - to, to - box_m.max);
-    const bool stays = max(in.x, max(in.y, in.z)) <= 0.F;
-    if (!stays) atomic_add(left[0], 1U);
-    x_m[i] = stays ? to : nowhere();
+    x_m[i] = ends.kept(x + (time.dt_s * v + put_back));
     v_m_s[i] = v;
     id[i] = particles[i].id;
   }
 
  private:
-  TACTUS_HD static Vec3f nowhere() {
-    const float nan = std::bit_cast<float>(0x7fc00000U);
-    return {nan, nan, nan};
-  }
   TACTUS_HD void meet_walls(Index i, float push, Vec3f before, Vec3f& v, Vec3f& put_back) const {
     const WallShare share = WallShare::of(walls, i, liquid.kernel);
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
@@ -136,13 +131,6 @@ struct LiquidForce {
                                                                                        kick);
     }
   }
-};
-
-/// So many particles go on.
-struct NoteParticles {
-  View<const Index> placed;
-  View<Index> count;
-  TACTUS_HD void operator()(Index) const { count[0] = placed[0]; }
 };
 
 }  // namespace tactus
