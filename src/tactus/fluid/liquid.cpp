@@ -159,7 +159,7 @@ void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
 void Liquid::end_step(ExecContext& ctx, const StepTime& time) {
   const NeighbourCells cells = search_.cells();
   const NearLists lists{list_count_.view(), near_.view()};
-  const LiquidEnds ends{settings_.box_m, sinks_.const_view(),
+  const LiquidEnds ends{settings_.box_m, settings_.open_faces, sinks_.const_view(),
                         View<std::uint32_t>(&counters_.view().data()->taken, 1)};
   search_.visit_listing(ctx, "fluid/density",
                         LiquidDensity{constants_, near_walls(), cells.order, v_m_s_.const_view(),

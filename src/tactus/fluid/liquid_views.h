@@ -30,18 +30,20 @@ struct LiquidConstants {
 struct WallShare {
   float fill = 0;
   float slope_1_m[kNearWalls];  ///< minus the slope of `fill` along each wall's normal
-  TACTUS_HD static WallShare of(const NearWalls& near, Index i, const SmoothingKernel& kernel) {
+  /// What is behind a wall, or nearer than `closest_m`, is put back there: it counts as if it were there.
+  TACTUS_HD static WallShare of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
+    const SmoothingKernel& kernel = liquid.kernel;
     WallShare share;
     const Index n = near.count[i];
     float open[kNearWalls], all_open = 1;
     for (Index k = 0; k < n; ++k) {
-      open[k] = 1.F - kernel.fill(near.at(i, k).distance_m);
+      open[k] = 1.F - kernel.fill(max(near.at(i, k).distance_m, liquid.closest_m));
       all_open *= open[k];
     }
     for (Index k = 0; k < n; ++k) {
       float others = 1;
       for (Index l = 0; l < n; ++l) others *= l == k ? 1.F : open[l];
-      share.slope_1_m[k] = others * kernel.fill_slope_1_m(near.at(i, k).distance_m);
+      share.slope_1_m[k] = others * kernel.fill_slope_1_m(max(near.at(i, k).distance_m, liquid.closest_m));
     }
     share.fill = 1.F - all_open;
     return share;

@@ -27,13 +27,18 @@ struct WallSums {
   }
 };
 
-/// Where particles leave: beyond the box, and in the sinks.
+/// Where particles leave: beyond open faces of the box, and in the sinks. Nothing gets through its walls.
 struct LiquidEnds {
   Box3f box_m;
+  Index open_faces;
   View<const Box3f> sinks_m;
   View<std::uint32_t> taken;  ///< (1)
   /// x, or nowhere (NaN): a particle without a position has left by the next search.
   TACTUS_HD Vec3f kept(Vec3f x) const {
+    for (int a = 0; a < 3; ++a) {
+      if ((open_faces >> (2 * a) & 1) == 0) x[a] = max(x[a], box_m.min[a]);
+      if ((open_faces >> (2 * a + 1) & 1) == 0) x[a] = min(x[a], box_m.max[a]);
+    }
     bool stays = holds(box_m, x);
     for (Index k = 0; k < sinks_m.size(); ++k) stays = stays && !holds(sinks_m[k], x);
     if (stays) return x;

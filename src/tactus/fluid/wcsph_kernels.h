@@ -8,6 +8,7 @@ namespace tactus {
 /// rho_i = sum_j m W_ij + rho0 fill_i, with what walls fill; p = rho0 c^2 / 7 ((rho / rho0)^7 - 1), and no
 /// tension: p >= 0.
 struct LiquidDensity {
+  static constexpr float kDensest = 1.5F;  ///< what is squeezed more has no more pressure
   template <int kLanes>
   struct Own {
     float sum[kLanes];
@@ -31,8 +32,8 @@ struct LiquidDensity {
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     float rho = liquid.mass_kg * liquid.kernel.scale_1_m3() * own.sum[t];
-    if (walls.count[i] > 0) rho += liquid.density_kg_m3 * WallShare::of(walls, i, liquid.kernel).fill;
-    const float ratio = rho / liquid.density_kg_m3, r2 = ratio * ratio, r6 = r2 * r2 * r2;
+    if (walls.count[i] > 0) rho += liquid.density_kg_m3 * WallShare::of(walls, i, liquid).fill;
+    const float ratio = min(rho / liquid.density_kg_m3, kDensest), r2 = ratio * ratio, r6 = r2 * r2 * r2;
     const float p = max(0.F, liquid.tait_Pa * (r6 * ratio - 1));
     density_kg_m3[i] = rho;
     motion[i] = {v_m_s[order[i]], p / (rho * rho)};
@@ -52,8 +53,9 @@ struct LiquidDensity {
 ///   + rho0 p_i / rho_i^2 f n - 2 nu A / s (v_i - v_wall)_t
 ///
 /// Velocities are stepped first, then positions with the new ones. No particle gets nearer to a wall than
-/// closest_m: it is put back there and loses the velocity towards the wall.
+/// closest_m: it is put back there, by a tenth of a spacing a step, and loses the velocity towards the wall.
 struct LiquidForce {
+  static constexpr float kFarthestBack = 0.1F;  ///< in spacings: what appears in a pool must not blow it up
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], push[kLanes];
@@ -110,7 +112,7 @@ struct LiquidForce {
 
  private:
   TACTUS_HD void meet_walls(Index i, float push, Vec3f before, Vec3f& v, Vec3f& put_back) const {
-    const WallShare share = WallShare::of(walls, i, liquid.kernel);
+    const WallShare share = WallShare::of(walls, i, liquid);
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       const NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
@@ -125,7 +127,8 @@ struct LiquidForce {
         const Vec3f stop = max(-approach, 0.F) * wall.n;
         v += stop;
         kick += stop;
-        put_back += max(liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F)), 0.F) * wall.n;
+        const float left = liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F));
+        put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) * wall.n;
       }
       wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(-liquid.mass_kg *
                                                                                        kick);
