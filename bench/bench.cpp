@@ -36,6 +36,7 @@ const std::vector<Benchmark>& benchmarks() {
       {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)", run_tissue},
       {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
        run_fig20},
+      {"fluid", "steps of the liquid, with the search: 2,000 particles to 8 million", run_fluid},
       {"frame", "whole frames of the demo and fig17 scenes: host masks to surfaces on the device", run_frame},
       {"texture", "normals and view-dependent texture of every vertex from 8 photos 640x480", run_texture},
   };

@@ -28,6 +28,7 @@ Rows run_table3(const std::string& device_text);
 Rows run_table4(const std::string& device_text);
 Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);
+Rows run_fluid(const std::string& device_text);
 Rows run_frame(const std::string& device_text);
 
 /// Thrown where a benchmark is stopped: a row that was not measured to its end is worth nothing.
