@@ -210,7 +210,7 @@ TEST_F(Live, BadPacketsAreRefusedByReasonAndTouchNoOtherCamera) {
   expect(Refusal::too_long, [&] { return good + "more"; });
   expect(Refusal::too_long, [&] { return good + std::string(packet_limit(kSize), 'x'); });
   expect(Refusal::calibration, [&] { return packet(other, 77, ++sequence, tick_); });
-  expect(Refusal::repeated, [&] { return good; });
+  expect(Refusal::repeated, [&] { return std::string(good); });
   expect(Refusal::ahead, [&] { return packet(cam2, 77, 2000 + ++sequence, 1'000'000'000'000); });
   expect(Refusal::late, [&] { return packet(cam2, 77, 3000 + ++sequence, 0); });
   expect(Refusal::payload, [&] {
