@@ -85,6 +85,16 @@ LiquidSettings pool_settings(float d, Vec3f size_m) {
           .max_particles = 20000};
 }
 
+/// On the owners of walls, since the last call.
+std::vector<Vec3f> wall_impulses_N_s(ExecContext& ctx, Liquid& liquid) {
+  liquid.end_frame(ctx);
+  return to_host(ctx, liquid.wall_impulses_N_s());
+}
+LiquidReport report_of(ExecContext& ctx, Liquid& liquid) {
+  liquid.end_frame(ctx);
+  return to_host(ctx, liquid.report_view())[0];
+}
+
 class LiquidOn : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
@@ -101,7 +111,7 @@ TEST_P(LiquidOn, HasTheSameBits) {
     liquid.place(ctx, fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.08F}}, d));
     for (int i = 0; i < 300; ++i)
       liquid.step(ctx, {.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
-    return std::pair{liquid.particles(ctx), liquid.take_wall_impulses_N_s(ctx)};
+    return std::pair{liquid.particles(ctx), wall_impulses_N_s(ctx, liquid)};
   };
   const auto expected = splash("cpu"), got = splash(GetParam());
   ASSERT_EQ(got.first.size(), 6U * 10 * 8);
@@ -128,7 +138,7 @@ TEST(Liquid, PoolRests) {
     return static_cast<float>(steps) * dt_s;
   };
   run(long_tests() ? 9.5F : 0.9F);
-  liquid.take_wall_impulses_N_s(ctx);
+  wall_impulses_N_s(ctx, liquid);
   const float time_s = run(long_tests() ? 0.5F : 0.3F);
   const std::vector<LiquidParticle> particles = liquid.particles(ctx);
   ASSERT_EQ(particles.size(), 1200U) << "no particle comes or goes";
@@ -156,7 +166,7 @@ TEST(Liquid, PoolRests) {
   EXPECT_NEAR(sum / inside, 1, 0.01);
   EXPECT_LT(most, 0.02);
   const float weight_N = liquid.constants().mass_kg * 1200 * 9.81F;
-  const Vec3f floor = (1.F / time_s) * liquid.take_wall_impulses_N_s(ctx)[2];
+  const Vec3f floor = (1.F / time_s) * wall_impulses_N_s(ctx, liquid)[2];
   EXPECT_NEAR(-floor.y / weight_N, 1, 0.005);
 }
 
@@ -175,10 +185,37 @@ TEST(Liquid, LeavesThroughAnOpenFace) {
       liquid.step(ctx, {.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
     const std::size_t here = liquid.particles(ctx).size();
     EXPECT_LE(here, before);
-    EXPECT_EQ(here + static_cast<std::size_t>(liquid.left(ctx)), 240U);
+    EXPECT_EQ(here + report_of(ctx, liquid).taken, 240U);
     before = here;
   }
   EXPECT_LT(before, 120U);
+}
+
+/// A jet falls into a sink. After every tenth of a second, what was placed and emitted is here or taken.
+TEST_P(LiquidOn, KeepsItsBooks) {
+  const float d = 0.01F;
+  DeviceSet set(GetParam(), 5);
+  ExecContext& ctx = set.context(0);
+  LiquidSettings settings = pool_settings(d, {0.1F, 0.15F, 0.1F});
+  settings.emitters.push_back(
+      {.position_m = {0.05F, 0.2F, 0.05F}, .radius_m = 0.02F, .speed_m_s = 0.5F, .until_s = 0.5});
+  settings.sinks_m.push_back({{0, -1, 0}, {0.1F, 0.03F, 0.1F}});
+  settings.max_particles = 260;
+  Liquid liquid(ctx, settings);
+  liquid.place(ctx, fill_box({{0, 0.04F, 0}, {0.1F, 0.06F, 0.1F}}, d));
+  const int layer = 9;  // points of a lattice within 1.75 d of a node
+  for (int k = 1; k <= 8; ++k) {
+    const int steps = static_cast<int>(0.1F / liquid.largest_step_s()) + 1;
+    for (int i = 0; i < steps; ++i)
+      liquid.step(ctx, {.dt_s = 0.1F / static_cast<float>(steps), .gravity_m_s2 = kGravity});
+    const LiquidReport r = report_of(ctx, liquid);
+    EXPECT_EQ(r.placed, 200U);
+    EXPECT_EQ(r.placed + r.emitted, static_cast<std::uint32_t>(r.here) + r.taken);
+    EXPECT_EQ(static_cast<std::size_t>(r.here), liquid.particles(ctx).size());
+    // 0.5 m/s over 0.01 m is 50 layers a second, the first at once.
+    EXPECT_NEAR(r.emitted + r.waiting, layer * std::min(5 * k, 25), layer);
+  }
+  EXPECT_GT(report_of(ctx, liquid).taken, 300U);
 }
 
 /// The tip of a dam that breaks, against Koshizuka & Oka 1996, on a slice of four spacings. Experiments lose

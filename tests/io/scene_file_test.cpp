@@ -174,7 +174,7 @@ TEST(SceneFile, MissingKey) {
   EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n  - name: a\n"),
             "scenes/x.yaml:3: 'bodies[0]' lacks the required key 'shape': outline of the body");
   EXPECT_EQ(error_of("name: a\nsource:\n  kind: videos\n"),
-            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks), "
+            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks, live), "
             "the folder "
             "(middlebury, kinect) or the recording");
   EXPECT_EQ(
@@ -350,10 +350,10 @@ TEST(SceneFile, SourceErrors) {
             "scenes/x.yaml:1: 'source.frames' is '9-3', expected A-B with 0 <= A <= B, or A- to the end");
   EXPECT_EQ(error_of("source: {kind: synthetic, path: a}\n"),
             "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks, "
-            "middlebury, kinect or recording");
+            "middlebury, kinect, recording or live");
   EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
             "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
-            "middlebury, kinect, recording; did you "
+            "middlebury, kinect, recording, live; did you "
             "mean 'videos'?");
 }
 

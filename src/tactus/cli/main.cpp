@@ -21,6 +21,10 @@ int main(int argc, char** argv) {
         tactus::add_masks_command(app);
         tactus::add_calibrate_command(app);
         tactus::add_calibration_command(app);
+        tactus::add_keys_command(app);
+        tactus::add_client_command(app);
+        tactus::add_serve_command(app);
+        tactus::add_rig_command(app);
         tactus::add_bench_command(app);
         tactus::add_paper_command(app);
         tactus::add_info_command(app);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tactus/contact/find_kernels.h"
+#include "tactus/contact/near_wall_kernels.h"
 #include "tactus/contact/paper_kernels.h"
 
 namespace tactus {
@@ -107,6 +108,19 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
                                   now});
   ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
                    ApplyContacts{body, end, poses, 0, times_});
+}
+
+void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
+                         View<const SearchParticle> particles, Count count, float reach_m, Index first_owner,
+                         Index k, const NearWalls& near) const {
+  ctx.parallel_for(
+      "contact/walls", count,
+      FindNearWalls{particles,
+                    {surface.triangles(), surface.coarse_samples(), poses_.const_view(), obstacles},
+                    SubstepsTo{k, 1, times_.dt_s, times_.frame},
+                    reach_m,
+                    first_owner,
+                    near});
 }
 
 void ContactReport::add(const ContactReport& body) {

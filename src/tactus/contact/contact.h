@@ -9,6 +9,8 @@
 #include "tactus/contact/contact_response.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/contact/response_kernels.h"
+#include "tactus/geom/near_walls.h"
+#include "tactus/geom/neighbour_cells.h"
 
 namespace tactus {
 
@@ -72,6 +74,11 @@ class Contact {
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1,
                PointPart part = PointPart::all);
+  /// Adds what is real and obstacles to the walls within reach of particles, where they are when substep k is
+  /// over. @param first_owner walls are of first_owner + owner
+  void find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
+                  View<const SearchParticle> particles, Count count, float reach_m, Index first_owner,
+                  Index k, const NearWalls& near) const;
   /// After 1, 2, .. substeps of this frame.
   View<const SurfacePoses> poses() const { return poses_.const_view(); }
 

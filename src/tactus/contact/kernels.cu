@@ -2,6 +2,7 @@
 #include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
+#include "tactus/contact/near_wall_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 #include "tactus/contact/paper_kernels.h"
@@ -33,6 +34,7 @@ TACTUS_CUDA_KERNEL(tactus::NoteReport);
 TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::FindContacts);
+TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
 TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);

@@ -2,6 +2,7 @@
 /// What kernels see of a liquid.
 #include "tactus/fluid/smoothing_kernel.h"
 #include "tactus/frame/frame_params.h"
+#include "tactus/geom/near_walls.h"
 
 namespace tactus {
 
@@ -24,39 +25,25 @@ struct LiquidConstants {
   float closest_m = 0;     ///< no particle's middle is nearer to a wall
 };
 
-/// A wall near a particle: its plane, seen from the particle.
-struct alignas(16) NearWall {
-  Vec3f n;               ///< from the wall to the liquid
-  float distance_m = 0;  ///< < 0 behind the wall
-  Vec3f velocity_m_s;
-  Index owner = -1;
-};
-inline constexpr Index kNearWalls = 4;
-
-/// The walls of all particles, by slot.
-struct NearWalls {
-  View<Index> count;
-  View<NearWall> walls;  ///< kNearWalls each
-  TACTUS_HD NearWall& at(Index i, Index k) const { return walls[kNearWalls * i + k]; }
-};
-
 /// What all walls near a particle bring to its density, over that at rest. Two walls at an edge overlap:
 /// 1 - (1 - fill_1)(1 - fill_2), which misses the lattice's edge by 0.004.
 struct WallShare {
   float fill = 0;
   float slope_1_m[kNearWalls];  ///< minus the slope of `fill` along each wall's normal
-  TACTUS_HD static WallShare of(const NearWalls& near, Index i, const SmoothingKernel& kernel) {
+  /// What is behind a wall, or nearer than `closest_m`, is put back there: it counts as if it were there.
+  TACTUS_HD static WallShare of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
+    const SmoothingKernel& kernel = liquid.kernel;
     WallShare share;
     const Index n = near.count[i];
     float open[kNearWalls], all_open = 1;
     for (Index k = 0; k < n; ++k) {
-      open[k] = 1.F - kernel.fill(near.at(i, k).distance_m);
+      open[k] = 1.F - kernel.fill(max(near.at(i, k).distance_m, liquid.closest_m));
       all_open *= open[k];
     }
     for (Index k = 0; k < n; ++k) {
       float others = 1;
       for (Index l = 0; l < n; ++l) others *= l == k ? 1.F : open[l];
-      share.slope_1_m[k] = others * kernel.fill_slope_1_m(near.at(i, k).distance_m);
+      share.slope_1_m[k] = others * kernel.fill_slope_1_m(max(near.at(i, k).distance_m, liquid.closest_m));
     }
     share.fill = 1.F - all_open;
     return share;

@@ -8,6 +8,7 @@ namespace tactus {
 /// rho_i = sum_j m W_ij + rho0 fill_i, with what walls fill; p = rho0 c^2 / 7 ((rho / rho0)^7 - 1), and no
 /// tension: p >= 0.
 struct LiquidDensity {
+  static constexpr float kDensest = 1.5F;  ///< what is squeezed more has no more pressure
   template <int kLanes>
   struct Own {
     float sum[kLanes];
@@ -31,8 +32,8 @@ struct LiquidDensity {
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     float rho = liquid.mass_kg * liquid.kernel.scale_1_m3() * own.sum[t];
-    if (walls.count[i] > 0) rho += liquid.density_kg_m3 * WallShare::of(walls, i, liquid.kernel).fill;
-    const float ratio = rho / liquid.density_kg_m3, r2 = ratio * ratio, r6 = r2 * r2 * r2;
+    if (walls.count[i] > 0) rho += liquid.density_kg_m3 * WallShare::of(walls, i, liquid).fill;
+    const float ratio = min(rho / liquid.density_kg_m3, kDensest), r2 = ratio * ratio, r6 = r2 * r2 * r2;
     const float p = max(0.F, liquid.tait_Pa * (r6 * ratio - 1));
     density_kg_m3[i] = rho;
     motion[i] = {v_m_s[order[i]], p / (rho * rho)};
@@ -52,8 +53,9 @@ struct LiquidDensity {
 ///   + rho0 p_i / rho_i^2 f n - 2 nu A / s (v_i - v_wall)_t
 ///
 /// Velocities are stepped first, then positions with the new ones. No particle gets nearer to a wall than
-/// closest_m: it is put back there and loses the velocity towards the wall.
+/// closest_m: it is put back there, by a tenth of a spacing a step, and loses the velocity towards the wall.
 struct LiquidForce {
+  static constexpr float kFarthestBack = 0.1F;  ///< in spacings: what appears in a pool must not blow it up
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], push[kLanes];
@@ -66,11 +68,13 @@ struct LiquidForce {
   View<const LiquidMotion> motion;
   View<Vec3f> x_m, v_m_s;  ///< after the step, by slot
   View<Index> id;
-  Box3f box_m;  ///< beyond it, a particle leaves: it has no position any more
+  LiquidEnds ends;
   View<WallSums> wall_sums;
-  View<std::uint32_t> left;  ///< (1) how many did
 
-  TACTUS_HD void load() { time.load(); }
+  TACTUS_HD void load() {
+    time.load();
+    if (time.settles()) time.dt_s = 0;
+  }
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     const LiquidMotion m = motion[i];
@@ -101,21 +105,14 @@ struct LiquidForce {
     Vec3f v = before + time.dt_s * (scale * Vec3f{own.ax[t], own.ay[t], own.az[t]} + time.gravity_m_s2);
     Vec3f put_back{};
     if (walls.count[i] > 0) meet_walls(i, own.push[t], before, v, put_back);
-    const Vec3f to = x + (time.dt_s * v + put_back), in = max(box_m.min - to, to - box_m.max);
-    const bool stays = max(in.x, max(in.y, in.z)) <= 0.F;
-    if (!stays) atomic_add(left[0], 1U);
-    x_m[i] = stays ? to : nowhere();
+    x_m[i] = ends.kept(x + (time.dt_s * v + put_back));
     v_m_s[i] = v;
     id[i] = particles[i].id;
   }
 
  private:
-  TACTUS_HD static Vec3f nowhere() {
-    const float nan = std::bit_cast<float>(0x7fc00000U);
-    return {nan, nan, nan};
-  }
   TACTUS_HD void meet_walls(Index i, float push, Vec3f before, Vec3f& v, Vec3f& put_back) const {
-    const WallShare share = WallShare::of(walls, i, liquid.kernel);
+    const WallShare share = WallShare::of(walls, i, liquid);
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       const NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
@@ -130,19 +127,13 @@ struct LiquidForce {
         const Vec3f stop = max(-approach, 0.F) * wall.n;
         v += stop;
         kick += stop;
-        put_back += max(liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F)), 0.F) * wall.n;
+        const float left = liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F));
+        put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) * wall.n;
       }
       wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(-liquid.mass_kg *
                                                                                        kick);
     }
   }
-};
-
-/// So many particles go on.
-struct NoteParticles {
-  View<const Index> placed;
-  View<Index> count;
-  TACTUS_HD void operator()(Index) const { count[0] = placed[0]; }
 };
 
 }  // namespace tactus

@@ -10,18 +10,12 @@ namespace {
 /// The built-in figures.
 const std::vector<std::string> kFigures = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
 
-void describe_box(FieldVisitor& v, BoxRegion& box) {
-  v.vector({"min_m", "corner with the smallest coordinates", kRequired}, box.min_m, kPosition);
-  v.vector({"max_m", "corner with the largest coordinates", kRequired}, box.max_m, kPosition);
-  const bool ok = box.min_m.x < box.max_m.x && box.min_m.y < box.max_m.y && box.min_m.z < box.max_m.z;
-  v.check(ok, "max_m", "'max_m' must be larger than 'min_m' along x, y and z");
-}
-
 void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.choice<SourceKind>({"kind", "where frames come from", kRequired}, s.kind, kSourceKinds);
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path",
-          "rig YAML (videos, masks), folder with `*_par.txt` (middlebury) or `calibration.json` (kinect), or "
+          "rig YAML (videos, masks, live), folder with `*_par.txt` (middlebury) or `calibration.json` "
+          "(kinect), or "
           "recording"},
          s.path);
   static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
@@ -35,11 +29,11 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.integer({"depth_cameras", "time-of-flight cameras around the synthetic figure"}, s.depth_cameras,
             {"", 0, 32});
   const bool synthetic = s.kind == SourceKind::synthetic;
-  v.check(
-      synthetic || !s.path.empty(), "path",
-      "'source' lacks the key 'path': the rig YAML (videos, masks), the folder (middlebury, kinect) or the "
-      "recording");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect or recording");
+  v.check(synthetic || !s.path.empty(), "path",
+          "'source' lacks the key 'path': the rig YAML (videos, masks, live), the folder (middlebury, "
+          "kinect) or the "
+          "recording");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect, recording or live");
   for (const char* key : {"figure", "moving", "scale", "offset_m", "depth_cameras"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
@@ -360,6 +354,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   v.list({"bodies", "the soft bodies"}, appender(scene.bodies, describe_body));
   v.list({"obstacles", "what stands still and is touched: a table, a tray"},
          appender(scene.obstacles, describe_obstacle));
+  v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
+            [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
   v.section({"contact", "how bodies meet the real surface, obstacles and one another"},
             [&](FieldVisitor& in) { describe_contact(in, scene.contact); });
