@@ -173,10 +173,11 @@ TEST(SceneFile, MissingKey) {
             "scenes/x.yaml:2: 'source' lacks the required key 'kind': where frames come from");
   EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n  - name: a\n"),
             "scenes/x.yaml:3: 'bodies[0]' lacks the required key 'shape': outline of the body");
-  EXPECT_EQ(error_of("name: a\nsource:\n  kind: videos\n"),
-            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks, live), "
-            "the folder "
-            "(middlebury, kinect) or the recording");
+  EXPECT_EQ(
+      error_of("name: a\nsource:\n  kind: videos\n"),
+      "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks, live), "
+      "the folder "
+      "(middlebury, kinect) or the recording");
   EXPECT_EQ(
       error_of("source: {kind: synthetic}\nbodies:\n- {name: a, shape: {kind: mesh}}\n"),
       "scenes/x.yaml:3: in 'bodies[0].shape': 'shape' lacks the key 'path': the file of the mesh or labels");

@@ -252,8 +252,8 @@ struct ContactDescription {
   double friction = 0.4;                   ///< Coulomb's coefficient
   double restitution = 0;                  ///< 0 (no bounce) .. 1
   ContactResponse response = ContactResponse::exact;
-  bool bodies = true;                      ///< bodies touch one another
-  bool self = false;                       ///< each body touches itself
+  bool bodies = true;  ///< bodies touch one another
+  bool self = false;   ///< each body touches itself
 };
 
 /// How bodies are before the first frame: as built, or at rest under gravity and loads.
