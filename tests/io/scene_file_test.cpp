@@ -151,8 +151,8 @@ TEST(SceneFile, UnknownKeyNamesTheNearest) {
             "scenes/x.yaml:2: unknown key 'bodeis'; did you mean 'bodies'?");
   EXPECT_EQ(
       error_of("source: {kind: synthetic}\ncontact:\n  wobble: 1\n"),
-      "scenes/x.yaml:3: unknown key 'wobble' in 'contact'; known: sample_spacing_m, friction, restitution, "
-      "bodies, self");
+      "scenes/x.yaml:3: unknown key 'wobble' in 'contact'; known: sample_spacing_m, friction, response, "
+      "restitution, bodies, self");
   EXPECT_EQ(
       error_of(
           "source: {kind: synthetic}\nbodies:\n  - name: a\n    shape: {kind: box}\n    spacing_mm: 4\n"),

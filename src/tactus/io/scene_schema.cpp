@@ -241,6 +241,10 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
   v.real_or_auto({"sample_spacing_m", "distance of the samples on the real surface"}, c.sample_spacing_m,
                  {"m", 0.0001, 1}, "the smallest `spacing_m` of the bodies");
   v.real({"friction", "Coulomb's coefficient: 0 slides freely"}, c.friction, {"", 0, 10});
+  v.choice({"response",
+            "how the real surface acts on bodies: by exact distances, or by forces between particles as in "
+            "Shao et al. 2019, which chatters (docs/concepts/contact.md)"},
+           c.response, {{"exact", ContactResponse::exact}, {"paper", ContactResponse::paper}});
   v.real({"restitution",
           "of each point of a surface: the share of its approach velocity with which it leaves what it hits. "
           "A soft body rebounds by what it stored, whatever this is; its `damping` makes it bounce less"},
@@ -363,6 +367,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
             [&](FieldVisitor& in) { describe_output(in, scene.output); });
   check_unique_names(v, scene.bodies, "bodies");
   check_unique_names(v, scene.obstacles, "obstacles");
+  v.check(scene.contact.response == ContactResponse::exact || scene.obstacles.empty(), "contact",
+          "'response: paper' knows only the real surface, and the scene has 'obstacles'");
   check_unique_names(v, scene.probes, "probes");
   check_probes(v, scene);
 }
