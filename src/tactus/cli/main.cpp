@@ -26,9 +26,7 @@ int main(int argc, char** argv) {
         tactus::add_client_command(app);
         tactus::add_serve_command(app);
         tactus::add_rig_command(app);
-        tactus::bench::add_benchmark({"wire",
-                                      "live cameras: eight processes of clients, one server, encrypted",
-                                      tactus::bench::run_wire});
+        tactus::add_wire_benchmark();
         tactus::add_bench_command(app);
         tactus::add_paper_command(app);
         tactus::add_info_command(app);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "bench.h"
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
 #include "tactus/rig/live/rig_client.h"
@@ -166,9 +167,7 @@ nlohmann::json measure(const WireCase& c) {
           {"server_cores", server_s / c.seconds}};
 }
 
-}  // namespace
-
-Rows run_wire(const std::string&) {
+Rows run_wire(const std::string& /*devices*/) {
   if (!live_missing().empty()) throw Error("the benchmark 'wire' needs " + live_missing());
   return collect([](Rows& rows) {
     rows.push_back(measure({"capture to set", "30/s", 30, 10}));
@@ -178,4 +177,14 @@ Rows run_wire(const std::string&) {
   });
 }
 
+}  // namespace
 }  // namespace tactus::bench
+
+namespace tactus {
+
+void add_wire_benchmark() {
+  bench::add_benchmark(
+      {"wire", "live cameras: eight processes of clients, one server, encrypted", bench::run_wire});
+}
+
+}  // namespace tactus

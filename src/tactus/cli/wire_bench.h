@@ -1,9 +1,8 @@
 #pragma once
 /// The benchmark of live cameras. Not in tactus-bench, which runs where ZeroMQ is not.
-#include "bench.h"
+namespace tactus {
 
-namespace tactus::bench {
+/// To those of `tactus bench`, as "wire".
+void add_wire_benchmark();
 
-Rows run_wire(const std::string& device_text);
-
-}  // namespace tactus::bench
+}  // namespace tactus
