@@ -12,6 +12,7 @@
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/rig/live/live_keys.h"
+#include "tactus/rig/picture_reader.h"
 #include "tactus/rig/wire/photo_coder.h"
 #include "tactus/sim/simulation.h"
 #include "tactus/view/renderer.h"
@@ -44,7 +45,8 @@ void info(const std::string& json_path) {
   std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
   json["opengl"] = gl;
   std::vector<std::string> parts = missing_parts();
-  for (const std::string& part : {live_missing(), ImageCoder::missing(), PhotoCoder::missing()}) {
+  for (const std::string& part :
+       {live_missing(), genicam_missing(), ImageCoder::missing(), PhotoCoder::missing()}) {
     if (!part.empty()) parts.push_back(part);
   }
   for (const std::string& missing : parts) {

@@ -132,6 +132,7 @@ void run_client(const LiveFlags& flags) {
     }
     const double captured_s = now_s();
     const std::string why = camera->grab(number, images);
+    number = camera->number().value_or(number);
     if (why.empty())
       client.put(images, live.sync == LiveSync::time ? PacketHead::kNoTrigger : number,
                  camera->has_own_pace() ? now_s() : captured_s);
@@ -231,7 +232,7 @@ void add_client_command(CLI::App& app) {
   command->add_option("--key", flags->key, "key file (default: CAMERA.key in the rig's folder of keys)");
   command->add_option("--server", flags->address, "tcp://HOST:PORT (default: the rig file's live.address)");
   command->add_option("--device", flags->of_camera.device,
-                      "/dev/videoN or the URL of a stream, instead of the rig file's");
+                      "/dev/videoN, aravis:ID or the URL of a stream, instead of the rig file's");
   command->add_flag("--photos", flags->of_camera.photos, "send photographs of the silhouettes' boxes, too");
   command->add_option("--quality", flags->of_camera.photo_quality, "of their JPEG")
       ->check(CLI::Range(1, 100))

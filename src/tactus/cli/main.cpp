@@ -2,6 +2,7 @@
 
 #include "tactus/cli/program.h"
 #include "tactus/cli/version.h"
+#include "tactus/cli/wire_bench.h"
 
 int main(int argc, char** argv) {
   return tactus::run_program(
@@ -25,6 +26,7 @@ int main(int argc, char** argv) {
         tactus::add_client_command(app);
         tactus::add_serve_command(app);
         tactus::add_rig_command(app);
+        tactus::add_wire_benchmark();
         tactus::add_bench_command(app);
         tactus::add_paper_command(app);
         tactus::add_info_command(app);

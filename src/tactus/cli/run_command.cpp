@@ -12,6 +12,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/live_source.h"
 #include "tactus/cli/picture_thread.h"
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
@@ -245,6 +246,8 @@ void run(const RunOptions& options) {
   if (!options.json_path.empty()) {
     nlohmann::json json = to_json(summary, scene, simulation, devices.name());
     json["state_hash"] = state_hash(simulation);
+    if (const auto* live = dynamic_cast<const LiveSource*>(source.get()))
+      json["live"] = nlohmann::json::parse(live_status_json(live->live_status()));
     write_json_file(options.json_path, json);
   }
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());

@@ -1,13 +1,13 @@
 #include "tactus/rig/client_camera.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <opencv2/videoio.hpp>
+#include <opencv2/core.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/rig/background_film.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/numbered_files.h"
+#include "tactus/rig/picture_reader.h"
 #include "tactus/rig/undistortion.h"
 #include "tactus/rig/wire/photo_coder.h"
 
@@ -27,6 +27,12 @@ std::vector<int> played_numbers(const NumberedFiles& files, const RigFile& file)
   }
   if (numbers.empty()) throw usage_error("'frames' leaves none of '" + files.pattern() + "'");
   return numbers;
+}
+
+/// A film has no trigger: whoever plays it numbers its pictures.
+PictureTrigger trigger_of(LiveSync sync, const std::string& device) {
+  if (device.empty() || sync == LiveSync::time) return PictureTrigger::none;
+  return sync == LiveSync::trigger ? PictureTrigger::hardware : PictureTrigger::software;
 }
 
 /// Masks or distances from files, read beforehand.
@@ -86,28 +92,21 @@ class FilmedCamera final : public ClientCamera {
         model_(file.calibrated[camera].camera.width_px, file.calibrated[camera].camera.height_px),
         background_(file.background),
         options_(options),
-        device_(device),
-        is_film_(device.empty()),
+        name_(device.empty() ? file.videos[camera] : device),
         fps_(file.live.fps),
         size_(file.calibrated[camera].camera.width_px, file.calibrated[camera].camera.height_px) {
-    if (is_film_) device_ = file.videos[camera];
     const std::string& room = file.backgrounds[camera];
     if (room.empty() && background_.method != BackgroundMethod::key)
       throw usage_error("has no 'empty_room', which silhouettes are told from");
     if (!room.empty()) learn(room);
-    ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-    open();
+    pictures_ = open_pictures(name_, {size_.width, size_.height, fps_, trigger_of(file.live.sync, device)});
   }
   std::string grab(std::int64_t, CameraImages& images) override {
-    if (!read()) {
-      open();
-      if (!read()) return device_ + " gives no picture";
-    }
+    if (!pictures_->read(photo_)) return name_ + " gives no picture";
     if (photo_.type() != CV_8UC3 || !photo_.isContinuous() || photo_.cols != size_.width ||
         photo_.rows != size_.height)
-      return device_ + " gives pictures of " + std::to_string(photo_.cols) + "x" +
-             std::to_string(photo_.rows) + " pixels, expected " + std::to_string(size_.width) + "x" +
-             std::to_string(size_.height);
+      return name_ + " gives pictures of " + std::to_string(photo_.cols) + "x" + std::to_string(photo_.rows) +
+             " pixels, expected " + std::to_string(size_.width) + "x" + std::to_string(size_.height);
     model_.classify(photo_.data, background_, bits_, 1 / fps_);
     undistort_.mask(bits_, images.mask);
     images.photo_jpeg.clear();
@@ -117,7 +116,8 @@ class FilmedCamera final : public ClientCamera {
     }
     return "";
   }
-  bool has_own_pace() const override { return !is_film_; }
+  bool has_own_pace() const override { return pictures_->is_device(); }
+  std::optional<std::int64_t> number() const override { return pictures_->number(); }
 
  private:
   void learn(const std::string& room) {
@@ -130,34 +130,14 @@ class FilmedCamera final : public ClientCamera {
                   "x" + std::to_string(size_.height));
     model_ = std::move(learnt.model);
   }
-  void open() {
-    const bool is_v4l = device_.starts_with("/dev/video");
-    video_.open(device_, is_v4l ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
-    if (!video_.isOpened())
-      throw Error("'" + device_ +
-                  "' can't be opened: no such device, stream or film, or another program has it");
-    if (!is_v4l) return;
-    video_.set(cv::CAP_PROP_FRAME_WIDTH, size_.width);
-    video_.set(cv::CAP_PROP_FRAME_HEIGHT, size_.height);
-    video_.set(cv::CAP_PROP_FPS, fps_);
-    video_.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest picture, not those that wait
-  }
-  bool read() {
-    try {
-      return video_.read(photo_);
-    } catch (const cv::Exception&) {
-      return false;
-    }
-  }
   Undistortion undistort_;
   BackgroundModel model_;
   BackgroundOptions background_;
   Options options_;
-  std::string device_;
-  bool is_film_;
+  std::string name_;
   double fps_;
   cv::Size size_;
-  cv::VideoCapture video_;
+  std::unique_ptr<PictureReader> pictures_;
   cv::Mat photo_;
   BitMask bits_;
   ColorImage color_;

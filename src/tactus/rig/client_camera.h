@@ -1,6 +1,7 @@
 #pragma once
 /// What a client sends of its camera: grabbed, classified, undistorted.
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "tactus/rig/rig_file.h"
@@ -21,6 +22,8 @@ class ClientCamera {
   virtual std::string grab(std::int64_t number, CameraImages& images) = 0;
   /// Whether `grab` waits for the camera; who calls it waits for the tick otherwise.
   virtual bool has_own_pace() const = 0;
+  /// Number of the trigger of the images, of a camera that counts them.
+  virtual std::optional<std::int64_t> number() const { return {}; }
 };
 
 /// The rig's camera of that name: its `device`, or what the rig file names of its recording (masks, a film

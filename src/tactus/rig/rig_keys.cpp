@@ -41,7 +41,9 @@ std::span<const RigSection> rig_sections() {
         {"photo", "path", "", "colours of the same, likewise"},
         {"video", "path", "", "film of the camera"},
         {"empty_room", "path", "", "film of the room without the subject"},
-        {"device", "text", "", "of `tactus client`: /dev/videoN, or the URL of a stream (rtsp://...)"}}},
+        {"device", "text", "",
+         "of `tactus client`: `/dev/videoN`, the URL of a stream (rtsp://...), or `aravis:ID` of a GenICam "
+         "camera (serial number or address)"}}},
       {"depth_cameras[]",
        {{"name", "text", kRequired, "of the camera, once in the file"},
         {"calibration", "path", "the file's", "file or folder with this camera's calibration"},
