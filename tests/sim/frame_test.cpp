@@ -1,6 +1,7 @@
 // The frame as a schedule: jittering clocks, frames without images, numbers of substeps that change.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <random>
 
@@ -108,9 +109,10 @@ double resident_MB() {
 }
 
 /// Everything is allocated by the first frames. 0.5 MB: what the heap may fragment into; a record of 100
-/// bytes kept per frame and stage would take 1.3 MB.
-TEST(Frame, AThousandFramesTakeNoMoreMemory) {
-  DeviceSet devices("cpu");
+/// bytes kept per frame and stage would take 1.3 MB. With TACTUS_LONG_TESTS=1 ten
+/// thousand frames, after as many as timings are kept of.
+TEST_P(FrameOnDevices, AThousandFramesTakeNoMoreMemory) {
+  DeviceSet devices(GetParam());
   SyntheticOptions options;
   options.figure = "sphere";
   options.depth = options.truth = false;
@@ -120,9 +122,10 @@ TEST(Frame, AThousandFramesTakeNoMoreMemory) {
   const auto play_frames = [&](int frames) {
     for (int k = 0; k < frames; ++k) simulation.step(frame, 0.005);
   };
-  play_frames(50);
+  const bool is_long = std::getenv("TACTUS_LONG_TESTS") != nullptr;
+  play_frames(is_long ? 9000 : 50);
   const double before_MB = resident_MB();
-  play_frames(1000);
+  play_frames(is_long ? 10000 : GetParam() == "cpu" ? 1000 : 100);
   EXPECT_LT(resident_MB() - before_MB, 0.5);
 }
 
