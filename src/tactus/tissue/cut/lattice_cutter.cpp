@@ -273,7 +273,7 @@ void LatticeCutter::replace_live(Index cube, Index first_copy, Index count) {
   live_[regular] = std::move(cubes);
 }
 
-std::vector<std::vector<CubeSplit>> LatticeCutter::splits() {
+std::vector<std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bool(Index)>& has_room) {
   std::sort(dirty_.begin(), dirty_.end());
   dirty_.erase(std::unique(dirty_.begin(), dirty_.end()), dirty_.end());
   std::vector<Index> cubes, counts;
@@ -291,7 +291,7 @@ std::vector<std::vector<CubeSplit>> LatticeCutter::splits() {
     counts.push_back(n);
     next += n;
   }
-  is_full_ = is_full_ || !fits(cubes, counts);
+  is_full_ = is_full_ || (has_room && !has_room(next - next_copy_)) || !fits(cubes, counts);
   if (is_full_) {
     for (Index copy = next_copy_; copy < next; ++copy)
       lattice_.copies[at(copy - lattice_.regular_cubes())] = {};

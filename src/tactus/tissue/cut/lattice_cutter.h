@@ -1,5 +1,6 @@
 #pragma once
 /// Cuts the lattice of a body by what a blade sweeps, frame by frame (Molino et al. 2004, Sifakis et al. 2007).
+#include <functional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -52,8 +53,9 @@ class LatticeCutter {
   Marked mark(const BladeStrip& strip, std::span<const Vec3f> x_m);
   /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
   /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
-  /// @returns nothing where there is no room; `is_full` says so, and the cuts stay
-  std::vector<std::vector<CubeSplit>> splits();
+  /// @param has_room whether others have room for so many copies; none: they have
+  /// @returns nothing where there is no room; is_full() says so, and the cuts stay
+  std::vector<std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
   bool is_full() const { return is_full_; }
   /// Gives copies their nodes and masses. @param share per split: part[1]'s share of the parent's fill
   TopologyChange commit(const std::vector<std::vector<CubeSplit>>& stages,
