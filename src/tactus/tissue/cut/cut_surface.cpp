@@ -280,6 +280,7 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   std::vector<Index> touching;
   for (const Corner& corner : t.corner)
     if (is_on(corner.point, wall.point)) touching.push_back(corner.point);
+  s.rim.insert(touching.begin(), touching.end());
   if (touching.size() > 1) return;
   const std::vector<Crossing> found = crossings(t, wall, touching);
   if (found.size() + touching.size() != 2) return;
@@ -288,8 +289,8 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   std::array<Index, 2> segment{touching.empty() ? add_crossing(s, found[0], triangle, number) : touching[0],
                                add_crossing(s, found.back(), triangle, number)};
   if (segment[0] == segment[1]) return;
-  s.segments[triangle].push_back(segment);
-  wall.segments.push_back(segment);
+  s.segments[triangle].push_back({segment, number});
+  wall.segments.push_back({segment, static_cast<std::size_t>(triangle)});
 }
 
 /// A way from the reference crosses the parent's surface an even number of times, or not.
@@ -380,9 +381,8 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
   const auto local = [&](Index point) {
     const auto known = std::find(ids.begin(), ids.end(), point);
     if (known != ids.end()) return static_cast<int>(known - ids.begin());
-    d.inside.push_back(static_cast<int>(ids.size()));
     ids.push_back(point);
-    return d.inside.back();
+    return static_cast<int>(ids.size()) - 1;
   };
   for (const auto& [a, b] : segments) {
     const int first = local(a);
@@ -392,6 +392,56 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
   std::vector<std::array<Index, 3>> found;
   for (const auto& [a, b, c] : triangulate(d)) found.push_back({ids[index(a)], ids[index(b)], ids[index(c)]});
   return found;
+}
+
+/// What of a wall lies in the body. Where the surface goes through the wall, that says it.
+std::vector<std::array<Index, 3>> CutSurface::inner_pieces(const Stage& s, const WallTriangle& wall) const {
+  std::vector<std::array<Index, 2>> segments;
+  for (const Segment& segment : wall.segments) segments.push_back(segment.points);
+  const auto pieces = divide(wall.point, s.on_edge, segments, {});
+  const auto area = [&](const std::array<Index, 3>& t) {
+    return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
+  };
+  const Vec3d normal = area(wall.point);
+  std::vector<std::array<Index, 3>> inner;
+  std::vector<bool> seen(pieces.size());
+  for (std::size_t first = 0; first < pieces.size(); ++first) {
+    if (seen[first]) continue;
+    // A region without walls of the surface in it.
+    std::vector<std::size_t> region{first};
+    seen[first] = true;
+    double behind = 0, surest = 0;
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Index a = pieces[region[i]][k], b = pieces[region[i]][(k + 1) % 3];
+        const auto segment = std::find_if(wall.segments.begin(), wall.segments.end(), [&](const Segment& e) {
+          return e.points == std::array{a, b} || e.points == std::array{b, a};
+        });
+        if (segment != wall.segments.end()) {
+          const auto& corner = triangles_[index(static_cast<Index>(segment->other))].corner;
+          const Vec3d out = area(std::array{corner[0].point, corner[1].point, corner[2].point});
+          const Vec3d into = cross(normal, at(b) - at(a));
+          const double sure = dot(out, into) / std::sqrt(dot(out, out) * dot(normal, normal) + 1e-300);
+          if (std::abs(sure) > surest) surest = std::abs(sure), behind = -sure;
+          continue;
+        }
+        for (std::size_t j = 0; j < pieces.size(); ++j) {
+          const auto& t = pieces[j];
+          if (seen[j] || !((t[0] == b && t[1] == a) || (t[1] == b && t[2] == a) || (t[2] == b && t[0] == a)))
+            continue;
+          seen[j] = true;
+          region.push_back(j);
+        }
+      }
+    }
+    const auto widest = *std::max_element(region.begin(), region.end(), [&](std::size_t i, std::size_t j) {
+      return dot(area(pieces[i]), normal) < dot(area(pieces[j]), normal);
+    });
+    const auto& [a, b, c] = pieces[widest];
+    if (surest > 0 ? behind > 0 : inside(s.splits[wall.split], (at(a) + at(b) + at(c)) / 3.0))
+      for (const std::size_t i : region) inner.push_back(pieces[i]);
+  }
+  return inner;
 }
 
 std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
@@ -411,10 +461,7 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
     }
   }
   std::vector<std::vector<std::array<Index, 3>>> inner(s.walls.size());
-  for (std::size_t w = 0; w < s.walls.size(); ++w) {
-    for (const auto& t : divide(s.walls[w].point, s.on_edge, s.walls[w].segments, {}))
-      if (inside(s.splits[s.walls[w].split], (at(t[0]) + at(t[1]) + at(t[2])) / 3.0)) inner[w].push_back(t);
-  }
+  for (std::size_t w = 0; w < s.walls.size(); ++w) inner[w] = inner_pieces(s, s.walls[w]);
   std::vector<double> shares;
   for (Split& split : s.splits) {
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
@@ -425,39 +472,107 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   return shares;
 }
 
-void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s,
+/// On which side of a wall a piece of `t` lies that has the edge from a to b: which way it goes from there.
+int CutSurface::side_of(const Stage& s, std::size_t number, Vec3d normal, Index a, Index b) const {
+  const auto& w = s.walls[number].point;
+  const Vec3d to_1 = cross(at(w[1]) - at(w[0]), at(w[2]) - at(w[0]));
+  return dot(to_1, cross(normal, at(b) - at(a))) > 0 ? 1 : 0;
+}
+
+/// Round a point of a piece, up to the first wall: the part of that wall's cube on this side; -1: there is none.
+Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const {
+  const Index pivot = d.pieces[piece][corner];
+  for (const bool forwards : {true, false}) {
+    std::size_t now = piece;
+    for (std::size_t steps = 0; steps < d.pieces.size(); ++steps) {
+      const auto& t = d.pieces[now];
+      const std::size_t k = t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2;
+      const Index a = forwards ? pivot : t[(k + 2) % 3], b = forwards ? t[(k + 1) % 3] : pivot;
+      for (const auto& [segment, number] : d.segments)
+        if (segment == std::array{a, b} || segment == std::array{b, a})
+          return s.splits[s.walls[number].split].split.part[side_of(s, number, d.normal, a, b)];
+      const auto beside = std::find_if(d.pieces.begin(), d.pieces.end(), [&](const auto& other) {
+        return (other[0] == b && other[1] == a) || (other[1] == b && other[2] == a) || (other[2] == b && other[0] == a);
+      });
+      if (beside == d.pieces.end()) break;
+      now = static_cast<std::size_t>(beside - d.pieces.begin());
+    }
+  }
+  return -1;
+}
+
+/// The copy that has the material next to a point in a piece.
+Index CutSurface::copy_beside(const LatticeCutter& cutter, Corner corner, Vec3d middle) const {
+  const Vec3d p = at(corner.point), inner = p + 1e-3 * (middle - p);
+  Vec3i cell;
+  for (int a = 0; a < 3; ++a) cell[a] = static_cast<Index>(std::floor(is_whole(p[a]) ? inner[a] : p[a]));
+  // The surface may stick out of all cubes; then the point's other cubes.
+  for (int other = 0; other < 8; ++other) {
+    Vec3i q = cell;
+    for (int a = 0; a < 3; ++a)
+      if ((other >> a & 1) != 0 && is_whole(p[a]))
+        q[a] = static_cast<Index>(p[a]) - (q[a] < static_cast<Index>(p[a]) ? 0 : 1);
+    if (const Index cube = cutter.regular_at(q); cube >= 0) return leaf(cube, inner);
+  }
+  return corner.cube < 0 ? 0 : leaf(cutter.regular_of(corner.cube), inner);
+}
+
+/// Who moves the corners of a piece from now on.
+void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
+                           Triangle& t) const {
+  const Vec3d middle = (at(t.corner[0].point) + at(t.corner[1].point) + at(t.corner[2].point)) / 3.0;
+  if (t.home >= 0) {
+    if (const auto parted = parted_.find(t.home); parted != parted_.end()) {
+      Index part = -1;
+      for (std::size_t k = 0; k < 3 && part < 0; ++k) part = part_round(s, d, piece, k);
+      t.home = part >= 0 ? part : parted->second.part[index(parted->second.wall.side(middle))];
+    }
+    for (Corner& corner : t.corner) corner.cube = t.home;
+    return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    Corner& corner = t.corner[k];
+    const Point& point = points_[index(corner.point)];
+    const Index part = part_round(s, d, piece, k);
+    if (part >= 0)
+      corner.cube = part;
+    else if (point.is_wall && (corner.cube < 0 || parted_.contains(corner.cube) || s.rim.contains(corner.point)))
+      corner.cube = copy_beside(cutter, corner, middle);
+    else if (parted_.contains(corner.cube))
+      corner.cube = leaf(cutter.regular_of(corner.cube), point.p);
+  }
+}
+
+void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
                            const std::vector<std::vector<std::array<Index, 3>>>& inner) {
-  std::vector<std::vector<std::array<Index, 3>>> pieces;
-  for (const Index triangle : s.near) {
-    const Triangle& old = triangles_[index(triangle)];
-    pieces.emplace_back();
+  std::vector<Divided> divided(s.near.size());
+  for (std::size_t i = 0; i < s.near.size(); ++i) {
+    const Triangle& old = triangles_[index(s.near[i])];
     if (old.is_fill) continue;
-    const auto segments = s.segments.find(triangle);
-    const std::vector<std::array<Index, 2>> none;
-    pieces.back() = divide({old.corner[0].point, old.corner[1].point, old.corner[2].point}, s.on_edge,
-                                segments == s.segments.end() ? none : segments->second,
-                                [&](Index point) { return is_cut_at(cutter, s, old, point); });
+    Divided& d = divided[i];
+    const std::array<Index, 3> corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
+    d.normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
+    std::vector<std::array<Index, 2>> segments;
+    if (const auto known = s.segments.find(s.near[i]); known != s.segments.end()) d.segments = known->second;
+    for (const auto& [segment, number] : d.segments) segments.push_back(segment);
+    d.pieces =
+        divide(corners, s.on_edge, segments, [&](Index point) { return is_cut_at(cutter, s, old, point); });
   }
   for (const Split& split : s.splits)
     parted_.emplace(split.split.parent, Parted{split.wall, {split.split.part[0], split.split.part[1]}});
   for (std::size_t i = 0; i < s.near.size(); ++i) {
-    const Index triangle = s.near[i];
-    const Triangle old = triangles_[index(triangle)];
-    const auto& divided = pieces[i];
-    for (std::size_t k = 0; k < divided.size(); ++k) {
+    const Triangle old = triangles_[index(s.near[i])];
+    for (std::size_t k = 0; k < divided[i].pieces.size(); ++k) {
       Triangle piece = old;
       for (std::size_t j = 0; j < 3; ++j) {
-        const auto same = std::find_if(old.corner.begin(), old.corner.end(),
-                                       [&](const Corner& c) { return c.point == divided[k][j]; });
-        piece.corner[j] = same != old.corner.end() ? *same : Corner{divided[k][j], old.corner[0].cube};
+        const Index point = divided[i].pieces[k][j];
+        const auto same =
+            std::find_if(old.corner.begin(), old.corner.end(), [&](const Corner& c) { return c.point == point; });
+        piece.corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
       }
-      if (piece.home >= 0 && parted_.contains(piece.home)) {
-        const auto& [a, b, c] = divided[k];
-        const Parted& parted = parted_.at(piece.home);
-        piece.home = parted.part[index(parted.wall.side((at(a) + at(b) + at(c)) / 3.0))];
-      }
+      set_cubes(cutter, s, divided[i], k, piece);
       if (k == 0)
-        triangles_[index(triangle)] = piece;
+        triangles_[index(s.near[i])] = piece;
       else
         add_triangle(cutter, piece);
     }

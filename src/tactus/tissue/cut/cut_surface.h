@@ -56,6 +56,8 @@ class CutSurface {
   embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
   /// Whether a vertex lies on a wall.
   bool is_on_wall(Index vertex) const { return points_[index(vertex_point_[index(vertex)])].is_wall; }
+  /// Whether a triangle is of a wall.
+  bool is_wall(Index triangle) const { return triangles_[index(triangle)].home >= 0; }
   /// Cube or copy that has a point of a regular cube.
   Index leaf(Index regular, Vec3d p) const;
 
@@ -83,11 +85,21 @@ class CutSurface {
     Vec3d reference;                  ///< a point of the parent's material space
     bool is_reference_inside = true, has_surface = false;
   };
+  struct Segment {
+    std::array<Index, 2> points;
+    std::size_t other;  ///< number of the triangle of the wall, or of the surface, that made it
+  };
   struct WallTriangle {
     std::array<Index, 3> point;
     std::size_t split;
     int tet;
-    std::vector<std::array<Index, 2>> segments = {};
+    std::vector<Segment> segments = {};
+  };
+  /// A triangle of the surface in pieces.
+  struct Divided {
+    std::vector<std::array<Index, 3>> pieces;
+    std::vector<Segment> segments;
+    Vec3d normal;
   };
   using EdgePoints = std::unordered_map<std::uint64_t, std::vector<Index>>;
   /// While a stage is cut.
@@ -98,7 +110,8 @@ class CutSurface {
     EdgePoints on_edge;
     std::map<std::array<Index, 4>, Index> crossings;  ///< point of two edges, or of an edge and {-1, triangle}
     std::unordered_map<Index, std::set<Index>> parents;  ///< per point: cubes whose walls made it
-    std::unordered_map<Index, std::vector<std::array<Index, 2>>> segments;  ///< of triangles
+    std::unordered_map<Index, std::vector<Segment>> segments;  ///< of triangles
+    std::set<Index> rim;                                       ///< points of the surface on edges of walls
   };
   /// Where an edge of one triangle meets another.
   struct Crossing {
@@ -129,13 +142,18 @@ class CutSurface {
                                            const std::vector<std::array<Index, 2>>& segments,
                                            const std::function<bool(Index)>& counts) const;
   bool is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t, Index point) const;
-  void add_walls(const LatticeCutter& cutter, const Stage& s,
+  int side_of(const Stage& s, std::size_t number, Vec3d normal, Index a, Index b) const;
+  Index part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const;
+  Index copy_beside(const LatticeCutter& cutter, Corner corner, Vec3d middle) const;
+  void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
+                 Triangle& t) const;
+  std::vector<std::array<Index, 3>> inner_pieces(const Stage& s, const WallTriangle& wall) const;
+  void add_walls(const LatticeCutter& cutter, Stage& s,
                  const std::vector<std::vector<std::array<Index, 3>>>& inner);
   // cut_vertices.cpp
   std::vector<Index> near_splits(const LatticeCutter& cutter,
                                  const std::vector<std::vector<CubeSplit>>& stages) const;
   void drop_fills(const std::vector<Index>& triangles);
-  Index cube_of_corner(const LatticeCutter& cutter, const Triangle& t, int k) const;
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void set_vertices(Index triangle, std::array<Index, 3> vertices);

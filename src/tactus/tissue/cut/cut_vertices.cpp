@@ -36,28 +36,6 @@ std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
   return triangles;
 }
 
-/// What moves a corner: its wall's copy, or the copy that has the material next to it in its triangle.
-Index CutSurface::cube_of_corner(const LatticeCutter& cutter, const Triangle& t, int k) const {
-  const Corner corner = t.corner[index(k)];
-  const Point& point = points_[index(corner.point)];
-  if (!point.is_wall) return leaf(cutter.regular_of(vertex_cube_[index(corner.point)]), point.p);
-  if (t.home >= 0) return t.home;
-  const Vec3d middle = (at(t.corner[0].point) + at(t.corner[1].point) + at(t.corner[2].point)) / 3.0;
-  const Vec3d inner = point.p + 1e-3 * (middle - point.p);
-  Vec3i cell;
-  for (int a = 0; a < 3; ++a)
-    cell[a] = static_cast<Index>(std::floor(is_whole(point.p[a]) ? inner[a] : point.p[a]));
-  // The surface may stick out of all cubes; then the point's other cubes.
-  for (int other = 0; other < 8; ++other) {
-    Vec3i p = cell;
-    for (int a = 0; a < 3; ++a)
-      if ((other >> a & 1) != 0 && is_whole(point.p[a]))
-        p[a] = static_cast<Index>(point.p[a]) - (p[a] < static_cast<Index>(point.p[a]) ? 0 : 1);
-    if (const Index cube = cutter.regular_at(p); cube >= 0) return leaf(cube, inner);
-  }
-  return leaf(cutter.regular_of(corner.cube), inner);
-}
-
 /// Nodes that have a weight there, in the order of their places; -1 behind them.
 std::array<Index, 8> CutSurface::nodes_of(const LatticeCutter& cutter, Corner corner) const {
   const Point& point = points_[index(corner.point)];
@@ -112,11 +90,10 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
   };
   std::vector<Use> uses;
   for (const Index triangle : triangles) {
-    Triangle& t = triangles_[index(triangle)];
+    const Triangle& t = triangles_[index(triangle)];
     if (t.is_fill) continue;
     for (int k = 0; k < 3; ++k) {
-      Corner& corner = t.corner[index(k)];
-      corner.cube = cube_of_corner(cutter, t, k);
+      const Corner& corner = t.corner[index(k)];
       uses.push_back({corner.point, nodes_of(cutter, corner), triangle, k, corner.cube});
     }
   }
@@ -212,6 +189,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
         if (place >= triangle_count()) return;
         set_vertices(place, vertices);
         ++filled_;
+        if (getenv("CUTDBG")) { for (auto v2 : vertices) { auto pp = at(vertex_point_[index(v2)]); fprintf(stderr, "(%.9f %.9f %.9f w%d v%d p%d c%d) ", pp.x, pp.y, pp.z, int(points_[index(vertex_point_[index(v2)])].is_wall), v2, vertex_point_[index(v2)], vertex_cube_[index(v2)]);} fprintf(stderr, "\n"); }
       }
       way.erase(seen + 1, way.end());
       if (!next.contains(way.back())) break;

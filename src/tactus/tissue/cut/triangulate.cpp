@@ -7,142 +7,182 @@
 namespace tactus::cut {
 namespace {
 
-class Triangulation {
- public:
-  explicit Triangulation(const std::vector<Vec2d>& points) : points_(points), triangles_{{0, 1, 2}} {}
+using Polygon = std::vector<int>;  ///< counter-clockwise; a slit is gone along both ways
 
-  /// Puts a point on the edge from a to b, of the triangle that has it in this direction.
-  void split_edge(int a, int b, int point) {
-    const Edge edge = find(a, b);
-    if (edge.triangle < 0) return;
-    const int c = edge.opposite;
-    triangles_[at(edge.triangle)] = {a, point, c};
-    triangles_.push_back({point, b, c});
-  }
-  /// Puts a point into the triangle that holds it best.
-  void add(int point) {
-    int best = 0;
-    double most = -std::numeric_limits<double>::infinity();
-    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) {
-      const auto [a, b, c] = triangles_[at(t)];
-      const double least = std::min({turn(a, b, point), turn(b, c, point), turn(c, a, point)});
-      if (least > most) most = least, best = t;
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+class Outline {
+ public:
+  explicit Outline(const DividedTriangle& divided) : points_(divided.points), unused_(divided.segments) {
+    Polygon outline;
+    for (int k = 0; k < 3; ++k) {
+      outline.push_back(k);
+      outline.insert(outline.end(), divided.on_edge[at(k)].begin(), divided.on_edge[at(k)].end());
     }
-    // What lies on an edge divides it: points of a straight line would make flat triangles.
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int u = triangles_[at(best)][k], v = triangles_[at(best)][(k + 1) % 3];
-      const Vec2d uv = points_[at(v)] - points_[at(u)];
-      const double height = turn(u, v, point) / std::sqrt(uv.x * uv.x + uv.y * uv.y);
-      if (height > kOnEdge || find(v, u).triangle < 0) continue;
-      split_edge(u, v, point);
-      split_edge(v, u, point);
-      return;
-    }
-    const auto [a, b, c] = triangles_[at(best)];
-    triangles_[at(best)] = {a, b, point};
-    triangles_.push_back({b, c, point});
-    triangles_.push_back({c, a, point});
+    polygons_.push_back(std::move(outline));
   }
-  /// Flips edges until there is one from a to b.
-  void join(int a, int b) {
-    for (int round = 0; round < 200; ++round) {
-      if (find(a, b).triangle >= 0 || find(b, a).triangle >= 0 || !flip_one(a, b, round)) return;
-    }
+
+  std::vector<std::array<int, 3>> triangles() {
+    while (!unused_.empty())
+      if (!follow_chain()) reach_chain();
+    std::vector<std::array<int, 3>> found;
+    for (Polygon& polygon : polygons_) clip_ears(std::move(polygon), found);
+    return found;
   }
-  /// Flips edges until no triangle's circle holds its neighbour's corner (Lawson 1977), so that points of a
-  /// straight line make no flat triangles. Segments stay.
-  void round_off(const std::vector<std::array<int, 2>>& segments) {
-    for (int round = 0; round < 20; ++round) {
-      bool changes = false;
-      for (int k = 0; k < 3 * static_cast<int>(triangles_.size()); ++k) changes = flip_flat(k, segments) || changes;
-      if (!changes) return;
-    }
-  }
-  std::vector<std::array<int, 3>> take() { return std::move(triangles_); }
 
  private:
-  struct Edge {
-    int triangle = -1, opposite = -1;
-  };
-  static constexpr double kOnEdge = 1e-10;
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   /// Twice the area of abc, positive where it turns left.
   double turn(int a, int b, int c) const {
     const Vec2d u = points_[at(b)] - points_[at(a)], v = points_[at(c)] - points_[at(a)];
     return u.x * v.y - u.y * v.x;
   }
-  Edge find(int a, int b) const {
-    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
-      for (std::size_t k = 0; k < 3; ++k)
-        if (triangles_[at(t)][k] == a && triangles_[at(t)][(k + 1) % 3] == b)
-          return {t, triangles_[at(t)][(k + 2) % 3]};
-    return {};
+  double square(int a, int b) const {
+    const Vec2d d = points_[at(b)] - points_[at(a)];
+    return d.x * d.x + d.y * d.y;
   }
-  bool flip_flat(int k, const std::vector<std::array<int, 2>>& segments) {
-    const auto& t = triangles_[at(k / 3)];
-    const int u = t[at(k % 3)], v = t[at((k + 1) % 3)], w = t[at((k + 2) % 3)];
-    const Edge other = find(v, u);
-    if (other.triangle < 0) return false;
-    const auto is_uv = [&](const std::array<int, 2>& s) { return (s[0] == u && s[1] == v) || (s[0] == v && s[1] == u); };
-    const int z = other.opposite;
-    const Vec2d uv = points_[at(v)] - points_[at(u)];
-    const bool is_flat = turn(u, v, w) <= 1e-12 * (uv.x * uv.x + uv.y * uv.y);
-    if (!(turn(z, v, w) > 0) || !(turn(w, u, z) > 0) || !(is_flat || is_in_circle(u, v, w, z)) ||
-        std::any_of(segments.begin(), segments.end(), is_uv))
-      return false;
-    triangles_[at(k / 3)] = {z, v, w};
-    triangles_[at(other.triangle)] = {w, u, z};
+  /// Takes a segment at a point out of the list. @returns its other end, or -1
+  int take_segment(int from) {
+    for (std::size_t s = 0; s < unused_.size(); ++s) {
+      const auto [a, b] = unused_[s];
+      if (a != from && b != from) continue;
+      unused_.erase(unused_.begin() + static_cast<std::ptrdiff_t>(s));
+      return a == from ? b : a;
+    }
+    return -1;
+  }
+  /// Whether the way to p begins inside, at place i of a polygon.
+  bool looks_inside(const Polygon& polygon, std::size_t i, int p) const {
+    const int v = polygon[i], next = polygon[(i + 1) % polygon.size()],
+              last = polygon[(i + polygon.size() - 1) % polygon.size()];
+    const bool after = turn(v, next, p) > 0, before = turn(v, p, last) > 0;
+    return turn(v, next, last) > 0 || next == last ? (after && before) || next == last : after || before;
+  }
+  static std::size_t place(const Polygon& polygon, int point) {
+    return static_cast<std::size_t>(std::find(polygon.begin(), polygon.end(), point) - polygon.begin());
+  }
+
+  /// Divides a polygon along segments that begin at one of its points. @returns false: there are none
+  bool follow_chain() {
+    std::size_t of = 0, from = 0;
+    int found = 0;  // 2: one that begins inside
+    for (const auto& segment : unused_) {
+      for (std::size_t k = 0; k < polygons_.size() && found < 2; ++k)
+        for (std::size_t i = 0; i < polygons_[k].size() && found < 2; ++i)
+          for (const std::size_t end : {0U, 1U}) {
+            if (polygons_[k][i] != segment[end]) continue;
+            const int value = looks_inside(polygons_[k], i, segment[1 - end]) ? 2 : 1;
+            if (value > found) found = value, of = k, from = i;
+          }
+      if (found > 0) break;
+    }
+    if (found == 0) return false;
+    Polygon& polygon = polygons_[of];
+    std::vector<int> chain;
+    int to = take_segment(polygon[from]);
+    while (to >= 0 && place(polygon, to) == polygon.size() &&
+           std::find(chain.begin(), chain.end(), to) == chain.end()) {
+      chain.push_back(to);
+      to = take_segment(to);
+    }
+    divide(of, from, chain, to >= 0 ? place(polygon, to) : polygon.size());
     return true;
   }
-  /// Whether z lies in the circle through u, v and w.
-  bool is_in_circle(int u, int v, int w, int z) const {
-    const auto from_z = [&](int i) { return points_[at(i)] - points_[at(z)]; };
-    const Vec2d a = from_z(u), b = from_z(v), c = from_z(w);
-    const auto square = [](Vec2d p) { return p.x * p.x + p.y * p.y; };
-    const auto det = [](Vec2d p, Vec2d q) { return p.x * q.y - p.y * q.x; };
-    return square(a) * det(b, c) + square(b) * det(c, a) + square(c) * det(a, b) > 0;
-  }
-  /// Of the edges that cross ab the first that can be flipped, beginning elsewhere in every round.
-  bool flip_one(int a, int b, int round) {
-    const int n = 3 * static_cast<int>(triangles_.size());
-    for (int i = 0; i < n; ++i) {
-      const int k = (i + 7 * round) % n;
-      const auto& t = triangles_[at(k / 3)];
-      const int u = t[at(k % 3)], v = t[at((k + 1) % 3)], w = t[at((k + 2) % 3)];
-      if (u == a || u == b || v == a || v == b) continue;
-      if ((turn(a, b, u) > 0) == (turn(a, b, v) > 0) || (turn(u, v, a) > 0) == (turn(u, v, b) > 0)) continue;
-      const Edge other = find(v, u);
-      if (other.triangle < 0) continue;
-      const int z = other.opposite;
-      if (!(turn(z, v, w) > 0) || !(turn(w, u, z) > 0)) continue;
-      const int first = k / 3;
-      triangles_[at(first)] = {z, v, w};
-      triangles_[at(other.triangle)] = {w, u, z};
-      return true;
+  /// @param to place where the chain ends; the polygon's size: inside, as a slit
+  void divide(std::size_t of, std::size_t from, const std::vector<int>& chain, std::size_t to) {
+    const Polygon old = polygons_[of];
+    const std::size_t n = old.size();
+    Polygon left, right;  // of the chain
+    if (to >= n) {
+      left.assign(old.begin(), old.begin() + static_cast<std::ptrdiff_t>(from) + 1);
+      left.insert(left.end(), chain.begin(), chain.end());
+      if (!chain.empty()) left.insert(left.end(), chain.rbegin() + 1, chain.rend());
+      if (!chain.empty()) left.insert(left.end(), old.begin() + static_cast<std::ptrdiff_t>(from), old.end());
+      if (!chain.empty()) polygons_[of] = left;
+      return;
     }
-    return false;
+    if (to == from) {  // a loop
+      left = chain;
+      left.push_back(old[from]);
+      Polygon way = chain;
+      if (area(left) > 0)
+        std::reverse(way.begin(), way.end());
+      else
+        std::reverse(left.begin(), left.end());
+      right.assign(old.begin(), old.begin() + static_cast<std::ptrdiff_t>(from) + 1);
+      right.insert(right.end(), way.begin(), way.end());
+      right.insert(right.end(), old.begin() + static_cast<std::ptrdiff_t>(from), old.end());
+    } else {
+      for (std::size_t i = to; i != from; i = (i + 1) % n) left.push_back(old[i]);
+      left.push_back(old[from]);
+      left.insert(left.end(), chain.begin(), chain.end());
+      for (std::size_t i = from; i != to; i = (i + 1) % n) right.push_back(old[i]);
+      right.push_back(old[to]);
+      right.insert(right.end(), chain.rbegin(), chain.rend());
+    }
+    polygons_[of] = std::move(left);
+    polygons_.push_back(std::move(right));
+  }
+  double area(const Polygon& polygon) const {
+    double sum = 0;
+    for (std::size_t i = 1; i + 1 < polygon.size(); ++i) sum += turn(polygon[0], polygon[i], polygon[i + 1]);
+    return sum;
+  }
+  bool holds(const Polygon& polygon, int p) const {
+    bool is_inside = false;
+    const Vec2d o = points_[at(p)];
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vec2d a = points_[at(polygon[i])], b = points_[at(polygon[(i + 1) % polygon.size()])];
+      if ((a.y > o.y) != (b.y > o.y) && o.x < a.x + (o.y - a.y) / (b.y - a.y) * (b.x - a.x)) is_inside = !is_inside;
+    }
+    return is_inside;
+  }
+  /// A slit without a segment leads from the nearest outline to segments that lie inside.
+  void reach_chain() {
+    const int target = unused_.front()[0];
+    std::size_t of = 0;
+    for (std::size_t k = 0; k < polygons_.size(); ++k)
+      if (holds(polygons_[k], target)) of = k;
+    std::size_t nearest = 0;
+    for (std::size_t i = 0; i < polygons_[of].size(); ++i)
+      if (square(polygons_[of][i], target) < square(polygons_[of][nearest], target)) nearest = i;
+    divide(of, nearest, {target}, polygons_[of].size());
+  }
+
+  /// How good an ear is at place i: its area over its edges; negative: it turns right or holds a point.
+  double ear(const Polygon& polygon, std::size_t i) const {
+    const std::size_t n = polygon.size();
+    const int a = polygon[(i + n - 1) % n], b = polygon[i], c = polygon[(i + 1) % n];
+    if (a == c || a == b || b == c) return -std::numeric_limits<double>::infinity();
+    const double size = turn(a, b, c) / (square(a, b) + square(b, c) + square(c, a));
+    if (!(size > 0)) return size - 1;
+    for (const int p : polygon) {
+      if (p == a || p == b || p == c) continue;
+      if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return size - 10;
+    }
+    return size;
+  }
+  void clip_ears(Polygon polygon, std::vector<std::array<int, 3>>& found) const {
+    while (polygon.size() >= 3) {
+      std::size_t best = 0;
+      double most = -std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < polygon.size(); ++i)
+        if (const double quality = ear(polygon, i); quality > most) most = quality, best = i;
+      const std::size_t n = polygon.size();
+      const int a = polygon[(best + n - 1) % n], b = polygon[best], c = polygon[(best + 1) % n];
+      if (a != c && a != b && b != c) found.push_back({a, b, c});
+      polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(best));
+    }
   }
 
   const std::vector<Vec2d>& points_;
-  std::vector<std::array<int, 3>> triangles_;
+  std::vector<std::array<int, 2>> unused_;  ///< segments
+  std::vector<Polygon> polygons_;
 };
 
 }  // namespace
 
 std::vector<std::array<int, 3>> triangulate(const DividedTriangle& divided) {
-  Triangulation triangles(divided.points);
-  for (int k = 0; k < 3; ++k) {
-    int from = k;
-    for (const int point : divided.on_edge[static_cast<std::size_t>(k)]) {
-      triangles.split_edge(from, (k + 1) % 3, point);
-      from = point;
-    }
-  }
-  for (const int point : divided.inside) triangles.add(point);
-  triangles.round_off({});
-  for (const auto& [a, b] : divided.segments) triangles.join(a, b);
-  triangles.round_off(divided.segments);
-  return triangles.take();
+  return Outline(divided).triangles();
 }
 
 }  // namespace tactus::cut
