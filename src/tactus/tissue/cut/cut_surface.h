@@ -58,8 +58,8 @@ class CutSurface {
   bool is_on_wall(Index vertex) const { return points_[index(vertex_point_[index(vertex)])].is_wall; }
   /// Whether a triangle is of a wall.
   bool is_wall(Index triangle) const { return triangles_[index(triangle)].home >= 0; }
-  /// Cube or copy that has a point of a regular cube.
-  Index leaf(Index regular, Vec3d p) const;
+  /// Cube or copy that has a point of a cube now.
+  Index leaf(Index cube, Vec3d p) const;
 
  private:
   static std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
@@ -95,11 +95,18 @@ class CutSurface {
     int tet;
     std::vector<Segment> segments = {};
   };
+  struct Side {
+    double vote = 0;       ///< positive: side 1
+    bool is_both = false;  ///< the region goes round the wall's end
+  };
   /// A triangle of the surface in pieces.
   struct Divided {
     std::vector<std::array<Index, 3>> pieces;
     std::vector<Segment> segments;
-    Vec3d normal;
+    Vec3d normal{};
+    bool is_round = true;
+    std::vector<int> region_of;                 ///< per piece
+    std::vector<std::map<Index, Side>> sides;  ///< per region, of splits' walls
   };
   using EdgePoints = std::unordered_map<std::uint64_t, std::vector<Index>>;
   /// While a stage is cut.
@@ -111,7 +118,7 @@ class CutSurface {
     std::map<std::array<Index, 4>, Index> crossings;  ///< point of two edges, or of an edge and {-1, triangle}
     std::unordered_map<Index, std::set<Index>> parents;  ///< per point: cubes whose walls made it
     std::unordered_map<Index, std::vector<Segment>> segments;  ///< of triangles
-    std::set<Index> rim;                                       ///< points of the surface on edges of walls
+    std::map<Index, bool> rim;  ///< points of the surface on edges of walls; whether they are their ends
   };
   /// Where an edge of one triangle meets another.
   struct Crossing {
@@ -142,9 +149,14 @@ class CutSurface {
                                            const std::vector<std::array<Index, 2>>& segments,
                                            const std::function<bool(Index)>& counts) const;
   bool is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t, Index point) const;
-  int side_of(const Stage& s, std::size_t number, Vec3d normal, Index a, Index b) const;
+  double roundness(std::size_t triangle) const;
+  static std::vector<std::size_t> region(const Divided& d, std::size_t piece);
+  double side_of(const Stage& s, const Divided& d, std::size_t number, Index a, Index b) const;
+  Vec3d middle_of(const std::array<Index, 3>& t) const;
+  double above_wall(const Stage& s, std::size_t number, Vec3d p) const;
+  void find_sides(const Stage& s, Divided& d) const;
   Index part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const;
-  Index copy_beside(const LatticeCutter& cutter, Corner corner, Vec3d middle) const;
+  Index copy_beside(const LatticeCutter& cutter, const Stage& s, Corner corner, Vec3d inner) const;
   void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
                  Triangle& t) const;
   std::vector<std::array<Index, 3>> inner_pieces(const Stage& s, const WallTriangle& wall) const;

@@ -252,7 +252,7 @@ bool LatticeCutter::fits(const std::vector<Index>& cubes, const std::vector<Inde
     const std::span<const Index> now = live(regular);
     before.try_emplace(regular, now.begin(), now.end());
     replace_live(cubes[k], copy, parts[k]);
-    copy += parts[k];
+    copy += 2 * (parts[k] - 1);
     for (int q = 0; q < 8; ++q) affected_.push_back(lattice_.cubes[at(regular)] + step(q));
   }
   const auto by_place = [](Vec3i a, Vec3i b) { return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x); };
@@ -264,12 +264,14 @@ bool LatticeCutter::fits(const std::vector<Index>& cubes, const std::vector<Inde
   return false;
 }
 
+/// @param first_copy of those that add_splits() made of `count` parts
 void LatticeCutter::replace_live(Index cube, Index first_copy, Index count) {
   const Index regular = regular_of(cube);
   const std::span<const Index> now = live(regular);
   std::vector<Index> cubes(now.begin(), now.end());
   std::erase(cubes, cube);
-  for (Index k = 0; k < count; ++k) cubes.push_back(first_copy + k);
+  for (Index k = 0; k + 1 < count; ++k) cubes.push_back(first_copy + 2 * k);
+  cubes.push_back(first_copy + 2 * count - 3);
   live_[regular] = std::move(cubes);
 }
 
@@ -284,12 +286,12 @@ std::vector<std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bo
     if (!(lattice_.cube_fill[at(cube)] > 0)) continue;
     const std::vector<std::uint8_t> parts = components(cube);
     const auto n = static_cast<Index>(parts.size());
-    is_full_ = is_full_ || (n > 1 && next + n > lattice_.cube_count());
+    is_full_ = is_full_ || (n > 1 && next + 2 * (n - 1) > lattice_.cube_count());
     if (n < 2 || is_full_) continue;
     add_splits(cube, parts, next, stages);
     cubes.push_back(cube);
     counts.push_back(n);
-    next += n;
+    next += 2 * (n - 1);
   }
   is_full_ = is_full_ || (has_room && !has_room(next - next_copy_)) || !fits(cubes, counts);
   if (is_full_) {
@@ -302,18 +304,21 @@ std::vector<std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bo
   return stages;
 }
 
+/// What is left of a cube while its parts are split off has a copy, too.
 void LatticeCutter::add_splits(Index cube, const std::vector<std::uint8_t>& parts, Index first,
                                std::vector<std::vector<CubeSplit>>& stages) {
-  const auto n = static_cast<Index>(parts.size());
   std::uint8_t rest = corners(cube);
-  for (Index k = 0; k + 1 < n; ++k) {
-    rest = static_cast<std::uint8_t>(rest & ~parts[at(k)]);
-    CubeSplit split{.parent = k == 0 ? cube : first + n - 1, .part = {first + k, first + n - 1}};
-    split.sides = extended(cube, parts[at(k)], rest);
-    add_copy(split, 0, parts[at(k)]);
+  Index parent = cube;
+  for (std::size_t k = 0; k + 1 < parts.size(); ++k) {
+    rest = static_cast<std::uint8_t>(rest & ~parts[k]);
+    CubeSplit split{.parent = parent, .part = {first, first + 1}};
+    split.sides = extended(cube, parts[k], rest);
+    add_copy(split, 0, parts[k]);
     add_copy(split, 1, rest);
-    if (at(k) >= stages.size()) stages.emplace_back();
-    stages[at(k)].push_back(split);
+    if (k >= stages.size()) stages.emplace_back();
+    stages[k].push_back(split);
+    parent = first + 1;
+    first += 2;
   }
 }
 
@@ -413,6 +418,7 @@ TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& 
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   for (const Index cube : touched) {
+    if (!(lattice_.cube_fill[at(cube)] > 0)) continue;  // it fell apart in the next stage
     const auto known = root.find(cube);
     change.copies.push_back({cube, lattice_.copies[at(cube - lattice_.regular_cubes())],
                              known == root.end() ? cube : known->second, lattice_.cubes[at(cube)].z,
