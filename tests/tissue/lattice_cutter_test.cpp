@@ -29,8 +29,12 @@ BladeStrip strip(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
 BladeStrip plane_x(float x, float from, float to, float n) {
   return strip({x, from, -1}, {x, from, n + 1}, {x, to, -1}, {x, to, n + 1});
 }
-BladeStrip plane_y(float y, float n) { return strip({-1, y, -1}, {-1, y, n + 1}, {n + 1, y, -1}, {n + 1, y, n + 1}); }
-BladeStrip plane_z(float z, float n) { return strip({-1, -1, z}, {-1, n + 1, z}, {n + 1, -1, z}, {n + 1, n + 1, z}); }
+BladeStrip plane_y(float y, float n) {
+  return strip({-1, y, -1}, {-1, y, n + 1}, {n + 1, y, -1}, {n + 1, y, n + 1});
+}
+BladeStrip plane_z(float z, float n) {
+  return strip({-1, -1, z}, {-1, n + 1, z}, {n + 1, -1, z}, {n + 1, n + 1, z});
+}
 
 /// Cuts, with half the material on each side.
 TopologyChange cut(LatticeCutter& cutter, const BladeStrip& s) {
@@ -41,8 +45,8 @@ TopologyChange cut(LatticeCutter& cutter, const BladeStrip& s) {
   return cutter.commit(stages, share);
 }
 
-/// What every cut lattice is: masses are kept, corners that are a copy's own have the regular node, a cube has
-/// eight nodes at its corners, and corners of a cube belong to one of its copies each.
+/// What every cut lattice is: masses are kept, corners that are a copy's own have the regular node, a cube
+/// has eight nodes at its corners, and corners of a cube belong to one of its copies each.
 void expect_sound(const LatticeCutter& cutter, double mass_kg) {
   const CubeLattice& lattice = cutter.lattice();
   EXPECT_NEAR(lattice.mass_kg(), mass_kg, 1e-6 * mass_kg);

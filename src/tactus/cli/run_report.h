@@ -33,7 +33,7 @@ struct RunSummary {
   void note(const Notice& notice);
 };
 
-nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
+nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,
                        const std::string& devices);
 
 }  // namespace tactus

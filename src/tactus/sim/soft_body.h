@@ -1,12 +1,15 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "tactus/frame/schedule.h"
+#include "tactus/sim/body_point.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/sim/slab_points.h"
 #include "tactus/tissue/body_monitors.h"
+#include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -97,6 +100,23 @@ class SoftBody {
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 
+  // body_cut.cpp
+  bool is_cuttable() const { return cutter_.has_value(); }
+  /// Cuts it by what a blade swept since the last frame, between two frames. The blade's old edge goes along
+  /// with the body. Synchronizes.
+  cut::CutReport cut(ExecContext& ctx, cut::BladeStrip strip);
+  /// A point moves with the copy that has its material now.
+  void follow_cut(BodyPoint& point) const;
+  /// At the end of a frame that cuts follow. Synchronizes.
+  void remember_nodes(ExecContext& ctx) { last_x_m_ = positions_m(ctx); }
+  /// Of a cuttable body: its parts, copies in use, and the volumes that its surface encloses. Synchronizes.
+  struct CutState {
+    int parts = 1;
+    Index copies = 0;
+    std::vector<double> closed_volumes_m3;
+  };
+  CutState cut_state(ExecContext& ctx) const;
+
   /// Whether the real surface never touches it: it goes a frame at a time.
   bool is_untouched() const { return !description_.contact; }
   /// Devices that step it, and why no more of those there are.
@@ -127,6 +147,7 @@ class SoftBody {
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
+  void make_cuttable(ExecContext& ctx);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -144,6 +165,8 @@ class SoftBody {
   EmbeddedSurface surface_;
   bool full_stiffness_;
   SlabPoints points_;
+  std::optional<cut::BodyCutter> cutter_;
+  std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
 };
 
 }  // namespace tactus

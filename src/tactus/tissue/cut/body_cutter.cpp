@@ -26,6 +26,7 @@ CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, T
   surface_.update(lattice_, stages, change);
   const double h = double{lattice_.lattice().spacing_m};
   report.area_m2 = (surface_.wall_area() - area_before) * h * h;
+  report.depth_m = surface_.take_depth() * h;
   report.is_full = report.is_full || surface_.is_full();
   return report;
 }
@@ -37,8 +38,8 @@ TriangleMesh BodyCutter::mesh(std::span<const Vec3f> x_m) const {
     const auto& nodes = lattice_.lattice().cube_nodes[at(a.cube)];
     Vec3f sum{};
     for (int q = 0; q < 8; ++q) {
-      const float w = ((q & 1) != 0 ? a.local.x : 1 - a.local.x) * ((q & 2) != 0 ? a.local.y : 1 - a.local.y) *
-                      ((q & 4) != 0 ? a.local.z : 1 - a.local.z);
+      const float w = ((q & 1) != 0 ? a.local.x : 1 - a.local.x) *
+                      ((q & 2) != 0 ? a.local.y : 1 - a.local.y) * ((q & 4) != 0 ? a.local.z : 1 - a.local.z);
       sum += w * x_m[at(nodes[at(q)])];
     }
     mesh.positions_m.push_back(sum);

@@ -8,6 +8,7 @@ namespace tactus::cut {
 struct CutReport {
   Index cut_cubes = 0;      ///< cubes and copies that fell apart
   double area_m2 = 0;       ///< of new walls at rest, one side
+  double depth_m = 0;       ///< of the deepest new wall below the original surface, at rest
   bool is_refused = false;  ///< the strip meets cubes that must not be cut
   bool is_full = false;     ///< there was no room for what it cuts
 };

@@ -13,8 +13,8 @@ std::uint64_t edge_key(Index a, Index b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32U | static_cast<std::uint64_t>(std::max(a, b));
 }
 
-/// To 2^-40 spacings: steps of this size add up without rounding, so points stay in the planes of cubes and of
-/// their tetrahedra.
+/// To 2^-40 spacings: steps of this size add up without rounding, so points stay in the planes of cubes and
+/// of their tetrahedra.
 double rounded(double v) { return std::nearbyint(v * 0x1p40) * 0x1p-40; }
 Vec3d rounded(Vec3d v) { return {rounded(v.x), rounded(v.y), rounded(v.z)}; }
 Vec3d between(Vec3d a, Vec3d b, double t) { return a + rounded(t * (b - a)); }
@@ -44,7 +44,8 @@ int common_plane(Vec3d a, Vec3d b) {
 bool share_plane(Vec3d a, Vec3d b, Vec3d c, Vec3d d, int& family) {
   for (family = 0; family < 6; ++family) {
     const double v = plane_value(a, family);
-    if (is_whole(v) && plane_value(b, family) == v && plane_value(c, family) == v && plane_value(d, family) == v)
+    if (is_whole(v) && plane_value(b, family) == v && plane_value(c, family) == v &&
+        plane_value(d, family) == v)
       return true;
   }
   return false;
@@ -53,7 +54,8 @@ bool share_plane(Vec3d a, Vec3d b, Vec3d c, Vec3d d, int& family) {
 /// Share of the way from c to d at which it meets ab, all in one plane.
 std::optional<double> meet(Vec3d a, Vec3d b, Vec3d c, Vec3d d, int family) {
   // Two axes that the plane is not at right angles to.
-  const int w = family < 3 ? (family + 1) % 3 : family - 3, v = family < 3 ? (family + 2) % 3 : (family - 1) % 3;
+  const int w = family < 3 ? (family + 1) % 3 : family - 3,
+            v = family < 3 ? (family + 2) % 3 : (family - 1) % 3;
   const auto turn = [&](Vec3d p, Vec3d q, Vec3d r) {
     return (q[w] - p[w]) * (r[v] - p[v]) - (q[v] - p[v]) * (r[w] - p[w]);
   };
@@ -170,9 +172,7 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
       const auto [known, is_new] = wall_points_.try_emplace(edge_key(nodes[index(a)], nodes[index(b)]),
                                                             static_cast<Index>(points_.size()));
       if (is_new) {
-        const auto corner = [&](int q) {
-          return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2});
-        };
+        const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
         points_.push_back({between(corner(a), corner(b), cutter.place(split.parent, a, b)), true});
       }
       point[index(k)] = known->second;
@@ -224,7 +224,9 @@ bool CutSurface::is_on(Index point, const std::array<Index, 3>& wall) const {
 std::vector<CutSurface::Crossing> CutSurface::crossings(const Triangle& t, const WallTriangle& wall,
                                                         const std::vector<Index>& touching) const {
   std::vector<Crossing> found;
-  const auto touches = [&](Index p) { return std::find(touching.begin(), touching.end(), p) != touching.end(); };
+  const auto touches = [&](Index p) {
+    return std::find(touching.begin(), touching.end(), p) != touching.end();
+  };
   const bool is_wall = t.home >= 0;
   const auto& w = wall.point;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -252,7 +254,8 @@ std::vector<CutSurface::Crossing> CutSurface::crossings(const Triangle& t, const
       return p == u || p == v || (std::min(on[0], on[1]) == u && std::max(on[0], on[1]) == v);
     };
     if (std::any_of(touching.begin(), touching.end(), is_touched)) continue;
-    if (const auto s = through(at(u), at(v), at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point)))
+    if (const auto s =
+            through(at(u), at(v), at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point)))
       found.push_back({{-1, -1}, {u, v}, between(at(u), at(v), *s)});
   }
   return found;
@@ -282,7 +285,8 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   for (const Index point : touching) {
     const auto& on = points_[index(point)].on;
     const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
-    if (s.rim.emplace(point, is_vertex).second && !is_vertex) s.on_edge[edge_key(on[0], on[1])].push_back(point);
+    if (s.rim.emplace(point, is_vertex).second && !is_vertex)
+      s.on_edge[edge_key(on[0], on[1])].push_back(point);
   }
   if (touching.size() > 1) return;
   const std::vector<Crossing> found = crossings(t, wall, touching);
@@ -303,8 +307,8 @@ bool CutSurface::inside(const Split& split, Vec3d p) const {
   for (const Index triangle : bins_.at(split.regular)) {
     const Triangle& t = triangles_[index(triangle)];
     if (t.is_fill || (t.home >= 0 && t.home != split.split.parent)) continue;
-    const auto s = through(split.reference, p, at(t.corner[0].point), at(t.corner[1].point),
-                           at(t.corner[2].point));
+    const auto s =
+        through(split.reference, p, at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point));
     if (!s) continue;
     const Vec3d where = split.reference + *s * (p - split.reference);
     if (t.home >= 0 || leaf(split.regular, where) == split.split.parent) is_inside = !is_inside;
@@ -340,7 +344,8 @@ double CutSurface::share(const LatticeCutter& cutter, Split& split) {
 }
 
 /// Both walls of an older cut have the same points, but each is cut on its own.
-bool CutSurface::is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t, Index point) const {
+bool CutSurface::is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t,
+                           Index point) const {
   const auto known = s.parents.find(point);
   if (known == s.parents.end()) return true;
   const auto& parents = known->second;
@@ -476,14 +481,17 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   return shares;
 }
 
-/// How much a piece with the edge from a to b lies on side 1 of a wall, which it has there: which way it goes.
+/// How much a piece with the edge from a to b lies on side 1 of a wall, which it has there: which way it
+/// goes.
 double CutSurface::side_of(const Stage& s, const Divided& d, std::size_t number, Index a, Index b) const {
   const auto& w = s.walls[number].point;
   const Vec3d to_1 = normalized(cross(at(w[1]) - at(w[0]), at(w[2]) - at(w[0])));
   return dot(to_1, cross(d.normal, at(b) - at(a)));
 }
 
-Vec3d CutSurface::middle_of(const std::array<Index, 3>& t) const { return (at(t[0]) + at(t[1]) + at(t[2])) / 3.0; }
+Vec3d CutSurface::middle_of(const std::array<Index, 3>& t) const {
+  return (at(t[0]) + at(t[1]) + at(t[2])) / 3.0;
+}
 
 /// Distance from a wall's plane, positive on side 1.
 double CutSurface::above_wall(const Stage& s, std::size_t number, Vec3d p) const {
@@ -516,7 +524,8 @@ void CutSurface::find_sides(const Stage& s, Divided& d) const {
           }
           for (const std::size_t j : pieces)
             for (const Index point : d.pieces[j])
-              if (const double above = above_wall(s, number, at(point)); std::abs(above) > std::abs(side.vote))
+              if (const double above = above_wall(s, number, at(point));
+                  std::abs(above) > std::abs(side.vote))
                 side.vote = above;
         }
       }
@@ -545,7 +554,8 @@ std::vector<std::size_t> CutSurface::region(const Divided& d, std::size_t piece)
   return found;
 }
 
-/// Round a point of a piece, up to the first wall: the part of that wall's cube on this side; -1: there is none.
+/// Round a point of a piece, up to the first wall: the part of that wall's cube on this side; -1: there is
+/// none.
 Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const {
   const Index pivot = d.pieces[piece][corner];
   for (const bool forwards : {true, false}) {
@@ -565,7 +575,8 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
           return s.splits[split].split.part[vote > 0 ? 1 : 0];
         }
       const auto beside = std::find_if(d.pieces.begin(), d.pieces.end(), [&](const auto& other) {
-        return (other[0] == b && other[1] == a) || (other[1] == b && other[2] == a) || (other[2] == b && other[0] == a);
+        return (other[0] == b && other[1] == a) || (other[1] == b && other[2] == a) ||
+               (other[2] == b && other[0] == a);
       });
       if (beside == d.pieces.end()) break;
       now = static_cast<std::size_t>(beside - d.pieces.begin());
@@ -581,7 +592,8 @@ Index CutSurface::copy_beside(const LatticeCutter& cutter, const Stage& s, Corne
   for (int a = 0; a < 3; ++a) cell[a] = static_cast<Index>(std::floor(is_whole(p[a]) ? inner[a] : p[a]));
   const Index regular = cutter.regular_at(cell);
   for (const Split& split : s.splits)
-    if (split.regular == regular && nodes_of(cutter, {corner.point, split.split.parent}) == nodes_of(cutter, corner))
+    if (split.regular == regular &&
+        nodes_of(cutter, {corner.point, split.split.parent}) == nodes_of(cutter, corner))
       return leaf(split.split.parent, inner);
   return leaf(corner.cube, inner);
 }
@@ -639,8 +651,8 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
       Triangle piece = old;
       for (std::size_t j = 0; j < 3; ++j) {
         const Index point = divided[i].pieces[k][j];
-        const auto same =
-            std::find_if(old.corner.begin(), old.corner.end(), [&](const Corner& c) { return c.point == point; });
+        const auto same = std::find_if(old.corner.begin(), old.corner.end(),
+                                       [&](const Corner& c) { return c.point == point; });
         piece.corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
       }
       set_cubes(cutter, s, divided[i], k, piece);
@@ -653,6 +665,8 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
   for (std::size_t w = 0; w < s.walls.size(); ++w) {
     const CubeSplit& split = s.splits[s.walls[w].split].split;
     for (const auto& [a, b, c] : inner[w]) {
+      deepest_ =
+          std::max(deepest_, static_cast<double>(solid_->distance_m(vec_cast<float>(middle_of({a, b, c})))));
       wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
       for (const int part : {0, 1}) {
         const Index cube = split.part[part];

@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
@@ -16,8 +17,8 @@ namespace tactus::cut {
 /// that falls in two has a wall (cut/wall.h). Where a wall crosses the surface both are divided; what of the
 /// wall lies in the body becomes surface of both sides.
 ///
-/// Corners of triangles are points and the cube or copy that moves them. Two corners at a point are one vertex
-/// if the same nodes move them. So the end of a slit closes by itself, and opens when it goes on.
+/// Corners of triangles are points and the cube or copy that moves them. Two corners at a point are one
+/// vertex if the same nodes move them. So the end of a slit closes by itself, and opens when it goes on.
 ///
 /// The original surface is taken 2e-6 spacings inside of itself, and moved by as little along itself, so that
 /// it meets walls and faces of cubes in general position.
@@ -45,12 +46,16 @@ class CutSurface {
   /// More than there was room for was left out.
   bool is_full() const { return is_full_; }
   bool has_room(Index splits) const {
-    return triangle_count() + 150 * splits <= room_.triangles && vertex_count() + 100 * splits <= room_.vertices;
+    return triangle_count() + 150 * splits <= room_.triangles &&
+           vertex_count() + 100 * splits <= room_.vertices;
   }
   /// Triangles that close what rounding left open, in all.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
   double wall_area() const { return wall_area_; }
+  /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
+  /// rest [spacings].
+  double take_depth() { return std::exchange(deepest_, 0.0); }
   /// Vertices of each triangle; all the same: it is not in use.
   const std::vector<std::array<Index, 3>>& triangles() const { return vertices_of_; }
   embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
@@ -105,7 +110,7 @@ class CutSurface {
     std::vector<Segment> segments;
     Vec3d normal{};
     bool is_round = true;
-    std::vector<int> region_of;                 ///< per piece
+    std::vector<int> region_of;                ///< per piece
     std::vector<std::map<Index, Side>> sides;  ///< per region, of splits' walls
   };
   using EdgePoints = std::unordered_map<std::uint64_t, std::vector<Index>>;
@@ -115,8 +120,9 @@ class CutSurface {
     std::vector<WallTriangle> walls;
     std::vector<Index> near;  ///< triangles in the cubes of the stage
     EdgePoints on_edge;
-    std::map<std::array<Index, 4>, Index> crossings;  ///< point of two edges, or of an edge and {-1, triangle}
-    std::unordered_map<Index, std::set<Index>> parents;  ///< per point: cubes whose walls made it
+    std::map<std::array<Index, 4>, Index>
+        crossings;  ///< point of two edges, or of an edge and {-1, triangle}
+    std::unordered_map<Index, std::set<Index>> parents;        ///< per point: cubes whose walls made it
     std::unordered_map<Index, std::vector<Segment>> segments;  ///< of triangles
     std::map<Index, bool> rim;  ///< points of the surface on edges of walls; whether they are their ends
   };
@@ -175,9 +181,9 @@ class CutSurface {
   Room room_;
   std::vector<Point> points_;
   std::vector<Triangle> triangles_;
-  std::vector<std::array<Index, 3>> vertices_of_;  ///< per triangle
-  std::vector<Index> free_;                        ///< triangles that are not in use
-  std::unordered_map<Index, std::vector<Index>> bins_;  ///< triangles in each regular cube
+  std::vector<std::array<Index, 3>> vertices_of_;         ///< per triangle
+  std::vector<Index> free_;                               ///< triangles that are not in use
+  std::unordered_map<Index, std::vector<Index>> bins_;    ///< triangles in each regular cube
   std::unordered_map<std::uint64_t, Index> wall_points_;  ///< by pair of nodes
   struct Parted {
     Wall wall;
@@ -187,12 +193,12 @@ class CutSurface {
   std::unordered_map<Index, std::vector<Tet>> material_;
   std::unordered_map<Index, std::vector<Vertex>> vertices_at_;  ///< per point of a wall
   std::vector<Index> vertex_point_, vertex_cube_;
-  std::vector<Vec3f> local_;  ///< of the original vertices
+  std::vector<Vec3f> local_;                           ///< of the original vertices
   std::unordered_map<std::uint64_t, int> open_edges_;  ///< directed sum over triangles, if not 0
   std::unique_ptr<PointInMesh> solid_;
-  std::vector<Index> new_anchors_, new_triangles_;     ///< of the last update()
+  std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
   Index filled_ = 0;
-  double wall_area_ = 0;
+  double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;
 };
 

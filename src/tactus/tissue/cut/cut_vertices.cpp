@@ -47,7 +47,8 @@ std::array<Index, 8> CutSurface::nodes_of(const LatticeCutter& cutter, Corner co
   for (int q = 0; q < 8; ++q) {
     bool has_weight = true;
     for (int a = 0; a < 3; ++a)
-      has_weight = has_weight && (!is_whole(point.p[a]) || low[a] + (q >> a & 1) == static_cast<Index>(point.p[a]));
+      has_weight =
+          has_weight && (!is_whole(point.p[a]) || low[a] + (q >> a & 1) == static_cast<Index>(point.p[a]));
     if (has_weight) nodes[count++] = lattice.cube_nodes[index(corner.cube)][index(q)];
   }
   return nodes;
@@ -98,7 +99,8 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
     }
   }
   std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
-    return std::tie(a.point, a.nodes, a.triangle, a.corner) < std::tie(b.point, b.nodes, b.triangle, b.corner);
+    return std::tie(a.point, a.nodes, a.triangle, a.corner) <
+           std::tie(b.point, b.nodes, b.triangle, b.corner);
   });
   std::unordered_map<Index, std::array<Index, 3>> named;
   for (std::size_t first = 0, end = 0; first < uses.size(); first = end) {
@@ -121,9 +123,11 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
     }
     for (std::size_t u = first; u < end; ++u) {
       const Use& use = uses[u];
-      auto vertex = std::find_if(known->begin(), known->end(), [&](const Vertex& v) { return v.nodes == use.nodes; });
+      auto vertex =
+          std::find_if(known->begin(), known->end(), [&](const Vertex& v) { return v.nodes == use.nodes; });
       if (vertex == known->end())
-        vertex = std::find_if(known->begin(), known->end(), [](const Vertex& v) { return v.nodes == kAnyNodes; });
+        vertex =
+            std::find_if(known->begin(), known->end(), [](const Vertex& v) { return v.nodes == kAnyNodes; });
       if (vertex == known->end()) {
         vertex = known->insert(known->end(), {kAnyNodes, vertex_count()});
         vertex_point_.push_back(point);
@@ -133,10 +137,10 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
       named.try_emplace(use.triangle, std::array<Index, 3>{-1, -1, -1});
       named[use.triangle][index(use.corner)] = vertex->vertex;
       const Index anchored = vertex_cube_[index(vertex->vertex)];
-      const bool is_right = anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
-                            (point < static_cast<Index>(local_.size())
-                                 ? anchored == use.cube
-                                 : nodes_of(cutter, {point, anchored}) == use.nodes);
+      const bool is_right =
+          anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
+          (point < static_cast<Index>(local_.size()) ? anchored == use.cube
+                                                     : nodes_of(cutter, {point, anchored}) == use.nodes);
       if (is_right) continue;
       vertex_cube_[index(vertex->vertex)] = use.cube;
       new_anchors_.push_back(vertex->vertex);
@@ -150,15 +154,16 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
 /// Fills are made anew where something is cut.
 void CutSurface::drop_fills(const std::vector<Index>& triangles) {
   for (const Index triangle : triangles) {
-    if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{}) continue;
+    if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{})
+      continue;
     set_vertices(triangle, {0, 0, 0});
     free_.push_back(triangle);
     --filled_;
   }
 }
 
-/// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small as
-/// what rounding left open, and gets a fan of triangles.
+/// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small
+/// as what rounding left open, and gets a fan of triangles.
 void CutSurface::close(const LatticeCutter& cutter) {
   std::map<Index, std::vector<Index>> next;  // against the open edges
   for (const auto& [key, sum] : open_edges_) {
@@ -189,7 +194,6 @@ void CutSurface::close(const LatticeCutter& cutter) {
         if (place >= triangle_count()) return;
         set_vertices(place, vertices);
         ++filled_;
-        if (getenv("CUTDBG")) { for (auto v2 : vertices) { auto pp = at(vertex_point_[index(v2)]); fprintf(stderr, "(%.9f %.9f %.9f w%d v%d p%d c%d) ", pp.x, pp.y, pp.z, int(points_[index(vertex_point_[index(v2)])].is_wall), v2, vertex_point_[index(v2)], vertex_cube_[index(v2)]);} fprintf(stderr, "\n"); }
       }
       way.erase(seen + 1, way.end());
       if (!next.contains(way.back())) break;

@@ -50,9 +50,25 @@ bool joined(Vec3i cube_a, std::uint8_t own_a, Vec3i cube_b, std::uint8_t own_b) 
 
 }  // namespace
 
-const std::array<std::array<int, 2>, kPairs> kCornerPairs = {
-    {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5},
-     {2, 6}, {3, 7}, {0, 3}, {4, 7}, {0, 5}, {2, 7}, {0, 6}, {1, 7}, {0, 7}}};
+const std::array<std::array<int, 2>, kPairs> kCornerPairs = {{{0, 1},
+                                                              {2, 3},
+                                                              {4, 5},
+                                                              {6, 7},
+                                                              {0, 2},
+                                                              {1, 3},
+                                                              {4, 6},
+                                                              {5, 7},
+                                                              {0, 4},
+                                                              {1, 5},
+                                                              {2, 6},
+                                                              {3, 7},
+                                                              {0, 3},
+                                                              {4, 7},
+                                                              {0, 5},
+                                                              {2, 7},
+                                                              {0, 6},
+                                                              {1, 7},
+                                                              {0, 7}}};
 
 Box3f BladeStrip::box_m() const {
   const Box3f a = box_of(begin_m), b = box_of(end_m);
@@ -371,7 +387,8 @@ void LatticeCutter::share_masses(Vec3i corner, TopologyChange& change) {
   const SharedNodes shared = share_nodes(corner);
   std::vector<std::pair<Index, float>> mass_kg;
   for (const auto& e : shared.entries) {
-    auto place = std::find_if(mass_kg.begin(), mass_kg.end(), [&](const auto& m) { return m.first == e.node; });
+    auto place =
+        std::find_if(mass_kg.begin(), mass_kg.end(), [&](const auto& m) { return m.first == e.node; });
     if (place == mass_kg.end()) place = mass_kg.insert(mass_kg.end(), {e.node, 0.F});
     place->second += lattice_.cube_mass_kg[at(e.cube)] / 8;
   }

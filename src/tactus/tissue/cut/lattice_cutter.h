@@ -1,5 +1,6 @@
 #pragma once
-/// Cuts the lattice of a body by what a blade sweeps, frame by frame (Molino et al. 2004, Sifakis et al. 2007).
+/// Cuts the lattice of a body by what a blade sweeps, frame by frame (Molino et al. 2004, Sifakis et al.
+/// 2007).
 #include <functional>
 #include <span>
 #include <unordered_map>
@@ -32,8 +33,9 @@ extern const std::array<std::array<int, 2>, kPairs> kCornerPairs;  ///< the firs
 /// A cube or copy that falls in two along a wall.
 struct CubeSplit {
   Index parent = 0;
-  Index part[2] = {};      ///< copies that have its material
-  std::uint8_t sides = 0;  ///< bit q: corner q is on the side of part[1], also where the parent has no material
+  Index part[2] = {};  ///< copies that have its material
+  std::uint8_t sides =
+      0;  ///< bit q: corner q is on the side of part[1], also where the parent has no material
 };
 
 /// Owns the lattice as it is cut now. In a frame: mark(), splits(), and commit() with the shares of the
@@ -104,11 +106,11 @@ class LatticeCutter {
 
   CubeLattice lattice_;
   std::vector<std::uint8_t> may_cut_;
-  std::vector<Index> grid_;  ///< regular cube per cell of the box
+  std::vector<Index> grid_;                             ///< regular cube per cell of the box
   std::unordered_map<Index, std::vector<Index>> live_;  ///< of regular cubes that were cut
-  std::unordered_map<std::uint64_t, float> cuts_;       ///< per pair of nodes: share of the way from the lower id
-  std::vector<Index> dirty_;                            ///< cubes with new cuts
-  std::vector<Vec3i> affected_;                         ///< corners round the cubes of the last splits()
+  std::unordered_map<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
+  std::vector<Index> dirty_;                       ///< cubes with new cuts
+  std::vector<Vec3i> affected_;                    ///< corners round the cubes of the last splits()
   Index next_copy_, next_node_;
   bool is_full_ = false;
 };

@@ -132,7 +132,8 @@ class Outline {
     const Vec2d o = points_[at(p)];
     for (std::size_t i = 0; i < polygon.size(); ++i) {
       const Vec2d a = points_[at(polygon[i])], b = points_[at(polygon[(i + 1) % polygon.size()])];
-      if ((a.y > o.y) != (b.y > o.y) && o.x < a.x + (o.y - a.y) / (b.y - a.y) * (b.x - a.x)) is_inside = !is_inside;
+      if ((a.y > o.y) != (b.y > o.y) && o.x < a.x + (o.y - a.y) / (b.y - a.y) * (b.x - a.x))
+        is_inside = !is_inside;
     }
     return is_inside;
   }

@@ -10,7 +10,8 @@ namespace tactus::cut {
 struct DividedTriangle {
   std::vector<Vec2d> points;                ///< the first three are its corners, counter-clockwise
   std::array<std::vector<int>, 3> on_edge;  ///< points between corner k and the next one, in this order
-  std::vector<std::array<int, 2>> segments;  ///< between these points and others inside; they meet at points only
+  std::vector<std::array<int, 2>>
+      segments;  ///< between these points and others inside; they meet at points only
 };
 
 /// Triangles of the same orientation. Chains of segments divide the outline into polygons, then ears are

@@ -33,9 +33,9 @@ class Wall {
   /// Planes that part a tetrahedron: without a `middle` of the two others, there is one wall.
   struct Parting {
     bool is_parted = false, is_double = false;
-    int side = 0;           ///< of all of it, if it is not parted
-    WallPlane middle;       ///< is_double: which wall counts
-    WallPlane below, above; ///< walls, below and above the middle; the only one is `below`
+    int side = 0;            ///< of all of it, if it is not parted
+    WallPlane middle;        ///< is_double: which wall counts
+    WallPlane below, above;  ///< walls, below and above the middle; the only one is `below`
   };
   const Parting& parting(int tet) const { return tets_[static_cast<std::size_t>(tet)]; }
   /// Tetrahedron that holds a point of the cube.
@@ -43,7 +43,8 @@ class Wall {
   static const std::array<std::array<int, 4>, 6> kTets;  ///< corners
 
  private:
-  void add(int tet, int a, int b, int c, const std::array<Vec3d, 19>& crossing, Vec3d on_side_1, WallPlane& plane);
+  void add(int tet, int a, int b, int c, const std::array<Vec3d, 19>& crossing, Vec3d on_side_1,
+           WallPlane& plane);
   Vec3i cube_;
   std::array<Parting, 6> tets_;
   std::vector<Triangle> triangles_;
