@@ -85,14 +85,38 @@ Body block(Vec3i n, float fine, PatchRoom room) {
   return {lattice_from_box({}, n, {.spacing_m = kSpacing}), box_mesh(n, fine), room};
 }
 
-/// Every directed edge has its twin, masses are kept, and who follows the changes has the same lattice.
-void expect_sound(const Body& body, double volume_error = 1e-4) {
+/// Per cube and copy the part of the body that it belongs to.
+std::vector<Index> parts_of_cubes(const CubeLattice& lattice) {
+  std::vector<Index> parent(lattice.nodes.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index i) {
+    while (parent[at(i)] != i) i = parent[at(i)] = parent[at(parent[at(i)])];
+    return i;
+  };
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c)
+    if (lattice.has_cube(c))
+      for (const Index i : lattice.cube_nodes[c]) parent[at(root(i))] = root(lattice.cube_nodes[c][0]);
+  std::vector<Index> parts;
+  for (const auto& nodes : lattice.cube_nodes) parts.push_back(root(nodes[0]));
+  return parts;
+}
+
+/// Every directed edge has its twin, no triangle reaches from one part to another, masses are kept, and who
+/// follows the changes has the same lattice.
+/// @returns triangles that reach from one part to another
+int expect_sound(const Body& body, double volume_error = 1e-4, bool may_reach = false) {
+  int reaching = 0;
   const CubeLattice& lattice = body.cutter.lattice().lattice();
   EXPECT_NEAR(lattice.mass_kg(), body.lattice.mass_kg(), 1e-6 * body.lattice.mass_kg());
   std::map<std::pair<Index, Index>, int> edges;
+  const std::vector<Index> parts = parts_of_cubes(lattice);
   for (const auto& [a, b, c] : body.cutter.surface().triangles()) {
     if (a == b && b == c) continue;
-    ASSERT_TRUE(a != b && b != c && c != a);
+    const auto part = [&](Index v) {
+      return parts[at(body.cutter.surface().anchor(body.cutter.lattice(), v).cube)];
+    };
+    reaching += part(a) != part(b) || part(b) != part(c) ? 1 : 0;
+    EXPECT_TRUE(a != b && b != c && c != a);
     for (const auto& e : {std::pair(a, b), {b, c}, {c, a}}) ++edges[e];
   }
   int open = 0;
@@ -115,11 +139,13 @@ void expect_sound(const Body& body, double volume_error = 1e-4) {
   EXPECT_NEAR(whole, before, volume_error * before);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (!lattice.has_cube(c)) continue;
-    ASSERT_EQ(body.followed.cube_nodes[c], lattice.cube_nodes[c]);
+    EXPECT_EQ(body.followed.cube_nodes[c], lattice.cube_nodes[c]);
   }
   EXPECT_TRUE(body.followed.node_mass_kg == lattice.node_mass_kg);
   EXPECT_TRUE(body.followed.cube_fill == lattice.cube_fill);
   EXPECT_TRUE(body.followed.virtual_nodes == lattice.virtual_nodes);
+  EXPECT_TRUE(may_reach || reaching == 0);
+  return reaching;
 }
 
 void plane_x(Body& body, float x, float n) {
@@ -172,6 +198,22 @@ TEST(BodyCutter, ABladeGoesThroughFrameByFrame) {
     EXPECT_EQ(body.volumes().size(), 2U);
     EXPECT_EQ(body.cutter.surface().filled(), 0);
   }
+}
+
+/// As above on a larger block, with a slope, as a scene does.
+TEST(BodyCutter, ASlopingBladeGoesThroughFrameByFrame) {
+  Body body = block({10, 10, 10}, 2, {.copies = 900, .nodes = 900});
+  for (int k = 0; k < 30; ++k) {
+    const auto edge = [](int frame) {
+      const auto t = static_cast<float>(frame);
+      return Vec3f{-2.5F + 0.583F * t, 4.F - 0.0667F * t, -1};
+    };
+    const Vec3f along{0, 0, 12};
+    body.cut(edge(k), edge(k) + along, edge(k + 1), edge(k + 1) + along);
+  }
+  expect_sound(body);
+  EXPECT_EQ(body.volumes().size(), 2U);
+  EXPECT_EQ(body.cutter.surface().filled(), 0);
 }
 
 /// Distance of vertices on walls to the plane, and the angle of their normals with it [degrees].
@@ -231,19 +273,9 @@ TEST(BodyCutter, ASliceIsAsThickAsItsCuts) {
     EXPECT_LT(best, 1e-3);
     std::map<Index, double> mass;
     const CubeLattice& lattice = body.cutter.lattice().lattice();
-    std::vector<Index> parent(lattice.nodes.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](Index i) {
-      while (parent[at(i)] != i) i = parent[at(i)];
-      return i;
-    };
+    const std::vector<Index> parts = parts_of_cubes(lattice);
     for (Index c = 0; c < lattice.cube_count(); ++c)
-      if (lattice.has_cube(at(c)))
-        for (const Index i : lattice.cube_nodes[at(c)])
-          parent[at(root(i))] = root(lattice.cube_nodes[at(c)][0]);
-    for (Index c = 0; c < lattice.cube_count(); ++c)
-      if (lattice.has_cube(at(c)))
-        mass[root(lattice.cube_nodes[at(c)][0])] += double{lattice.cube_mass_kg[at(c)]};
+      if (lattice.has_cube(at(c))) mass[parts[at(c)]] += double{lattice.cube_mass_kg[at(c)]};
     ASSERT_EQ(mass.size(), 3U);
     best = 1;
     for (const auto& [part, m] : mass) best = std::min(best, std::abs(m / (1000 * expected) - 1));
@@ -313,7 +345,8 @@ TEST(BodyCutter, RandomStripsLeaveItClosed) {
       const CutReport report = body.cut(a, b, c, d);
       ASSERT_FALSE(report.is_full) << seed;
       // Where ends of walls do not meet, a fan closes the surface, and its volume is that of a sliver.
-      expect_sound(body, 2e-3);
+      const int r = expect_sound(body, 2e-3, true);
+      if (r > 0) fprintf(stderr, "REACH seed %u strip %d n %d of %d filled %d\n", seed, k, r, body.cutter.surface().triangle_count(), body.cutter.surface().filled());
       if (HasFailure()) FAIL() << "seed " << seed << ", strip " << k;
     }
   }

@@ -50,10 +50,10 @@ void SoftBody::make_cuttable(ExecContext& ctx) {
   last_x_m_ = lattice.rest_positions_m();
 }
 
-cut::CutReport SoftBody::cut(ExecContext& ctx, cut::BladeStrip strip) {
-  const std::vector<Vec3f> x_m = positions_m(ctx);
-  for (Vec3f& p : strip.begin_m) {
-    float least_m2 = sqr(2 * shape_.lattice.spacing_m);
+/// Each point goes as far as the node that is nearest to it, if one is near.
+void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const {
+  for (Vec3f& p : points_m) {
+    float least_m2 = sqr(3 * shape_.lattice.spacing_m);
     Vec3f moved_m{};
     for (std::size_t i = 0; i < x_m.size(); ++i) {
       const Vec3f d = last_x_m_[i] - p;
@@ -63,16 +63,50 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, cut::BladeStrip strip) {
     }
     p += moved_m;
   }
+}
+
+cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip) {
+  const std::vector<Vec3f> x_m = positions_m(ctx);
+  const auto samples = [&](const std::vector<Vec3f>& edge_m) {
+    const float length_m = length(strip.end_m[1] - strip.end_m[0]);
+    const int n = std::clamp(static_cast<int>(2 * length_m / shape_.lattice.spacing_m), 1, 200);
+    std::vector<Vec3f> points_m;
+    for (int k = 0; k <= n; ++k) {
+      const float t = static_cast<float>(k) / static_cast<float>(n);
+      points_m.push_back(edge_m[0] + t * (edge_m[1] - edge_m[0]));
+    }
+    return points_m;
+  };
+  Trail& trail = trails_[blade];
+  if (trail.frame + 1 != strip.frame) trail = {.last_m = samples(strip.begin_m)};
+  carry(trail.last_m, x_m);
+  carry(trail.older_m, x_m);
+  const std::vector<Vec3f> now_m = samples(strip.end_m);
+  cut::CutReport report;
+  if (!trail.older_m.empty()) cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, report);
+  cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), report);
+  trail = {std::move(trail.last_m), now_m, strip.frame};
+  return report;
+}
+
+void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
+                         cut::CutReport& sum) {
   TopologyChange change;
   const cut::CutReport report = cutter_->cut(strip, x_m, change);
-  if (change.copies.empty()) return report;
+  sum.cut_cubes += report.cut_cubes;
+  sum.area_m2 += report.area_m2;
+  sum.depth_m = std::max(sum.depth_m, report.depth_m);
+  sum.is_refused = sum.is_refused || report.is_refused;
+  sum.is_full = sum.is_full || report.is_full;
+  if (change.copies.empty()) return;
   tissue_.apply(change);
   surface_.apply(ctx, change);
   surface_.update(ctx, tissue_.body());
   tactus::apply(change, shape_.lattice);
+  for (const TopologyChange::Node& node : change.nodes)
+    if (node.from >= 0) last_x_m_[at(node.node)] = last_x_m_[at(node.from)];
   for (const TopologyChange::Copy& copy : change.copies)
     shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
-  return report;
 }
 
 void SoftBody::follow_cut(BodyPoint& point) const {

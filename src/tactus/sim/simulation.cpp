@@ -356,10 +356,11 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
   for (auto& body : bodies_) {
     if (!body->is_cuttable() || body->at_rest()) continue;
     bool has_changed = false;
-    for (const BladeDescription& blade : scene_.blades) {
+    for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
+      const BladeDescription& blade = scene_.blades[b];
       const cut::BladeStrip strip = swept(blade, from_s, to_s, cut_frame_);
-      if (strip.begin_m.empty() || !(strip.area_m2() > 0)) continue;
-      const cut::CutReport cut = body->cut(ctx, strip);
+      if (strip.begin_m.empty()) continue;
+      const cut::CutReport cut = body->cut(ctx, b, strip);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
       if (cut.is_full)

@@ -1,6 +1,7 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -102,9 +103,10 @@ class SoftBody {
 
   // body_cut.cpp
   bool is_cuttable() const { return cutter_.has_value(); }
-  /// Cuts it by what a blade swept since the last frame, between two frames. The blade's old edge goes along
-  /// with the body. Synchronizes.
-  cut::CutReport cut(ExecContext& ctx, cut::BladeStrip strip);
+  /// Cuts it by what a straight edge swept since the last frame, between two frames. Where the edge was in
+  /// the last two frames goes along with the body, so strips leave no gap in it. Synchronizes.
+  /// @param blade number of the blade
+  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip);
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
@@ -148,6 +150,9 @@ class SoftBody {
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
   void make_cuttable(ExecContext& ctx);
+  void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
+  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
+                 cut::CutReport& sum);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -167,6 +172,12 @@ class SoftBody {
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
   std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
+  /// Where a blade's edge was in the last two frames, moved with the body.
+  struct Trail {
+    std::vector<Vec3f> older_m = {}, last_m = {};
+    int frame = -1;
+  };
+  std::map<std::size_t, Trail> trails_;
 };
 
 }  // namespace tactus

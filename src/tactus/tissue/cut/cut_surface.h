@@ -1,5 +1,7 @@
 #pragma once
 /// The surface of a body that is cut: divided along walls, with the walls on both sides.
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <set>
@@ -61,6 +63,8 @@ class CutSurface {
   embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
   /// Whether a vertex lies on a wall.
   bool is_on_wall(Index vertex) const { return points_[index(vertex_point_[index(vertex)])].is_wall; }
+  /// Whether a coordinate lies between cubes.
+  static bool is_whole(double v) { return v == std::floor(v); }
   /// Whether a triangle is of a wall.
   bool is_wall(Index triangle) const { return triangles_[index(triangle)].home >= 0; }
   /// Cube or copy that has a point of a cube now.
@@ -68,6 +72,9 @@ class CutSurface {
 
  private:
   static std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
+  static std::uint64_t edge_key(Index a, Index b) {
+    return static_cast<std::uint64_t>(std::min(a, b)) << 32U | static_cast<std::uint64_t>(std::max(a, b));
+  }
   struct Point {
     Vec3d p;
     bool is_wall = false;
@@ -173,6 +180,7 @@ class CutSurface {
                                  const std::vector<std::vector<CubeSplit>>& stages) const;
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
+  void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void set_vertices(Index triangle, std::array<Index, 3> vertices);
   void count_edges(const std::array<Index, 3>& vertices, int sign);

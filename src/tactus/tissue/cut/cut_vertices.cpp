@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 
-bool is_whole(double v) { return v == std::floor(v); }
-
 }  // namespace
 
 std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
@@ -64,8 +62,7 @@ void CutSurface::count_edges(const std::array<Index, 3>& vertices, int sign) {
   for (std::size_t k = 0; k < 3; ++k) {
     const Index a = vertices[k], b = vertices[(k + 1) % 3];
     if (a == b) continue;
-    const std::uint64_t key =
-        static_cast<std::uint64_t>(std::min(a, b)) << 32U | static_cast<std::uint64_t>(std::max(a, b));
+    const std::uint64_t key = edge_key(a, b);
     int& sum = open_edges_[key];
     sum += a < b ? sign : -sign;
     if (sum == 0) open_edges_.erase(key);
@@ -79,6 +76,36 @@ void CutSurface::set_vertices(Index triangle, std::array<Index, 3> vertices) {
   count_edges(vertices, 1);
   now = vertices;
   new_triangles_.push_back(triangle);
+}
+
+/// A corner whose copy shares no node with those of the others in its triangle, which agree, is on the wrong
+/// side by rounding: it goes to the copy that agrees with them.
+void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
+  const auto agree = [&](Index a, Index b) {
+    if (a == b) return true;
+    if (cutter.regular_of(a) == cutter.regular_of(b)) return false;
+    const auto &of_a = cutter.lattice().cube_nodes[index(a)], &of_b = cutter.lattice().cube_nodes[index(b)];
+    return std::any_of(of_a.begin(), of_a.end(),
+                       [&](Index node) { return std::find(of_b.begin(), of_b.end(), node) != of_b.end(); });
+  };
+  std::unordered_map<Index, Index> original;  // cube of original points that go elsewhere
+  for (const Index triangle : triangles) {
+    Triangle& t = triangles_[index(triangle)];
+    if (t.is_fill || t.home >= 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      Corner& corner = t.corner[k];
+      const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
+      if (agree(corner.cube, p) || agree(corner.cube, q) || !agree(p, q)) continue;
+      for (const Index copy : cutter.live(cutter.regular_of(corner.cube)))
+        if (agree(copy, p) && agree(copy, q)) corner.cube = copy;
+      if (!points_[index(corner.point)].is_wall) original[corner.point] = corner.cube;
+    }
+  }
+  if (original.empty()) return;
+  for (const Index triangle : triangles)
+    for (Corner& corner : triangles_[index(triangle)].corner)
+      if (const auto other = original.find(corner.point); other != original.end())
+        corner.cube = other->second;
 }
 
 void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
@@ -207,6 +234,7 @@ void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vect
   new_anchors_.clear();
   new_triangles_.clear();
   drop_fills(triangles);
+  mend_sides(cutter, triangles);
   name_vertices(cutter, triangles);
   close(cutter);
   for (auto* list : {&new_anchors_, &new_triangles_}) {
