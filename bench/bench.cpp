@@ -22,8 +22,10 @@ Rows collect(const std::function<void(Rows&)>& measure) {
   return rows;
 }
 
-const std::vector<Benchmark>& benchmarks() {
-  static const std::vector<Benchmark> all{
+namespace {
+
+std::vector<Benchmark>& all_benchmarks() {
+  static std::vector<Benchmark> all{
       {"affine", "the smallest kernel through parallel_for, against the same loop written by hand",
        run_affine},
       {"hull", "visual hull and mesh of 8 silhouettes 640x480 and 16 of 1920x1080, up to 1024^3", run_hull},
@@ -36,11 +38,17 @@ const std::vector<Benchmark>& benchmarks() {
       {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)", run_tissue},
       {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
        run_fig20},
+      {"fluid", "steps of the liquid, with the search: 2,000 particles to 8 million", run_fluid},
       {"frame", "whole frames of the demo and fig17 scenes: host masks to surfaces on the device", run_frame},
       {"texture", "normals and view-dependent texture of every vertex from 8 photos 640x480", run_texture},
   };
   return all;
 }
+
+}  // namespace
+
+const std::vector<Benchmark>& benchmarks() { return all_benchmarks(); }
+void add_benchmark(const Benchmark& benchmark) { all_benchmarks().push_back(benchmark); }
 
 std::vector<double> time_ms(const std::function<void()>& body, int least, double seconds) {
   for (int i = 0; i < 3; ++i) {

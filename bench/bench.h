@@ -19,6 +19,8 @@ struct Benchmark {
 };
 /// All benchmarks, in the order in which `all` runs them. Adding one: a line here.
 const std::vector<Benchmark>& benchmarks();
+/// One more, of a program that has what it needs. Before the others are asked for.
+void add_benchmark(const Benchmark& benchmark);
 
 Rows run_affine(const std::string& device_text);
 Rows run_hull(const std::string& device_text);
@@ -28,6 +30,7 @@ Rows run_table3(const std::string& device_text);
 Rows run_table4(const std::string& device_text);
 Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);
+Rows run_fluid(const std::string& device_text);
 Rows run_frame(const std::string& device_text);
 
 /// Thrown where a benchmark is stopped: a row that was not measured to its end is worth nothing.

@@ -2,7 +2,7 @@
 _tactus() {
   local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} program=${COMP_WORDS[0]} verb=${COMP_WORDS[1]}
   case $prev in
-    --source) COMPREPLY=($(compgen -W "synthetic videos masks middlebury kinect" -- "$cur")); return ;;
+    --source) COMPREPLY=($(compgen -W "synthetic videos masks middlebury kinect recording live" -- "$cur")); return ;;
     --devices) COMPREPLY=($(compgen -W "auto cpu cpu:2 cuda:0 cuda:all" -- "$cur")); return ;;
     --view) COMPREPLY=($(compgen -W "file none" -- "$cur")); return ;;
     --json|--mesh|--out|--texture-views|--checkpoint|--restart) COMPREPLY=($(compgen -f -- "$cur")); return ;;
@@ -19,7 +19,7 @@ _tactus() {
     run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur") $(_tactus_scenes "$program" "$cur")) ;;
     reconstruct|synth) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur") $(compgen -f -- "$cur")) ;;
     noise) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur")) ;;
-    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 frame texture" -- "$cur")) ;;
+    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 fluid frame texture" -- "$cur")) ;;
     paper) COMPREPLY=($(compgen -W "fig14 fig15" -- "$cur")) ;;
     *) COMPREPLY=($(compgen -f -- "$cur")) ;;
   esac

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:?seconds for each fuzzer, for example 20}
 shift
 families=("$@")
-[ ${#families[@]} -gt 0 ] || families=(mesh volume scene calibration image checkpoint)
+[ ${#families[@]} -gt 0 ] || families=(mesh volume scene calibration image checkpoint recording packet)
 if command -v apt-get >/dev/null && ! { command -v clang++ && ls /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a; } >/dev/null 2>&1; then
   sudo=()
   if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
@@ -20,9 +20,10 @@ cmake --build $build -j "$(nproc)" --target "${families[@]/#/fuzz_}" >"$log" 2>&
 mkdir -p $build/findings
 
 fuzz() {  # fuzz FAMILY SECONDS: seeds are read, never written
-  local corpus=build-fuzz/corpus/$1 log=build-fuzz/fuzz-$1.log
+  local corpus=build-fuzz/corpus/$1 log=build-fuzz/fuzz-$1.log most=3000
+  case $1 in recording | packet) most=256 ;; esac  # no single allocation above that, whatever strangers send
   mkdir -p "$corpus"
-  if build-fuzz/fuzz/fuzz_"$1" -max_total_time="$2" -timeout=10 -rss_limit_mb=3000 -max_len=20000 \
+  if build-fuzz/fuzz/fuzz_"$1" -max_total_time="$2" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb="$most" -max_len=20000 \
     -artifact_prefix="build-fuzz/findings/$1-" "$corpus" tests/fuzz/inputs/"$1" >"$log" 2>&1; then
     echo "fuzz $1: $(sed -n 's/^Done \([0-9]*\) runs in \([0-9]*\) second.*/\1 runs in \2 s, nothing found/p' "$log")"
   else

@@ -18,6 +18,10 @@
 #include "tactus/rig/image_reading.h"
 #include "tactus/rig/kinect.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/wire/photo_coder.h"
+#include "tactus/rig/wire/recording_file.h"
+#include "tactus/rig/wire/rig_bytes.h"
 
 namespace tactus::fuzz {
 namespace {
@@ -59,6 +63,44 @@ const std::string& rig_folder() {
   return folder;
 }
 
+/// Two small cameras, and one that measures depth.
+Rig small_rig() {
+  SyntheticRigOptions options;
+  options.camera_count = 2;
+  options.width_px = 70;
+  options.height_px = 20;
+  options.depth_width_px = options.depth_height_px = 12;
+  return make_synthetic_rig(options);
+}
+
+/// A file whose cameras, or whose one set, are these bytes.
+std::string recording_of(RecordingChunk kind, const std::string& bytes) {
+  if (kind == RecordingChunk::rig) return recording_start() + recording_chunk(kind, bytes);
+  std::string rig;
+  put_bytes(rig, 30.0);
+  put_rig(small_rig(), rig);
+  return recording_start() + recording_chunk(RecordingChunk::rig, rig) + recording_chunk(kind, bytes);
+}
+
+void read_recording(const std::string& path) {
+  RecordingReader reader(path);
+  FrameSet frame;
+  std::string status;
+  for (int i = 0; i < reader.count(); ++i) reader.read(i, {}, frame, status);
+}
+
+/// As a server does, whose cameras have images of 70x20 pixels.
+void read_packet(const std::string& bytes) {
+  constexpr Vec2i kSize{70, 20};
+  PacketHead head;
+  if (bytes.size() > packet_limit(kSize) || parse_packet_head(bytes, head) != Refusal::none) return;
+  if (head.size_px.x != kSize.x || head.size_px.y != kSize.y) return;
+  CameraImages images;
+  ColorImage photo;
+  if (PacketCoder().unpack(bytes, head, images) && !images.photo_jpeg.empty())
+    PhotoCoder().unpack(images, kSize, photo);
+}
+
 template <class F>
 void expect_answer(F&& read) {
   try {
@@ -75,6 +117,8 @@ Family family_of(std::string_view name) {
   if (name == "scene") return Family::scene;
   if (name == "calibration") return Family::calibration;
   if (name == "checkpoint") return Family::checkpoint;
+  if (name == "recording") return Family::recording;
+  if (name == "packet") return Family::packet;
   return Family::image;
 }
 
@@ -108,6 +152,18 @@ void read_input(Family family, const std::string& bytes) {
     case Family::checkpoint:
       expect_answer([&] { read_checkpoint(bytes); });
       return;
+    case Family::packet:
+      read_packet(bytes);
+      return;
+    case Family::recording: {
+      // No fuzzer finds the hashes of what it made: what is no file is taken for a chunk.
+      const bool is_file = bytes.starts_with(kRecordingMagic);
+      for (const RecordingChunk kind : {RecordingChunk::rig, RecordingChunk::set}) {
+        const MemoryFile file(is_file ? bytes : recording_of(kind, bytes));
+        expect_answer([&] { read_recording(file.path()); });
+      }
+      return;
+    }
     case Family::image: {
       const MemoryFile file(bytes);
       expect_answer([&] { read_image(file.path(), cv::IMREAD_UNCHANGED); });

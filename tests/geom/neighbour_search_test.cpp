@@ -101,6 +101,28 @@ struct Visited {
   friend bool operator==(const Visited&, const Visited&) = default;
 };
 
+/// A visit that lists what is near, and one that goes through those lists, against one that does neither.
+void expect_same_listed(ExecContext& ctx, const NeighbourSearch& search, View<const float> sum,
+                        View<const Index> count) {
+  const View<const SearchParticle> particles = search.cells().particles;
+  Buffer<Index> list_count(ctx.device(), search.max_particles()),
+      near(ctx.device(), NearLists::size(search.max_particles()));
+  const NearLists lists{list_count.view(), near.view()};
+  const std::vector<float> sums = to_host(ctx, sum);
+  const std::vector<Index> counts = to_host(ctx, count);
+  for (const bool read : {false, true}) {
+    Buffer<float> again = to_device(ctx, std::vector<float>(sums.size(), -1));
+    Buffer<Index> counted = to_device(ctx, std::vector<Index>(counts.size(), -1));
+    const test::OrderedSum pair{particles, particles, again.view(), counted.view()};
+    if (read)
+      search.visit_listed(ctx, "test/listed", pair, lists);
+    else
+      search.visit_listing(ctx, "test/listing", pair, lists);
+    EXPECT_EQ(to_host(ctx, again.view()), sums) << (read ? "listed" : "listing");
+    EXPECT_EQ(to_host(ctx, counted.view()), counts) << (read ? "listed" : "listing");
+  }
+}
+
 /// @param capacity room behind the particles, with positions that must not be found
 Visited visit(ExecContext& ctx, const Cloud& cloud, CellIds ids, const Cloud* among_cloud = nullptr) {
   constexpr Index kSpare = 100, kListed = 64;
@@ -126,6 +148,7 @@ Visited visit(ExecContext& ctx, const Cloud& cloud, CellIds ids, const Cloud* am
   Buffer<Index> count = to_device(ctx, std::vector<Index>(n, -1));
   of.visit(ctx, "test/visit", visited,
            test::OrderedSum{of.cells().particles, visited.cells().particles, sum.view(), count.view()});
+  if (among_cloud == nullptr) expect_same_listed(ctx, of, sum.view(), count.view());
   NeighbourLists lists(ctx.device(), of.max_particles(), max(cloud.size() * kListed, Index(1)));
   lists.build(ctx, of, visited);
   Buffer<Index> found = to_device(ctx, std::vector<Index>(n * kListed, -1)),

@@ -4,3 +4,5 @@
 TACTUS_CUDA_KERNEL(tactus::test::CollectNear);
 TACTUS_CUDA_KERNEL(tactus::test::CollectLists);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::test::OrderedSum>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::test::OrderedSum, tactus::ListUse::write>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::test::OrderedSum, tactus::ListUse::read>);

@@ -42,6 +42,19 @@ bool names(const Checked& checked, HullFault fault, int camera = -1) {
                      [&](const HullFinding& f) { return f.fault == fault && f.camera == camera; });
 }
 
+/// Masks of a sphere, and one more disc of its own size beside it in one view: half of that mask is covered.
+std::vector<BitMask> with_twin(const std::vector<Camera>& cameras, std::size_t view) {
+  std::vector<BitMask> masks = test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2);
+  const BitMask beside = masks[view];
+  constexpr Index kShift = 64;  // eight tiles: the discs are 63 px wide
+  for (Index y = 0; y < beside.height_px; ++y) {
+    for (Index x = 0; x + kShift < beside.width_px; ++x) {
+      if (beside(x, y)) masks[view].set(x + kShift, y);
+    }
+  }
+  return masks;
+}
+
 class HullCheckOn : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
@@ -64,21 +77,34 @@ TEST_P(HullCheckOn, FiguresAreWellAndMeasureTheSame) {
 }
 
 TEST_P(HullCheckOn, RecallIsTheShareOfTheTilesThatAreCovered) {
-  // One more disc of the sphere's own size beside it, in one view: half of that mask is covered.
   const std::vector<Camera> cameras = test::ring(8);
-  std::vector<BitMask> masks = test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2);
-  const BitMask beside = test::sphere_silhouette(cameras[3], {0, 0.5, 0}, 0.2);
-  const Index shift = 64;  // eight tiles: the discs are 63 px wide
-  for (Index y = 0; y < beside.height_px; ++y) {
-    for (Index x = 0; x + shift < beside.width_px; ++x) {
-      if (beside(x, y)) masks[3].set(x + shift, y);
-    }
-  }
+  const std::vector<BitMask> masks = with_twin(cameras, 3);
   const Checked checked = check(cameras, masks, kCube, GetParam());
   // The discs lie on the tiles alike; a row of them may reach beyond the image of the workspace: 10 %.
   EXPECT_NEAR(checked.quality.views[3].recall, 0.5, 0.05);
   EXPECT_TRUE(names(checked, HullFault::view_differs, 3)) << findings_text(checked.found);
   EXPECT_EQ(checked.found.size(), 1U) << findings_text(checked.found);
+}
+
+/// After the first frame, what needs the host is looked at beside the frames that follow.
+TEST(HullCheck, ADoubtIsAnsweredEightFramesLater) {
+  const std::vector<Camera> cameras = test::ring(8);
+  const std::vector<BitMask> well = test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2),
+                             wrong = with_twin(cameras, 3);
+  DeviceSet set("cpu", 3);
+  VisualHull hull(set, cameras, {.workspace_m = kCube, .resolution = 64});
+  HullCheck check(set.context(0), cameras, kCube, hull.voxel_size_m());
+  for (int frame = 0; frame < 20; ++frame) {
+    const std::vector<BitMask>& masks = frame == 1 ? wrong : well;
+    hull.upload(masks);
+    hull.reconstruct();
+    check.submit(set.context(0), hull.mesh(), masks);
+    const std::vector<HullFinding> found = check.news(set.context(0));
+    ASSERT_EQ(found.size(), frame == 9 ? 1U : 0U) << frame << ": " << findings_text(found);
+    if (frame == 9) {
+      EXPECT_EQ(found[0].camera, 3);
+    }
+  }
 }
 
 TEST(HullCheck, EmptyWorkspaceCutsAndFillsAreNamed) {

@@ -15,6 +15,7 @@
 #include "tactus/rig/data_writers.h"
 #include "tactus/rig/metric_evidence.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/wire/recording_file.h"
 
 namespace tactus {
 namespace {
@@ -45,6 +46,7 @@ struct Evidence {
 SourceKind kind_of(const DoctorOptions& options) {
   if (!options.source.empty()) return source_kind(options.source);
   if (fs::is_directory(options.rig)) return SourceKind::middlebury;
+  if (is_recording(options.rig)) return SourceKind::recording;
   const RigFile file = read_rig_file(options.rig);
   const bool masks =
       std::none_of(file.masks.begin(), file.masks.end(), [](const auto& m) { return m.empty(); });
@@ -269,7 +271,7 @@ DoctorReport examine(const DoctorOptions& options) {
   while (input.ticks.size() < kTicks) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
-    if (next == NextFrame::bad_frame) continue;
+    if (next != NextFrame::success) continue;
     if (!source->status().empty()) log_warning(source->status());
     if (input.ticks.empty()) first = frame;
     input.ticks.push_back(frame.silhouettes);

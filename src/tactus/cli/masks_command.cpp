@@ -49,7 +49,7 @@ void write_masks(const MasksOptions& options) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
     if (!source->status().empty()) log_warning(source->status());
-    if (next == NextFrame::bad_frame) continue;
+    if (next != NextFrame::success) continue;
     write_frame(options, source->rig(), frame);
     ++frames;
   }

@@ -319,7 +319,7 @@ void find_workspace(ReconstructOptions& options) {
   const std::unique_ptr<FrameSource> source = open_described(options);
   FrameSet frame;
   NextFrame next = source->next(frame);
-  while (next == NextFrame::bad_frame) next = source->next(frame);
+  while (next == NextFrame::bad_frame || next == NextFrame::nothing_new) next = source->next(frame);
   if (next == NextFrame::no_more_data)
     throw Error("'" + options.what + "' gave no usable frame: " + source->status());
   const std::optional<ConeBox> cones = workspace_from_cones(source->rig().cameras, frame.silhouettes);
@@ -355,6 +355,7 @@ void reconstruct(ReconstructOptions options) {
   while (!interrupted()) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
+    if (next == NextFrame::nothing_new) continue;
     if (!source->status().empty()) log_warning(source->status());
     if (next == NextFrame::bad_frame) {
       json["bad_frames"].push_back({{"tick", frame.tick}, {"status", source->status()}});

@@ -12,6 +12,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/live_source.h"
 #include "tactus/cli/picture_thread.h"
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
@@ -21,6 +22,7 @@
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/io/vtk_file.h"
+#include "tactus/rig/wire/recording_file.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {
@@ -29,8 +31,10 @@ namespace {
 struct RunOptions {
   std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
   std::string checkpoint_path, restart_path;
-  int frames = 0;        ///< 0: all
-  bool explain = false;  ///< where and why bodies are strained
+  std::string source_path, record_path;  ///< instead of the scene's source; what it saw
+  bool plain = false;                    ///< a live rig without keys
+  int frames = 0;                        ///< 0: all
+  bool explain = false;                  ///< where and why bodies are strained
 };
 
 /// Before the work: pictures are drawn with OpenGL, and not every machine has it.
@@ -117,10 +121,19 @@ void check_photographs(const RunOptions& options, const Scene& scene, const Fram
       "; expected 0 for a surface of clay");
 }
 
+/// What a scene is shown instead of its own source.
+SourceDescription source_of_file(const std::string& path) {
+  SourceDescription source;
+  source.path = path;
+  if (!std::filesystem::exists(path)) throw Error("--source '" + path + "': no such file");
+  source.kind = is_recording(path) ? SourceKind::recording : SourceKind::live;
+  return source;
+}
+
 /// The loop over frames.
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
                       Simulation& simulation, PictureThread* pictures, const std::string& stem,
-                      RunProgress& progress) {
+                      RunProgress& progress, RecordingWriter* recorder) {
   RunSummary summary;
   std::optional<RunExplainer> explainer;
   if (options.explain) explainer.emplace(scene);
@@ -130,15 +143,17 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
     const NextFrame next = source.next(frame);
     if (next == NextFrame::no_more_data) break;
+    if (recorder != nullptr) recorder->add(next, frame, source.status());
     ++progress.taken;
+    if (next == NextFrame::nothing_new && !progress.has_last) continue;  // a live rig's first images
     if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
     summary.note(source.status());
     if (next == NextFrame::bad_frame) {
       ++summary.bad_frames;
       continue;
     }
-    const StepReport report =
-        simulation.step(frame, progress.has_last ? frame.time_s - progress.last_time_s : 0);
+    const StepReport report = simulation.step(next == NextFrame::success ? &frame : nullptr,
+                                              progress.has_last ? frame.time_s - progress.last_time_s : 0);
     progress.last_time_s = frame.time_s;
     progress.has_last = true;
     summary.add(report);
@@ -175,7 +190,9 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
 }
 
 void run(const RunOptions& options) {
-  const Scene scene = read_scene(options.scene_path);
+  Scene scene = read_scene(options.scene_path);
+  if (!options.source_path.empty()) scene.source = source_of_file(options.source_path);
+  scene.source.plain = options.plain;
   std::optional<FolderLock> lock;
   if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
       scene.output.trace)
@@ -213,8 +230,11 @@ void run(const RunOptions& options) {
   RunProgress progress;
   if (!options.restart_path.empty())
     read_checkpoint(options.restart_path, options.scene_path, *source, progress, simulation);
-  const RunSummary summary =
-      run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr, stem, progress);
+  std::optional<RecordingWriter> recorder;
+  if (!options.record_path.empty()) recorder.emplace(options.record_path, source->rig(), source->fps());
+  const RunSummary summary = run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr,
+                                        stem, progress, recorder ? &*recorder : nullptr);
+  if (recorder) recorder->finish();
   if (!options.checkpoint_path.empty())
     write_checkpoint(options.checkpoint_path, options.scene_path, progress, simulation);
   if (summary.frames == 0 && !interrupted())
@@ -223,8 +243,13 @@ void run(const RunOptions& options) {
     log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
   if (pictures) pictures->finish();
   if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
-  if (!options.json_path.empty())
-    write_json_file(options.json_path, to_json(summary, scene, simulation, devices.name()));
+  if (!options.json_path.empty()) {
+    nlohmann::json json = to_json(summary, scene, simulation, devices.name());
+    json["state_hash"] = state_hash(simulation);
+    if (const auto* live = dynamic_cast<const LiveSource*>(source.get()))
+      json["live"] = nlohmann::json::parse(live_status_json(live->live_status()));
+    write_json_file(options.json_path, json);
+  }
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
   print_table(simulation);
   tell_of_strain(summary, simulation, options);
@@ -265,13 +290,20 @@ void add_run_command(CLI::App& app) {
              "state after the last frame, interrupted or not, for --restart");
   command->add_option("--restart", options->restart_path,
                       "go on after the last frame of a --checkpoint, with the same bits as without a stop");
+  command->add_option("--record", options->record_path,
+                      "file to make: all that the source gives, with its times and cameras, for --source");
+  command->add_option(
+      "--source", options->source_path,
+      "a recording (--record), or the rig file of live cameras, instead of the scene's source");
+  command->add_flag("--plain", options->plain, "live cameras without keys, on this computer alone");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();
   command->footer(
       "Examples:\n  tactus run scenes/demo.yaml\n  tactus run scenes/demo.yaml --devices cuda:0 --view none "
       "--json out/demo.json\n"
-      "  tactus run my-scene.yaml --view none --explain        # a run went bad: where and why");
+      "  tactus run my-scene.yaml --view none --explain        # a run went bad: where and why\n"
+      "  tactus run my-scene.yaml --record touch.rec           # then: --source touch.rec, the same again");
   command->callback([options] { run(*options); });
 }
 

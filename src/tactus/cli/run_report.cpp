@@ -1,7 +1,9 @@
 #include "tactus/cli/run_report.h"
 
 #include <algorithm>
+#include <cstdio>
 
+#include "tactus/base/byte_io.h"
 #include "tactus/base/log.h"
 #include "tactus/cli/version.h"
 
@@ -78,6 +80,23 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
   return json;
 }
 
+/// The books of the liquid, frame by frame: placed + emitted = here + taken, exactly.
+nlohmann::json liquid_json(const std::vector<LiquidReport>& frames, const LiquidDescription& liquid) {
+  nlohmann::json json{{"particle_m3", liquid.spacing_m * liquid.spacing_m * liquid.spacing_m}};
+  for (const char* key : {"particles", "placed", "emitted", "waiting", "taken", "fastest_m_s", "densest"})
+    json[key] = nlohmann::json::array();
+  for (const LiquidReport& r : frames) {
+    json["particles"].push_back(r.here);
+    json["placed"].push_back(r.placed);
+    json["emitted"].push_back(r.emitted);
+    json["waiting"].push_back(r.waiting);
+    json["taken"].push_back(r.taken);
+    json["fastest_m_s"].push_back(r.fastest_m_s);
+    json["densest"].push_back(r.densest);
+  }
+  return json;
+}
+
 }  // namespace
 
 void RunSummary::add(const StepReport& report) {
@@ -90,6 +109,7 @@ void RunSummary::add(const StepReport& report) {
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
   if (report.hull.overflow) ++open_frames;
+  liquid.push_back(report.liquid);
   contacts.push_back(report.contacts);
   for (const Notice& notice : report.notices) note(notice);
 }
@@ -153,6 +173,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
   json["contacts"] = contacts_json(summary.contacts);
+  if (scene.fluid) json["liquid"] = liquid_json(summary.liquid, *scene.fluid);
   json["recordings"] = simulation.recordings();
   json["notices"] = nlohmann::json::array();
   for (const Notice& n : summary.notices)
@@ -166,6 +187,23 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
     json["probe_strains"][scene.probes[p].name] = strains_json(summary, p);
   }
   return json;
+}
+
+std::string state_hash(Simulation& simulation) {
+  std::uint64_t hash = fnv1a("");
+  const auto add = [&hash](const std::vector<Vec3f>& values) {
+    hash = fnv1a({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Vec3f)}, hash);
+  };
+  for (const auto& body : simulation.bodies()) {
+    add(body->positions_m(simulation.context()));
+    add(body->velocities_m_s(simulation.context()));
+  }
+  const FrameSnapshot snapshot = simulation.snapshot();
+  add(snapshot.real.positions_m);
+  if (simulation.liquid() != nullptr) add(snapshot.liquid_m);
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
 }
 
 }  // namespace tactus

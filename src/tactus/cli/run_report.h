@@ -17,6 +17,7 @@ struct RunSummary {
   std::vector<float>
       least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements
   std::vector<std::string> statuses;
+  std::vector<LiquidReport> liquid;                                 ///< per frame
   std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
   std::vector<Notice> notices;                                      ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
@@ -35,5 +36,9 @@ struct RunSummary {
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,
                        const std::string& devices);
+
+/// Of positions and velocities of all bodies' nodes and of the real surface, in hexadecimal: the same on
+/// every set of devices. Synchronizes.
+std::string state_hash(Simulation& simulation);
 
 }  // namespace tactus

@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "tactus/contact/body_points.h"
+#include "tactus/contact/contact_response.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/contact/response_kernels.h"
+#include "tactus/geom/near_walls.h"
+#include "tactus/geom/neighbour_cells.h"
 
 namespace tactus {
 
@@ -18,6 +21,7 @@ struct ContactSettings {
   /// nothing; no e adds any.
   float restitution = 0;
   float friction = 0.5F;  ///< μ >= 0: Coulomb
+  ContactResponse response = ContactResponse::exact;
 };
 
 /// @throws Error naming the setting that is out of range.
@@ -70,6 +74,11 @@ class Contact {
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1,
                PointPart part = PointPart::all);
+  /// Adds what is real and obstacles to the walls within reach of particles, where they are when substep k is
+  /// over. @param first_owner walls are of first_owner + owner
+  void find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
+                  View<const SearchParticle> particles, Count count, float reach_m, Index first_owner,
+                  Index k, const NearWalls& near) const;
   /// After 1, 2, .. substeps of this frame.
   View<const SurfacePoses> poses() const { return poses_.const_view(); }
 
@@ -77,6 +86,7 @@ class Contact {
   ContactSettings settings_;
   ContactTimes times_;
   Buffer<SurfacePoses> poses_;
+  Buffer<float> sample_m3_;  ///< with the paper's response
 };
 
 /// What a body did over the frame that ended. @param totals BodyPoints::totals(), on the host @param

@@ -42,7 +42,7 @@ struct Deepest {
 /// a point is taken back by the piece's motion, so triangles and cells stay as they were made however fast
 /// the surface moves.
 struct FindContacts {
-  static constexpr int kThreads = 256, kPoints = kBlockPoints, kLanes = kThreads / kPoints, kLeastBlocks = 4,
+  static constexpr int kThreads = 256, kPoints = kBlockPoints, kLanes = kThreads / kPoints, kLeastBlocks = 2,
                        kGrain = 32;
   static constexpr int kSearches = kThreads / TriangleSearch::kLanes;
   Boundaries boundaries;
@@ -94,17 +94,19 @@ struct FindContacts {
     } else {
       b.for_threads(count, [&](int t) { look(first + t, t, s); });
     }
-    for (int round = 0; round < 2; ++round) {  // again where a list was too short
+    // Again where a list was too short, and where a new one is, too: a GPU's lanes look for the gap together.
+    constexpr int kRounds = Block::kIsLoop ? 2 : 3;
+    for (int round = 0; round < kRounds; ++round) {
       b.compact(
           count, [&](int t) { return s.now[t] == Now::lost; }, s.lost, &s.lost_count);
-      if (round == 1 && s.lost_count == 0) break;
-      for (int k = 0; k < s.lost_count; k += kSearches) search(b, s, first, k);
+      if (round > 0 && s.lost_count == 0) break;
+      for (int k = 0; k < s.lost_count; k += kSearches) search(b, s, first, k, round < 2);
       const auto is_listed = [&](int t) { return s.now[t] == Now::listed; };
       b.template for_groups<kLanes>(count, is_listed, [&](int t, int lane) {
         for (Index e = lane; e < s.near[t].count; e += kLanes) see(first + t, t, e, s);
       });
       b.for_threads(count, [&](int t) {
-        if (is_listed(t)) conclude(first + t, t, round == 0, s);
+        if (is_listed(t)) conclude(first + t, t, round + 1 < kRounds, s);
       });
     }
     b.for_threads(count, [&](int t) {
@@ -229,7 +231,7 @@ struct FindContacts {
 
   /// Searches round the points of `lost` from `first_lost` on, a group of lanes each.
   template <class Block>
-  TACTUS_HD void search(const Block& b, Shared& s, Index first, int first_lost) const {
+  TACTUS_HD void search(const Block& b, Shared& s, Index first, int first_lost, bool lists) const {
     const int n = min(kSearches, s.lost_count - first_lost);
     for (Index owner = 0; owner < kOwners; ++owner) {
       const std::uint32_t bit = 1U << owner;
@@ -239,7 +241,7 @@ struct FindContacts {
         if (is_wanted(g)) begin_search(s.search[g], owner, first, s.lost[first_lost + g], s);
       });
       with_mesh(owner, [&](const SurfaceTrianglesView& mesh) {
-        search_owner(b, s, owner, n, is_wanted, first, mesh);
+        search_owner(b, s, owner, n, is_wanted, first, mesh, lists);
       });
     }
     b.for_threads(n, [&](int g) {
@@ -252,13 +254,13 @@ struct FindContacts {
     q.point = t;
     q.at = meet(owner, s.x_m[t], s.v_m_s[t], facing(first + t));
     q.way_m = min(length(q.at.p_m - q.at.before_m), body.reach_m);
-    q.least = {};
+    q.least = q.held = {};
     q.candidates = 0;
     q.listed = static_cast<std::uint32_t>(s.near[t].count);
   }
   template <class Block, class S>
   TACTUS_HD void search_owner(const Block& b, Shared& s, Index owner, int n, const S& is_wanted, Index first,
-                              const SurfaceTrianglesView& mesh) const {
+                              const SurfaceTrianglesView& mesh, bool lists) const {
     constexpr int kEach = Block::kIsLoop ? 1 : TriangleSearch::kLanes;
     const Index piece = own(owner);
     const auto for_each = [&](auto&& f) {
@@ -279,13 +281,14 @@ struct FindContacts {
     for_each([&](TriangleSearch& q, int lane) { q.see_runs(mesh, piece, lane, kEach); });
     once([&](TriangleSearch& q) { q.choose_runs(mesh, body.reach_m, margin_m); });
     for_each([&](TriangleSearch& q, int lane) {
-      q.for_each_within(mesh, piece, q.nearest_within_m(body.reach_m), lane, kEach,
-                        [&](Index, float d2, float side) { q.add_candidate(d2, side); });
+      q.for_each_within(
+          mesh, piece, q.seen_within_m(body.reach_m), lane, kEach,
+          [&](Index, float d2, Vec3f corner, Vec3f normal) { q.see(d2, corner, normal, body.reach_m); });
     });
-    once([&](TriangleSearch& q) { weigh(q, owner, mesh.sure_reach_m(), s); });
+    once([&](TriangleSearch& q) { weigh(q, owner, mesh.sure_reach_m(), lists, s); });
     for_each([&](TriangleSearch& q, int lane) {
       if (q.within_m < 0.F) return;
-      q.for_each_within(mesh, piece, q.within_m, lane, kEach, [&](Index slot, float, float) {
+      q.for_each_within(mesh, piece, q.within_m, lane, kEach, [&](Index slot, float, Vec3f, Vec3f) {
         const auto at = static_cast<Index>(atomic_fetch_add(q.listed, 1));
         // In any order: what is found of a list doesn't depend on it.
         if (at < kNearTriangles)
@@ -312,14 +315,14 @@ struct FindContacts {
     atomic_or(s.crowded_owners, 1U << owner);
   }
   /// Whether the owner is near, so that its triangles are to be listed, or only how far it is.
-  TACTUS_HD void weigh(TriangleSearch& q, Index owner, float sure, Shared& s) const {
+  TACTUS_HD void weigh(TriangleSearch& q, Index owner, float sure, bool lists, Shared& s) const {
     PointNeighbours& near = s.near[q.point];
     q.within_m = -1;
     if (q.candidates == 0U) {
       near.free_m = min(near.free_m, sure);
       return;
     }
-    if (q.candidates > static_cast<std::uint32_t>(TriangleSearch::kCandidates)) {
+    if (!lists || q.candidates > static_cast<std::uint32_t>(TriangleSearch::kCandidates)) {
       near.owners |= 1U << owner;
       crowd(q, owner, s);
       return;
@@ -330,12 +333,7 @@ struct FindContacts {
       return;
     }
     near.owners |= 1U << owner;
-    q.within_m = max(2 * margin_m, max(nearest.distance_m, q.way_m) + margin_m);
-    if (q.within_m > sure) {
-      crowd(q, owner, s);
-      q.within_m = -1;
-      return;
-    }
+    q.within_m = max(2 * margin_m, q.needed_m(body.reach_m) + margin_m);
     near.listed_m = near.listed_m < 0.F ? q.within_m : min(near.listed_m, q.within_m);
   }
 
@@ -367,8 +365,9 @@ struct FindContacts {
     }
     if (!crowded) {
       found = listed(i, t, owner, at.p_m, s);
-      const float way = min(length(at.p_m - at.before_m), body.reach_m);
-      crowded = max(way, found.needed_m(dot(face, face) > 0.F)) + s.moved_m[t] > s.near[t].listed_m;
+      const float way = min(length(at.p_m - at.before_m), body.reach_m),
+                  needed = max(way, found.needed_m(dot(face, face) > 0.F));
+      crowded = needed + s.moved_m[t] > s.near[t].listed_m || !sees_same(i, t, owner, at.p_m, needed, s);
       if (crowded && may_search) return false;
       if (!crowded && !found.inside()) return true;
     }
@@ -377,6 +376,18 @@ struct FindContacts {
                     : found.gap(mesh.corners[found.slot()], at.p_m);
     });
     return true;
+  }
+  /// Triangles that are farther than sure are listed if they are in the cells round the point. These have to
+  /// be the same, then.
+  TACTUS_HD bool sees_same(Index i, int t, Index owner, Vec3f p, float needed_m, const Shared& s) const {
+    Vec3f then = s.near[t].x_m;
+    if (owner < kPieces) then = boundaries.poses[body.state.searched[i]].piece[owner].to_capture(then);
+    bool same = false;
+    with_mesh(owner, [&](const SurfaceTrianglesView& mesh) {
+      const CellGrid& grid = mesh.cells.grid;
+      same = needed_m <= mesh.sure_reach_m() || grid.cell(p) == grid.cell(then);
+    });
+    return same;
   }
   /// What is to be done to a point, or that its list is too short.
   TACTUS_HD void conclude(Index i, int t, bool may_search, Shared& s) const {

@@ -2,8 +2,10 @@
 #include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
+#include "tactus/contact/near_wall_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
+#include "tactus/contact/paper_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
 
@@ -32,6 +34,7 @@ TACTUS_CUDA_KERNEL(tactus::NoteReport);
 TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::FindContacts);
+TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
 TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);
@@ -42,3 +45,5 @@ TACTUS_CUDA_KERNEL(tactus::BoundBodies);
 TACTUS_CUDA_KERNEL(tactus::FindPairs);
 TACTUS_CUDA_KERNEL(tactus::PairImpulses);
 TACTUS_CUDA_KERNEL(tactus::MovePairs);
+TACTUS_CUDA_KERNEL(tactus::PaperVolumes);
+TACTUS_CUDA_KERNEL(tactus::PaperContact);

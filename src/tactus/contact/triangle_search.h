@@ -59,6 +59,9 @@ struct TriangleSearch {
   Index runs, total;   ///< of slots, in the cells that come near enough
   Index run_begin[kCells], run_before[kCells + 1];
   LeastDistance least;
+  LeastDistance held;  ///< what touched is brought to the nearest that faces as it did there, up to the reach
+  Index seeks_held;  ///< != 0: it touched and may be inside, so it may be held by a triangle farther than the
+                     ///< nearest
   std::uint32_t candidates, listed;
   float distance2_m2[kCandidates], side_m[kCandidates];
   float within_m;              ///< so near are the triangles that are listed; < 0: none are
@@ -90,7 +93,8 @@ struct TriangleSearch {
   }
   /// Strings together the slots of all cells in which a triangle may have to be listed, as far as is known.
   TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float reach_m, float margin_m) {
-    choose_runs(mesh, max(way_m, least.found() ? min(least.value(), reach_m) : reach_m) + 2 * margin_m);
+    const bool is_near = least.found() && !touched();
+    choose_runs(mesh, max(way_m, is_near ? min(least.value(), reach_m) : reach_m) + 2 * margin_m);
   }
   TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float bound) {
     const float most = mesh.cells.grid.inverse_cell_1_m * bound + mesh.kLargestBall;
@@ -119,7 +123,7 @@ struct TriangleSearch {
   TACTUS_HD void see_runs(const SurfaceTrianglesView& mesh, Index own, int lane, int lanes) {
     for_each_run(lane, lanes, [&](Index first, Index last) { see_middles(mesh, own, first, last, lanes); });
   }
-  /// f(slot, squared distance, distance from its plane) for triangles of the runs that are so near.
+  /// f(slot, squared distance, corner, normal) for triangles of the runs that are so near.
   template <class F>
   TACTUS_HD void for_each_within(const SurfaceTrianglesView& mesh, Index own, float distance_m, int lane,
                                  int lanes, F&& f) const {
@@ -131,7 +135,7 @@ struct TriangleSearch {
         const TriangleCorners t = mesh.corners[s];
         const Vec3f offset = t.offset_of(at.p_m);
         const float d2 = dot(offset, offset);
-        if (d2 <= sqr(distance_m)) f(s, d2, dot(at.p_m - t.a, normalized(cross(t.b - t.a, t.c - t.a))));
+        if (d2 <= sqr(distance_m)) f(s, d2, t.a, normalized(cross(t.b - t.a, t.c - t.a)));
       }
     });
   }
@@ -184,12 +188,26 @@ struct TriangleSearch {
   TACTUS_HD float nearest_within_m(float reach_m) const {
     return least.found() ? min(1.0002F * least.value(), reach_m) : reach_m;
   }
+  /// So far triangles are looked at for what is nearest.
+  TACTUS_HD float seen_within_m(float reach_m) const {
+    return touched() ? reach_m : nearest_within_m(reach_m);
+  }
+  TACTUS_HD void see(float d2, Vec3f corner, Vec3f n, float reach_m) {
+    if (touched() && dot(n, at.facing) > 0.F) held.see(tactus::sqrt(d2));
+    if (d2 <= sqr(nearest_within_m(reach_m))) add_candidate(d2, dot(at.p_m - corner, n));
+  }
   TACTUS_HD void add_candidate(float d2, float side) {
     const auto at_index =
         static_cast<Index>(atomic_fetch_add(candidates, 1));  // in any order, as all are weighed
     if (at_index >= kCandidates) return;
     distance2_m2[at_index] = d2;
     side_m[at_index] = side;
+  }
+  /// So far a list has to reach, at least. Distances are rounded and compared with a tolerance.
+  TACTUS_HD float needed_m(float reach_m) const {
+    const Nearest all = nearest();
+    const float far = !touched() || all.side_m >= 0.F ? 0.F : held.found() ? held.value() : reach_m;
+    return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, way_m), far);
   }
   struct Nearest {
     float distance_m, side_m;

@@ -1,6 +1,5 @@
 #include "tactus/frame/state_archive.h"
 
-#include <bit>
 #include <cstring>
 
 #include "tactus/base/error.h"
@@ -8,17 +7,8 @@
 namespace tactus {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
 constexpr std::string_view kMagic = "TACTUSCP";
 constexpr std::size_t kHeader = kMagic.size() + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t);
-
-template <class T>
-void put(std::string& to, T v) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &v, sizeof v);
-  to.append(bytes, sizeof v);
-}
 
 /// @param at within `from`, by sizeof(T) at least
 template <class T>
@@ -29,12 +19,6 @@ T get(const std::string& from, std::size_t at) {
 }
 
 }  // namespace
-
-std::uint64_t fnv1a(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  return hash;
-}
 
 StateArchive::StateArchive(std::string bytes, std::string path) : reads_(true), path_(std::move(path)) {
   if (bytes.size() < kHeader || !std::string_view(bytes).starts_with(kMagic))
@@ -57,9 +41,9 @@ StateArchive::StateArchive(std::string bytes, std::string path) : reads_(true), 
 void StateArchive::block(const std::string& name, void* data, std::size_t bytes) {
   const std::string full = owner_.empty() ? name : owner_ + ": " + name;
   if (!reads_) {
-    put(payload_, static_cast<std::uint32_t>(full.size()));
+    put_bytes(payload_, static_cast<std::uint32_t>(full.size()));
     payload_ += full;
-    put(payload_, static_cast<std::uint64_t>(bytes));
+    put_bytes(payload_, static_cast<std::uint64_t>(bytes));
     payload_.append(static_cast<const char*>(data), bytes);
     return;
   }
@@ -94,9 +78,9 @@ void StateArchive::finish() const {
 
 std::string StateArchive::with_header(const std::string& blocks) {
   std::string all(kMagic);
-  put(all, kVersion);
-  put(all, static_cast<std::uint64_t>(blocks.size()));
-  put(all, fnv1a(blocks));
+  put_bytes(all, kVersion);
+  put_bytes(all, static_cast<std::uint64_t>(blocks.size()));
+  put_bytes(all, fnv1a(blocks));
   return all + blocks;
 }
 

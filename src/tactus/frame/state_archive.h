@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "tactus/base/byte_io.h"
 #include "tactus/compute/exec_context.h"
 
 namespace tactus {
@@ -72,8 +73,5 @@ class StateArchive {
   std::string payload_, path_, owner_;
   std::size_t at_ = 0;
 };
-
-/// 64 bits (Fowler, Noll and Vo).
-std::uint64_t fnv1a(std::string_view bytes);
 
 }  // namespace tactus

@@ -33,7 +33,7 @@ NeighbourSearch::NeighbourSearch(Device& device, const NeighbourSearchOptions& o
       groups_(device, 1),
       cell_ids_(device, options.max_particles + kRankLanes),
       order_(device, options.max_particles),
-      particles_(device, options.max_particles),
+      particles_(device, options.max_particles + kVisitLanes),
       scan_(device, begin_.size() - 1) {}
 
 void NeighbourSearch::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count) {
@@ -64,7 +64,7 @@ NeighbourCells NeighbourSearch::cells() const {
           table_size_.const_view(),
           placed_.const_view(),
           begin_.const_view(),
-          particles_.const_view(),
+          particles_.const_view().part(0, max_particles()),
           order_.const_view()};
 }
 

@@ -67,6 +67,17 @@ class NeighbourSearch {
   void visit(ExecContext& ctx, const char* name, const Pair& pair) const {
     visit(ctx, name, *this, pair);
   }
+  /// As visit, and lists what is near, for the visits that follow until the next build.
+  template <class Pair>
+  void visit_listing(ExecContext& ctx, const char* name, const Pair& pair, const NearLists& lists) const {
+    ctx.parallel_for(name, groups(),
+                     VisitNeighbours<Pair, ListUse::write>{cells(), cells(), sqr(reach_m_), pair, lists});
+  }
+  template <class Pair>
+  void visit_listed(ExecContext& ctx, const char* name, const Pair& pair, const NearLists& lists) const {
+    ctx.parallel_for(name, groups(),
+                     VisitNeighbours<Pair, ListUse::read>{cells(), cells(), sqr(reach_m_), pair, lists});
+  }
   /// How many groups of particles VisitNeighbours visits together.
   Count groups() const { return Count(groups_.const_view(), ceil_div(max_particles(), kVisitLanes)); }
 
@@ -75,7 +86,7 @@ class NeighbourSearch {
   float reach_m_;
   Buffer<std::uint32_t> cell_, arrival_;
   Buffer<Index> begin_, table_size_, placed_, groups_, cell_ids_, order_;
-  Buffer<SearchParticle> particles_;
+  Buffer<SearchParticle> particles_;  ///< and room to read eight at once
   TileScan scan_;
 };
 

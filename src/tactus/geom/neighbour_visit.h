@@ -5,6 +5,21 @@
 
 namespace tactus {
 
+/// What a visit found near, for the visits that follow while nothing moves. On a GPU there is one list a
+/// particle; on a CPU, one for the eight that are visited together. Where a list has no room cells are
+/// searched again, so sums don't depend on the room.
+struct NearLists {
+  static constexpr Index kRoom = 64;  ///< a particle
+  static constexpr Index kFull = -1;
+  static constexpr Index kRow = 32;  ///< particles whose lists are interwoven on a GPU
+  View<Index> count;                 ///< by slot; on a CPU, of eight at the first's
+  View<Index> near;
+  TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kRoom; }
+  TACTUS_HD Index& of_one(Index i, Index k) const { return near[(i / kRow * kRoom + k) * kRow + i % kRow]; }
+  TACTUS_HD View<Index> of_eight(Index first) const { return near.part(first * kRoom, kVisitLanes * kRoom); }
+};
+enum class ListUse : Index { none, write, read };
+
 /// Visits, for every particle of `of`, all particles of `among` within reach: a block kernel, launched with
 /// NeighbourSearch::groups(). `Pair` says what is done:
 ///
@@ -19,9 +34,10 @@ namespace tactus {
 /// over lanes can't do.
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
-/// for what is not near, and must add exactly nothing then (select a zero: on a CPU, it runs for eight i at
-/// once). The order of the sums is that of NeighbourCells: the same bits on every device.
-template <class Pair>
+/// for what is not near (but finite), and must add exactly nothing then (select a zero: on a CPU, it runs for
+/// eight i at once). The order of the sums is that of NeighbourCells: the same bits on every device. A Pair
+/// may have load(), as kernels have.
+template <class Pair, ListUse kUse = ListUse::none>
 struct VisitNeighbours {
   static constexpr int kThreads = kVisitLanes;
   static constexpr int kGrain = 64;
@@ -31,7 +47,9 @@ struct VisitNeighbours {
   NeighbourCells of, among;
   float reach_m2;
   Pair pair;
+  NearLists lists = {};
 
+  TACTUS_HD void load() requires LoadingKernel<Pair> { pair.load(); }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
     const Index first = b.index() * kThreads, lanes = min(of.placed[0] - first, Index(kThreads));
@@ -54,21 +72,40 @@ struct VisitNeighbours {
     SlotRun run[(kWidest + 3) * 9];
     int count = 0;
   };
+  /// Lanes side by side in a row of cells share their candidates.
+  struct Row {
+    int begin, end;  ///< lanes
+    Runs runs;
+    TACTUS_HD Row(int first) : begin(first), end(first + 1) {}
+  };
 
   TACTUS_HD void visit_alone(Index i) const {
     const Vec3f x = of.particles[i].x_m;
     Own1 own;
     pair.begin(own, 0, i);
+    Index listed = kUse == ListUse::read ? lists.count[i] : 0;
+    if (kUse == ListUse::read && listed != NearLists::kFull) {
+      for (Index k = 0; k < listed; ++k) {
+        const Index j = lists.of_one(i, k);
+        const Vec3f d = load_constant(among.particles, j).x_m - x;
+        pair.add(own, 0, j, d, dot(d, d), true);
+      }
+      return pair.end(own, 0, i);
+    }
     among.for_each_candidate(x, [&](Index j) {
       const SearchParticle other = load_constant(among.particles, j);
       const Vec3f d = other.x_m - x;
       const float r2 = dot(d, d);
-      if (r2 <= reach_m2) pair.add(own, 0, j, d, r2, true);
+      if (!(r2 <= reach_m2)) return;
+      if (kUse == ListUse::write && listed < NearLists::kRoom) lists.of_one(i, listed) = j;
+      ++listed;
+      pair.add(own, 0, j, d, r2, true);
     });
+    if (kUse == ListUse::write) lists.count[i] = listed <= NearLists::kRoom ? listed : NearLists::kFull;
     pair.end(own, 0, i);
   }
 
-  /// Lanes side by side in a row share their candidates; what is out of one lane's reach adds nothing there.
+  /// What is out of one lane's reach adds nothing there.
   TACTUS_HD void visit_together(Index first, int lanes) const {
     Own8 own;
     Lanes at;
@@ -80,45 +117,113 @@ struct VisitNeighbours {
       cell[t] = among.hash.holds(x) ? among.hash.cell(x) : Vec3i{1 << 30, 1 << 30, 1 << 30};
       pair.begin(own, t, i);
     }
-    for (int a = 0; a < lanes;) {
-      int end = a + 1;
-      Index low = cell[a].x, high = low;
-      for (; end < lanes && cell[end].y == cell[a].y && cell[end].z == cell[a].z; ++end) {
-        const Index x = cell[end].x, new_low = min(low, x), new_high = max(high, x);
-        if (new_high - new_low > kWidest) break;
-        low = new_low, high = new_high;
+    if (kUse == ListUse::read && lists.count[first] != NearLists::kFull) {
+      const View<const Index> list = lists.of_eight(first);
+      for (Index k = 0; k < lists.count[first];) {
+        const int begin = list[k], end = list[k + 1];
+        const Index last = list[k + 2];
+        add_listed(own, begin == 0 && end == lanes ? at : only(at, begin, end), list, k + kHead, last);
+        k = last;
       }
-      if (low < 1 << 30) {
-        Runs runs;
-        among.for_each_run({low - 1, cell[a].y - 1, cell[a].z - 1}, {high + 1, cell[a].y + 1, cell[a].z + 1},
-                           [&](SlotRun run) {
-                             runs.run[runs.count] = run;
-                             runs.count += run.first < run.last ? 1 : 0;
-                           });
-        add_runs(own, a == 0 && end == lanes ? at : only(at, a, end), runs);
+    } else {
+      Index listed = 0;
+      for (int a = 0; a < lanes;) {
+        const Row row = row_from(cell, a, lanes);
+        const Lanes in_row = a == 0 && row.end == lanes ? at : only(at, a, row.end);
+        const Index before = listed;
+        if constexpr (kUse == ListUse::write) write_row(row, at, lists.of_eight(first), listed);
+        if (kUse == ListUse::write && listed != NearLists::kFull)
+          add_listed(own, in_row, lists.of_eight(first), before + kHead, listed);
+        else
+          add_runs(own, in_row, row.runs);
+        a = row.end;
       }
-      a = end;
+      if (kUse == ListUse::write) lists.count[first] = listed;
     }
     for (int t = 0; t < lanes; ++t) pair.end(own, t, first + t);
   }
 
-  /// Lanes outside of [begin, end) are nowhere: near nothing.
+  TACTUS_HD Row row_from(const Vec3i* cell, int a, int lanes) const {
+    Row row(a);
+    Index low = cell[a].x, high = low;
+    for (; row.end < lanes && cell[row.end].y == cell[a].y && cell[row.end].z == cell[a].z; ++row.end) {
+      const Index x = cell[row.end].x, new_low = min(low, x), new_high = max(high, x);
+      if (new_high - new_low > kWidest) break;
+      low = new_low, high = new_high;
+    }
+    if (low == 1 << 30) return row;
+    among.for_each_run({low - 1, cell[a].y - 1, cell[a].z - 1}, {high + 1, cell[a].y + 1, cell[a].z + 1},
+                       [&](SlotRun run) {
+                         row.runs.run[row.runs.count] = run;
+                         row.runs.count += run.first < run.last ? 1 : 0;
+                       });
+    return row;
+  }
+  /// A list of lanes that are visited together has for each row {first lane, last lane, end} before the slots
+  /// of what is near the box of these lanes.
+  static constexpr Index kHead = 3;
+  TACTUS_HD void write_row(const Row& row, const Lanes& at, View<Index> list, Index& listed) const {
+    if (listed == NearLists::kFull) return;
+    Vec3f low{at.x[row.begin], at.y[row.begin], at.z[row.begin]}, high = low;
+    for (int t = row.begin + 1; t < row.end; ++t) {
+      const Vec3f x{at.x[t], at.y[t], at.z[t]};
+      low = min(low, x), high = max(high, x);
+    }
+    const Index most = list.size() - kVisitLanes;
+    Index n = listed + kHead;
+    for (int r = 0; r < row.runs.count; ++r) {
+      const SlotRun run = row.runs.run[r];
+      for (Index first = run.first; first < run.last; first += kVisitLanes) {
+        Index is_near[kVisitLanes];
+#pragma omp simd
+        for (int t = 0; t < kVisitLanes; ++t) {
+          const Vec3f& p = among.particles.data()[first + t].x_m;  // there is room behind the last
+          const float px = p.x, py = p.y, pz = p.z;
+          const float x = max(low.x - px, px - high.x), y = max(low.y - py, py - high.y),
+                      z = max(low.z - pz, pz - high.z);
+          const float r2 = sqr(x > 0.F ? x : 0.F) + sqr(y > 0.F ? y : 0.F) + sqr(z > 0.F ? z : 0.F);
+          is_near[t] = r2 <= 1.0001F * reach_m2 ? 1 : 0;  // rounding
+        }
+        for (int t = run.last - first; t < kVisitLanes; ++t) is_near[t] = 0;
+        n = min(n, most);
+        for (int t = 0; t < kVisitLanes; ++t) {
+          list[n] = first + t;
+          n += is_near[t];
+        }
+      }
+    }
+    if (n >= most) {
+      listed = NearLists::kFull;
+      return;
+    }
+    list[listed] = row.begin;
+    list[listed + 1] = row.end;
+    list[listed + 2] = n;
+    listed = n;
+  }
+
+  /// Lanes outside of [begin, end) are far from everything, but finite: 0 times their distance is 0.
   TACTUS_HD static Lanes only(const Lanes& at, int begin, int end) {
     Lanes some = at;
     for (int t = 0; t < kThreads; ++t)
-      if (t < begin || t >= end) some.x[t] = std::bit_cast<float>(0x7fc00000U);
+      if (t < begin || t >= end) some.x[t] = 1e18F;
     return some;
   }
 
   TACTUS_HD void add_runs(Own8& own, const Lanes& at, const Runs& runs) const {
     for (int r = 0; r < runs.count; ++r) {
-      for (Index j = runs.run[r].first; j < runs.run[r].last; ++j) {
-        if constexpr (near_only())
-          add_near(own, at, j);
-        else
-          add_all(own, at, j);
-      }
+      for (Index j = runs.run[r].first; j < runs.run[r].last; ++j) add(own, at, j);
     }
+  }
+  TACTUS_HD void add_listed(Own8& own, const Lanes& at, View<const Index> list, Index first,
+                            Index last) const {
+    for (Index k = first; k < last; ++k) add(own, at, list[k]);
+  }
+  TACTUS_HD TACTUS_ALWAYS_INLINE void add(Own8& own, const Lanes& at, Index j) const {
+    if constexpr (near_only())
+      add_near(own, at, j);
+    else
+      add_all(own, at, j);
   }
   TACTUS_HD void add_all(Own8& own, const Lanes& at, Index j) const {
     const Vec3f x = among.particles[j].x_m;

@@ -16,6 +16,13 @@ void describe_name(FieldVisitor& v, const Field& field, std::string& name) {
               "', expected a name of at most 100 bytes that a file can have: not . or .., and without '/'");
 }
 
+void describe_box(FieldVisitor& v, BoxRegion& box) {
+  v.vector({"min_m", "corner with the smallest coordinates", kRequired}, box.min_m, kPosition);
+  v.vector({"max_m", "corner with the largest coordinates", kRequired}, box.max_m, kPosition);
+  const bool ok = box.min_m.x < box.max_m.x && box.min_m.y < box.max_m.y && box.min_m.z < box.max_m.z;
+  v.check(ok, "max_m", "'max_m' must be larger than 'min_m' along x, y and z");
+}
+
 void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame) {
   v.choice({"frame", "`body`: the shape's own coordinates, before placement; `world`: after"}, frame,
            {{"body", CoordinateFrame::body}, {"world", CoordinateFrame::world}});

@@ -22,6 +22,8 @@ FieldVisitor::Append appender(std::vector<T>& items, void (*describe)(FieldVisit
 /// A name that files are called by, or results: it must stay in its folder and on its line.
 void describe_name(FieldVisitor& v, const Field& field, std::string& name);
 
+void describe_box(FieldVisitor& v, BoxRegion& box);
+void describe_fluid(FieldVisitor& v, LiquidDescription& f);
 void describe_fixed(FieldVisitor& v, FixedRegion& f);
 void describe_painted(FieldVisitor& v, PaintedRegion& r);
 void describe_moved(FieldVisitor& v, MovedRegion& m);

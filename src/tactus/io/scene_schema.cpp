@@ -10,18 +10,13 @@ namespace {
 /// The built-in figures.
 const std::vector<std::string> kFigures = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
 
-void describe_box(FieldVisitor& v, BoxRegion& box) {
-  v.vector({"min_m", "corner with the smallest coordinates", kRequired}, box.min_m, kPosition);
-  v.vector({"max_m", "corner with the largest coordinates", kRequired}, box.max_m, kPosition);
-  const bool ok = box.min_m.x < box.max_m.x && box.min_m.y < box.max_m.y && box.min_m.z < box.max_m.z;
-  v.check(ok, "max_m", "'max_m' must be larger than 'min_m' along x, y and z");
-}
-
 void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.choice<SourceKind>({"kind", "where frames come from", kRequired}, s.kind, kSourceKinds);
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path",
-          "rig YAML (videos, masks) or folder with `*_par.txt` (middlebury) or `calibration.json` (kinect)"},
+          "rig YAML (videos, masks, live), folder with `*_par.txt` (middlebury) or `calibration.json` "
+          "(kinect), or "
+          "recording"},
          s.path);
   static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
                                     std::to_string(kSyntheticFrames) + " frames; `A` alone";
@@ -35,8 +30,10 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
             {"", 0, 32});
   const bool synthetic = s.kind == SourceKind::synthetic;
   v.check(synthetic || !s.path.empty(), "path",
-          "'source' lacks the key 'path': the rig YAML (videos, masks) or the folder (middlebury, kinect)");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury or kinect");
+          "'source' lacks the key 'path': the rig YAML (videos, masks, live), the folder (middlebury, "
+          "kinect) or the "
+          "recording");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect, recording or live");
   for (const char* key : {"figure", "moving", "scale", "offset_m", "depth_cameras"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
@@ -286,6 +283,10 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
   v.real_or_auto({"sample_spacing_m", "distance of the samples on the real surface"}, c.sample_spacing_m,
                  {"m", 0.0001, 1}, "the smallest `spacing_m` of the bodies");
   v.real({"friction", "Coulomb's coefficient: 0 slides freely"}, c.friction, {"", 0, 10});
+  v.choice({"response",
+            "how the real surface acts on bodies: by exact distances, or by forces between particles as in "
+            "Shao et al. 2019, which chatters (docs/concepts/contact.md)"},
+           c.response, {{"exact", ContactResponse::exact}, {"paper", ContactResponse::paper}});
   v.real({"restitution",
           "of each point of a surface: the share of its approach velocity with which it leaves what it hits. "
           "A soft body rebounds by what it stored, whatever this is; its `damping` makes it bounce less"},
@@ -406,6 +407,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
          appender(scene.obstacles, describe_obstacle));
   v.list({"blades", "edges that follow keyframes and cut bodies that are `cuttable`"},
          appender(scene.blades, describe_blade));
+  v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
+            [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
   v.section({"contact", "how bodies meet the real surface, obstacles and one another"},
             [&](FieldVisitor& in) { describe_contact(in, scene.contact); });
@@ -419,6 +422,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   check_unique_names(v, scene.obstacles, "obstacles");
   check_unique_names(v, scene.blades, "blades");
   check_blades(v, scene);
+  v.check(scene.contact.response == ContactResponse::exact || scene.obstacles.empty(), "contact",
+          "'response: paper' knows only the real surface, and the scene has 'obstacles'");
   check_unique_names(v, scene.probes, "probes");
   check_probes(v, scene);
 }

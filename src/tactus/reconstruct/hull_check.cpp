@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tactus/base/bits.h"
 #include "tactus/base/error.h"
@@ -23,6 +24,9 @@ constexpr double kSuspectSurface = 0.02;
 /// Recall of the tiles below which the host measures: of the worst view, of all. Tiles flatter thin hulls.
 constexpr double kSuspectRecall = 0.93, kSuspectMean = 0.95;
 constexpr Index kMostTicksToHost = 4096;
+/// So many ticks later it is told what the host found, however fast it is: then a run tells it in the same
+/// frame on every machine.
+constexpr Index kTicksToAnswer = 8;
 /// A mask with fewer pixels says little about its view.
 constexpr std::int64_t kLeastPixels = 100;
 
@@ -223,8 +227,7 @@ TriangleMesh HullCheck::to_host_mesh(ExecContext& ctx, Index vertices) const {
 }
 
 /// The mask where its tiles lie in the image of the workspace.
-BitMask HullCheck::within_workspace(std::size_t number) const {
-  BitMask mask = given_[number];
+BitMask HullCheck::within_workspace(std::size_t number, BitMask mask) const {
   const CheckCamera& c = layout_[number];
   const Index px = tile_px_[number];
   for (Index y = 0; y < mask.height_px; ++y) {
@@ -237,13 +240,13 @@ BitMask HullCheck::within_workspace(std::size_t number) const {
   return mask;
 }
 
-void HullCheck::measure_exactly(const TriangleMesh& mesh, HullQuality& quality) const {
+void HullCheck::measure_exactly(Exam& exam) const {
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
-    if (given_[c].words.empty()) continue;
-    const BitMask mask = within_workspace(c);
-    ViewQuality& view = quality.views[c];
+    if (exam.given[c].words.empty()) continue;
+    const BitMask mask = within_workspace(c, exam.given[c]);
+    ViewQuality& view = exam.quality.views[c];
     if (mask.area_px() < kLeastPixels) continue;
-    const BitMask seen = render_silhouette(mesh, cameras_[c]);
+    const BitMask seen = render_silhouette(exam.mesh, cameras_[c]);
     view.is_used = true;
     view.recall = recall(seen, mask);
     view.iou = iou(seen, mask);
@@ -265,26 +268,51 @@ bool HullCheck::is_doubtful(const HullQuality& q) const {
   return unused > 0 || least < kSuspectRecall || mean < kSuspectMean * used;
 }
 
-/// @param in_haste a frame has no time: the host measures the first one, then those in doubt, and these more
-/// and more seldom
+void HullCheck::examine(Exam& exam) const {
+  if (exam.exactly) measure_exactly(exam);
+  exam.found = judge_hull(cameras_, exam.quality, workspace_m_);
+  if (!exam.has_phantoms || any_fatal(exam.found)) return;
+  for (HullFinding& piece : find_pieces_seen_by_few(cameras_, exam.mesh, few_cameras(cameras_.size())))
+    exam.found.push_back(std::move(piece));
+}
+
+/// Notes whether the rig was ever right.
+std::vector<HullFinding> HullCheck::take(Exam& exam) {
+  if (!any_fatal(exam.found)) was_well_ |= exam.quality.something_seen;
+  return std::move(exam.found);
+}
+
+/// @param in_haste a frame has no time: the host measures the first one at once, then those in doubt beside
+/// the frames that follow, and these more and more seldom
 std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
-  HullQuality q = quality(ctx);
-  const bool exactly = !in_haste || host_interval_ == 1 || is_doubtful(q),
-             has_phantoms = seen_by_few_ >= kSuspectSurface;
-  std::vector<HullFinding> pieces;
-  if (q.something_seen && q.vertices > 0 && (exactly || has_phantoms)) {
-    if (in_haste && --ticks_to_host_ > 0) return {};  // a doubt is no finding
-    ticks_to_host_ = host_interval_;
-    host_interval_ = std::min(2 * host_interval_, kMostTicksToHost);
-    const TriangleMesh mesh = to_host_mesh(ctx, q.vertices);
-    if (exactly) measure_exactly(mesh, q);
-    if (has_phantoms) pieces = find_pieces_seen_by_few(cameras_, mesh, few_cameras(cameras_.size()));
+  Exam exam{.quality = quality(ctx), .has_phantoms = seen_by_few_ >= kSuspectSurface};
+  if (in_haste && waiting_) {
+    if (--ticks_to_answer_ > 0) return {};
+    worker_.finish();
+    return take(*std::exchange(waiting_, nullptr));
   }
-  std::vector<HullFinding> found = judge_hull(cameras_, q, workspace_m_);
-  if (any_fatal(found)) return found;
-  was_well_ |= q.something_seen;
-  found.insert(found.end(), pieces.begin(), pieces.end());
-  return found;
+  exam.exactly = !in_haste || host_interval_ == 1 || is_doubtful(exam.quality);
+  const bool on_host =
+      exam.quality.something_seen && exam.quality.vertices > 0 && (exam.exactly || exam.has_phantoms);
+  if (!on_host) {
+    exam.exactly = exam.has_phantoms = false;
+    examine(exam);
+    return take(exam);
+  }
+  if (in_haste && --ticks_to_host_ > 0) return {};  // a doubt is no finding
+  const bool at_once = !in_haste || host_interval_ == 1;
+  ticks_to_host_ = host_interval_;
+  host_interval_ = std::min(2 * host_interval_, kMostTicksToHost);
+  exam.mesh = to_host_mesh(ctx, exam.quality.vertices);
+  exam.given = given_;
+  if (at_once) {
+    examine(exam);
+    return take(exam);
+  }
+  waiting_ = std::make_unique<Exam>(std::move(exam));
+  ticks_to_answer_ = kTicksToAnswer;
+  worker_.add([this] { examine(*waiting_); });
+  return {};
 }
 
 std::vector<HullFinding> HullCheck::news(ExecContext& ctx) {

@@ -2,10 +2,12 @@
 /// The cheap check of every tick: how much of each mask the hull covers, and how much of it lies on the faces
 /// of the workspace. It looks at up to 8192 vertices and at one pixel in a tile of masks, so its cost does
 /// not grow with the resolution. At the first tick, and where that leaves a doubt, the host draws the whole
-/// mesh into all images; the latter more and more seldom.
+/// mesh into all images; the latter more and more seldom, and beside the frames that follow.
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "tactus/base/worker.h"
 #include "tactus/geom/image.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/hull_check_kernels.h"
@@ -49,8 +51,18 @@ class HullCheck {
   bool is_doubtful(const HullQuality& quality) const;
   std::vector<HullFinding> find(ExecContext& ctx, bool in_haste);
   TriangleMesh to_host_mesh(ExecContext& ctx, Index vertices) const;
-  BitMask within_workspace(std::size_t camera) const;
-  void measure_exactly(const TriangleMesh& mesh, HullQuality& quality) const;
+  BitMask within_workspace(std::size_t camera, BitMask mask) const;
+  /// What the host measures of one frame.
+  struct Exam {
+    HullQuality quality;
+    bool exactly = false, has_phantoms = false;
+    TriangleMesh mesh = {};
+    std::vector<BitMask> given = {};
+    std::vector<HullFinding> found = {};
+  };
+  void examine(Exam& exam) const;
+  std::vector<HullFinding> take(Exam& exam);
+  void measure_exactly(Exam& exam) const;
   /// First word of a camera's tiles.
   std::size_t begin_of(std::size_t camera) const {
     return camera < layout_.size() ? static_cast<std::size_t>(layout_[camera].word_begin)
@@ -81,6 +93,9 @@ class HullCheck {
   HostBuffer<std::uint32_t> covered_;
   HostBuffer<CheckSums> host_sums_;
   HostBuffer<Index> vertices_;
+  std::unique_ptr<Exam> waiting_;  ///< the worker looks at it
+  Index ticks_to_answer_ = 0;
+  Worker worker_{1};  ///< last: it uses the others
 };
 
 }  // namespace tactus

@@ -32,6 +32,9 @@ std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const Data
 /// the tick; a number without any file is a bad frame.
 /// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
+/// What `tactus run --record` wrote (wire/recording_file.h): the same sets with the same times. Its frames
+/// are numbered from 0. @throws Error naming the file; usage Error for frames that it doesn't hold.
+std::unique_ptr<FrameSource> open_recording(const std::string& path, const DataOptions& options = {});
 /// Any of these, or kinect (kinect.h). @throws usage Error for a synthetic one.
 std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& path,
                                          const DataOptions& options = {});

@@ -34,7 +34,8 @@ struct FrameSet {
 
 enum class NextFrame : std::uint8_t {
   success,
-  bad_frame,  ///< no camera delivered this tick (reasons in `status`); the next may be fine
+  nothing_new,  ///< no images by now: only `time_s` of the set means something, and it goes on from there
+  bad_frame,    ///< no camera delivered this tick (reasons in `status`); the next may be fine
   no_more_data,
 };
 

@@ -61,6 +61,7 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
   for (auto& body : bodies_) body->archive(a);
   a.set_owner("bodies that touch");
   touching_.archive(a);
+  if (liquid_) liquid_->archive(a);
   if (a.reads()) a.finish();
   devices_.synchronize();
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/contact/contact_response.h"
 #include "tactus/geom/held_axes.h"
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/rig/source_kinds.h"
@@ -42,6 +43,7 @@ struct SourceDescription {
   double scale = 1;           ///< synthetic only
   Vec3d offset_m;             ///< synthetic only
   int depth_cameras = 1;      ///< synthetic only
+  bool plain = false;         ///< live only: without keys, on this computer alone
 };
 
 struct ReconstructionDescription {
@@ -223,10 +225,44 @@ struct ObstacleSetting {
   double unit_m = 1;               ///< mesh: metres per unit of length in the file
 };
 
+struct BlockDescription {
+  BoxRegion box;
+  Vec3d velocity_m_s;
+};
+
+struct EmitterDescription {
+  std::string name;
+  Vec3d position_m, direction = {0, -1, 0};
+  double radius_m = 0.01, speed_m_s = 0.5, from_s = 0;
+  std::optional<double> until_s;  ///< none: never
+};
+
+struct SinkDescription {
+  BoxRegion box;
+};
+
+/// Which faces of the liquid's box are no walls.
+enum class LiquidOpen : std::uint8_t { none, top, sides, all };
+
+struct LiquidDescription {
+  double spacing_m = 0.01;
+  BoxRegion box;
+  LiquidOpen open = LiquidOpen::none;
+  std::vector<BlockDescription> blocks;
+  std::vector<EmitterDescription> emitters;
+  std::vector<SinkDescription> sinks;
+  int max_particles = 40000;
+  double density_kg_m3 = 1060, viscosity_pa_s = 0.0035;
+  double artificial_viscosity = 0.05;
+  std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
+  Vec3d colour = {0.55, 0.03, 0.03};    ///< sRGB, 0..1
+};
+
 struct ContactDescription {
   std::optional<double> sample_spacing_m;  ///< of the real surface; none: the smallest lattice spacing
   double friction = 0.4;                   ///< Coulomb's coefficient
   double restitution = 0;                  ///< 0 (no bounce) .. 1
+  ContactResponse response = ContactResponse::exact;
   bool bodies = true;                      ///< bodies touch one another
   bool self = false;                       ///< each body touches itself
 };
@@ -283,6 +319,7 @@ struct Scene {
   std::vector<BodyDescription> bodies;
   std::vector<ObstacleSetting> obstacles;
   std::vector<BladeDescription> blades;
+  std::optional<LiquidDescription> fluid;
   Vec3d gravity_m_s2 = {0, -9.81, 0};
   ContactDescription contact;
   FrameDescription frame;

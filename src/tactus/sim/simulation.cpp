@@ -116,7 +116,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       }()),
       world_(devices, devices_that_touch(bodies_), surface_settings(hull_.mesh(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
-              .friction = static_cast<float>(scene.contact.friction)},
+              .friction = static_cast<float>(scene.contact.friction),
+              .response = scene.contact.response},
              obstacle_descriptions(scene, assets)),
       touching_(devices.context(0), bodies_, scene.contact),
       readback_(devices),
@@ -134,6 +135,9 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
+  if (scene.fluid)
+    liquid_ = std::make_unique<SceneLiquid>(devices.context(0), scene, bodies_,
+                                            obstacle_descriptions(scene, assets));
   add_stages();
   schedule_.close();
   devices_.synchronize();
@@ -190,6 +194,7 @@ void Simulation::add_stages() {
   for (auto& body : bodies_)
     body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   touching_.add_stages(schedule_, readback_, world_.part(0).contact);
+  if (liquid_) liquid_->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   hull_.add_reports(readback_);
   surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
@@ -202,6 +207,7 @@ void Simulation::add_stages() {
     if (body->contact_point_count() > 0) read.reads.push_back(body->contact_resource());
   }
   for (const Resource& report : touching_.report_resources()) read.reads.push_back(report);
+  if (liquid_) read.reads.push_back(SceneLiquid::report_resource());
   schedule_.add(std::move(read));
 }
 
@@ -232,6 +238,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     if (part.substeps > 0) {
       for (auto& body : bodies_)
         body->check_substeps(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
+      if (liquid_) liquid_->check_substeps(part.dt_s, part.substeps);
     }
     run_part(times, part, done_s, std::exchange(has_new_images, false));
     if (part.substeps > 0) collect_bodies(times.dt_s, part.substeps, report);
@@ -288,6 +295,7 @@ void Simulation::collect(StepReport& report) {
   const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
   };
+  if (liquid_) report.liquid = liquid_->report(readback_, report.notices);
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   if (!has_surface_) return;
@@ -425,6 +433,7 @@ int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
   for (const auto& body : bodies_) {
     count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
   }
+  if (liquid_) count = std::max(count, liquid_->substeps_for(dt_s));
   return std::clamp(count, 1, kMostSubsteps);
 }
 
@@ -459,6 +468,7 @@ Simulation::FramePart Simulation::next_part(double left_s, double age_s, double 
                                      body->spacing_m());
     at_rest = std::max(at_rest, body->model().substeps_for(static_cast<float>(left_s)));
   }
+  if (liquid_) at_rest = std::max(at_rest, liquid_->substeps_for(left_s));
   const auto in_units = [&](int count) { return ceil_div(count, schedule_.unit()) * schedule_.unit(); };
   // A part in which things move by a spacing, and in each of its substeps by a quarter.
   const int most = std::max(scene_.frame.max_substeps - done, at_rest);
@@ -487,6 +497,7 @@ FrameSnapshot Simulation::snapshot() {
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }
+  if (liquid_) snapshot.liquid_m = liquid_->positions_m();
   return snapshot;
 }
 

@@ -15,6 +15,7 @@
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/frame_clock.h"
+#include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/soft_body.h"
 #include "tactus/sim/touching_bodies.h"
 #include "tactus/tissue/substep_choice.h"
@@ -34,6 +35,7 @@ struct StepReport {
   HullReport hull;
   ContactReport contact;              ///< of all bodies with all that is real
   std::vector<BodyContact> contacts;  ///< of each body with each thing that it touched
+  LiquidReport liquid;                ///< where the scene has one
   int substeps = 0;
   int settling_substeps = 0;    ///< before the first frame, where 'frame.start' is settled
   double dt_s = 0;              ///< simulated
@@ -44,6 +46,7 @@ struct StepReport {
 struct FrameSnapshot {
   TriangleMesh real;                 ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;  ///< in the scene's order
+  std::vector<Vec3f> liquid_m;       ///< its particles, by id
   std::int64_t tick = 0;             ///< of the images
   double captured_s = 0;             ///< when those came, on the clock of now_s()
 };
@@ -90,6 +93,8 @@ class Simulation {
   /// The stages of a frame in order, with what they read and write.
   std::string frame_text() const { return schedule_.text(); }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
+  /// nullptr where the scene has none.
+  const SceneLiquid* liquid() const { return liquid_.get(); }
   const VisualHull& hull() const { return hull_; }
   /// Where bodies live.
   ExecContext& context() { return devices_.context(0); }
@@ -151,6 +156,7 @@ class Simulation {
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   ContactOnDevices world_;
   TouchingBodies touching_;
+  std::unique_ptr<SceneLiquid> liquid_;
   std::vector<Probe> probes_;
   Readback readback_;
   Readback::Place surface_report_;

@@ -97,15 +97,18 @@ GlPictureTarget::GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei sa
     : color(create(glCreateRenderbuffers)),
       depth(create(glCreateRenderbuffers)),
       resolved_color(create(glCreateRenderbuffers)),
+      resolved_depth(create(glCreateRenderbuffers)),
       framebuffer(create(glCreateFramebuffers)),
       resolved(create(glCreateFramebuffers)) {
   const GLsizei stored = samples > 1 ? samples : 0;
   glNamedRenderbufferStorageMultisample(color.get(), stored, GL_RGBA8, width_px, height_px);
   glNamedRenderbufferStorageMultisample(depth.get(), stored, GL_DEPTH_COMPONENT32F, width_px, height_px);
   glNamedRenderbufferStorage(resolved_color.get(), GL_RGBA8, width_px, height_px);
+  glNamedRenderbufferStorage(resolved_depth.get(), GL_DEPTH_COMPONENT32F, width_px, height_px);
   glNamedFramebufferRenderbuffer(framebuffer.get(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color.get());
   glNamedFramebufferRenderbuffer(framebuffer.get(), GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth.get());
   glNamedFramebufferRenderbuffer(resolved.get(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved_color.get());
+  glNamedFramebufferRenderbuffer(resolved.get(), GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, resolved_depth.get());
   const std::string what = std::to_string(width_px) + "x" + std::to_string(height_px) + " px with " +
                            std::to_string(samples) + " samples";
   check_complete(framebuffer.get(), what);

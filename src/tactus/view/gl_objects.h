@@ -72,7 +72,7 @@ struct GlHeightMap {
 
 /// What the picture is drawn into, and the single-sampled copy that is read back.
 struct GlPictureTarget {
-  GlRenderbuffer color, depth, resolved_color;
+  GlRenderbuffer color, depth, resolved_color, resolved_depth;
   GlFramebuffer framebuffer, resolved;
   /// @throws Error when the driver refuses the size or the number of samples.
   GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei samples);

@@ -8,9 +8,11 @@
 #include "tactus/base/log.h"
 #include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
+#include "tactus/view/gl_liquid.h"
 #include "tactus/view/gl_mesh.h"
 #include "tactus/view/gl_objects.h"
 #include "tactus/view/gl_photos.h"
+#include "tactus/view/gl_uniforms.h"
 #include "tactus/view/projection.h"
 #include "tactus/view/shaders.h"
 
@@ -81,6 +83,7 @@ struct Layout {
   Vec3f sun;
   float radius_m, reach_m, ground_radius_m, near_m, sky_half_m;
   Vec3f ground_center;
+  LiquidProjection eye;
   Mat4 view_proj, sun_clip, sky_clip;
 };
 
@@ -103,6 +106,13 @@ Box3f mesh_bounds(const ViewScene& scene, const ViewCamera& camera) {
     box = any ? Box3f{min(box.min, b.min), max(box.max, b.max)} : b;
     any = true;
   }
+  for (const ViewLiquid& liquid : scene.liquids) {
+    for (const Vec3f x : liquid.positions_m) {
+      if (!(dot(x, x) < 1e30F)) continue;  // nowhere
+      box = any ? Box3f{min(box.min, x), max(box.max, x)} : Box3f{x, x};
+      any = true;
+    }
+  }
   if (any) return box;
   const float r = 0.25F * camera.distance_m;
   return {camera.target_m - Vec3f{r, r, r}, camera.target_m + Vec3f{r, r, r}};
@@ -122,25 +132,20 @@ Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
   for (const ViewLine& line : scene.lines)
     far_m = max(far_m, 1.01F * max(length(line.from_m - eye), length(line.to_m - eye)));
   l.near_m = 0.02F * camera.distance_m;
-  l.view_proj = perspective(camera.fov_rad, aspect, l.near_m, far_m) * to_mat4(camera.T_cam_world());
+  const Rigidf T_cam_world = camera.T_cam_world();
+  const float tangent_y = std::tan(0.5F * camera.fov_rad);
+  l.eye = {to_mat4(T_cam_world),
+           to_mat4(inverse(T_cam_world)),
+           perspective(camera.fov_rad, aspect, l.near_m, far_m),
+           l.near_m,
+           aspect * tangent_y,
+           tangent_y};
+  l.view_proj = l.eye.clip_eye * l.eye.eye_world;
   const float r = 1.02F * l.radius_m;
   l.sun_clip = orthographic(center, l.sun, {r, r, r});
   l.sky_half_m = 0.5F * across + 2.5F * l.reach_m;  // the large disc's rim is clear of everything
   l.sky_clip = orthographic(center, {0, 1, 0}, {l.sky_half_m, l.sky_half_m, r});
   return l;
-}
-
-void set(const GlProgram& program, const char* name, float value) {
-  glProgramUniform1f(program.get(), program[name], value);
-}
-void set(const GlProgram& program, const char* name, bool value) {
-  glProgramUniform1i(program.get(), program[name], value ? 1 : 0);
-}
-void set(const GlProgram& program, const char* name, Vec3f value) {
-  glProgramUniform3f(program.get(), program[name], value.x, value.y, value.z);
-}
-void set(const GlProgram& program, const char* name, const Mat4& value) {
-  glProgramUniformMatrix4fv(program.get(), program[name], 1, GL_FALSE, value.m.data());
 }
 
 }  // namespace
@@ -190,6 +195,7 @@ struct Renderer::Impl {
     std::unique_ptr<GlPhotoPrograms> photo_programs;  ///< made when the first photos come
     std::vector<std::unique_ptr<GlPhotos>> photos;    ///< of the meshes that wear some
     LineSlot lines;
+    std::unique_ptr<GlLiquid> liquid;  ///< made when the first one comes
   };
 
   void upload(const ViewScene& scene) {
@@ -333,9 +339,36 @@ struct Renderer::Impl {
       gl->lines.draw();
       glDisable(GL_BLEND);
     }
+    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, camera, l);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], i);
     }
+  }
+
+  void draw_liquid(const ViewLiquid& liquid, const ViewCamera& camera, const Layout& l) {
+    if (liquid.positions_m.empty()) return;
+    if (!gl->liquid) gl->liquid = std::make_unique<GlLiquid>(options.width_px, options.height_px);
+    gl->liquid->draw_maps(liquid, l.eye, gl->picture.framebuffer.get());
+    glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
+    set_light(gl->liquid->surface(), l, camera.eye_m());
+    gl->liquid->draw(liquid, l.eye);
+  }
+
+  std::vector<float> depths_m() {
+    const GlContext::Current current(context);
+    const Index w = options.width_px, h = options.height_px;
+    glBlitNamedFramebuffer(gl->picture.framebuffer.get(), gl->picture.resolved.get(), 0, 0, w, h, 0, 0, w, h,
+                           GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, gl->picture.resolved.get());
+    std::vector<float> rows(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)), depths(rows.size());
+    glReadPixels(0, 0, w, h, GL_DEPTH_COMPONENT, GL_FLOAT, rows.data());
+    for (Index y = 0; y < h; ++y) {
+      for (Index x = 0; x < w; ++x) {
+        const float ndc = 2 * rows[static_cast<std::size_t>((h - 1 - y) * w + x)] - 1;
+        depths[static_cast<std::size_t>(y * w + x)] = clip_eye(2, 3) / (ndc + clip_eye(2, 2));
+      }
+    }
+    return depths;
   }
 
   void read_back(ColorImage& image) {
@@ -362,6 +395,7 @@ struct Renderer::Impl {
   std::vector<std::uint8_t> rgba;
   bool smooth = false;  ///< edges, after drawing
   ColorImage jagged;
+  Mat4 clip_eye;  ///< of the last picture
 };
 
 Renderer::Renderer(const RendererOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -391,9 +425,12 @@ void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorIma
     impl.blur_heights(layout);
   }
   impl.draw_picture(scene, camera, layout);
+  impl.clip_eye = layout.eye.clip_eye;
   impl.read_back(impl.smooth ? impl.jagged : image);
   if (impl.smooth) smooth_edges(impl.jagged, image);
 }
+
+std::vector<float> Renderer::depths_m() { return impl_->depths_m(); }
 
 const std::string& Renderer::description() const { return impl_->context.description(); }
 

@@ -2,6 +2,7 @@
 /// Pictures without a screen: OpenGL 4.5 through EGL, on a GPU or on Mesa's software driver.
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tactus/geom/image.h"
 #include "tactus/view/scene.h"
@@ -35,6 +36,9 @@ class Renderer {
   ColorImage render(const ViewScene& scene, const ViewCamera& camera);
   /// The same into `image`, whose memory is reused.
   void render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image);
+  /// How far what the last picture shows is from the eye, along its axis [m]; row by row from above. Where
+  /// nothing is, as far as the farthest that could be drawn.
+  std::vector<float> depths_m();
 
   /// The driver's name and version, for reports.
   const std::string& description() const;

@@ -66,6 +66,16 @@ struct ViewMesh {
   Mat3f R_world_mesh = Mat3f::identity();
 };
 
+/// A liquid, drawn from its particles as one smooth surface that light goes through.
+struct ViewLiquid {
+  std::vector<Vec3f> positions_m{};             ///< of particles; one that isn't finite is nowhere
+  float spacing_m = 0.004F;                     ///< of particles at rest, > 0
+  Vec3f scattered{0.15F, 0.004F, 0.006F};       ///< linear colour of deep liquid in white light: blood
+  Vec3f absorption_1_m{160.F, 1500.F, 1400.F};  ///< of red, green and blue light [1/m], >= 0
+};
+/// Hardly any colour.
+inline ViewLiquid water() { return {.scattered = {0.02F, 0.05F, 0.06F}, .absorption_1_m = {12.F, 4.F, 3.F}}; }
+
 /// A straight line, as wide on the picture wherever it is.
 struct ViewLine {
   Vec3f from_m, to_m;
@@ -74,8 +84,9 @@ struct ViewLine {
 };
 
 struct ViewScene {
-  std::vector<ViewMesh> meshes;
-  std::vector<ViewLine> lines;
+  std::vector<ViewMesh> meshes{};
+  std::vector<ViewLine> lines{};
+  std::vector<ViewLiquid> liquids{};
   bool ground = true;
   std::optional<Vec3f> background{};  ///< sRGB, plain; without: light grey that darkens towards the corners
   float ground_height_m = 0;          ///< y of the ground

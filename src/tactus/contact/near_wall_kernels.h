@@ -1,0 +1,135 @@
+#pragma once
+/// What stands beside particles: the real surface and obstacles, as planes.
+#include "tactus/contact/response_kernels.h"
+#include "tactus/geom/near_walls.h"
+#include "tactus/geom/neighbour_cells.h"
+
+namespace tactus {
+
+/// Signed distance to the nearest of a surface's triangles, on either side.
+struct NearestOnSurface {
+  float distance_m = 0;
+  Vec3f n;
+  bool found = false;
+
+  /// The side is that of GapOfTriangles. @param reach_m what is farther isn't found
+  TACTUS_HD static NearestOnSurface of(const SurfaceTrianglesView& mesh, Index own, Vec3f p_m,
+                                       float reach_m) {
+    GapOfTriangles gap(reach_m);
+    float within = reach_m;
+    const auto seen_by = [&](auto&& use) {
+      for_each_slot_within(mesh.cells, p_m, reach_m, [&](Index s) {
+        const TriangleBall ball = mesh.balls[s];
+        const Vec3f to = p_m - ball.middle_m;
+        if (dot(to, to) > sqr(within + ball.radius_m) || !mesh.is_of(own, s)) return;
+        use(SeenTriangle::of(mesh.corners[s], p_m, p_m, {}, 0.F), s);
+      });
+    };
+    seen_by([&](const SeenTriangle& t, Index s) {
+      gap.see(t, s);
+      within = (1.F + GapOfTriangles::kTie) * tactus::sqrt(gap.nearest2_m2);
+    });
+    seen_by([&](const SeenTriangle& t, Index s) { gap.choose(t, s); });
+    if (gap.nearest < 0) return {};
+    if (gap.is_mixed()) {
+      SideOfTied tied(gap.nearest2_m2);
+      seen_by([&](const SeenTriangle& t, Index s) { tied.weigh(t, mesh.face[s], mesh.corners[s], p_m); });
+      gap.weighed = tied.sign();
+    }
+    const TriangleCorners& t = mesh.corners[gap.nearest];
+    const Vec3f offset = t.offset_of(p_m), face = normalized(cross(t.b - t.a, t.c - t.a));
+    const float side = gap.inside() ? -1.F : 1.F, distance = length(offset);
+    return {side * distance, distance > 1e-7F ? (side / distance) * offset : face, true};
+  }
+
+ private:
+  /// f(slot) for the slots of all cells that may hold the middle of a triangle within reach_m.
+  template <class F>
+  TACTUS_HD static void for_each_slot_within(const CellRanges& cells, Vec3f p_m, float reach_m, F&& f) {
+    if (!cells.grid.holds(p_m)) return;
+    const float r = reach_m + SurfaceTrianglesView::kLargestBall / cells.grid.inverse_cell_1_m;
+    const Vec3i low = cells.grid.cell(p_m - Vec3f{r, r, r}), high = cells.grid.cell(p_m + Vec3f{r, r, r});
+    for (Index z = low.z; z <= high.z; ++z) {
+      for (Index y = low.y; y <= high.y; ++y) {
+        for (Index x = low.x; x <= high.x; ++x) {
+          const Index w = cells.grid.wrapped({x, y, z});
+          for (Index s = cells.begin[w], end = cells.end[w]; s < end; ++s) f(s);
+        }
+      }
+    }
+  }
+};
+
+/// Adds the pieces of the real surface and the obstacles to the walls near every particle. A plane or box is
+/// exact; of a mesh or a piece, the nearest point counts.
+struct FindNearWalls {
+  static constexpr int kGrain = 256;
+  View<const SearchParticle> particles;
+  Boundaries boundaries;
+  SubstepsTo now;  ///< the poses after so many substeps count
+  float reach_m;
+  Index first_owner;  ///< walls are first_owner + owner
+  NearWalls near;
+  Index pose = 0;
+  TACTUS_HD void load() {
+    now.load();
+    pose = now.substep + now.steps - 1;
+  }
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3f x = particles[i].x_m;
+    const SurfacePoses& all = boundaries.poses[pose];
+    for (Index k = 0; k < all.count; ++k) {
+      const SurfacePose& piece = all.piece[k];
+      const Vec3f p = piece.to_capture(x);
+      const float reach = reach_to(boundaries.surface);
+      // Samples bound the box of a piece; what is deep inside of one is in the box.
+      if (!piece.may_touch(p, reach + 3 * spacing_m(boundaries.surface)) ||
+          !may_be_near(boundaries.surface, p, reach))
+        continue;
+      const NearestOnSurface on = NearestOnSurface::of(boundaries.surface, all.own(k), p, reach);
+      if (on.found) near.add(i, {piece.turn * on.n, on.distance_m, piece.velocity_at(x), first_owner + k});
+    }
+    for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
+      const Obstacle& o = boundaries.obstacles[k];
+      const NearestOnSurface on = o.kind == ObstacleKind::mesh ? of_mesh(o.mesh, x) : of_shape(o, x);
+      if (on.found && on.distance_m < reach_m)
+        near.add(i, {on.n, on.distance_m, {}, first_owner + kPieces + k});
+    }
+  }
+
+ private:
+  TACTUS_HD static float spacing_m(const SurfaceTrianglesView& mesh) {
+    return 0.5F / mesh.cells.grid.inverse_cell_1_m;
+  }
+  /// Of fine meshes, the table of what is near knows less than the reach; half of that matters.
+  TACTUS_HD float reach_to(const SurfaceTrianglesView& mesh) const {
+    return min(reach_m, max(mesh.sure_reach_m(), 0.5F * reach_m));
+  }
+  TACTUS_HD static bool may_be_near(const SurfaceTrianglesView& mesh, Vec3f p, float reach) {
+    return reach > mesh.sure_reach_m() || mesh.may_be_near(p);
+  }
+  TACTUS_HD NearestOnSurface of_mesh(const SurfaceTrianglesView& mesh, Vec3f p) const {
+    const float reach = reach_to(mesh);
+    if (!may_be_near(mesh, p, reach)) return {};
+    return NearestOnSurface::of(mesh, kAnyPiece, p, reach);
+  }
+  TACTUS_HD static NearestOnSurface of_shape(const Obstacle& o, Vec3f x) {
+    const Mat3f back = transpose(o.T_obstacle_world.R);
+    const Vec3f p = o.T_obstacle_world * x;
+    if (o.kind == ObstacleKind::plane) return {p.y, back.column(1), true};
+    const Vec3f out = Vec3f{abs(p.x), abs(p.y), abs(p.z)} - o.half_m;
+    const Vec3f side{p.x < 0.F ? -1.F : 1.F, p.y < 0.F ? -1.F : 1.F, p.z < 0.F ? -1.F : 1.F};
+    Vec3f n = max(out, Vec3f{});
+    float distance = length(n);
+    if (distance > 0.F) {
+      n = (1.F / distance) * n;
+    } else {
+      const int a = out.x >= out.y && out.x >= out.z ? 0 : (out.y >= out.z ? 1 : 2);
+      distance = out[a];
+      n = {a == 0 ? 1.F : 0.F, a == 1 ? 1.F : 0.F, a == 2 ? 1.F : 0.F};
+    }
+    return {distance, back * Vec3f{side.x * n.x, side.y * n.y, side.z * n.z}, true};
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,158 @@
+#pragma once
+/// Particles that come and go, and the books of them.
+#include "tactus/fluid/wall_kernels.h"
+
+namespace tactus {
+
+/// What the liquid did since it was placed. Exactly: placed + emitted = here + taken; what was to come and
+/// found no room is waiting.
+struct LiquidReport {
+  Index here = 0;
+  std::uint32_t placed = 0, emitted = 0, taken = 0, waiting = 0;
+  Index fast = 0;  ///< faster than max_speed_m_s now
+  float fastest_m_s = 0;
+  float densest = 0;  ///< largest density over that at rest
+};
+
+/// The counters of that which the device goes on with.
+struct LiquidCounters {
+  Index next_id = 0;
+  std::uint32_t placed = 0, emitted = 0, taken = 0;
+};
+
+/// So many particles go on.
+struct KeepCount {
+  View<const Index> placed;
+  View<Index> count;
+  TACTUS_HD void operator()(Index) const { count[0] = placed[0]; }
+};
+
+/// A disc from which particles come, a layer of them whenever the last one has moved by d.
+struct EmitterState {
+  Vec3f velocity_m_s;
+  float layer_s = 0;  ///< between layers
+  double from_s = 0, until_s = 0;
+  Index first = 0, points = 0;  ///< of the layers' points
+  double time_s = 0, next_s = 0;
+  Index waiting = 0;  ///< layers that are due and find no room
+  // The layer of this step:
+  Index slot = -1, id = 0;  ///< of its first particle; slot -1: none
+  float age_s = 0;
+};
+
+/// Decides which layers come.
+struct PlanLayers {
+  StepTime time;
+  View<LiquidCounters> counters;
+  View<Index> count;
+  View<EmitterState> emitters;
+  Index room;
+  TACTUS_HD void load() { time.load(); }
+  TACTUS_HD void operator()(Index) const {
+    LiquidCounters c = counters[0];
+    Index used = count[0];
+    for (Index k = 0; k < emitters.size(); ++k) {
+      EmitterState e = emitters[k];
+      e.time_s += static_cast<double>(time.dt_s);
+      e.slot = -1;
+      const bool is_due = e.time_s >= e.next_s && e.next_s < e.until_s && !time.settles();
+      if (is_due) {
+        e.age_s = static_cast<float>(e.time_s - e.next_s);
+        e.next_s += static_cast<double>(e.layer_s);
+        ++e.waiting;
+      }
+      if (e.waiting > 0 && used + e.points <= room) {
+        if (!is_due) e.age_s = 0;
+        --e.waiting;
+        e.slot = used;
+        e.id = c.next_id;
+        used += e.points;
+        c.next_id += e.points;
+        c.emitted += static_cast<std::uint32_t>(e.points);
+      }
+      emitters[k] = e;
+    }
+    count[0] = used;
+    counters[0] = c;
+  }
+};
+
+/// Thread: point of a layer.
+struct EmitLayers {
+  View<const EmitterState> emitters;
+  View<const Vec3f> points_m;
+  View<const Index> emitter_of;
+  View<Vec3f> x_m, v_m_s;
+  View<Index> id;
+  TACTUS_HD void operator()(Index p) const {
+    const EmitterState& e = emitters[emitter_of[p]];
+    if (e.slot < 0) return;
+    const Index i = e.slot + (p - e.first);
+    x_m[i] = points_m[p] + e.age_s * e.velocity_m_s;
+    v_m_s[i] = e.velocity_m_s;
+    id[i] = e.id + (p - e.first);
+  }
+};
+
+/// What walls got since the frame began, added up and emptied. Thread: owner.
+struct SumWalls {
+  View<WallSums> sums;
+  View<Vec3f> impulse_N_s;
+  TACTUS_HD void operator()(Index owner) const {
+    WallSums total{};
+    for (Index c = owner * WallSums::kCopies; c < (owner + 1) * WallSums::kCopies; ++c) {
+      for (int a = 0; a < 3; ++a) {
+        total.impulse[a] += sums[c].impulse[a];
+        sums[c].impulse[a] = 0;
+      }
+    }
+    impulse_N_s[owner] = total.value();
+  }
+};
+
+/// One block. The order of maxima and sums of integers doesn't matter.
+struct ReportLiquid {
+  static constexpr int kThreads = 256;
+  View<const Index> count;
+  View<const Vec3f> x_m, v_m_s;
+  View<const float> density_kg_m3;
+  View<const LiquidCounters> counters;
+  View<const EmitterState> emitters;
+  float max_speed_m_s, inverse_density;
+  View<LiquidReport> report;
+  struct Shared {
+    LiquidReport of[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    b.for_each_thread([&](int t) {
+      LiquidReport r;
+      for (Index i = t; i < count[0]; i += kThreads) {
+        if (!(abs(x_m[i].x) < 1e9F)) continue;
+        const float speed = length(v_m_s[i]);
+        ++r.here;
+        r.fast += speed > max_speed_m_s ? 1 : 0;
+        r.fastest_m_s = max(r.fastest_m_s, speed);
+        r.densest = max(r.densest, density_kg_m3[i] * inverse_density);
+      }
+      s.of[t] = r;
+    });
+    b.on_one_thread([&] {
+      LiquidReport r = s.of[0];
+      for (int t = 1; t < kThreads; ++t) {
+        r.here += s.of[t].here;
+        r.fast += s.of[t].fast;
+        r.fastest_m_s = max(r.fastest_m_s, s.of[t].fastest_m_s);
+        r.densest = max(r.densest, s.of[t].densest);
+      }
+      r.placed = counters[0].placed;
+      r.emitted = counters[0].emitted;
+      r.taken = counters[0].taken;
+      for (Index k = 0; k < emitters.size(); ++k)
+        r.waiting += static_cast<std::uint32_t>(emitters[k].waiting * emitters[k].points);
+      report[0] = r;
+    });
+  }
+};
+
+}  // namespace tactus

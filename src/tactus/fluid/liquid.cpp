@@ -1,0 +1,242 @@
+#include "tactus/fluid/liquid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace tactus {
+namespace {
+
+[[noreturn]] void refuse(const char* what, float value, const char* expected) {
+  throw Error(std::string("liquid: ") + what + " is " + std::to_string(value) + ", must be " + expected);
+}
+
+LiquidConstants constants_of(const LiquidSettings& s) {
+  const float sound = 10 * s.max_speed_m_s, d = s.spacing_m;
+  return {.kernel = {1.F / d},
+          .spacing_m = d,
+          .mass_kg = s.density_kg_m3 * d * d * d,
+          .density_kg_m3 = s.density_kg_m3,
+          .tait_Pa = s.density_kg_m3 * sound * sound / 7,
+          .sound_m_s = sound,
+          .shear_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
+          .damping_m2_s = s.artificial_viscosity * sound * d,
+          .closest_m = 0.25F * d};
+}
+
+/// Points d apart on the disc of an emitter.
+std::vector<Vec3f> layer_of(const LiquidEmitter& e, float d) {
+  const Vec3f along = normalized(e.direction),
+              aside = std::abs(along.x) < 0.7F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0},
+              u = normalized(cross(along, aside)), w = cross(along, u);
+  std::vector<Vec3f> points;
+  const int most = static_cast<int>(e.radius_m / d) + 1;
+  for (int b = -most; b <= most; ++b) {
+    for (int a = -most; a <= most; ++a) {
+      const Vec3f out = (static_cast<float>(a) * d) * u + (static_cast<float>(b) * d) * w;
+      if (length(out) <= std::max(e.radius_m - 0.25F * d, 0.F)) points.push_back(e.position_m + out);
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+LiquidSettings checked(const LiquidSettings& s) {
+  if (!(s.spacing_m > 0 && s.spacing_m < 1e3F)) refuse("spacing_m", s.spacing_m, "> 0");
+  if (!(s.density_kg_m3 > 0)) refuse("density_kg_m3", s.density_kg_m3, "> 0");
+  if (!(s.viscosity_Pa_s >= 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, ">= 0");
+  if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
+  if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
+  if (s.max_particles <= 0) refuse("max_particles", static_cast<float>(s.max_particles), "> 0");
+  const Vec3f edge = s.box_m.extent();
+  const float least = std::min({edge.x, edge.y, edge.z});
+  if (!(least >= s.spacing_m)) refuse("the shortest edge of box_m", least, "at least the spacing");
+  for (const LiquidEmitter& e : s.emitters) {
+    if (!(e.speed_m_s > 0)) refuse("speed_m_s of an emitter", e.speed_m_s, "> 0");
+    if (!(e.radius_m > 0)) refuse("radius_m of an emitter", e.radius_m, "> 0");
+    if (!(length(e.direction) > 0)) refuse("the length of an emitter's direction", 0, "> 0");
+  }
+  return s;
+}
+
+Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
+    : settings_(checked(settings)),
+      constants_(constants_of(settings_)),
+      search_(ctx.device(),
+              {.max_particles = settings_.max_particles, .reach_m = constants_.kernel.reach_m()}),
+      count_(ctx.device(), 1),
+      id_(ctx.device(), settings_.max_particles),
+      wall_count_(ctx.device(), settings_.max_particles),
+      list_count_(ctx.device(), settings_.max_particles),
+      near_(ctx.device(), NearLists::size(settings_.max_particles)),
+      x_m_(ctx.device(), settings_.max_particles),
+      v_m_s_(ctx.device(), settings_.max_particles),
+      density_kg_m3_(ctx.device(), settings_.max_particles),
+      motion_(ctx.device(), settings_.max_particles),
+      walls_(ctx.device(), std::int64_t{kNearWalls} * settings_.max_particles),
+      wall_sums_(ctx.device(), std::int64_t{kFaces + settings_.other_walls} * WallSums::kCopies),
+      wall_impulse_(ctx.device(), kFaces + settings_.other_walls),
+      counters_(ctx.device(), 1),
+      report_(ctx.device(), 1),
+      sinks_(to_device(ctx, settings_.sinks_m)) {
+  make_emitters(ctx);
+  ctx.fill_bytes(wall_sums_.view(), 0);
+  place(ctx, {});
+}
+
+void Liquid::make_emitters(ExecContext& ctx) {
+  std::vector<EmitterState> states;
+  std::vector<Vec3f> points;
+  std::vector<Index> of;
+  for (const LiquidEmitter& e : settings_.emitters) {
+    const std::vector<Vec3f> layer = layer_of(e, settings_.spacing_m);
+    states.push_back({.velocity_m_s = e.speed_m_s * normalized(e.direction),
+                      .layer_s = settings_.spacing_m / e.speed_m_s,
+                      .from_s = e.from_s,
+                      .until_s = e.until_s,
+                      .first = static_cast<Index>(points.size()),
+                      .points = static_cast<Index>(layer.size()),
+                      .next_s = e.from_s});
+    points.insert(points.end(), layer.begin(), layer.end());
+    of.resize(points.size(), static_cast<Index>(states.size()) - 1);
+  }
+  emitters_ = to_device(ctx, states);
+  layer_points_ = to_device(ctx, points);
+  emitter_of_ = to_device(ctx, of);
+}
+
+void Liquid::place(ExecContext& ctx, std::span<const LiquidParticle> particles) {
+  if (particles.size() > static_cast<std::size_t>(settings_.max_particles)) {
+    throw Error("liquid: " + std::to_string(particles.size()) + " particles, but max_particles is " +
+                std::to_string(settings_.max_particles));
+  }
+  const auto room = static_cast<std::size_t>(settings_.max_particles);
+  std::vector<Vec3f> x(room), v(room);
+  std::vector<Index> id(room);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    x[i] = particles[i].x_m;
+    v[i] = particles[i].v_m_s;
+    id[i] = static_cast<Index>(i);
+  }
+  const auto n = static_cast<Index>(particles.size());
+  const std::vector<Index> count{n};
+  const std::vector<LiquidCounters> counters{{.next_id = n, .placed = static_cast<std::uint32_t>(n)}};
+  ctx.upload(x, x_m_.view());
+  ctx.upload(v, v_m_s_.view());
+  ctx.upload(id, id_.view());
+  ctx.upload(count, count_.view());
+  ctx.upload(counters, counters_.view());
+  ctx.fill_bytes(density_kg_m3_.view(), 0);
+  ctx.synchronize();
+  end_frame(ctx);
+  ctx.synchronize();
+}
+
+void Liquid::step(ExecContext& ctx, const StepTime& time) {
+  if (time.frame.empty() && !(time.dt_s <= largest_step_s())) {
+    throw Error("liquid: a step of " + std::to_string(time.dt_s) + " s, but the largest stable step is " +
+                std::to_string(largest_step_s()) + " s");
+  }
+  begin_step(ctx, time);
+  end_step(ctx, time);
+}
+
+void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
+  if (!emitters_.empty()) {
+    ctx.parallel_for("fluid/layers", 1,
+                     PlanLayers{time, counters_.view(), count_.view(), emitters_.view(), id_.size()});
+    ctx.parallel_for("fluid/emit", layer_points_.size(),
+                     EmitLayers{emitters_.const_view(), layer_points_.const_view(), emitter_of_.const_view(),
+                                x_m_.view(), v_m_s_.view(), id_.view()});
+  }
+  search_.build(ctx, x_m_.const_view(), id_.const_view(), Count(count_.const_view(), id_.size()));
+  ctx.parallel_for("fluid/walls", search_.placed(),
+                   FindBoxWalls{search_.cells().particles, settings_.box_m, settings_.open_faces,
+                                constants_.kernel.reach_m(), near_walls()});
+}
+
+void Liquid::end_step(ExecContext& ctx, const StepTime& time) {
+  const NeighbourCells cells = search_.cells();
+  const NearLists lists{list_count_.view(), near_.view()};
+  const LiquidEnds ends{settings_.box_m, settings_.open_faces, sinks_.const_view(),
+                        View<std::uint32_t>(&counters_.view().data()->taken, 1)};
+  search_.visit_listing(ctx, "fluid/density",
+                        LiquidDensity{constants_, near_walls(), cells.order, v_m_s_.const_view(),
+                                      density_kg_m3_.view(), motion_.view()},
+                        lists);
+  search_.visit_listed(ctx, "fluid/force",
+                       LiquidForce{constants_, time, near_walls(), cells.particles, motion_.const_view(),
+                                   x_m_.view(), v_m_s_.view(), id_.view(), ends, wall_sums_.view()},
+                       lists);
+  ctx.parallel_for("fluid/count", 1, KeepCount{cells.placed, count_.view()});
+}
+
+void Liquid::end_frame(ExecContext& ctx) {
+  ctx.parallel_for("fluid/wall sums", wall_impulse_.size(),
+                   SumWalls{wall_sums_.view(), wall_impulse_.view()});
+  ctx.parallel_for("fluid/report", 1,
+                   ReportLiquid{count_.const_view(), x_m_.const_view(), v_m_s_.const_view(),
+                                density_kg_m3_.const_view(), counters_.const_view(), emitters_.const_view(),
+                                settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, report_.view()});
+}
+
+float Liquid::largest_step_s() const {
+  const float d = settings_.spacing_m;
+  float step = 0.4F * d / (constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity));
+  if (constants_.shear_m2_s > 0) step = std::min(step, d * d / (8 * constants_.shear_m2_s));
+  return step;
+}
+
+LiquidView Liquid::view() const {
+  return {Count(count_.const_view(), id_.size()), x_m_.const_view(), v_m_s_.const_view(), id_.const_view()};
+}
+
+void Liquid::archive(ExecContext& ctx, StateArchive& a) {
+  a.set_owner("liquid");
+  a.buffer(ctx, "count", count_);
+  a.buffer(ctx, "ids", id_);
+  a.buffer(ctx, "positions", x_m_);
+  a.buffer(ctx, "velocities", v_m_s_);
+  a.buffer(ctx, "counters", counters_);
+  a.buffer(ctx, "emitters", emitters_);
+  const Index count = to_host(ctx, count_.view())[0];
+  a.check(count >= 0 && count <= id_.size(), "count");
+}
+
+std::vector<LiquidParticle> Liquid::particles(ExecContext& ctx) const {
+  const Index count = to_host(ctx, count_.view())[0];
+  const std::vector<Vec3f> x = to_host(ctx, x_m_.view().part(0, count)),
+                           v = to_host(ctx, v_m_s_.view().part(0, count));
+  const std::vector<Index> id = to_host(ctx, id_.view().part(0, count));
+  std::vector<LiquidParticle> all;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (std::isfinite(x[i].x)) all.push_back({x[i], v[i], id[i]});
+  }
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return all;
+}
+
+std::vector<float> Liquid::densities_kg_m3(ExecContext& ctx) const {
+  return to_host(ctx, density_kg_m3_.view().part(0, to_host(ctx, count_.view())[0]));
+}
+
+std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m) {
+  const Vec3f edge = box_m.extent();
+  const auto along = [&](float m) { return std::max(1, static_cast<int>(std::lround(m / spacing_m))); };
+  const Vec3i n{along(edge.x), along(edge.y), along(edge.z)};
+  std::vector<LiquidParticle> particles;
+  for (Index z = 0; z < n.z; ++z) {
+    for (Index y = 0; y < n.y; ++y) {
+      for (Index x = 0; x < n.x; ++x) {
+        const Vec3f at{(static_cast<float>(x) + 0.5F) / static_cast<float>(n.x) * edge.x,
+                       (static_cast<float>(y) + 0.5F) / static_cast<float>(n.y) * edge.y,
+                       (static_cast<float>(z) + 0.5F) / static_cast<float>(n.z) * edge.z};
+        particles.push_back({box_m.min + at, {}, static_cast<Index>(particles.size())});
+      }
+    }
+  }
+  return particles;
+}
+
+}  // namespace tactus

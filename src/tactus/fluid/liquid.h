@@ -1,0 +1,117 @@
+#pragma once
+/// A liquid of particles.
+#include <span>
+#include <vector>
+
+#include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/wcsph_kernels.h"
+#include "tactus/frame/state_archive.h"
+#include "tactus/geom/neighbour_search.h"
+
+namespace tactus {
+
+/// A disc from which liquid flows at `speed_m_s`.
+struct LiquidEmitter {
+  Vec3f position_m, direction{0, -1, 0};
+  float radius_m = 0.01F, speed_m_s = 0.5F;
+  double from_s = 0, until_s = 1e30;
+};
+
+struct LiquidSettings {
+  float spacing_m = 0.004F;  ///< d: of particles at rest
+  float density_kg_m3 = 1060;
+  float viscosity_Pa_s = 0.0035F;
+  /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast.
+  float max_speed_m_s = 1;
+  float artificial_viscosity = 0.05F;  ///< alpha
+  Box3f box_m;                         ///< the world of the liquid
+  Index open_faces = 0;                ///< bits of -x, +x, -y, +y, -z, +z where it flows out
+  Index max_particles = 40000;
+  std::vector<LiquidEmitter> emitters = {};
+  std::vector<Box3f> sinks_m = {};
+  Index other_walls = 0;  ///< owners of walls beside the faces of the box: kFaces, kFaces + 1, ..
+};
+
+/// @throws Error naming the setting that is out of range.
+LiquidSettings checked(const LiquidSettings& settings);
+
+/// Where the particles are. On the device; slots change in every step, ids never.
+struct LiquidView {
+  Count count;            ///< slots in use
+  View<const Vec3f> x_m;  ///< a particle that just left is nowhere: NaN
+  View<const Vec3f> v_m_s;
+  View<const Index> id;
+};
+
+/// A particle on the host.
+struct LiquidParticle {
+  Vec3f x_m, v_m_s;
+  Index id = 0;
+};
+
+/// Owns the particles. Call `place` before the first step. A step is asynchronous and may be recorded:
+/// nothing is allocated or read back there. Where other walls are near, it is begin_step, then whoever knows
+/// them adds them to near_walls() of near_particles(), then end_step. docs/concepts/liquid.md has the
+/// equations.
+class Liquid {
+ public:
+  static constexpr Index kFaces = FindBoxWalls::kFaces;
+
+  /// Synchronizes. @throws Error naming the setting that is out of range.
+  Liquid(ExecContext& ctx, const LiquidSettings& settings);
+
+  /// These particles and no others; ids are numbers. Synchronizes. @throws Error when they are too many.
+  void place(ExecContext& ctx, std::span<const LiquidParticle> particles);
+
+  /// One step in a box alone. @throws Error when `time.dt_s` is above largest_step_s(); with `time.frame`,
+  /// the caller sees to that.
+  void step(ExecContext& ctx, const StepTime& time);
+  void begin_step(ExecContext& ctx, const StepTime& time);
+  void end_step(ExecContext& ctx, const StepTime& time);
+  View<const SearchParticle> near_particles() const { return search_.cells().particles; }
+  Count near_count() const { return search_.placed(); }
+  NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
+  /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
+  void end_frame(ExecContext& ctx);
+
+  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)).
+  float largest_step_s() const;
+  const LiquidSettings& settings() const { return settings_; }
+  const LiquidConstants& constants() const { return constants_; }
+  LiquidView view() const;
+  View<const float> density_kg_m3() const { return density_kg_m3_.const_view(); }
+  /// (kFaces + other_walls) What the liquid did to each owner in the last frame.
+  View<const Vec3f> wall_impulses_N_s() const { return wall_impulse_.const_view(); }
+  View<const LiquidReport> report_view() const { return report_.const_view(); }
+
+  /// All that the next steps depend on. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
+  /// Synchronize.
+  std::vector<LiquidParticle> particles(ExecContext& ctx) const;  ///< by id
+  std::vector<float> densities_kg_m3(ExecContext& ctx) const;     ///< by slot
+
+ private:
+  void make_emitters(ExecContext& ctx);
+
+  LiquidSettings settings_;
+  LiquidConstants constants_;
+  NeighbourSearch search_;
+  Buffer<Index> count_, id_, wall_count_, list_count_, near_;
+  Buffer<Vec3f> x_m_, v_m_s_;
+  Buffer<float> density_kg_m3_;
+  Buffer<LiquidMotion> motion_;
+  Buffer<NearWall> walls_;
+  Buffer<WallSums> wall_sums_;
+  Buffer<Vec3f> wall_impulse_;
+  Buffer<LiquidCounters> counters_;
+  Buffer<LiquidReport> report_;
+  Buffer<Box3f> sinks_;
+  Buffer<EmitterState> emitters_;
+  Buffer<Vec3f> layer_points_;
+  Buffer<Index> emitter_of_;
+};
+
+/// Particles on a cubic lattice that fill a box, its spacing as near to `spacing_m` as fits.
+std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m);
+
+}  // namespace tactus

@@ -1,0 +1,83 @@
+#pragma once
+/// Walls that are near particles, and what the liquid does to them.
+#include "tactus/compute/atomic.h"
+#include "tactus/fluid/liquid_views.h"
+#include "tactus/geom/neighbour_cells.h"
+
+namespace tactus {
+
+/// What walls get, as integers: in any order, the same sums.
+struct WallSums {
+  static constexpr float kUnit = 1.F / (1ULL << 48);  ///< [N s]
+  static constexpr Index kCopies = 16;                ///< so that threads seldom wait for one another
+  std::uint64_t impulse[3] = {};
+  TACTUS_HD void add_atomically(Vec3f impulse_N_s) {
+    for (int a = 0; a < 3; ++a) atomic_add(impulse[a], units(impulse_N_s[a]));
+  }
+  TACTUS_HD Vec3f value() const {
+    const auto of = [](std::uint64_t u) { return kUnit * static_cast<float>(static_cast<std::int64_t>(u)); };
+    return {of(impulse[0]), of(impulse[1]), of(impulse[2])};
+  }
+
+ private:
+  TACTUS_HD static std::uint64_t units(float value) {
+    constexpr float kMost = 1.6e4F;  // N s: 2^62 units
+    if (value != value) return 0;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(value, -kMost, kMost) / kUnit));
+  }
+};
+
+/// Where particles leave: beyond open faces of the box, and in the sinks. Nothing gets through its walls.
+struct LiquidEnds {
+  Box3f box_m;
+  Index open_faces;
+  View<const Box3f> sinks_m;
+  View<std::uint32_t> taken;  ///< (1)
+  /// x, or nowhere (NaN): a particle without a position has left by the next search.
+  TACTUS_HD Vec3f kept(Vec3f x) const {
+    for (int a = 0; a < 3; ++a) {
+      if ((open_faces >> (2 * a) & 1) == 0) x[a] = max(x[a], box_m.min[a]);
+      if ((open_faces >> (2 * a + 1) & 1) == 0) x[a] = min(x[a], box_m.max[a]);
+    }
+    bool stays = holds(box_m, x);
+    for (Index k = 0; k < sinks_m.size(); ++k) stays = stays && !holds(sinks_m[k], x);
+    if (stays) return x;
+    atomic_add(taken[0], 1U);
+    const float nan = std::bit_cast<float>(0x7fc00000U);
+    return {nan, nan, nan};
+  }
+
+ private:
+  TACTUS_HD static bool holds(const Box3f& box, Vec3f x) {
+    const Vec3f out = max(box.min - x, x - box.max);
+    return max(out.x, max(out.y, out.z)) <= 0.F;
+  }
+};
+
+/// The faces of the box within reach of every particle. Faces are numbered -x, +x, -y, +y, -z, +z.
+struct FindBoxWalls {
+  static constexpr int kFaces = 6;
+  View<const SearchParticle> particles;
+  Box3f box_m;
+  Index open_faces;  ///< bits: nothing stops there
+  float reach_m;
+  NearWalls near;
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3f x = particles[i].x_m;
+    near.count[i] = 0;
+    for (int a = 0; a < 3; ++a) {
+      see(i, 2 * a, x[a] - box_m.min[a]);
+      see(i, 2 * a + 1, box_m.max[a] - x[a]);
+    }
+  }
+
+ private:
+  TACTUS_HD void see(Index i, int face, float distance_m) const {
+    if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) return;
+    Vec3f n{};
+    n[face / 2] = face % 2 == 0 ? 1.F : -1.F;
+    near.add(i, {n, distance_m, {}, face});
+  }
+};
+
+}  // namespace tactus

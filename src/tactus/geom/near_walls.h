@@ -1,0 +1,37 @@
+#pragma once
+/// The surfaces that are near particles: what is solid tells, what is liquid asks.
+#include "tactus/base/vec.h"
+#include "tactus/compute/view.h"
+
+namespace tactus {
+
+/// A surface near a particle: its plane there, as the particle sees it.
+struct alignas(16) NearWall {
+  Vec3f n;               ///< unit, from the wall to the liquid
+  float distance_m = 0;  ///< < 0 behind the wall
+  Vec3f velocity_m_s;
+  Index owner = -1;
+};
+inline constexpr Index kNearWalls = 4;
+
+/// The walls of all particles, by slot.
+struct NearWalls {
+  View<Index> count;
+  View<NearWall> walls;  ///< kNearWalls each
+  TACTUS_HD NearWall& at(Index i, Index k) const { return walls[kNearWalls * i + k]; }
+  /// Where there are too many, the farthest is dropped.
+  TACTUS_HD void add(Index i, const NearWall& wall) const {
+    const Index n = count[i];
+    if (n < kNearWalls) {
+      at(i, n) = wall;
+      count[i] = n + 1;
+      return;
+    }
+    Index farthest = 0;
+    for (Index k = 1; k < kNearWalls; ++k)
+      if (at(i, k).distance_m > at(i, farthest).distance_m) farthest = k;
+    if (wall.distance_m < at(i, farthest).distance_m) at(i, farthest) = wall;
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,69 @@
+/// The scene's liquid.
+#include "tactus/base/error.h"
+#include "tactus/io/region_schema.h"
+
+namespace tactus {
+namespace {
+
+bool is_in(const BoxRegion& box, Vec3d p) {
+  const Vec3d out = max(box.min_m - p, p - box.max_m);
+  return max(out.x, max(out.y, out.z)) <= 1e-9;
+}
+
+void describe_block(FieldVisitor& v, BlockDescription& b) {
+  describe_box(v, b.box);
+  v.vector({"velocity_m_s", "with which it begins"}, b.velocity_m_s, {"m/s", -100, 100});
+}
+
+void describe_emitter(FieldVisitor& v, EmitterDescription& e) {
+  describe_name(v, {"name", "unique name", kRequired}, e.name);
+  v.vector({"position_m", "middle of the disc from which it flows", kRequired}, e.position_m, kPosition);
+  v.vector({"direction", "in which it flows; any length > 0"}, e.direction, {"", -1000, 1000});
+  v.real({"radius_m", "of the disc"}, e.radius_m, positive("m", 10));
+  v.real({"speed_m_s", "of the liquid there"}, e.speed_m_s, positive("m/s", 100));
+  v.real({"from_s", "when it begins, in simulated time"}, e.from_s, {"s", 0, 1e6});
+  v.real_or_auto({"until_s", "when it ends"}, e.until_s, {"s", 0, 1e6}, "never");
+  v.check(dot(e.direction, e.direction) > 0, "direction", "'direction' is zero, expected a direction");
+}
+
+void describe_sink(FieldVisitor& v, SinkDescription& s) { describe_box(v, s.box); }
+
+}  // namespace
+
+void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
+  v.real({"spacing_m", "between particles at rest: smaller is finer and slower", kRequired}, f.spacing_m,
+         {"m", 0.0001, 1});
+  v.section({"box", "the liquid's world; its faces are walls, but for those that are open", kRequired},
+            [&](FieldVisitor& in) { describe_box(in, f.box); });
+  v.choice({"open", "faces of the box through which particles leave; `sides` opens the top, too"}, f.open,
+           {{"none", LiquidOpen::none},
+            {"top", LiquidOpen::top},
+            {"sides", LiquidOpen::sides},
+            {"all", LiquidOpen::all}});
+  v.list({"blocks", "boxes that are full of liquid at the start"}, appender(f.blocks, describe_block));
+  v.list({"emitters", "discs from which liquid flows"}, appender(f.emitters, describe_emitter));
+  v.list({"sinks", "boxes that take all liquid that gets there"}, appender(f.sinks, describe_sink));
+  v.integer({"max_particles", "room; emitters wait where there is none"}, f.max_particles, {"", 1, 50000000});
+  v.real({"density_kg_m3", "mass per volume; blood 1060, water 1000"}, f.density_kg_m3,
+         positive("kg/m^3", 30000));
+  v.real({"viscosity_pa_s", "blood 0.0035, water 0.001, honey 10"}, f.viscosity_pa_s, {"Pa s", 0, 1000});
+  v.real({"artificial_viscosity", "damps sound: of what approaches alone"}, f.artificial_viscosity,
+         {"", 0, 1});
+  v.real_or_auto({"max_speed_m_s",
+                  "what moves faster is compressed by more than 1 %; half of it halves the "
+                  "number of steps"},
+                 f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
+  v.vector({"colour", "red, green, blue (sRGB)"}, f.colour, {"", 0, 1});
+  const Vec3d edge = f.box.max_m - f.box.min_m;
+  v.check(
+      min(edge.x, min(edge.y, edge.z)) >= 2 * f.spacing_m, "spacing_m",
+      "'spacing_m' is " + number_text(f.spacing_m) + ", expected at most half of the shortest edge of 'box'");
+  for (const BlockDescription& b : f.blocks)
+    v.check(is_in(f.box, b.box.min_m) && is_in(f.box, b.box.max_m), "blocks",
+            "one of the 'blocks' is not within 'box'");
+  for (const EmitterDescription& e : f.emitters)
+    v.check(is_in(f.box, e.position_m), "emitters",
+            "the 'position_m' of emitter '" + e.name + "' is not within 'box'");
+}
+
+}  // namespace tactus

@@ -1,0 +1,95 @@
+#pragma once
+/// What a rig saw in one file, readable up to where a crash cut it. docs/recording.md has the format.
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tactus/rig/frame_source.h"
+#include "tactus/rig/wire/image_coder.h"
+
+namespace tactus {
+
+/// Kinds of chunks. Others are stepped over.
+enum class RecordingChunk : std::uint32_t {
+  rig = 1,      ///< the first: cameras, workspace
+  set = 2,      ///< images of one tick
+  nothing = 3,  ///< a frame without new images
+  bad = 4,      ///< a tick that no camera delivered
+  end = 5,      ///< the recording was closed; missing after a crash
+};
+
+inline constexpr std::string_view kRecordingMagic = "TACTUSRC";
+/// Whether a file begins as a recording does; not for what can't be opened.
+bool is_recording(const std::string& path);
+
+/// A chunk as it stands in the file: a head with length and hashes, and the payload.
+std::string recording_chunk(RecordingChunk kind, std::string_view payload);
+/// Begins a file.
+std::string recording_start();
+
+/// Writes sets as they are released. Each is one write to the system, so what `add` returned from survives
+/// the end of this process, however it ends; the system's own end costs what it had not yet put on the disk.
+class RecordingWriter {
+ public:
+  /// @param fps of the rig; none where frames have no times
+  /// @throws Error when the file can't be made, or is there and not empty: a recording is not overwritten.
+  RecordingWriter(const std::string& path, const Rig& rig, std::optional<double> fps);
+  ~RecordingWriter();
+  RecordingWriter(const RecordingWriter&) = delete;
+  RecordingWriter& operator=(const RecordingWriter&) = delete;
+
+  /// @param next what the source answered; `no_more_data` is not written
+  /// @param status of the source @throws Error naming the file (disk full, for example).
+  void add(NextFrame next, const FrameSet& frame, const std::string& status);
+  /// Says in the file that it is whole, and waits for the disk. @throws Error.
+  void finish();
+
+ private:
+  void write_chunk();
+  void write(std::string_view bytes);
+  std::string path_, chunk_;
+  int fd_ = -1;
+  ImageCoder coder_;
+};
+
+/// Reads a recording set by set. Memory is bounded by the sets, not by the file.
+class RecordingReader {
+ public:
+  /// What of a set is wanted.
+  struct Wanted {
+    bool alphas = true, colors = true, depth = true;
+  };
+  /// Looks at the heads of all chunks. @throws Error naming the file and what is wrong with its head or rig.
+  explicit RecordingReader(const std::string& path);
+  ~RecordingReader();
+  RecordingReader(const RecordingReader&) = delete;
+  RecordingReader& operator=(const RecordingReader&) = delete;
+
+  const Rig& rig() const { return rig_; }
+  std::optional<double> fps() const { return fps_; }
+  /// Sets, frames without new images, and bad ticks.
+  int count() const { return static_cast<int>(places_.size()); }
+  /// Whether it was closed; "" or how it ends: "it was cut off after 299 frames".
+  const std::string& ending() const { return ending_; }
+  /// Reads frame `i` of count(). @param status what the source said of it
+  /// A damaged one is a bad frame, and `status` says so.
+  NextFrame read(int i, const Wanted& wanted, FrameSet& frame, std::string& status);
+
+ private:
+  void find_chunks();
+  /// @returns whether all of it is in the file.
+  bool read_at(std::uint64_t at, std::size_t bytes, std::string& to) const;
+  /// Reads the payload of the chunk there. @returns whether it is what was written.
+  bool read_payload(std::uint64_t at, RecordingChunk& kind);
+  bool parse(const Wanted& wanted, FrameSet& frame, std::string& status);
+  std::string path_, head_, payload_, ending_;
+  int fd_ = -1;
+  std::uint64_t file_bytes_ = 0;
+  Rig rig_;
+  std::optional<double> fps_;
+  std::vector<std::uint64_t> places_;  ///< of the chunks of frames
+  ImageCoder coder_;
+};
+
+}  // namespace tactus

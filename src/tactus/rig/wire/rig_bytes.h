@@ -1,0 +1,14 @@
+#pragma once
+/// A rig as bytes, for recordings and packets. docs/recording.md has the format.
+#include "tactus/base/byte_io.h"
+#include "tactus/rig/frame_source.h"
+
+namespace tactus {
+
+constexpr std::uint32_t kMostCameras = 256;
+
+void put_rig(const Rig& rig, std::string& to);
+/// @throws Error naming the camera or what else no rig has.
+Rig take_rig(ByteReader& from);
+
+}  // namespace tactus

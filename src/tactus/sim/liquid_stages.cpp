@@ -1,0 +1,32 @@
+// What the liquid does in a frame.
+#include "tactus/sim/scene_liquid.h"
+
+namespace tactus {
+
+void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
+                             Vec3f gravity_m_s2) {
+  const View<const FrameParams> frame = schedule.frame().view(0);
+  schedule.add({.name = "liquid/step",
+                .timed_as = "liquid",
+                .rate = Rate::substep,
+                .updates = {"liquid"},
+                .submit = [this, &world, frame, gravity_m_s2](BlockPlace at) {
+                  const StepTime time{.gravity_m_s2 = gravity_m_s2, .frame = frame, .in_block = at.substep};
+                  const ContactOnDevices::Part& solid = world.part(0);
+                  liquid_.begin_step(ctx_, time);
+                  solid.contact.find_walls(ctx_, solid.surface, solid.obstacles.view(),
+                                           liquid_.near_particles(), liquid_.near_count(),
+                                           liquid_.constants().kernel.reach_m(), Liquid::kFaces, at.substep,
+                                           liquid_.near_walls());
+                  liquid_.end_step(ctx_, time);
+                }});
+  schedule.add({.name = "liquid/end",
+                .timed_as = "end",
+                .rate = Rate::after,
+                .writes = {report_resource()},
+                .updates = {"liquid"},
+                .submit = [this](BlockPlace) { liquid_.end_frame(ctx_); }});
+  report_ = readback.add(liquid_.report_view());
+}
+
+}  // namespace tactus

@@ -1,0 +1,182 @@
+#include "tactus/sim/scene_liquid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/point_in_mesh.h"
+
+namespace tactus {
+namespace {
+
+Box3f to_box(const BoxRegion& box) { return {vec_cast<float>(box.min_m), vec_cast<float>(box.max_m)}; }
+
+Index open_faces(LiquidOpen open) {
+  constexpr Index kTop = 1 << 3, kSides = 1 << 0 | 1 << 1 | 1 << 4 | 1 << 5, kFloor = 1 << 2;
+  switch (open) {
+    case LiquidOpen::none:
+      return 0;
+    case LiquidOpen::top:
+      return kTop;
+    case LiquidOpen::sides:
+      return kTop | kSides;
+    case LiquidOpen::all:
+      break;
+  }
+  return kTop | kSides | kFloor;
+}
+
+LiquidSettings settings_of(const Scene& scene) {
+  const LiquidDescription& f = *scene.fluid;
+  LiquidSettings s{.spacing_m = static_cast<float>(f.spacing_m),
+                   .density_kg_m3 = static_cast<float>(f.density_kg_m3),
+                   .viscosity_Pa_s = static_cast<float>(f.viscosity_pa_s),
+                   .max_speed_m_s = static_cast<float>(liquid_speed_m_s(f, scene.gravity_m_s2)),
+                   .artificial_viscosity = static_cast<float>(f.artificial_viscosity),
+                   .box_m = to_box(f.box),
+                   .open_faces = open_faces(f.open),
+                   .max_particles = f.max_particles,
+                   .other_walls = kOwners};
+  for (const EmitterDescription& e : f.emitters) {
+    s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
+                          .direction = vec_cast<float>(e.direction),
+                          .radius_m = static_cast<float>(e.radius_m),
+                          .speed_m_s = static_cast<float>(e.speed_m_s),
+                          .from_s = e.from_s,
+                          .until_s = e.until_s.value_or(1e30)});
+  }
+  for (const SinkDescription& sink : f.sinks) s.sinks_m.push_back(to_box(sink.box));
+  return s;
+}
+
+/// What stands where particles are to be.
+class Solids {
+ public:
+  Solids(const std::vector<std::unique_ptr<SoftBody>>& bodies, std::span<const ObstacleDescription> obstacles)
+      : obstacles_(obstacles) {
+    for (const auto& body : bodies) add(body->shape().surface_m, body->fill(), {});
+    for (const ObstacleDescription& o : obstacles)
+      if (o.kind == ObstacleKind::mesh) add(o.mesh, MeshFill::closed, inverse(o.T_world_obstacle));
+  }
+  /// Whether x lies in something, or nearer than `least_m` to its surface.
+  bool hold(Vec3f x, float least_m) const {
+    for (const Solid& s : meshes_) {
+      const Vec3f p = s.T_mesh_world * x, out = max(s.low - p, p - s.high);
+      if (std::max({out.x, out.y, out.z}) < least_m && s.query->signed_distance_m(p) < least_m) return true;
+    }
+    for (const ObstacleDescription& o : obstacles_) {
+      const Vec3f p = inverse(o.T_world_obstacle) * x;
+      if (o.kind == ObstacleKind::plane && p.y < least_m) return true;
+      if (o.kind != ObstacleKind::box) continue;
+      const Vec3f out = Vec3f{std::abs(p.x), std::abs(p.y), std::abs(p.z)} - o.half_m;
+      if (std::max({out.x, out.y, out.z}) < least_m) return true;
+    }
+    return false;
+  }
+
+ private:
+  struct Solid {
+    std::unique_ptr<PointInMesh> query;
+    Rigidf T_mesh_world;
+    Vec3f low, high;
+  };
+  void add(const TriangleMesh& mesh, MeshFill fill, const Rigidf& T_mesh_world) {
+    if (mesh.positions_m.empty()) return;
+    Solid s{std::make_unique<PointInMesh>(mesh, fill), T_mesh_world, mesh.positions_m.front(),
+            mesh.positions_m.front()};
+    for (const Vec3f& p : mesh.positions_m) s.low = min(s.low, p), s.high = max(s.high, p);
+    meshes_.push_back(std::move(s));
+  }
+  std::span<const ObstacleDescription> obstacles_;
+  std::vector<Solid> meshes_;
+};
+
+}  // namespace
+
+double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2) {
+  if (liquid.max_speed_m_s) return *liquid.max_speed_m_s;
+  const Vec3d edge = liquid.box.max_m - liquid.box.min_m, g = gravity_m_s2;
+  const double fall = std::abs(g.x) * edge.x + std::abs(g.y) * edge.y + std::abs(g.z) * edge.z;
+  double speed = std::sqrt(2 * fall);
+  for (const EmitterDescription& e : liquid.emitters) speed = std::max(speed, e.speed_m_s);
+  return std::max(speed, 0.1);
+}
+
+SceneLiquid::SceneLiquid(ExecContext& ctx, const Scene& scene,
+                         const std::vector<std::unique_ptr<SoftBody>>& bodies,
+                         std::span<const ObstacleDescription> obstacles)
+    : ctx_(ctx), description_(*scene.fluid), liquid_(ctx, settings_of(scene)) {
+  const Solids solids(bodies, obstacles);
+  const float d = liquid_.settings().spacing_m;
+  std::vector<LiquidParticle> particles;
+  int removed = 0;
+  for (const BlockDescription& block : description_.blocks) {
+    for (LiquidParticle p : fill_box(to_box(block.box), d)) {
+      if (solids.hold(p.x_m, 0.4F * d)) {
+        ++removed;
+        continue;
+      }
+      p.v_m_s = vec_cast<float>(block.velocity_m_s);
+      particles.push_back(p);
+    }
+  }
+  const int most = description_.max_particles;
+  if (static_cast<int>(particles.size()) > most)
+    throw usage_error("'fluid.blocks' hold " + std::to_string(particles.size()) +
+                      " particles, but 'fluid.max_particles' is " + std::to_string(most) +
+                      ": raise it, or 'fluid.spacing_m'");
+  if (removed > 0)
+    first_notices_.push_back({"liquid.overlap", Severity::info,
+                              std::to_string(removed) +
+                                  " particles of 'fluid.blocks' lay in bodies or obstacles and were left out",
+                              ""});
+  for (const ObstacleDescription& o : obstacles) {
+    const float thin = 2 * std::min({o.half_m.x, o.half_m.y, o.half_m.z});
+    if (o.kind == ObstacleKind::box && thin < d)
+      first_notices_.push_back({"liquid.thin_wall", Severity::warning,
+                                "obstacle '" + o.name + "' is " + number_text(double{thin}) +
+                                    " m thick, and the liquid's spacing is " + number_text(double{d}) +
+                                    " m: it may leak through",
+                                "take a thicker obstacle, or a smaller 'fluid.spacing_m'"});
+  }
+  liquid_.place(ctx, particles);
+}
+
+int SceneLiquid::substeps_for(double dt_s) const {
+  return static_cast<int>(std::ceil(dt_s / static_cast<double>(liquid_.largest_step_s()) - 1e-4));
+}
+
+void SceneLiquid::check_substeps(double dt_s, int substeps) const {
+  const int least = substeps_for(dt_s);
+  if (substeps >= least) return;
+  throw usage_error("'frame.substeps' is " + std::to_string(substeps) + ", but the liquid needs at least " +
+                    std::to_string(least) + " in " + number_text(dt_s) + " s: its largest step is " +
+                    number_text(double{liquid_.largest_step_s()}) +
+                    " s; say 'auto', or lower 'fluid.max_speed_m_s'");
+}
+
+LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& notices) {
+  std::move(first_notices_.begin(), first_notices_.end(), std::back_inserter(notices));
+  first_notices_.clear();
+  const LiquidReport r = readback.get<LiquidReport>(report_)[0];
+  if (r.waiting > 0)
+    notices.push_back({"liquid.full", Severity::warning,
+                       "the liquid has its " + std::to_string(description_.max_particles) +
+                           " particles: what emitters bring waits",
+                       "raise 'fluid.max_particles', or add a sink"});
+  if (r.fast > 0)
+    notices.push_back({"liquid.fast", Severity::warning,
+                       "liquid is faster than the " +
+                           number_text(std::round(1e3 * double{liquid_.settings().max_speed_m_s}) / 1e3) +
+                           " m/s that its sound speed allows, and compressed by more than 1 %",
+                       "raise 'fluid.max_speed_m_s'"});
+  return r;
+}
+
+std::vector<Vec3f> SceneLiquid::positions_m() const {
+  std::vector<Vec3f> x;
+  for (const LiquidParticle& p : liquid_.particles(ctx_)) x.push_back(p.x_m);
+  return x;
+}
+
+}  // namespace tactus

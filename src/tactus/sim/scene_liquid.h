@@ -1,0 +1,51 @@
+#pragma once
+/// The liquid of a scene in the frame.
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tactus/contact/contact_on_devices.h"
+#include "tactus/fluid/liquid.h"
+#include "tactus/frame/readback.h"
+#include "tactus/frame/schedule.h"
+#include "tactus/sim/notice.h"
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+
+/// The speed that a liquid is made for where the scene says none: what falls through its box.
+double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2);
+
+/// Owns the liquid, on the first device. The real surface and obstacles push it; it moves in every substep.
+class SceneLiquid {
+ public:
+  /// Fills the blocks, but for what lies in bodies and obstacles. Synchronizes.
+  /// @throws Error naming what can't be.
+  SceneLiquid(ExecContext& ctx, const Scene& scene, const std::vector<std::unique_ptr<SoftBody>>& bodies,
+              std::span<const ObstacleDescription> obstacles);
+
+  /// After the stages of the bodies. `world` and this must outlive the schedule's runs.
+  void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
+  static Resource report_resource() { return "liquid/report"; }
+
+  int substeps_for(double dt_s) const;
+  /// @throws usage Error when so many substeps are unstable.
+  void check_substeps(double dt_s, int substeps) const;
+  /// Over the frame that was waited for. @returns what a user should know
+  LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
+
+  const Liquid& liquid() const { return liquid_; }
+  /// Of those that are here, by id [m]. Synchronizes.
+  std::vector<Vec3f> positions_m() const;
+  void archive(StateArchive& a) { liquid_.archive(ctx_, a); }
+
+ private:
+  ExecContext& ctx_;
+  LiquidDescription description_;
+  Liquid liquid_;
+  Readback::Place report_;
+  std::vector<Notice> first_notices_;  ///< of the start
+};
+
+}  // namespace tactus

@@ -1,0 +1,42 @@
+#pragma once
+/// Liquids, drawn from their particles in screen space: balls, their front smoothed over the picture, and the
+/// length of each ray in the liquid (van der Laan et al. 2009; the filter: Truong & Yuksel 2018). Internal to
+/// view/; a context is current wherever it is used.
+#include "tactus/view/gl_mesh.h"
+#include "tactus/view/gl_objects.h"
+#include "tactus/view/projection.h"
+#include "tactus/view/scene.h"
+
+namespace tactus {
+
+/// One picture's view of all liquids.
+struct LiquidProjection {
+  Mat4 eye_world, world_eye, clip_eye;
+  float near_m = 0, tangent_x = 0, tangent_y = 0;  ///< of half the picture's angles
+};
+
+class GlLiquid {
+ public:
+  GlLiquid(GLsizei width_px, GLsizei height_px);
+
+  /// Makes the maps of one liquid, as far as what is drawn already doesn't hide it.
+  /// @param drawn framebuffer of the picture so far
+  void draw_maps(const ViewLiquid& liquid, const LiquidProjection& view, GLuint drawn);
+  /// Draws it into the framebuffer that is bound. `surface()` has been told of the light.
+  void draw(const ViewLiquid& liquid, const LiquidProjection& view);
+  const GlProgram& surface() const { return surface_; }
+
+ private:
+  void draw_balls(const ViewLiquid& liquid, const LiquidProjection& view, bool adds);
+  void smooth(const ViewLiquid& liquid, const LiquidProjection& view);
+
+  GLsizei width_px_, height_px_;
+  GlProgram ball_, smooth_, surface_;
+  GlTexture front_[2], thickness_, behind_, depth_;
+  GlFramebuffer front_target_[2], thickness_target_, copy_;
+  GlVertexArray balls_, no_attributes_;
+  GlStreamBuffer positions_;
+  GLsizei count_ = 0;
+};
+
+}  // namespace tactus

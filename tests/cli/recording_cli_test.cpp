@@ -1,0 +1,62 @@
+// tactus run --record and --source.
+#include <csignal>
+
+#include "cli/program.h"
+
+namespace tactus::test {
+namespace {
+
+class RecordingCli : public ProgramTest {
+ protected:
+  void scene(const std::string& frames) const {
+    write("s.yaml", "source: {kind: synthetic, figure: hand, scale: 0.6, frames: " + frames +
+                        ", depth_cameras: 1}\n"
+                        "reconstruction: {resolution: 24}\n"
+                        "bodies:\n  - name: block\n    shape: {kind: box, size_m: [0.3, 0.3, 0.3]}\n"
+                        "    placement: {position_m: [0, 0.2, 0]}\n    spacing_m: 0.05\n"
+                        "    fixed: [{kind: half_space, point_m: [0, -0.14, 0]}]\n");
+  }
+  /// The state after a run.
+  std::string hash_of(const std::string& arguments) const {
+    const Outcome o =
+        run_tactus("run " + path("s.yaml") + " --view none --json " + path("r.json") + " " + arguments);
+    EXPECT_EQ(o.code, 0) << o.text;
+    return o.code == 0 ? read_json("r.json")["state_hash"].get<std::string>() : o.text;
+  }
+};
+
+TEST_F(RecordingCli, ReplaysToTheSameStateOnEveryDeviceSet) {
+  scene("0-7");
+  const std::string all = hash_of("--devices cpu --record " + path("a.rec"));
+  for (const char* devices : {"cpu", "cpu:3", "cpu", "cpu:3", "cpu"})
+    EXPECT_EQ(hash_of(std::string("--devices ") + devices + " --source " + path("a.rec")), all) << devices;
+  EXPECT_NE(hash_of("--devices cpu --frames 7 --source " + path("a.rec")), all);
+}
+
+/// Nothing is told to a program that is killed with SIGKILL.
+TEST_F(RecordingCli, KilledWhileRecordingItReplaysToTheLastWholeSet) {
+  scene("0-9999");
+  const Outcome o = run_and_signal(
+      {"run", path("s.yaml"), "--devices", "cpu", "--view", "none", "--record", path("a.rec"), "--verbose"},
+      "frame 5 ", SIGKILL);
+  ASSERT_EQ(o.code, -1) << o.text;
+  const std::string replayed = hash_of("--devices cpu --source " + path("a.rec"));
+  const nlohmann::json json = read_json("r.json");
+  const int frames = json["frames"];
+  EXPECT_GE(frames, 6);
+  EXPECT_EQ(json["statuses"][0],
+            "the recording is not whole: it was cut off after " + std::to_string(frames) + " frames");
+  EXPECT_EQ(hash_of("--devices cpu --frames " + std::to_string(frames)), replayed);
+}
+
+TEST_F(RecordingCli, WrongFilesHaveOneMessage) {
+  scene("0-1");
+  expect_refused("run " + path("s.yaml") + " --view none --source " + path("s.yaml"), 2,
+                 {path("s.yaml") + ":1", "'source'"});
+  expect_refused("run " + path("s.yaml") + " --view none --source " + path("none"), 1, {path("none")});
+  expect_refused("run " + path("s.yaml") + " --view none --record " + path("s.yaml"), 2,
+                 {"is not overwritten"});
+}
+
+}  // namespace
+}  // namespace tactus::test

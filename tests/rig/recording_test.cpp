@@ -1,0 +1,187 @@
+// The file of a recording: what was written comes back, and what is damaged or cut costs only itself.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "support/message_of.h"
+#include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
+#include "tactus/rig/data_sources.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/wire/recording_file.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+using test::message_of;
+
+class Recording : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "tactus-recording-XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// Odd widths, so that masks have padding; a set with everything, one with less, none, and a bad tick.
+  static SyntheticOptions film() {
+    SyntheticOptions options;
+    options.colors = true;
+    options.shape.moving = true;
+    options.rig = {.camera_count = 3, .width_px = 70, .height_px = 51, .focal_px = 60};
+    options.rig.depth_width_px = options.rig.depth_height_px = 33;
+    options.rig.depth_focal_px = 33;
+    return options;
+  }
+  /// Writes `frames` frames of the film. @returns them
+  std::vector<FrameSet> write(const std::string& file, int frames) const {
+    SyntheticSource source(film());
+    RecordingWriter writer(file, source.rig(), source.fps());
+    std::vector<FrameSet> sets;
+    for (int i = 0; i < frames; ++i) {
+      FrameSet frame;
+      source.next(frame);
+      if (i == 1) frame.silhouettes[2] = {};
+      if (i == 2) frame.colors.clear();
+      writer.add(NextFrame::success, frame, i == 1 ? "camera 'c' missed" : "");
+      sets.push_back(std::move(frame));
+    }
+    writer.finish();
+    return sets;
+  }
+  fs::path folder_;
+};
+
+template <class T>
+bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+void expect_same(const FrameSet& a, const FrameSet& b) {
+  EXPECT_EQ(a.tick, b.tick);
+  EXPECT_EQ(a.time_s, b.time_s);
+  EXPECT_EQ(a.truth_volume_m3, b.truth_volume_m3);
+  EXPECT_EQ(a.silhouettes, b.silhouettes);
+  ASSERT_EQ(a.colors.size(), b.colors.size());
+  for (std::size_t c = 0; c < a.colors.size(); ++c) EXPECT_EQ(a.colors[c].pixels, b.colors[c].pixels);
+  ASSERT_EQ(a.depths_m.size(), b.depths_m.size());
+  for (std::size_t c = 0; c < a.depths_m.size(); ++c)
+    EXPECT_TRUE(same_bytes(a.depths_m[c].pixels, b.depths_m[c].pixels));
+}
+
+TEST_F(Recording, GivesTheSetsThatWereWritten) {
+  const std::vector<FrameSet> sets = write(path("r"), 4);
+  RecordingReader reader(path("r"));
+  EXPECT_EQ(reader.ending(), "");
+  EXPECT_EQ(reader.fps(), 30);
+  ASSERT_EQ(reader.count(), 4);
+  const Rig rig = make_synthetic_rig(film().rig);
+  ASSERT_EQ(reader.rig().cameras.size(), 3U);
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(reader.rig().cameras[c].name, rig.cameras[c].name);
+    EXPECT_EQ(reader.rig().cameras[c].center_world(), rig.cameras[c].center_world());
+    EXPECT_EQ(reader.rig().cameras[c].fx_px, rig.cameras[c].fx_px);
+  }
+  FrameSet frame;
+  std::string status;
+  for (const int i : {0, 1, 2, 3, 1}) {
+    ASSERT_EQ(reader.read(i, {}, frame, status), NextFrame::success) << status;
+    expect_same(frame, sets[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(status, i == 1 ? "camera 'c' missed" : "");
+  }
+  reader.read(0, {.colors = false, .depth = false}, frame, status);
+  EXPECT_TRUE(frame.colors.empty());
+  EXPECT_TRUE(frame.depths_m.empty());
+}
+
+TEST_F(Recording, KeepsTicksWithoutImages) {
+  SyntheticSource source(film());
+  FrameSet frame;
+  {
+    RecordingWriter writer(path("r"), source.rig(), {});
+    source.next(frame);
+    writer.add(NextFrame::success, frame, "");
+    frame.time_s = 0.125;
+    writer.add(NextFrame::nothing_new, frame, "");
+    writer.add(NextFrame::bad_frame, frame, "all asleep");
+    writer.finish();
+  }
+  const std::unique_ptr<FrameSource> replay = open_recording(path("r"));
+  EXPECT_EQ(replay->fps(), std::nullopt);
+  EXPECT_EQ(replay->next(frame), NextFrame::success);
+  EXPECT_EQ(replay->next(frame), NextFrame::nothing_new);
+  EXPECT_EQ(frame.time_s, 0.125);
+  EXPECT_EQ(replay->next(frame), NextFrame::bad_frame);
+  EXPECT_EQ(replay->status(), "all asleep");
+  EXPECT_EQ(replay->next(frame), NextFrame::no_more_data);
+}
+
+/// As a crash leaves it: cut anywhere, what was whole before is read.
+TEST_F(Recording, CutAnywhereGivesTheWholeSetsBefore) {
+  write(path("r"), 3);
+  const std::string bytes = read_file(path("r"), 1 << 20);
+  std::vector<std::size_t> ends;  // of the sets
+  for (std::size_t at = 0; (at = bytes.find("TCHK", at)) != std::string::npos; ++at) ends.push_back(at);
+  ASSERT_EQ(ends.size(), 5U);  // cameras, three sets, end
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 300; ++trial) {
+    const std::size_t cut = std::uniform_int_distribution<std::size_t>(0, bytes.size() - 1)(random);
+    std::ofstream(path("cut"), std::ios::binary) << bytes.substr(0, cut);
+    const auto whole =
+        static_cast<int>(std::count_if(ends.begin() + 2, ends.end(), [&](auto e) { return e <= cut; }));
+    if (cut < ends[1]) {
+      EXPECT_THROW(RecordingReader(path("cut")), Error);
+      continue;
+    }
+    RecordingReader reader(path("cut"));
+    ASSERT_EQ(reader.count(), whole) << cut;
+    EXPECT_NE(reader.ending(), "");
+    FrameSet frame;
+    std::string status;
+    for (int i = 0; i < whole; ++i) EXPECT_EQ(reader.read(i, {}, frame, status), NextFrame::success);
+  }
+}
+
+TEST_F(Recording, ADamagedSetIsABadFrameAndNoMore) {
+  write(path("r"), 3);
+  std::string bytes = read_file(path("r"), 1 << 20);
+  std::size_t second = 0;
+  for (int chunk = 0; chunk < 3; ++chunk) second = bytes.find("TCHK", second + 1);
+  bytes[second + 100] ^= 1;
+  std::ofstream(path("r"), std::ios::binary) << bytes;
+  const std::unique_ptr<FrameSource> replay = open_recording(path("r"));
+  FrameSet frame;
+  EXPECT_EQ(replay->next(frame), NextFrame::success);
+  EXPECT_EQ(replay->next(frame), NextFrame::bad_frame);
+  EXPECT_EQ(replay->status(), "frame 1 of recording '" + path("r") + "' is damaged");
+  EXPECT_EQ(replay->next(frame), NextFrame::success);
+  EXPECT_EQ(replay->next(frame), NextFrame::no_more_data);
+}
+
+TEST_F(Recording, WhatIsNoneHasOneMessage) {
+  write(path("r"), 1);
+  EXPECT_EQ(message_of([&] { write(path("r"), 1); }),
+            "can't record to '" + path("r") +
+                "': it is there already; a recording is not overwritten, give another name");
+  std::ofstream(path("text")) << "source: {kind: masks}\n";
+  EXPECT_FALSE(is_recording(path("text")));
+  EXPECT_TRUE(is_recording(path("r")));
+  EXPECT_EQ(
+      message_of([&] { open_recording(path("text")); }),
+      "can't read recording '" + path("text") + "': it is none; 'tactus run SCENE --record FILE' makes them");
+  DataOptions options;
+  options.last_frame = 4;
+  EXPECT_EQ(message_of([&] { open_recording(path("r"), options); }),
+            path("r") +
+                ": frames 0-4 are asked for, but the recording holds one frame, number 0; 0- is all "
+                "from there");
+}
+
+}  // namespace
+}  // namespace tactus

@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "support/device_sets.h"
+#include "support/message_of.h"
+#include "tactus/geom/point_in_mesh.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+class LiquidScenes : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+};
+TACTUS_INSTANTIATE_DEVICES(LiquidScenes);
+
+constexpr double kSpacing = 0.02;
+
+/// A pool of 10 cm with a block in it.
+Scene pool_scene() {
+  Scene scene;
+  scene.reconstruction.resolution = 40;
+  LiquidDescription& pool = scene.fluid.emplace();
+  pool.spacing_m = kSpacing;
+  pool.box = {{-0.4, 0, -0.16}, {0.4, 0.6, 0.16}};
+  pool.blocks.push_back({{{-0.4, 0, -0.16}, {0.4, 0.1, 0.16}}, {}});
+  pool.max_speed_m_s = 2;
+  ObstacleSetting block;
+  block.name = "block";
+  block.kind = ObstacleShape::box;
+  block.size_m = {0.08, 0.06, 0.32};
+  block.placement.position_m = {0.3, 0.03, 0};
+  scene.obstacles.push_back(block);
+  return scene;
+}
+
+/// What the rig sees of a ball of 0.1 m at x_m, 0.1 m above the ground.
+FrameSet ball_at(float x_m, double time_s) {
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.shape.scale = 0.25F;
+  options.shape.offset_m = {x_m, -0.4F, 0};
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  FrameSet frame;
+  EXPECT_EQ(source.next(frame), NextFrame::success);
+  frame.time_s = time_s;
+  return frame;
+}
+
+struct Wading {
+  std::vector<Vec3f> liquid_m;
+  TriangleMesh ball;
+  LiquidReport report;
+};
+
+/// A real ball moves through the pool at 1 m/s.
+Wading wade(const std::string& devices_text) {
+  DeviceSet devices(devices_text, 5);
+  Simulation simulation(devices, pool_scene(), make_synthetic_rig(), {});
+  Wading result;
+  for (int k = 0; k <= 9; ++k) {
+    const FrameSet frame = ball_at(-0.3F + static_cast<float>(k) / 30, k / 30.0);
+    result.report = simulation.step(frame, k == 0 ? 0 : 1.0 / 30).liquid;
+  }
+  const FrameSnapshot seen = simulation.snapshot();
+  result.liquid_m = seen.liquid_m;
+  result.ball = seen.real;
+  return result;
+}
+
+TEST_P(LiquidScenes, ABallWadesThroughAPool) {
+  static const Wading on_cpu = wade("cpu");
+  const Wading got = wade(GetParam());
+  EXPECT_EQ(got.report.placed + got.report.emitted,
+            static_cast<std::uint32_t>(got.report.here) + got.report.taken);
+  EXPECT_EQ(got.report.taken, 0U) << "none is lost";
+  EXPECT_LT(got.report.placed, 40U * 5 * 16) << "those in the block were left out";
+  ASSERT_EQ(got.liquid_m.size(), on_cpu.liquid_m.size());
+  EXPECT_TRUE(got.liquid_m == on_cpu.liquid_m) << "the same bits";
+  const PointInMesh ball(got.ball, MeshFill::closed);
+  float deepest_m = 0, highest_m = 0;
+  int near = 0;
+  for (const Vec3f& x : got.liquid_m) {
+    highest_m = std::max(highest_m, x.y);
+    const float distance = ball.signed_distance_m(x);
+    deepest_m = std::max(deepest_m, -distance);
+    near += distance < 2 * static_cast<float>(kSpacing) ? 1 : 0;
+    const Vec3f in_block = x - Vec3f{0.3F, 0.03F, 0};
+    EXPECT_FALSE(std::abs(in_block.x) < 0.035F && std::abs(in_block.y) < 0.025F) << x.x << " " << x.y;
+  }
+  EXPECT_LT(deepest_m, 0.5F * static_cast<float>(kSpacing));
+  EXPECT_GT(near, 50) << "it is wet";
+  EXPECT_GT(highest_m, 0.13F) << "it makes a wave";
+}
+
+TEST(LiquidScene, RefusesStepsThatAreTooLong) {
+  Scene scene = pool_scene();
+  scene.frame.substeps = 20;
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  EXPECT_NE(test::message_of([&] { simulation.step(nullptr, 1.0 / 30); }).find("liquid needs at least 86"),
+            std::string::npos);
+  scene.fluid->max_particles = 100;
+  EXPECT_NE(test::message_of([&] {
+              const Simulation other(devices, scene, make_synthetic_rig(), {});
+            }).find("fluid.max_particles"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace tactus

@@ -1,0 +1,149 @@
+// The picture of a liquid: where its surface is drawn, and what is seen through it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tactus/view/image_files.h"
+#include "tactus/view/renderer.h"
+#include "view/meshes.h"
+
+namespace tactus {
+namespace {
+
+constexpr Index kWidth = 480, kHeight = 360;
+constexpr float kSpacing = 0.004F;
+
+class LiquidPicture : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = Renderer::why_unavailable(); !why.empty()) GTEST_SKIP() << why;
+  }
+  static RendererOptions options() { return {.width_px = kWidth, .height_px = kHeight, .samples = 1}; }
+
+  /// With TACTUS_PICTURES=FOLDER, for people who look.
+  static void keep(const ColorImage& image) {
+    const char* folder = std::getenv("TACTUS_PICTURES");
+    if (folder == nullptr) return;
+    const std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    write_png(std::string(folder) + "/" + name + ".png", image);
+  }
+
+  /// Particles on a lattice that a little noise disturbs, where `holds`.
+  template <class F>
+  static ViewLiquid particles(Vec3f low_m, Vec3i count, F&& holds) {
+    ViewLiquid liquid{.spacing_m = kSpacing};
+    std::uint32_t random = 1;
+    const auto noise = [&] {
+      random = random * 1664525U + 1013904223U;
+      return 0.1F * kSpacing * (static_cast<float>(random >> 8) / (1 << 23) - 1.F);
+    };
+    for (Index k = 0; k < count.x * count.y * count.z; ++k) {
+      const Vec3f at{static_cast<float>(k % count.x), static_cast<float>(k / count.x % count.y),
+                     static_cast<float>(k / count.x / count.y)};
+      const Vec3f x = low_m + kSpacing * (at + Vec3f{0.5F, 0.5F, 0.5F}) + Vec3f{noise(), noise(), noise()};
+      if (holds(x)) liquid.positions_m.push_back(x);
+    }
+    return liquid;
+  }
+
+  /// RMS of how far the drawn surface is from the true one along its normal, over pixels whose ray meets it.
+  /// @param gap_m(position, ray) signed distance along the normal; NaN: not to be counted
+  template <class F>
+  static double rms_m(Renderer& renderer, const ViewCamera& camera, F&& gap_m) {
+    const std::vector<float> depths = renderer.depths_m();
+    const Rigidf T_world_cam = inverse(camera.T_cam_world());
+    const float tangent = std::tan(0.5F * camera.fov_rad);
+    double sum = 0, mean = 0;
+    int n = 0;
+    for (Index y = 0; y < kHeight; ++y) {
+      for (Index x = 0; x < kWidth; ++x) {
+        const Vec3f ray{tangent * (2 * (x + 0.5F) - kWidth) / kHeight,
+                        tangent * (kHeight - 2 * (y + 0.5F)) / kHeight, -1};
+        const float z = depths[static_cast<std::size_t>(y * kWidth + x)];
+        const float gap = gap_m(T_world_cam.R * (z * ray) + T_world_cam.t, T_world_cam.R * ray);
+        if (std::isnan(gap)) continue;
+        sum += static_cast<double>(gap) * static_cast<double>(gap);
+        mean += static_cast<double>(gap);
+        ++n;
+      }
+    }
+    EXPECT_GT(n, 10000);
+    std::printf("mean %.3f d, RMS %.3f d over %d pixels\n", mean / n / kSpacing,
+                std::sqrt(sum / n) / kSpacing, n);
+    return std::sqrt(sum / n);
+  }
+};
+
+TEST_F(LiquidPicture, APoolIsDrawnWhereItIs) {
+  // 50 x 6 x 50 particles: the surface is half a spacing above the highest, so at 6 d.
+  ViewScene scene{.ground = false};
+  scene.liquids.push_back(particles({-0.1F, 0, -0.1F}, {50, 6, 50}, [](Vec3f) { return true; }));
+  Renderer renderer(options());
+  for (const float elevation_rad : {0.4F, 0.8F, 1.2F, 1.5F}) {
+    const ViewCamera camera{
+        .target_m = {0, 6 * kSpacing, 0}, .distance_m = 0.4F, .elevation_rad = elevation_rad};
+    keep(renderer.render(scene, camera));
+    const double rms = rms_m(renderer, camera, [](Vec3f p, Vec3f) {
+      return std::abs(p.x) < 0.08F && std::abs(p.z) < 0.08F && p.y > 4 * kSpacing ? p.y - 6 * kSpacing : NAN;
+    });
+    EXPECT_LE(rms, 0.1 * static_cast<double>(kSpacing)) << elevation_rad;
+  }
+}
+
+TEST_F(LiquidPicture, ABallIsDrawnWhereItIs) {
+  // Shells a spacing apart, as surface tension leaves them: the outermost lies half a spacing within.
+  const float radius_m = 10 * kSpacing;
+  ViewLiquid ball{.spacing_m = kSpacing};
+  for (int shell = 0; shell < 10; ++shell) {
+    const float r = radius_m - (static_cast<float>(shell) + 0.5F) * kSpacing;
+    const int count = static_cast<int>(4 * kPi * r * r / (kSpacing * kSpacing));
+    for (int k = 0; k < count; ++k) {  // evenly: Vogel's spiral
+      const float y = 1 - (2 * static_cast<float>(k) + 1) / static_cast<float>(count), angle = 2.39996F * k;
+      const float across = std::sqrt(1 - y * y);
+      ball.positions_m.push_back(r * Vec3f{across * std::cos(angle), y, across * std::sin(angle)});
+    }
+  }
+  ViewScene scene{.ground = false};
+  scene.liquids.push_back(ball);
+  const ViewCamera camera{.target_m = {0, 0, 0}, .distance_m = 0.25F, .elevation_rad = 0.3F};
+  Renderer renderer(options());
+  keep(renderer.render(scene, camera));
+  const double rms = rms_m(renderer, camera, [&](Vec3f p, Vec3f ray) {
+    // Pixels that see it at less than 60 degrees: towards the rim a ray that hardly misses has no depth.
+    return length(p) < 2 * radius_m && -dot(normalized(p), normalized(ray)) > 0.5F ? length(p) - radius_m
+                                                                                   : NAN;
+  });
+  EXPECT_LE(rms, 0.1 * static_cast<double>(kSpacing));
+}
+
+TEST_F(LiquidPicture, DeepLiquidHidesWhatThinLiquidShows) {
+  // Seen from above, a white plate under a wedge of liquid: red light comes farther than green.
+  ViewScene scene{.ground = false};
+  scene.background = Vec3f{1, 1, 1};
+  scene.liquids.push_back(
+      particles({-0.1F, 0, -0.1F}, {50, 12, 50}, [](Vec3f x) { return x.y < 0.25F * (x.x + 0.1F); }));
+  scene.liquids[0].absorption_1_m = {20, 100, 100};
+  const ViewCamera camera{.target_m = {0, 0, 0}, .distance_m = 0.4F, .azimuth_rad = 0, .elevation_rad = 1.5F};
+  Renderer renderer(options());
+  const ColorImage image = renderer.render(scene, camera);
+  keep(image);
+  const Rgb8 thin = image(kWidth / 2 - 110, kHeight / 2), deep = image(kWidth / 2 + 110, kHeight / 2);
+  EXPECT_GT(thin.r, deep.r);
+  EXPECT_GT(thin.g, deep.g);
+  EXPECT_GT(thin.r, thin.g + 30);
+}
+
+TEST_F(LiquidPicture, NobodySeesLiquidBehindSomethingSolid) {
+  ViewScene scene{.ground = false};
+  scene.meshes.push_back({"ball", test::sphere({0, 0, 0}, 0.05F, 40), {.color = {0.2F, 0.2F, 0.9F}}});
+  const ViewCamera camera{.target_m = {0, 0, 0}, .distance_m = 0.4F, .elevation_rad = 0};
+  Renderer renderer(options());
+  const ColorImage without = renderer.render(scene, camera);
+  scene.liquids.push_back(particles({-0.01F, -0.01F, -0.01F}, {5, 5, 5}, [](Vec3f) { return true; }));
+  scene.liquids[0].positions_m.push_back({NAN, NAN, NAN});  // one that left
+  const ColorImage with = renderer.render(scene, camera);
+  EXPECT_EQ(with.pixels, without.pixels);
+}
+
+}  // namespace
+}  // namespace tactus
