@@ -329,6 +329,8 @@ TEST(BodyCutter, CutsWhatIsStretchedAndTurned) {
 /// on them, too. Nothing is lost, whatever they cross.
 TEST(BodyCutter, RandomStripsLeaveItClosed) {
   const bool is_long = std::getenv("TACTUS_LONG_TESTS") != nullptr;
+  Index triangles = 0;
+  int reaching = 0;
   for (unsigned seed = 0; seed < (is_long ? 10000U : 60U); ++seed) {
     std::mt19937 random(seed);
     Body body = block({6, 6, 6}, seed % 2 == 0 ? 1.F : 1.37F, {.copies = 2000, .nodes = 3000});
@@ -345,11 +347,13 @@ TEST(BodyCutter, RandomStripsLeaveItClosed) {
       const CutReport report = body.cut(a, b, c, d);
       ASSERT_FALSE(report.is_full) << seed;
       // Where ends of walls do not meet, a fan closes the surface, and its volume is that of a sliver.
-      const int r = expect_sound(body, 2e-3, true);
-      if (r > 0) fprintf(stderr, "REACH seed %u strip %d n %d of %d filled %d\n", seed, k, r, body.cutter.surface().triangle_count(), body.cutter.surface().filled());
+      reaching += expect_sound(body, 2e-3, true);
+      triangles += body.cutter.surface().triangle_count();
       if (HasFailure()) FAIL() << "seed " << seed << ", strip " << k;
     }
   }
+  // Strips that turn by much within a cube: of 3 such bodies in 60, single triangles of 200 000.
+  EXPECT_LT(reaching, 5e-4 * triangles);
 }
 
 }  // namespace

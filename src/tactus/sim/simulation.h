@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "tactus/base/timing.h"
@@ -178,6 +179,7 @@ class Simulation {
   int part_ = 0;  ///< of the frame that runs
   std::vector<CutScore> cuts_;
   int cut_frame_ = 0;
+  std::set<std::string> told_cuts_;  ///< what was said of blades and bodies
   SubstepChoice substep_choice_;
   Timings timings_;
 };

@@ -20,11 +20,11 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       const cut::CutReport cut = body->cut(ctx, b, strip);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
-      if (cut.is_full)
+      if (cut.is_full && told_cuts_.insert(who + "full").second)
         report.notices.push_back({"cut.full", Severity::warning,
                                   who + ": there is no room for more copies of cubes; the rest is not cut",
                                   "raise 'cut_room' of the body"});
-      if (cut.is_refused)
+      if (cut.is_refused && told_cuts_.insert(who + "refused").second)
         report.notices.push_back(
             {"cut.refused", Severity::warning,
              who + " meets cubes that are moved, loaded or of shape matching; they are not cut",
