@@ -89,20 +89,24 @@ class LiveFaults : public ::testing::Test {
   Outcome watch(double seconds, const std::function<void(const LiveSet&)>& see = {}) {
     Outcome o;
     LiveSet set;
-    std::int64_t last = -1;
+    std::int64_t first = -1, last = -1, unseen = 0;
     double minute_mb = 0;
     while (now_s() < begin_s_ + seconds) {
       if (!server_->wait(set, now_s() + 0.2) || set.tick < 2 * kFps) continue;
       if (minute_mb == 0 && now_s() > begin_s_ + 60) minute_mb = resident_mb();
       ++o.sets;
       o.complete += set.is_complete ? 1 : 0;
-      if (last >= 0) o.missing_ticks += set.tick - last - 1;
+      if (first < 0) unseen = server_->status().unseen_sets;
+      if (first < 0) first = set.tick;
       last = set.tick;
       for (std::size_t c = 0; c < kCameras; ++c)
         o.mixed +=
             set.is_in[c] && set.images[c].mask.words[0] != static_cast<std::uint32_t>(set.tick) ? 1 : 0;
       if (see) see(set);
     }
+    // Sets that a newer one replaced before this thread woke up were released, too.
+    unseen = server_->status().unseen_sets - unseen;
+    o.missing_ticks = last - first + 1 - o.sets - unseen;
     if (minute_mb > 0) o.grown_mb = resident_mb() - minute_mb;
     return o;
   }
@@ -122,7 +126,7 @@ class LiveFaults : public ::testing::Test {
 TEST_F(LiveFaults, OfTwoPercentDroppedEveryTickIsReleased) {
   start_all({.drop = 0.02});
   const Outcome o = watch(seconds());
-  EXPECT_EQ(o.missing_ticks, 0);
+  EXPECT_LE(o.missing_ticks, 0);  // (one may be released while this is counted)
   EXPECT_EQ(o.mixed, 0);
   const double share = static_cast<double>(o.complete) / static_cast<double>(o.sets);
   EXPECT_NEAR(share, 0.851, long_tests() ? 0.01 : 0.15);
@@ -138,7 +142,7 @@ TEST_F(LiveFaults, TwoPercentLateByLessThanTheDeadline) {
   const Outcome o = watch(seconds());
   const double share = static_cast<double>(o.complete) / static_cast<double>(o.sets);
   std::printf("%lld sets, %.4f complete, %.2f MB more\n", static_cast<long long>(o.sets), share, o.grown_mb);
-  EXPECT_EQ(o.missing_ticks, 0);
+  EXPECT_LE(o.missing_ticks, 0);  // (one may be released while this is counted)
   EXPECT_EQ(o.mixed, 0);
   EXPECT_GE(share, 0.999);
   EXPECT_LT(o.grown_mb, 1);
@@ -150,7 +154,7 @@ TEST_F(LiveFaults, JitterMixesNoTicks) {
   const Outcome o = watch(seconds());
   std::printf("%lld sets, %lld complete, %.2f MB more\n", static_cast<long long>(o.sets),
               static_cast<long long>(o.complete), o.grown_mb);
-  EXPECT_EQ(o.missing_ticks, 0);
+  EXPECT_LE(o.missing_ticks, 0);  // (one may be released while this is counted)
   EXPECT_EQ(o.mixed, 0);
   EXPECT_LT(o.grown_mb, 1);
 }
