@@ -25,14 +25,14 @@ Scene pool_scene() {
   scene.reconstruction.resolution = 40;
   LiquidDescription& pool = scene.fluid.emplace();
   pool.spacing_m = kSpacing;
-  pool.box = {{-0.4, 0, -0.16}, {0.4, 0.6, 0.16}};
-  pool.blocks.push_back({{{-0.4, 0, -0.16}, {0.4, 0.1, 0.16}}, {}});
+  pool.box = {{-0.4, 0, -0.14}, {0.3, 0.6, 0.14}};
+  pool.blocks.push_back({{{-0.4, 0, -0.14}, {0.3, 0.1, 0.14}}, {}});
   pool.max_speed_m_s = 2;
   ObstacleSetting block;
   block.name = "block";
   block.kind = ObstacleShape::box;
   block.size_m = {0.08, 0.06, 0.32};
-  block.placement.position_m = {0.3, 0.03, 0};
+  block.placement.position_m = {0.2, 0.03, 0};
   scene.obstacles.push_back(block);
   return scene;
 }
@@ -62,7 +62,7 @@ Wading wade(const std::string& devices_text) {
   DeviceSet devices(devices_text, 5);
   Simulation simulation(devices, pool_scene(), make_synthetic_rig(), {});
   Wading result;
-  for (int k = 0; k <= 9; ++k) {
+  for (int k = 0; k <= 6; ++k) {
     const FrameSet frame = ball_at(-0.3F + static_cast<float>(k) / 30, k / 30.0);
     result.report = simulation.step(frame, k == 0 ? 0 : 1.0 / 30).liquid;
   }
@@ -78,7 +78,7 @@ TEST_P(LiquidScenes, ABallWadesThroughAPool) {
   EXPECT_EQ(got.report.placed + got.report.emitted,
             static_cast<std::uint32_t>(got.report.here) + got.report.taken);
   EXPECT_EQ(got.report.taken, 0U) << "none is lost";
-  EXPECT_LT(got.report.placed, 40U * 5 * 16) << "those in the block were left out";
+  EXPECT_LT(got.report.placed, 35U * 5 * 14) << "those in the block were left out";
   ASSERT_EQ(got.liquid_m.size(), on_cpu.liquid_m.size());
   EXPECT_TRUE(got.liquid_m == on_cpu.liquid_m) << "the same bits";
   const PointInMesh ball(got.ball, MeshFill::closed);
@@ -89,11 +89,11 @@ TEST_P(LiquidScenes, ABallWadesThroughAPool) {
     const float distance = ball.signed_distance_m(x);
     deepest_m = std::max(deepest_m, -distance);
     near += distance < 2 * static_cast<float>(kSpacing) ? 1 : 0;
-    const Vec3f in_block = x - Vec3f{0.3F, 0.03F, 0};
+    const Vec3f in_block = x - Vec3f{0.2F, 0.03F, 0};
     EXPECT_FALSE(std::abs(in_block.x) < 0.035F && std::abs(in_block.y) < 0.025F) << x.x << " " << x.y;
   }
   EXPECT_LT(deepest_m, 0.5F * static_cast<float>(kSpacing));
-  EXPECT_GT(near, 50) << "it is wet";
+  EXPECT_GT(near, 10) << "it is wet";
   EXPECT_GT(highest_m, 0.13F) << "it makes a wave";
 }
 
