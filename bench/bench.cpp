@@ -22,8 +22,10 @@ Rows collect(const std::function<void(Rows&)>& measure) {
   return rows;
 }
 
-const std::vector<Benchmark>& benchmarks() {
-  static const std::vector<Benchmark> all{
+namespace {
+
+std::vector<Benchmark>& all_benchmarks() {
+  static std::vector<Benchmark> all{
       {"affine", "the smallest kernel through parallel_for, against the same loop written by hand",
        run_affine},
       {"hull", "visual hull and mesh of 8 silhouettes 640x480 and 16 of 1920x1080, up to 1024^3", run_hull},
@@ -42,6 +44,11 @@ const std::vector<Benchmark>& benchmarks() {
   };
   return all;
 }
+
+}  // namespace
+
+const std::vector<Benchmark>& benchmarks() { return all_benchmarks(); }
+void add_benchmark(const Benchmark& benchmark) { all_benchmarks().push_back(benchmark); }
 
 std::vector<double> time_ms(const std::function<void()>& body, int least, double seconds) {
   for (int i = 0; i < 3; ++i) {

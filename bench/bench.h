@@ -19,6 +19,8 @@ struct Benchmark {
 };
 /// All benchmarks, in the order in which `all` runs them. Adding one: a line here.
 const std::vector<Benchmark>& benchmarks();
+/// One more, of a program that has what it needs. Before the others are asked for.
+void add_benchmark(const Benchmark& benchmark);
 
 Rows run_affine(const std::string& device_text);
 Rows run_hull(const std::string& device_text);

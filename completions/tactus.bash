@@ -2,7 +2,7 @@
 _tactus() {
   local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} program=${COMP_WORDS[0]} verb=${COMP_WORDS[1]}
   case $prev in
-    --source) COMPREPLY=($(compgen -W "synthetic videos masks middlebury kinect recording" -- "$cur")); return ;;
+    --source) COMPREPLY=($(compgen -W "synthetic videos masks middlebury kinect recording live" -- "$cur")); return ;;
     --devices) COMPREPLY=($(compgen -W "auto cpu cpu:2 cuda:0 cuda:all" -- "$cur")); return ;;
     --view) COMPREPLY=($(compgen -W "file none" -- "$cur")); return ;;
     --json|--mesh|--out|--texture-views|--checkpoint|--restart) COMPREPLY=($(compgen -f -- "$cur")); return ;;

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:?seconds for each fuzzer, for example 20}
 shift
 families=("$@")
-[ ${#families[@]} -gt 0 ] || families=(mesh volume scene calibration image checkpoint recording)
+[ ${#families[@]} -gt 0 ] || families=(mesh volume scene calibration image checkpoint recording packet)
 if command -v apt-get >/dev/null && ! { command -v clang++ && ls /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a; } >/dev/null 2>&1; then
   sudo=()
   if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi

@@ -52,7 +52,7 @@ TEST_F(RecordingCli, KilledWhileRecordingItReplaysToTheLastWholeSet) {
 TEST_F(RecordingCli, WrongFilesHaveOneMessage) {
   scene("0-1");
   expect_refused("run " + path("s.yaml") + " --view none --source " + path("s.yaml"), 2,
-                 {"--source '" + path("s.yaml") + "'", "expected a recording"});
+                 {path("s.yaml") + ":1", "'source'"});
   expect_refused("run " + path("s.yaml") + " --view none --source " + path("none"), 1, {path("none")});
   expect_refused("run " + path("s.yaml") + " --view none --record " + path("s.yaml"), 2,
                  {"is not overwritten"});

@@ -99,56 +99,6 @@ TEST_P(ContactOn, PushingAtOneMetrePerSecondLeavesNoNodeInside) {
   }
 }
 
-TEST(Contact, RestingForAMinuteNeitherCreepsNorChatters) {
-  // Nodes on springs (ω 20 rad/s, damped) sag by g/ω² = 25 mm onto a sphere of 6 cm that is tessellated anew,
-  // turned at random, 30 times a second. It is still: only the sampling changes.
-  DeviceSet cpu("cpu");
-  ExecContext& ctx = cpu.context(0);
-  const float radius = 0.06F;
-  test::Nodes nodes(test::block({7, 1, 7}, kSpacing, {0, radius + 0.2F * kSpacing, 0}), 1e-3F);
-  const std::vector<Vec3f> rest = nodes.x;
-  RealSurface surface(ctx.device(), test::small_surface(kSpacing));
-  Contact contact(ctx.device());
-  std::mt19937 random(3);
-  std::uniform_real_distribution<float> u(-1, 1);
-  std::vector<Vec3f> early(nodes.x.size()), late = early, low(nodes.x.size(), {9, 9, 9}),
-                                            high(nodes.x.size(), {-9, -9, -9});
-  double still_contacts = 0;
-  for (int f = 0; f < 1800; ++f) {
-    const Mat3f turn = rotation_matrix(
-        axis_angle(normalized(Vec3f{u(random), u(random), u(random)}, {1, 0, 0}), 3 * u(random)));
-    const test::DeviceMesh mesh(ctx, test::transformed(test::unit_sphere(26), {turn, {}}, radius));
-    surface.update(ctx, mesh.view(), kDt);
-    nodes.begin_frame(ctx);
-    contact.begin_frame(ctx, surface, kFrame);
-    for (int k = 0; k < kSubsteps; ++k) {
-      for (std::size_t i = 0; i < nodes.x.size(); ++i) {
-        const Vec3f force = 400.F * (rest[i] - nodes.x[i]) - 20.F * nodes.v[i] + Vec3f{0, -9.81F, 0};
-        nodes.v[i] += kSubstep * force;
-        nodes.x[i] += kSubstep * nodes.v[i];
-      }
-      nodes.correct(ctx, contact, surface, k);
-    }
-    if (f == 1799) still_contacts = nodes.report(ctx, kDt, kSubsteps).contacts_per_substep;
-    for (std::size_t i = 0; i < nodes.x.size(); ++i) {
-      if (f >= 150 && f < 210) early[i] += (1.F / 60) * nodes.x[i];
-      if (f >= 1740) late[i] += (1.F / 60) * nodes.x[i];
-      if (f >= 1740) low[i] = min(low[i], nodes.x[i]);
-      if (f >= 1740) high[i] = max(high[i], nodes.x[i]);
-    }
-  }
-  EXPECT_EQ(still_contacts, 49);
-  float creep = 0, chatter = 0;
-  for (std::size_t i = 0; i < nodes.x.size(); ++i) {
-    creep = std::max(creep, length(late[i] - early[i]));
-    chatter = std::max(chatter, length(high[i] - low[i]));
-  }
-  RecordProperty("creep_spacings", std::to_string(creep / kSpacing));
-  RecordProperty("chatter_spacings", std::to_string(chatter / kSpacing));
-  EXPECT_LT(creep, 0.05F * kSpacing);
-  EXPECT_LT(chatter, 0.05F * kSpacing);
-}
-
 struct Touched {
   std::vector<Vec3f> x, v;
 };

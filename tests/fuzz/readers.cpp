@@ -19,6 +19,7 @@
 #include "tactus/rig/kinect.h"
 #include "tactus/rig/rig_file.h"
 #include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/wire/photo_coder.h"
 #include "tactus/rig/wire/recording_file.h"
 #include "tactus/rig/wire/rig_bytes.h"
 
@@ -88,6 +89,18 @@ void read_recording(const std::string& path) {
   for (int i = 0; i < reader.count(); ++i) reader.read(i, {}, frame, status);
 }
 
+/// As a server does, whose cameras have images of 70x20 pixels.
+void read_packet(const std::string& bytes) {
+  constexpr Vec2i kSize{70, 20};
+  PacketHead head;
+  if (bytes.size() > packet_limit(kSize) || parse_packet_head(bytes, head) != Refusal::none) return;
+  if (head.size_px.x != kSize.x || head.size_px.y != kSize.y) return;
+  CameraImages images;
+  ColorImage photo;
+  if (PacketCoder().unpack(bytes, head, images) && !images.photo_jpeg.empty())
+    PhotoCoder().unpack(images, kSize, photo);
+}
+
 template <class F>
 void expect_answer(F&& read) {
   try {
@@ -105,6 +118,7 @@ Family family_of(std::string_view name) {
   if (name == "calibration") return Family::calibration;
   if (name == "checkpoint") return Family::checkpoint;
   if (name == "recording") return Family::recording;
+  if (name == "packet") return Family::packet;
   return Family::image;
 }
 
@@ -137,6 +151,9 @@ void read_input(Family family, const std::string& bytes) {
     }
     case Family::checkpoint:
       expect_answer([&] { read_checkpoint(bytes); });
+      return;
+    case Family::packet:
+      read_packet(bytes);
       return;
     case Family::recording: {
       // No fuzzer finds the hashes of what it made: what is no file is taken for a chunk.

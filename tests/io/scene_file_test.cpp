@@ -151,8 +151,8 @@ TEST(SceneFile, UnknownKeyNamesTheNearest) {
             "scenes/x.yaml:2: unknown key 'bodeis'; did you mean 'bodies'?");
   EXPECT_EQ(
       error_of("source: {kind: synthetic}\ncontact:\n  wobble: 1\n"),
-      "scenes/x.yaml:3: unknown key 'wobble' in 'contact'; known: sample_spacing_m, friction, restitution, "
-      "bodies, self");
+      "scenes/x.yaml:3: unknown key 'wobble' in 'contact'; known: sample_spacing_m, friction, response, "
+      "restitution, bodies, self");
   EXPECT_EQ(
       error_of(
           "source: {kind: synthetic}\nbodies:\n  - name: a\n    shape: {kind: box}\n    spacing_mm: 4\n"),
@@ -174,7 +174,7 @@ TEST(SceneFile, MissingKey) {
   EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n  - name: a\n"),
             "scenes/x.yaml:3: 'bodies[0]' lacks the required key 'shape': outline of the body");
   EXPECT_EQ(error_of("name: a\nsource:\n  kind: videos\n"),
-            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks), "
+            "scenes/x.yaml:2: in 'source': 'source' lacks the key 'path': the rig YAML (videos, masks, live), "
             "the folder "
             "(middlebury, kinect) or the recording");
   EXPECT_EQ(
@@ -350,10 +350,10 @@ TEST(SceneFile, SourceErrors) {
             "scenes/x.yaml:1: 'source.frames' is '9-3', expected A-B with 0 <= A <= B, or A- to the end");
   EXPECT_EQ(error_of("source: {kind: synthetic, path: a}\n"),
             "scenes/x.yaml:1: 'path' in 'source' has no effect, it is for when 'kind' is videos, masks, "
-            "middlebury, kinect or recording");
+            "middlebury, kinect, recording or live");
   EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
             "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
-            "middlebury, kinect, recording; did you "
+            "middlebury, kinect, recording, live; did you "
             "mean 'videos'?");
 }
 

@@ -21,4 +21,8 @@ void add_calibration_command(CLI::App& app);
 void add_masks_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);
 void add_paper_command(CLI::App& app);
+void add_keys_command(CLI::App& app);
+void add_client_command(CLI::App& app);
+void add_serve_command(CLI::App& app);
+void add_rig_command(CLI::App& app);
 }  // namespace tactus

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tactus/base/error.h"
+#include "tactus/cli/live_source.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -31,6 +32,19 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, con
   return std::make_unique<SyntheticSource>(options);
 }
 
+std::unique_ptr<FrameSource> open_live(const SourceDescription& source, const SourceContents& contents) {
+  if (source.frames.first > 0 || source.frames.last)
+    throw usage_error("'" + source.path + "' is live: it has no range of frames");
+  auto live = std::make_unique<LiveSource>(source.path, LiveOptions{.plain = source.plain,
+                                                                    .colors = contents.colors,
+                                                                    .depth = contents.depth,
+                                                                    .alphas = contents.alphas});
+  if (contents.workspace_m)
+    live->set_workspace(
+        {vec_cast<float>(contents.workspace_m->min_m), vec_cast<float>(contents.workspace_m->max_m)});
+  return live;
+}
+
 }  // namespace
 
 SourceDescription describe_source(const std::string& kind, const std::string& what,
@@ -38,7 +52,8 @@ SourceDescription describe_source(const std::string& kind, const std::string& wh
   SourceDescription source;
   source.kind = source_kind(kind);
   (source.kind == SourceKind::synthetic ? source.figure : source.path) = what;
-  const bool has_many = source.kind == SourceKind::videos || source.kind == SourceKind::recording;
+  const bool has_many = source.kind == SourceKind::videos || source.kind == SourceKind::recording ||
+                        source.kind == SourceKind::live;
   source.frames = {0, has_many ? std::nullopt : std::optional<int>(0)};
   if (frames.empty()) return source;
   const std::optional<FrameRange> range = parse_frame_range(frames);
@@ -72,6 +87,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
                                                const SourceContents& contents) {
   const std::optional<BoxRegion>& workspace_m = contents.workspace_m;
   if (source.kind == SourceKind::synthetic) return open_synthetic(source, contents);
+  if (source.kind == SourceKind::live) return open_live(source, contents);
   DataOptions options;
   options.colors = contents.colors;
   options.depth = contents.depth;

@@ -11,7 +11,9 @@
 #include "tactus/io/json_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
-#include "tactus/rig/wire/image_coder.h"
+#include "tactus/rig/live/live_keys.h"
+#include "tactus/rig/picture_reader.h"
+#include "tactus/rig/wire/photo_coder.h"
 #include "tactus/sim/simulation.h"
 #include "tactus/view/renderer.h"
 
@@ -43,7 +45,10 @@ void info(const std::string& json_path) {
   std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
   json["opengl"] = gl;
   std::vector<std::string> parts = missing_parts();
-  if (const std::string lz4 = ImageCoder::missing(); !lz4.empty()) parts.push_back(lz4);
+  for (const std::string& part :
+       {live_missing(), genicam_missing(), ImageCoder::missing(), PhotoCoder::missing()}) {
+    if (!part.empty()) parts.push_back(part);
+  }
   for (const std::string& missing : parts) {
     std::printf("without  %s\n", missing.c_str());
     json["missing"].push_back(missing);

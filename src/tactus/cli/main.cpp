@@ -2,6 +2,7 @@
 
 #include "tactus/cli/program.h"
 #include "tactus/cli/version.h"
+#include "tactus/cli/wire_bench.h"
 
 int main(int argc, char** argv) {
   return tactus::run_program(
@@ -21,6 +22,11 @@ int main(int argc, char** argv) {
         tactus::add_masks_command(app);
         tactus::add_calibrate_command(app);
         tactus::add_calibration_command(app);
+        tactus::add_keys_command(app);
+        tactus::add_client_command(app);
+        tactus::add_serve_command(app);
+        tactus::add_rig_command(app);
+        tactus::add_wire_benchmark();
         tactus::add_bench_command(app);
         tactus::add_paper_command(app);
         tactus::add_info_command(app);

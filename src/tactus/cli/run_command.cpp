@@ -12,6 +12,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/live_source.h"
 #include "tactus/cli/picture_thread.h"
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
@@ -31,6 +32,7 @@ struct RunOptions {
   std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
   std::string checkpoint_path, restart_path;
   std::string source_path, record_path;  ///< instead of the scene's source; what it saw
+  bool plain = false;                    ///< a live rig without keys
   int frames = 0;                        ///< 0: all
   bool explain = false;                  ///< where and why bodies are strained
 };
@@ -122,10 +124,9 @@ void check_photographs(const RunOptions& options, const Scene& scene, const Fram
 /// What a scene is shown instead of its own source.
 SourceDescription source_of_file(const std::string& path) {
   SourceDescription source;
-  source.kind = SourceKind::recording;
   source.path = path;
-  if (std::filesystem::exists(path) && !is_recording(path))
-    throw usage_error("--source '" + path + "': expected a recording, as 'tactus run --record' makes them");
+  if (!std::filesystem::exists(path)) throw Error("--source '" + path + "': no such file");
+  source.kind = is_recording(path) ? SourceKind::recording : SourceKind::live;
   return source;
 }
 
@@ -144,6 +145,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     if (next == NextFrame::no_more_data) break;
     if (recorder != nullptr) recorder->add(next, frame, source.status());
     ++progress.taken;
+    if (next == NextFrame::nothing_new && !progress.has_last) continue;  // a live rig's first images
     if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
     summary.note(source.status());
     if (next == NextFrame::bad_frame) {
@@ -190,6 +192,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
 void run(const RunOptions& options) {
   Scene scene = read_scene(options.scene_path);
   if (!options.source_path.empty()) scene.source = source_of_file(options.source_path);
+  scene.source.plain = options.plain;
   std::optional<FolderLock> lock;
   if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
       scene.output.trace)
@@ -243,6 +246,8 @@ void run(const RunOptions& options) {
   if (!options.json_path.empty()) {
     nlohmann::json json = to_json(summary, scene, simulation, devices.name());
     json["state_hash"] = state_hash(simulation);
+    if (const auto* live = dynamic_cast<const LiveSource*>(source.get()))
+      json["live"] = nlohmann::json::parse(live_status_json(live->live_status()));
     write_json_file(options.json_path, json);
   }
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
@@ -287,8 +292,10 @@ void add_run_command(CLI::App& app) {
                       "go on after the last frame of a --checkpoint, with the same bits as without a stop");
   command->add_option("--record", options->record_path,
                       "file to make: all that the source gives, with its times and cameras, for --source");
-  command->add_option("--source", options->source_path,
-                      "a recording (--record) to take instead of the scene's source");
+  command->add_option(
+      "--source", options->source_path,
+      "a recording (--record), or the rig file of live cameras, instead of the scene's source");
+  command->add_flag("--plain", options->plain, "live cameras without keys, on this computer alone");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();

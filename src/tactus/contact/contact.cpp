@@ -4,6 +4,7 @@
 
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/near_wall_kernels.h"
+#include "tactus/contact/paper_kernels.h"
 
 namespace tactus {
 namespace {
@@ -50,6 +51,11 @@ void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const Co
   }
   ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
                    PoseSurface{surface.motions(), surface.pieces(), times, poses_.view()});
+  if (settings_.response != ContactResponse::paper) return;
+  const SamplesView samples = surface.samples();
+  if (sample_m3_.empty()) sample_m3_ = Buffer<float>(ctx.device(), samples.x_m.size());
+  ctx.parallel_for("contact/paper_volumes", Count(samples.count, samples.x_m.size()),
+                   PaperVolumes{samples, {2 * surface.settings().sample_spacing_m}, sample_m3_.view()});
 }
 
 void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& points,
@@ -77,15 +83,29 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
               end_block = all ? points.block_count() : points.first_blocks(),
               end = all ? points.count() : points.first_count();
   body.first = skips ? points.first_count() : 0;
-  ctx.parallel_for("contact/find", end_block - first_block,
-                   FindContacts{{surface.triangles(), surface.coarse_samples(), poses, obstacles},
-                                body,
-                                points.blocks(),
-                                first_block,
-                                settings_.restitution,
-                                settings_.friction,
-                                kListMargin * surface.settings().sample_spacing_m,
-                                SubstepsTo{k, steps, times_.dt_s, times_.frame}});
+  const SubstepsTo now{k, steps, times_.dt_s, times_.frame};
+  const float spacing_m = surface.settings().sample_spacing_m, lattice_m = points.lattice_spacing_m();
+  if (settings_.response == ContactResponse::paper)
+    ctx.parallel_for("contact/paper", end - body.first,
+                     PaperContact{surface.samples(),
+                                  sample_m3_.const_view(),
+                                  poses,
+                                  body,
+                                  {2 * spacing_m},
+                                  {spacing_m},
+                                  settings_.friction,
+                                  lattice_m * lattice_m * lattice_m,
+                                  now});
+  else
+    ctx.parallel_for("contact/find", end_block - first_block,
+                     FindContacts{{surface.triangles(), surface.coarse_samples(), poses, obstacles},
+                                  body,
+                                  points.blocks(),
+                                  first_block,
+                                  settings_.restitution,
+                                  settings_.friction,
+                                  kListMargin * spacing_m,
+                                  now});
   ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
                    ApplyContacts{body, end, poses, 0, times_});
 }

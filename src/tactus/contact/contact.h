@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tactus/contact/body_points.h"
+#include "tactus/contact/contact_response.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/contact/response_kernels.h"
 #include "tactus/geom/near_walls.h"
@@ -20,6 +21,7 @@ struct ContactSettings {
   /// nothing; no e adds any.
   float restitution = 0;
   float friction = 0.5F;  ///< μ >= 0: Coulomb
+  ContactResponse response = ContactResponse::exact;
 };
 
 /// @throws Error naming the setting that is out of range.
@@ -84,6 +86,7 @@ class Contact {
   ContactSettings settings_;
   ContactTimes times_;
   Buffer<SurfacePoses> poses_;
+  Buffer<float> sample_m3_;  ///< with the paper's response
 };
 
 /// What a body did over the frame that ended. @param totals BodyPoints::totals(), on the host @param

@@ -6,6 +6,7 @@
 #include "tactus/contact/near_wall_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
+#include "tactus/contact/paper_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
 
@@ -50,3 +51,5 @@ TACTUS_CUDA_KERNEL(tactus::BoundBodies);
 TACTUS_CUDA_KERNEL(tactus::FindPairs);
 TACTUS_CUDA_KERNEL(tactus::PairImpulses);
 TACTUS_CUDA_KERNEL(tactus::MovePairs);
+TACTUS_CUDA_KERNEL(tactus::PaperVolumes);
+TACTUS_CUDA_KERNEL(tactus::PaperContact);

@@ -14,7 +14,8 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.choice<SourceKind>({"kind", "where frames come from", kRequired}, s.kind, kSourceKinds);
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path",
-          "rig YAML (videos, masks), folder with `*_par.txt` (middlebury) or `calibration.json` (kinect), or "
+          "rig YAML (videos, masks, live), folder with `*_par.txt` (middlebury) or `calibration.json` "
+          "(kinect), or "
           "recording"},
          s.path);
   static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
@@ -28,11 +29,11 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.integer({"depth_cameras", "time-of-flight cameras around the synthetic figure"}, s.depth_cameras,
             {"", 0, 32});
   const bool synthetic = s.kind == SourceKind::synthetic;
-  v.check(
-      synthetic || !s.path.empty(), "path",
-      "'source' lacks the key 'path': the rig YAML (videos, masks), the folder (middlebury, kinect) or the "
-      "recording");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect or recording");
+  v.check(synthetic || !s.path.empty(), "path",
+          "'source' lacks the key 'path': the rig YAML (videos, masks, live), the folder (middlebury, "
+          "kinect) or the "
+          "recording");
+  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect, recording or live");
   for (const char* key : {"figure", "moving", "scale", "offset_m", "depth_cameras"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }
@@ -240,6 +241,10 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
   v.real_or_auto({"sample_spacing_m", "distance of the samples on the real surface"}, c.sample_spacing_m,
                  {"m", 0.0001, 1}, "the smallest `spacing_m` of the bodies");
   v.real({"friction", "Coulomb's coefficient: 0 slides freely"}, c.friction, {"", 0, 10});
+  v.choice({"response",
+            "how the real surface acts on bodies: by exact distances, or by forces between particles as in "
+            "Shao et al. 2019, which chatters (docs/concepts/contact.md)"},
+           c.response, {{"exact", ContactResponse::exact}, {"paper", ContactResponse::paper}});
   v.real({"restitution",
           "of each point of a surface: the share of its approach velocity with which it leaves what it hits. "
           "A soft body rebounds by what it stored, whatever this is; its `damping` makes it bounce less"},
@@ -362,6 +367,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
             [&](FieldVisitor& in) { describe_output(in, scene.output); });
   check_unique_names(v, scene.bodies, "bodies");
   check_unique_names(v, scene.obstacles, "obstacles");
+  v.check(scene.contact.response == ContactResponse::exact || scene.obstacles.empty(), "contact",
+          "'response: paper' knows only the real surface, and the scene has 'obstacles'");
   check_unique_names(v, scene.probes, "probes");
   check_probes(v, scene);
 }

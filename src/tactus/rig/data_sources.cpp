@@ -19,10 +19,11 @@ std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& pat
       return open_kinect(path, options);
     case SourceKind::recording:
       return open_recording(path, options);
+    case SourceKind::live:
     case SourceKind::synthetic:
       break;
   }
-  throw usage_error("'" + path + "': a source of kind 'synthetic' has no recording");
+  throw usage_error("'" + path + "': a source of kind '" + std::string(word_of(kind)) + "' has no recording");
 }
 
 std::string odd_masks(const Rig& rig, const FrameSet& frame) {

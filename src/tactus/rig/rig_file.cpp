@@ -73,6 +73,29 @@ std::optional<LensModel> lens_model(const YamlMapping& rig) {
   rig.fail("lens", "'" + name + "', expected brown, fisheye or none");
 }
 
+LiveSettings live_settings(const YamlMapping& rig, const std::string& path) {
+  LiveSettings live;
+  live.fps = rig.number("frames_per_s", 0.001, 100000, live.fps);
+  live.keys_folder = (fs::path(path).parent_path() / "keys").string();
+  if (!rig.has("live")) return live;
+  const YamlMapping y = rig.child("live", rig_keys("live"));
+  live.address = y.text("address", live.address);
+  live.deadline_s = y.number("deadline_s", 0.001, 1, live.deadline_s);
+  live.bytes_per_s = y.number("most_bytes_per_s", 1000, 1e9, live.bytes_per_s);
+  if (y.has("keys")) live.keys_folder = (fs::path(path).parent_path() / y.text("keys")).string();
+  const std::string sync = y.text("sync", "time");
+  if (sync != "time" && sync != "trigger" && sync != "software")
+    y.fail("sync", "'" + sync + "', expected time, trigger or software");
+  if (sync == "trigger") live.sync = LiveSync::trigger;
+  if (sync == "software") live.sync = LiveSync::software;
+  try {
+    is_loopback(live.address);
+  } catch (const Error& e) {
+    y.fail("address", e.what());
+  }
+  return live;
+}
+
 Vec3f vec(const std::vector<double>& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
@@ -220,6 +243,7 @@ RigFile read_rig_file(const std::string& path) {
   read_world(yaml, file);
   CameraReader reader(path, yaml);
   file.R_file_world = transpose(rotation_to_y_up(yaml));
+  file.live = live_settings(yaml, path);
   const auto cameras = yaml.children("cameras", rig_keys("cameras[]"));
   std::optional<Vec2i> size;
   if (yaml.has("image_size_px")) size = image_size(yaml);
@@ -232,6 +256,7 @@ RigFile read_rig_file(const std::string& path) {
     file.backgrounds.push_back(reader.data(y, "empty_room"));
     file.masks.push_back(reader.data(y, "mask"));
     file.photos.push_back(reader.data(y, "photo"));
+    file.devices.push_back(y.text("device", ""));
   }
   if (!yaml.has("depth_cameras")) return file;
   for (const YamlMapping& y : yaml.children("depth_cameras", rig_keys("depth_cameras[]")))

@@ -9,6 +9,7 @@
 #include "tactus/rig/background_model.h"
 #include "tactus/rig/depth_files.h"
 #include "tactus/rig/frame_source.h"
+#include "tactus/rig/live_settings.h"
 
 namespace tactus {
 
@@ -24,6 +25,8 @@ struct RigFile {
   BackgroundOptions background;
   std::optional<int> first_frame, last_frame;  ///< inclusive; none: all
   std::optional<double> frames_per_s;          ///< none: the recording's own
+  std::vector<std::string> devices;            ///< one per camera, "" where not given
+  LiveSettings live;
 };
 /// @throws Error naming file and line.
 RigFile read_rig_file(const std::string& path);

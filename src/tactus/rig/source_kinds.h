@@ -8,17 +8,20 @@
 
 namespace tactus {
 
-enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect, recording };
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect, recording, live };
 
-inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {
-    {"synthetic", SourceKind::synthetic}, {"videos", SourceKind::videos},
-    {"masks", SourceKind::masks},         {"middlebury", SourceKind::middlebury},
-    {"kinect", SourceKind::kinect},       {"recording", SourceKind::recording}};
+inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {{"synthetic", SourceKind::synthetic},
+                                                                      {"videos", SourceKind::videos},
+                                                                      {"masks", SourceKind::masks},
+                                                                      {"middlebury", SourceKind::middlebury},
+                                                                      {"kinect", SourceKind::kinect},
+                                                                      {"recording", SourceKind::recording},
+                                                                      {"live", SourceKind::live}};
 
 const char* word_of(SourceKind kind);
 /// "videos, masks or kinect".
 std::string words_of(std::span<const SourceKind> kinds);
-/// "synthetic, videos, masks, middlebury, kinect or recording".
+/// "synthetic, videos, masks, middlebury, kinect, recording or live".
 std::string source_kind_words();
 /// @throws usage Error naming the word, with the nearest one.
 SourceKind source_kind(const std::string& word);

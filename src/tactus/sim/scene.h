@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/base/vec.h"
+#include "tactus/contact/contact_response.h"
 #include "tactus/geom/held_axes.h"
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/rig/source_kinds.h"
@@ -42,6 +43,7 @@ struct SourceDescription {
   double scale = 1;           ///< synthetic only
   Vec3d offset_m;             ///< synthetic only
   int depth_cameras = 1;      ///< synthetic only
+  bool plain = false;         ///< live only: without keys, on this computer alone
 };
 
 struct ReconstructionDescription {
@@ -251,6 +253,7 @@ struct ContactDescription {
   std::optional<double> sample_spacing_m;  ///< of the real surface; none: the smallest lattice spacing
   double friction = 0.4;                   ///< Coulomb's coefficient
   double restitution = 0;                  ///< 0 (no bounce) .. 1
+  ContactResponse response = ContactResponse::exact;
   bool bodies = true;                      ///< bodies touch one another
   bool self = false;                       ///< each body touches itself
 };

@@ -1,0 +1,27 @@
+#pragma once
+/// How cameras reach the computer that reconstructs: `live` of a rig file.
+#include <cstdint>
+#include <string>
+
+namespace tactus {
+
+/// How images of one tick are known.
+enum class LiveSync : std::uint8_t {
+  time,     ///< by when they were captured
+  trigger,  ///< by the number of the trigger that the cameras count
+  software  ///< the server sends the triggers
+};
+
+struct LiveSettings {
+  std::string address = "tcp://127.0.0.1:7447";  ///< where the server listens and clients connect to
+  double fps = 30;
+  double deadline_s = 0.033;  ///< a set is released so long after its capture with what it has
+  LiveSync sync = LiveSync::time;
+  double bytes_per_s = 20e6;  ///< most of one camera
+  std::string keys_folder;    ///< of `tactus keys`
+};
+
+/// Whether only this computer can connect there. @throws usage Error for what is no tcp://HOST:PORT.
+bool is_loopback(const std::string& address);
+
+}  // namespace tactus

@@ -1,0 +1,164 @@
+#include "tactus/rig/wire/set_assembler.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactus {
+namespace {
+
+/// Part of a capture's distance from its beat that the beat follows.
+constexpr double kPhaseGain = 0.01;
+/// A camera keeps its beats up to so many periods off.
+constexpr double kStays = 0.75;
+/// A camera's clock, right or not, takes at most this part of the deadline from the others.
+constexpr double kMostAge = 0.5;
+
+}  // namespace
+
+SetAssembler::SetAssembler(const Options& options) : options_(options), slots_(kSlots) {
+  const auto cameras = static_cast<std::size_t>(options.cameras);
+  for (Slot& slot : slots_) {
+    slot.is_reserved.resize(cameras);
+    slot.is_in.resize(cameras);
+  }
+  heard_.resize(cameras);
+}
+
+double SetAssembler::beat_s(std::int64_t tick) const {
+  return phase_s_ + static_cast<double>(tick) * options_.period_s;
+}
+
+std::int64_t SetAssembler::nearest_beat(double captured_s) const {
+  return std::llround((captured_s - phase_s_) / options_.period_s);
+}
+
+std::int64_t SetAssembler::tick_of(const Arrival& arrival) {
+  if (options_.by_trigger) return arrival.trigger;
+  const double period_s = options_.period_s;
+  if (!has_phase_) {
+    has_phase_ = true;
+    phase_s_ = arrival.captured_s;
+  }
+  std::int64_t tick = nearest_beat(arrival.captured_s);
+  const Heard& heard = heard_[static_cast<std::size_t>(arrival.camera)];
+  if (heard.ever) {
+    const std::int64_t next = heard.tick + std::llround((arrival.captured_s - heard.captured_s) / period_s);
+    if (std::abs(arrival.captured_s - beat_s(next)) <= kStays * period_s) tick = next;
+  }
+  phase_s_ += kPhaseGain * (arrival.captured_s - beat_s(tick));
+  return tick;
+}
+
+bool SetAssembler::is_present(int camera, double now_s) const {
+  const Heard& heard = heard_[static_cast<std::size_t>(camera)];
+  return heard.ever && now_s - heard.arrived_s <= options_.absent_s;
+}
+
+bool SetAssembler::most_agree(const Arrival& arrival, std::int64_t tick) const {
+  int present = 0, agree = 0;
+  for (int c = 0; c < options_.cameras; ++c) {
+    if (!is_present(c, arrival.arrived_s)) continue;
+    ++present;
+    if (std::abs(heard_[static_cast<std::size_t>(c)].tick - tick) < kOpen) ++agree;
+  }
+  return 2 * agree > present;
+}
+
+SetAssembler::Slot* SetAssembler::oldest() {
+  Slot* first = nullptr;
+  for (Slot& slot : slots_) {
+    if (slot.state == State::open && (first == nullptr || slot.tick < first->tick)) first = &slot;
+  }
+  return first;
+}
+const SetAssembler::Slot* SetAssembler::oldest() const { return const_cast<SetAssembler*>(this)->oldest(); }
+
+SetAssembler::Slot* SetAssembler::open_slot(std::int64_t tick) {
+  Slot* free = nullptr;
+  int open = 0;
+  for (Slot& slot : slots_) {
+    if (slot.state == State::open && slot.tick == tick) return &slot;
+    if (slot.state == State::open) ++open;
+    if (slot.state == State::free) free = &slot;
+  }
+  if (free == nullptr || open == kOpen) return nullptr;
+  free->state = State::open;
+  free->tick = tick;
+  free->in = 0;
+  free->captured_s = 0;
+  free->is_reserved.assign(free->is_reserved.size(), false);
+  free->is_in.assign(free->is_in.size(), false);
+  return free;
+}
+
+SetAssembler::Place SetAssembler::admit(const Arrival& arrival) {
+  Place place;
+  place.camera = arrival.camera;
+  const auto camera = static_cast<std::size_t>(arrival.camera);
+  const std::int64_t tick = tick_of(arrival);
+  heard_[camera] = {true, tick, arrival.captured_s, arrival.arrived_s};
+  const bool is_far = is_anchored_ && (tick > newest_ + kOpen || tick < newest_ - kOpen);
+  if (!is_anchored_ || (is_far && most_agree(arrival, tick))) {
+    for (Slot& slot : slots_) {
+      if (slot.state == State::open) slot.state = State::free;
+    }
+    is_anchored_ = true;
+    newest_ = tick;
+    released_ = tick - 1;
+  } else if (tick > newest_ + kOpen) {
+    place.refusal = Refusal::ahead;
+    return place;
+  }
+  if (tick <= released_) {
+    place.refusal = Refusal::late;
+    return place;
+  }
+  Slot* slot = open_slot(tick);
+  if (slot == nullptr) {
+    place.refusal = Refusal::ahead;
+    return place;
+  }
+  newest_ = std::max(newest_, tick);
+  if (slot->is_reserved[camera]) {
+    place.refusal = Refusal::repeated;
+    return place;
+  }
+  const bool is_first =
+      std::find(slot->is_reserved.begin(), slot->is_reserved.end(), true) == slot->is_reserved.end();
+  slot->is_reserved[camera] = true;
+  if (is_first) {
+    slot->captured_s =
+        std::clamp(arrival.captured_s, arrival.arrived_s - kMostAge * options_.deadline_s, arrival.arrived_s);
+    slot->deadline_s = slot->captured_s + options_.deadline_s;
+  }
+  place.slot = static_cast<int>(slot - slots_.data());
+  return place;
+}
+
+void SetAssembler::fill(const Place& place) {
+  Slot& slot = slots_[static_cast<std::size_t>(place.slot)];
+  slot.is_in[static_cast<std::size_t>(place.camera)] = true;
+  ++slot.in;
+}
+
+std::optional<double> SetAssembler::next_deadline_s() const {
+  const Slot* slot = oldest();
+  return slot == nullptr ? std::nullopt : std::optional<double>(slot->deadline_s);
+}
+
+std::optional<SetAssembler::Released> SetAssembler::release(double now_s) {
+  Slot* slot = oldest();
+  if (slot == nullptr) return {};
+  bool has_all_present = slot->in > 0;
+  for (int c = 0; c < options_.cameras; ++c)
+    has_all_present = has_all_present && (slot->is_in[static_cast<std::size_t>(c)] || !is_present(c, now_s));
+  if (!has_all_present && now_s < slot->deadline_s) return {};
+  released_ = slot->tick;
+  slot->state = State::released;
+  ++counts_.released;
+  const bool is_complete = slot->in == options_.cameras;
+  counts_.complete += is_complete ? 1 : 0;
+  return Released{slot->tick, slot->captured_s, static_cast<int>(slot - slots_.data()), is_complete};
+}
+
+}  // namespace tactus

@@ -1,0 +1,92 @@
+// tactus keys, client, serve, run --source RIG, rig status: programs that talk over the loopback.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "cli/program.h"
+
+namespace tactus::test {
+namespace {
+
+class LiveCli : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    if (IsSkipped()) return;
+    if (run_tactus("info").text.find("without  ZeroMQ") != std::string::npos)
+      GTEST_SKIP() << "built without ZeroMQ";
+    const Outcome film = run_tactus(
+        "synth sphere --moving --frames 4 --cameras 3 --depth-cameras 1 --no-colors --out " + path("film"));
+    ASSERT_EQ(film.code, 0) << film.text;
+    // A port of its own, as tests run side by side.
+    const int port = 20000 + static_cast<int>(::getpid()) % 10000;
+    rig_ = path("film/rig.yaml");
+    std::ofstream(rig_, std::ios::app) << "live: {address: 'tcp://127.0.0.1:" << port << "'}\n";
+    write("s.yaml",
+          "source: {kind: synthetic, figure: sphere, depth_cameras: 0}\nreconstruction: {resolution: 16}\n"
+          "bodies:\n  - {name: b, shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.1}\n");
+  }
+  /// A program beside the test, that ends by itself.
+  void start(const std::string& arguments) const {
+    const std::string command = program() + " " + arguments + " >>" + path("log") + " 2>&1 &";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+  }
+  void start_clients(const std::string& flags) const {
+    for (const char* camera : {"cam0", "cam1", "cam2", "tof"})
+      start("client " + std::string(camera) + " " + rig_ + " --seconds 4 " + flags);
+  }
+  std::string rig_;
+};
+
+TEST_F(LiveCli, AWholeLoopIsRecordedAndReplayed) {
+  ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
+  const std::string run = "run " + path("s.yaml") + " --devices cpu --view none ";
+  start_clients("");
+  const Outcome live = run_tactus(run + "--source " + rig_ + " --frames 40 --record " + path("r") +
+                                  " --json " + path("live.json"));
+  ASSERT_EQ(live.code, 0) << live.text;
+  const nlohmann::json json = read_json("live.json");
+  EXPECT_EQ(json["frames"], 40);
+  ASSERT_EQ(run_tactus(run + "--source " + path("r") + " --json " + path("again.json")).code, 0);
+  EXPECT_EQ(read_json("again.json")["state_hash"], json["state_hash"]);
+}
+
+TEST_F(LiveCli, ServeTellsWhoIsThere) {
+  start_clients("--plain");
+  start("serve " + rig_ + " --plain --seconds 3 --record " + path("r"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  const Outcome o = run_tactus("rig status " + rig_ + " --plain --json " + path("status.json"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const nlohmann::json status = read_json("status.json");
+  EXPECT_GT(status["complete_sets"], 10);
+  for (const nlohmann::json& camera : status["cameras"]) {
+    EXPECT_EQ(camera["present"], true) << camera;
+    EXPECT_NEAR(camera["packets_per_s"].get<double>(), 30, 6);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // until it has ended
+  EXPECT_EQ(
+      run_tactus("reconstruct --source recording " + path("r") + " --frames 20 --resolution 16 --devices cpu")
+          .code,
+      0);
+}
+
+TEST_F(LiveCli, WhatIsWrongHasOneMessage) {
+  expect_refused("client cam0 " + rig_, 1, {"cam0.key", "'tactus keys RIG' makes keys"});
+  expect_refused("client cam9 " + rig_, 2, {"no camera 'cam9'", "cam0"});
+  expect_refused("client cam0 " + rig_ + " --plain --server tcp://192.0.2.1:7447", 2,
+                 {"is another computer"});
+  expect_refused("run " + path("s.yaml") + " --view none --source " + rig_, 1, {"server.key"});
+  ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
+  const std::string key = path("film/keys/cam0.key");
+  ::chmod(key.c_str(), 0644);
+  expect_refused("client cam0 " + rig_, 1, {"cam0.key", "expected mode 0600"});
+  ::chmod(key.c_str(), 0600);
+  expect_refused("client cam1 " + rig_ + " --key " + key, 2, {"camera 'cam0's", "'cam1'"});
+  expect_refused("rig status " + rig_, 1, {"nobody answers"});
+}
+
+}  // namespace
+}  // namespace tactus::test
