@@ -244,6 +244,8 @@ struct SinkDescription {
 /// Which faces of the liquid's box are no walls.
 enum class LiquidOpen : std::uint8_t { none, top, sides, all };
 
+enum class LiquidLooks : std::uint8_t { blood, water };
+
 struct LiquidDescription {
   double spacing_m = 0.01;
   BoxRegion box;
@@ -255,7 +257,7 @@ struct LiquidDescription {
   double density_kg_m3 = 1060, viscosity_pa_s = 0.0035;
   double artificial_viscosity = 0.05;
   std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
-  Vec3d colour = {0.55, 0.03, 0.03};    ///< sRGB, 0..1
+  LiquidLooks looks = LiquidLooks::blood;
 };
 
 struct ContactDescription {
