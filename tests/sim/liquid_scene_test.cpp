@@ -25,14 +25,14 @@ Scene pool_scene() {
   scene.reconstruction.resolution = 40;
   LiquidDescription& pool = scene.fluid.emplace();
   pool.spacing_m = kSpacing;
-  pool.box = {{-0.4, 0, -0.16}, {0.4, 0.6, 0.16}};
-  pool.blocks.push_back({{{-0.4, 0, -0.16}, {0.4, 0.1, 0.16}}, {}});
+  pool.box = {{-0.4, 0, -0.14}, {0.3, 0.6, 0.14}};
+  pool.blocks.push_back({{{-0.4, 0, -0.14}, {0.3, 0.1, 0.14}}, {}});
   pool.max_speed_m_s = 2;
   ObstacleSetting block;
   block.name = "block";
   block.kind = ObstacleShape::box;
   block.size_m = {0.08, 0.06, 0.32};
-  block.placement.position_m = {0.3, 0.03, 0};
+  block.placement.position_m = {0.2, 0.03, 0};
   scene.obstacles.push_back(block);
   return scene;
 }
@@ -62,7 +62,7 @@ Wading wade(const std::string& devices_text) {
   DeviceSet devices(devices_text, 5);
   Simulation simulation(devices, pool_scene(), make_synthetic_rig(), {});
   Wading result;
-  for (int k = 0; k <= 9; ++k) {
+  for (int k = 0; k <= 6; ++k) {
     const FrameSet frame = ball_at(-0.3F + static_cast<float>(k) / 30, k / 30.0);
     result.report = simulation.step(frame, k == 0 ? 0 : 1.0 / 30).liquid;
   }
@@ -78,7 +78,7 @@ TEST_P(LiquidScenes, ABallWadesThroughAPool) {
   EXPECT_EQ(got.report.placed + got.report.emitted,
             static_cast<std::uint32_t>(got.report.here) + got.report.taken);
   EXPECT_EQ(got.report.taken, 0U) << "none is lost";
-  EXPECT_LT(got.report.placed, 40U * 5 * 16) << "those in the block were left out";
+  EXPECT_LT(got.report.placed, 35U * 5 * 14) << "those in the block were left out";
   ASSERT_EQ(got.liquid_m.size(), on_cpu.liquid_m.size());
   EXPECT_TRUE(got.liquid_m == on_cpu.liquid_m) << "the same bits";
   const PointInMesh ball(got.ball, MeshFill::closed);
@@ -89,13 +89,73 @@ TEST_P(LiquidScenes, ABallWadesThroughAPool) {
     const float distance = ball.signed_distance_m(x);
     deepest_m = std::max(deepest_m, -distance);
     near += distance < 2 * static_cast<float>(kSpacing) ? 1 : 0;
-    const Vec3f in_block = x - Vec3f{0.3F, 0.03F, 0};
+    const Vec3f in_block = x - Vec3f{0.2F, 0.03F, 0};
     EXPECT_FALSE(std::abs(in_block.x) < 0.035F && std::abs(in_block.y) < 0.025F) << x.x << " " << x.y;
   }
   EXPECT_LT(deepest_m, 0.5F * static_cast<float>(kSpacing));
-  EXPECT_GT(near, 50) << "it is wet";
+  EXPECT_GT(near, 10) << "it is wet";
   EXPECT_GT(highest_m, 0.13F) << "it makes a wave";
 }
+
+/// What liquid and a body have together, and the sum of what each part has, in a weightless world.
+struct Motion {
+  Vec3d momentum;
+  double all = 0, kinetic_J = 0;
+};
+Motion motion_of(Simulation& simulation, double particle_kg) {
+  Motion m;
+  for (const LiquidParticle& p : simulation.liquid()->liquid().particles(simulation.context())) {
+    const Vec3d v = vec_cast<double>(p.v_m_s);
+    m.momentum += particle_kg * v;
+    m.all += particle_kg * length(v);
+    m.kinetic_J += 0.5 * particle_kg * dot(v, v);
+  }
+  const BodyMonitors body = simulation.monitors().at(0);
+  m.momentum += body.momentum_kg_m_s;
+  m.all += length(body.momentum_kg_m_s);
+  m.kinetic_J += body.kinetic_J;
+  return m;
+}
+
+/// A drop hits a body that floats freely: the two keep their momentum, to the rounding of floats in 400
+/// steps, 1e-5 of all momenta a second. @param spacing_m of the liquid: with 21.5 mm, a particle is ten times
+/// as heavy as a node that has all eight cubes
+class DropOnBody : public ::testing::TestWithParam<double> {};
+
+TEST_P(DropOnBody, KeepsMomentumAndMakesNoEnergy) {
+  const double d = GetParam();
+  Scene scene;
+  scene.reconstruction.resolution = 24;
+  scene.gravity_m_s2 = {};
+  BodyDescription block;
+  block.name = "block";
+  block.shape.size_m = {0.12, 0.06, 0.12};
+  block.placement.position_m = {0, 0.3, 0};
+  block.spacing_m = 0.01;
+  block.material.model = TissueModel::tled;
+  block.material.young_modulus_pa = 20000;
+  block.material.damping = 0.1;
+  scene.bodies.push_back(block);
+  LiquidDescription& drop = scene.fluid.emplace();
+  drop.spacing_m = d;
+  drop.density_kg_m3 = 1000;
+  drop.box = {{-0.5, 0, -0.5}, {0.5, 1, 0.5}};
+  drop.blocks.push_back({{{-2 * d, 0.33 + 0.6 * d, -2 * d}, {2 * d, 0.33 + 4.6 * d, 2 * d}}, {0.3, -1, 0}});
+  drop.max_speed_m_s = 2;
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  simulation.step(nullptr, 0);
+  const double particle_kg = 1000 * d * d * d;
+  const Motion before = motion_of(simulation, particle_kg);
+  for (int k = 0; k < 4; ++k) {
+    simulation.step(nullptr, 1.0 / 30);
+    const Motion now = motion_of(simulation, particle_kg);
+    EXPECT_LT(length(now.momentum - before.momentum), 1e-5 * before.all) << "frame " << k;
+    EXPECT_LT(now.kinetic_J, before.kinetic_J) << "frame " << k;
+  }
+  EXPECT_LT(simulation.monitors().at(0).momentum_kg_m_s.y, -0.1 * before.all) << "it was hit";
+}
+INSTANTIATE_TEST_SUITE_P(Spacings, DropOnBody, ::testing::Values(0.01, 0.0171, 0.0215));
 
 TEST(LiquidScene, RefusesStepsThatAreTooLong) {
   Scene scene = pool_scene();

@@ -109,6 +109,13 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
     material.color = vec_cast<float>(scene_.bodies[b].colour);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
   }
+  view_.liquids.clear();
+  if (scene_.fluid) {
+    ViewLiquid& liquid =
+        view_.liquids.emplace_back(scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{});
+    liquid.positions_m = std::move(snapshot.liquid_m);
+    liquid.spacing_m = static_cast<float>(scene_.fluid->spacing_m);
+  }
   renderer_.render(view_, camera_, picture_);
   if (sheet_) sheet_->add(picture_, caption);
   if (scene_.view.overlay) draw_line_of_text(picture_, overlay, 16, 18);

@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/contact/body_wall_kernels.h"
 #include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
@@ -35,6 +36,11 @@ TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::FindContacts);
 TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
+TACTUS_CUDA_KERNEL(tactus::PoseWallVertices);
+TACTUS_CUDA_KERNEL(tactus::PoseWallTriangles);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindBodyWalls>);
+TACTUS_CUDA_KERNEL(tactus::PushVertices);
+TACTUS_CUDA_KERNEL(tactus::PushNodes);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);
 TACTUS_CUDA_KERNEL(tactus::SumRecords);
 TACTUS_CUDA_KERNEL(tactus::SetCaptureTime);

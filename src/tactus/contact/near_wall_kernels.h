@@ -87,13 +87,13 @@ struct FindNearWalls {
           !may_be_near(boundaries.surface, p, reach))
         continue;
       const NearestOnSurface on = NearestOnSurface::of(boundaries.surface, all.own(k), p, reach);
-      if (on.found) near.add(i, {piece.turn * on.n, on.distance_m, piece.velocity_at(x), first_owner + k});
+      if (on.found) near.add(i, {piece.turn * on.n, on.distance_m, piece.velocity_at(x), first_owner + k, 0.F, {}});
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       const Obstacle& o = boundaries.obstacles[k];
       const NearestOnSurface on = o.kind == ObstacleKind::mesh ? of_mesh(o.mesh, x) : of_shape(o, x);
       if (on.found && on.distance_m < reach_m)
-        near.add(i, {on.n, on.distance_m, {}, first_owner + kPieces + k});
+        near.add(i, {on.n, on.distance_m, {}, first_owner + kPieces + k, 0.F, {}});
     }
   }
 

@@ -51,8 +51,8 @@ struct LiquidParticle {
 
 /// Owns the particles. Call `place` before the first step. A step is asynchronous and may be recorded:
 /// nothing is allocated or read back there. Where other walls are near, it is begin_step, then whoever knows
-/// them adds them to near_walls() of near_particles(), then end_step. docs/concepts/liquid.md has the
-/// equations.
+/// them adds them to near_walls() of the particles in search(), then end_step, after which walls know their
+/// impulses. docs/concepts/liquid.md has the equations.
 class Liquid {
  public:
   static constexpr Index kFaces = FindBoxWalls::kFaces;
@@ -68,8 +68,7 @@ class Liquid {
   void step(ExecContext& ctx, const StepTime& time);
   void begin_step(ExecContext& ctx, const StepTime& time);
   void end_step(ExecContext& ctx, const StepTime& time);
-  View<const SearchParticle> near_particles() const { return search_.cells().particles; }
-  Count near_count() const { return search_.placed(); }
+  const NeighbourSearch& search() const { return search_; }
   NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
   void end_frame(ExecContext& ctx);

@@ -30,20 +30,23 @@ struct LiquidConstants {
 struct WallShare {
   float fill = 0;
   float slope_1_m[kNearWalls];  ///< minus the slope of `fill` along each wall's normal
-  /// What is behind a wall, or nearer than `closest_m`, is put back there: it counts as if it were there.
+  /// Nearer than `closest_m`, where a particle is put back, the fill goes on linearly. A wall that gives way
+  /// is softer: pressure and a light node would else swing faster than the step can follow. As density and
+  /// force are softened alike, energy is kept.
   TACTUS_HD static WallShare of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
-    const SmoothingKernel& kernel = liquid.kernel;
     WallShare share;
     const Index n = near.count[i];
     float open[kNearWalls], all_open = 1;
     for (Index k = 0; k < n; ++k) {
-      open[k] = 1.F - kernel.fill(max(near.at(i, k).distance_m, liquid.closest_m));
+      const float s = near.at(i, k).distance_m, in = max(liquid.closest_m - s, 0.F),
+                  soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * near.at(i, k).give_1_kg),
+                  slope = soft * liquid.kernel.fill_slope_1_m(s + in);
+      open[k] = 1.F - (soft * liquid.kernel.fill(s + in) + in * slope);
       all_open *= open[k];
+      share.slope_1_m[k] = slope;
     }
     for (Index k = 0; k < n; ++k) {
-      float others = 1;
-      for (Index l = 0; l < n; ++l) others *= l == k ? 1.F : open[l];
-      share.slope_1_m[k] = others * kernel.fill_slope_1_m(max(near.at(i, k).distance_m, liquid.closest_m));
+      for (Index l = 0; l < n; ++l) share.slope_1_m[k] *= l == k ? 1.F : max(open[l], 0.F);
     }
     share.fill = 1.F - all_open;
     return share;

@@ -76,7 +76,7 @@ struct FindBoxWalls {
     if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) return;
     Vec3f n{};
     n[face / 2] = face % 2 == 0 ? 1.F : -1.F;
-    near.add(i, {n, distance_m, {}, face});
+    near.add(i, {n, distance_m, {}, face, 0.F, {}});
   }
 };
 

@@ -114,24 +114,26 @@ struct LiquidForce {
   TACTUS_HD void meet_walls(Index i, float push, Vec3f before, Vec3f& v, Vec3f& put_back) const {
     const WallShare share = WallShare::of(walls, i, liquid);
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
-      const NearWall& wall = walls.at(i, k);
+      NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
       const float s = max(wall.distance_m, liquid.closest_m);
-      // Friction must not turn the velocity round.
-      const float drag = min(time.dt_s * 2 * liquid.shear_m2_s * liquid.kernel.area_1_m(s) / s, 1.F);
-      Vec3f kick = (time.dt_s * liquid.density_kg_m3 * push * share.slope_1_m[k]) * wall.n - drag * slide;
+      // Friction must not turn the velocity round. What gives way takes its share of a blow.
+      const float yields = liquid.mass_kg * wall.give_1_kg,
+                  drag = min(time.dt_s * 2 * liquid.shear_m2_s * liquid.kernel.area_1_m(s) / s, 1.F);
+      const float push_m_s = time.dt_s * liquid.density_kg_m3 * push * share.slope_1_m[k];
+      Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
       v += kick;
-      const float approach = dot(v - wall.velocity_m_s, wall.n);
+      const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(kick, wall.n);
       const float gap = wall.distance_m + time.dt_s * approach - liquid.closest_m;
       if (gap < 0.F) {
-        const Vec3f stop = max(-approach, 0.F) * wall.n;
+        const Vec3f stop = max(-approach, 0.F) / (1.F + yields) * wall.n;
         v += stop;
         kick += stop;
         const float left = liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F));
-        put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) * wall.n;
+        put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) / (1.F + yields) * wall.n;
       }
-      wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(-liquid.mass_kg *
-                                                                                       kick);
+      wall.impulse_N_s = -liquid.mass_kg * kick;
+      wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(wall.impulse_N_s);
     }
   }
 };

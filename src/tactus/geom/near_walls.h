@@ -11,6 +11,8 @@ struct alignas(16) NearWall {
   float distance_m = 0;  ///< < 0 behind the wall
   Vec3f velocity_m_s;
   Index owner = -1;
+  float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
+  Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
 };
 inline constexpr Index kNearWalls = 4;
 

@@ -53,7 +53,8 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
                   "what moves faster is compressed by more than 1 %; half of it halves the "
                   "number of steps"},
                  f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
-  v.vector({"colour", "red, green, blue (sRGB)"}, f.colour, {"", 0, 1});
+  v.choice({"looks", "how it is drawn"}, f.looks,
+           {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
   const Vec3d edge = f.box.max_m - f.box.min_m;
   v.check(
       min(edge.x, min(edge.y, edge.z)) >= 2 * f.spacing_m, "spacing_m",

@@ -6,19 +6,24 @@ namespace tactus {
 void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
                              Vec3f gravity_m_s2) {
   const View<const FrameParams> frame = schedule.frame().view(0);
+  std::vector<Resource> moved = nodes_;
+  moved.emplace_back("liquid");
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
                 .rate = Rate::substep,
-                .updates = {"liquid"},
+                .updates = moved,
                 .submit = [this, &world, frame, gravity_m_s2](BlockPlace at) {
                   const StepTime time{.gravity_m_s2 = gravity_m_s2, .frame = frame, .in_block = at.substep};
                   const ContactOnDevices::Part& solid = world.part(0);
                   liquid_.begin_step(ctx_, time);
                   solid.contact.find_walls(ctx_, solid.surface, solid.obstacles.view(),
-                                           liquid_.near_particles(), liquid_.near_count(),
+                                           liquid_.search().cells().particles, liquid_.search().placed(),
                                            liquid_.constants().kernel.reach_m(), Liquid::kFaces, at.substep,
                                            liquid_.near_walls());
+                  for (const auto& body : bodies_)
+                    body->find_walls(ctx_, liquid_.search(), liquid_.near_walls());
                   liquid_.end_step(ctx_, time);
+                  for (const auto& body : bodies_) body->push(ctx_, liquid_.search(), liquid_.near_walls());
                 }});
   schedule.add({.name = "liquid/end",
                 .timed_as = "end",

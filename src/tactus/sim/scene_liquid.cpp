@@ -5,6 +5,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/geom/point_in_mesh.h"
+#include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
 namespace {
@@ -36,7 +37,7 @@ LiquidSettings settings_of(const Scene& scene) {
                    .box_m = to_box(f.box),
                    .open_faces = open_faces(f.open),
                    .max_particles = f.max_particles,
-                   .other_walls = kOwners};
+                   .other_walls = kOwners + static_cast<Index>(scene.bodies.size())};
   for (const EmitterDescription& e : f.emitters) {
     s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
                           .direction = vec_cast<float>(e.direction),
@@ -140,6 +141,27 @@ SceneLiquid::SceneLiquid(ExecContext& ctx, const Scene& scene,
                                 "take a thicker obstacle, or a smaller 'fluid.spacing_m'"});
   }
   liquid_.place(ctx, particles);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kOwners + static_cast<Index>(b));
+}
+
+void SceneLiquid::add_body(const SoftBody& body, Index owner) {
+  const float d = liquid_.settings().spacing_m;
+  const CubeLattice& lattice = body.shape().lattice;
+  const TriangleMesh fine = with_short_edges(body.shape().surface_m, BodyWalls::kLongestEdge * d);
+  std::vector<SpreadPoint> points;
+  std::vector<Index> cube;
+  std::vector<Vec3f> local;
+  for (const embed::Anchor& anchor : anchor_points(lattice, fine.positions_m, 1)) {
+    cube.push_back(anchor.cube);
+    local.push_back(anchor.local);
+  }
+  for (const Vec3f& x : fine.positions_m) points.push_back({x, 0});
+  WallSurface surface{
+      embed_points(lattice, points, cube, local), {}, lattice.spacing_m, body.contact_nodes()};
+  for (const auto& t : fine.triangles) surface.triangles.push_back({t[0], t[1], t[2]});
+  bodies_.push_back(std::make_unique<BodyWalls>(ctx_, surface, owner, d, liquid_.settings().max_particles));
+  nodes_.push_back(body.nodes_resource());
 }
 
 int SceneLiquid::substeps_for(double dt_s) const {

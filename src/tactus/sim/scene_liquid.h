@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tactus/contact/body_walls.h"
 #include "tactus/contact/contact_on_devices.h"
 #include "tactus/fluid/liquid.h"
 #include "tactus/frame/readback.h"
@@ -17,7 +18,8 @@ namespace tactus {
 /// The speed that a liquid is made for where the scene says none: what falls through its box.
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2);
 
-/// Owns the liquid, on the first device. The real surface and obstacles push it; it moves in every substep.
+/// Owns the liquid, on the first device, as are bodies that touch it. It moves in every substep. The real
+/// surface and obstacles push it; it and bodies push one another.
 class SceneLiquid {
  public:
   /// Fills the blocks, but for what lies in bodies and obstacles. Synchronizes.
@@ -41,9 +43,13 @@ class SceneLiquid {
   void archive(StateArchive& a) { liquid_.archive(ctx_, a); }
 
  private:
+  void add_body(const SoftBody& body, Index owner);
+
   ExecContext& ctx_;
   LiquidDescription description_;
   Liquid liquid_;
+  std::vector<std::unique_ptr<BodyWalls>> bodies_;
+  std::vector<Resource> nodes_;  ///< of those
   Readback::Place report_;
   std::vector<Notice> first_notices_;  ///< of the start
 };

@@ -77,7 +77,7 @@ std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const
 bool touches_bodies(const Scene& scene, const BodyDescription& body) {
   const auto count = std::count_if(scene.bodies.begin(), scene.bodies.end(),
                                    [](const BodyDescription& b) { return b.contact; });
-  return body.contact && (scene.contact.self || (scene.contact.bodies && count > 1));
+  return body.contact && (scene.fluid || scene.contact.self || (scene.contact.bodies && count > 1));
 }
 
 /// The first so many, as bodies that may be touched take them.
@@ -246,6 +246,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     report.substeps += part.substeps;
   }
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
+  cut_bodies(frame_begin_s, clock_.simulated_s(), report);
   collect(report);
   if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
   return report;
