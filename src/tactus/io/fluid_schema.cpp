@@ -36,10 +36,11 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.choice(
       {"solver",
        "`iisph`: incompressible, with long steps; `wcsph`: weakly compressible, with steps a tenth as long "
-       "and half as dear, for pressures"},
+       "and a third as dear"},
       f.solver, {{"iisph", LiquidModel::iisph}, {"wcsph", LiquidModel::wcsph}});
   v.integer(
-      {"iterations", "iisph: of each step; 5 leave about 0.5 % too much density in a pool of 12 spacings"},
+      {"iterations",
+       "iisph: of each step; in a pool of 12 spacings, 4 leave 0.5 % too much density and 8 leave 0.2 %"},
       f.iterations, {"", 1, 100});
   v.section({"box", "the liquid's world; its faces are walls, but for those that are open", kRequired},
             [&](FieldVisitor& in) { describe_box(in, f.box); });
@@ -57,10 +58,10 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.real({"viscosity_pa_s", "blood 0.0035, water 0.001, honey 10"}, f.viscosity_pa_s, {"Pa s", 0, 1000});
   v.real({"artificial_viscosity", "damps sound: of what approaches alone"}, f.artificial_viscosity,
          {"", 0, 1});
-  v.real_or_auto({"max_speed_m_s",
-                  "what moves faster is compressed by more than 1 %; half of it halves the "
-                  "number of steps"},
-                 f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
+  v.real_or_auto(
+      {"max_speed_m_s",
+       "that steps are made for: half of it halves their number. What moves faster may be compressed"},
+      f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
   v.only_when(f.solver == LiquidModel::iisph, "iterations", "'solver' is iisph");
