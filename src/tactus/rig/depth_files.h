@@ -12,7 +12,8 @@ namespace tactus {
 /// One depth camera of a rig file and its images: one, or a sequence.
 struct DepthRecording {
   CalibratedCamera calibrated;
-  std::string images;
+  std::string images;  ///< "": it is live
+  std::string device;
   DepthEncoding encoding;
 };
 

@@ -24,6 +24,7 @@ class Outcome {
   Outcome(const Outcome&) = delete;
   Outcome& operator=(const Outcome&) = delete;
   GError** operator&() { return &error_; }  // NOLINT(google-runtime-operator)
+  bool ok() const { return error_ == nullptr; }
   void check() const {
     if (error_ != nullptr) throw Error(what_ + ": " + error_->message);
   }
@@ -55,10 +56,18 @@ std::optional<int> bayer_code(ArvPixelFormat format) {
   }
 }
 
+bool has_three_channels(ArvPixelFormat format) {
+  return format == ARV_PIXEL_FORMAT_RGB_8_PACKED || format == ARV_PIXEL_FORMAT_BGR_8_PACKED;
+}
+
+bool is_known(ArvPixelFormat format) {
+  return format == ARV_PIXEL_FORMAT_MONO_8 || has_three_channels(format) || bayer_code(format);
+}
+
 class GenicamReader final : public PictureReader {
  public:
   GenicamReader(const std::string& id, const PictureSettings& settings)
-      : name_("GenICam camera '" + id + "'"), trigger_(settings.trigger) {
+      : name_("GenICam camera '" + id + "'"), trigger_(settings.trigger), is_depth_(settings.is_depth) {
     Outcome found(name_);
     camera_.reset(arv_camera_new(id.empty() ? nullptr : id.c_str(), &found));
     found.check();
@@ -66,6 +75,7 @@ class GenicamReader final : public PictureReader {
     Outcome set(name_);
     arv_camera_set_region(camera_.get(), 0, 0, settings.width_px, settings.height_px, &set);
     set.check();
+    is_depth_ ? choose_distances() : choose_colours();
     set_pace(settings);
     start();
   }
@@ -88,7 +98,7 @@ class GenicamReader final : public PictureReader {
     if (buffer == nullptr) return false;
     const bool ok = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
     if (ok) count(static_cast<std::int64_t>(arv_buffer_get_frame_id(buffer)));
-    const std::string trouble = ok ? convert(buffer, bgr) : "";
+    const std::string trouble = ok ? (is_depth_ ? copy_distances(buffer, bgr) : convert(buffer, bgr)) : "";
     arv_stream_push_buffer(stream_.get(), buffer);
     if (!trouble.empty()) throw Error(name_ + ": " + trouble);
     return ok;
@@ -115,6 +125,22 @@ class GenicamReader final : public PictureReader {
     }
     set.check();
   }
+  /// What it is set to, unless that is none of ours.
+  void choose_colours() {
+    Outcome set(name_);
+    const ArvPixelFormat format = arv_camera_get_pixel_format(camera_.get(), &set);
+    set.check();
+    if (!is_known(format)) arv_camera_set_pixel_format(camera_.get(), ARV_PIXEL_FORMAT_MONO_8, &set);
+    set.check();
+  }
+  void choose_distances() {
+    Outcome set(name_);
+    arv_camera_set_pixel_format_from_string(camera_.get(), "Coord3D_C16", &set);
+    if (set.ok()) return;
+    Outcome other(name_);
+    arv_camera_set_pixel_format(camera_.get(), ARV_PIXEL_FORMAT_MONO_16, &other);
+    other.check();
+  }
   void start() {
     Outcome done(name_);
     stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, &done));
@@ -131,13 +157,24 @@ class GenicamReader final : public PictureReader {
     last_id_ = id;
     number_ = wraps_ + id;
   }
+  static std::string copy_distances(ArvBuffer* buffer, cv::Mat& distances) {
+    const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
+    const ArvPixelFormat format = arv_buffer_get_image_pixel_format(buffer);
+    if (format != ARV_PIXEL_FORMAT_MONO_16 && format != ARV_PIXEL_FORMAT_COORD3D_C_16)
+      return "its pixel format is unknown; expected Coord3D_C16 or Mono16";
+    std::size_t bytes = 0;
+    auto* data = const_cast<void*>(arv_buffer_get_image_data(buffer, &bytes));
+    if (bytes < 2 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+      return "its picture is cut short";
+    cv::Mat(height, width, CV_16UC1, data).copyTo(distances);
+    return "";
+  }
   static std::string convert(ArvBuffer* buffer, cv::Mat& bgr) {
     const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
     const ArvPixelFormat format = arv_buffer_get_image_pixel_format(buffer);
     std::size_t bytes = 0;
     auto* data = const_cast<void*>(arv_buffer_get_image_data(buffer, &bytes));
-    const bool has_colors =
-        format == ARV_PIXEL_FORMAT_RGB_8_PACKED || format == ARV_PIXEL_FORMAT_BGR_8_PACKED;
+    const bool has_colors = has_three_channels(format);
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     if (bytes < pixels * (has_colors ? 3 : 1)) return "its picture is cut short";
     const cv::Mat raw(height, width, has_colors ? CV_8UC3 : CV_8UC1, data);
@@ -155,6 +192,7 @@ class GenicamReader final : public PictureReader {
   }
   std::string name_;
   PictureTrigger trigger_;
+  bool is_depth_;
   Owned<ArvCamera> camera_;
   Owned<ArvStream> stream_;
   std::int64_t last_id_ = 0, wraps_ = 0, number_ = 0;

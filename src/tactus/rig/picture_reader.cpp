@@ -18,6 +18,8 @@ class VideoReader final : public PictureReader {
         is_stream_(what.find("://") != what.npos) {
     if (settings.trigger != PictureTrigger::none && is_device())
       throw usage_error("'" + what + "' has no trigger; expected 'live.sync: time', or a GenICam camera");
+    if (settings.is_depth)
+      throw usage_error("'" + what + "' gives no distances; expected a GenICam camera, aravis:ID");
     // What FFmpeg prints would stand beside our own message; who set the level keeps it.
     ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     open();

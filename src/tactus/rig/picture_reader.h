@@ -18,21 +18,23 @@ enum class PictureTrigger : std::uint8_t {
   software   ///< `read`
 };
 
-class PictureReader {
- public:
-  virtual ~PictureReader() = default;
-  /// Waits for the next picture: blue, green, red, 8 bits each. @returns false when there is none.
-  virtual bool read(cv::Mat& bgr) = 0;
-  /// Number of the last picture, of a camera that counts its triggers.
-  virtual std::optional<std::int64_t> number() const { return {}; }
-  /// Whether `read` waits for a camera, and not for a file.
-  virtual bool is_device() const = 0;
-};
-
 struct PictureSettings {
   int width_px = 0, height_px = 0;
   double fps = 30;
   PictureTrigger trigger = PictureTrigger::none;
+  bool is_depth = false;  ///< distances, 16 bits each
+};
+
+class PictureReader {
+ public:
+  virtual ~PictureReader() = default;
+  /// Waits for the next picture: blue, green, red, 8 bits each; of a depth camera 16 bits a pixel.
+  /// @returns false when there is none.
+  virtual bool read(cv::Mat& picture) = 0;
+  /// Number of the last picture, of a camera that counts its triggers.
+  virtual std::optional<std::int64_t> number() const { return {}; }
+  /// Whether `read` waits for a camera, and not for a file.
+  virtual bool is_device() const = 0;
 };
 
 /// /dev/videoN, the URL of a stream, "aravis:ID" (GenICam: serial number, name or address of the camera;

@@ -190,8 +190,9 @@ class CameraReader {
 };
 
 DepthRecording read_depth_camera(const YamlMapping& y, CameraReader& reader) {
-  DepthRecording r{reader.read(y, std::nullopt), reader.data(y, "depth"), {}};
-  if (r.images.empty()) y.fail("depth", "expected the 16-bit PNG of the distances, or a pattern of them");
+  DepthRecording r{reader.read(y, std::nullopt), reader.data(y, "depth"), y.text("device", ""), {}};
+  if (r.images.empty() && r.device.empty())
+    y.fail("depth", "expected the 16-bit PNG of the distances, or a pattern of them");
   r.encoding.unit_m = y.number("unit_m", 1e-6, 1e3, r.encoding.unit_m);
   const std::string distance = y.text("distance", "z");
   if (distance != "z" && distance != "radial")
