@@ -20,7 +20,7 @@ struct LiquidEmitter {
 
 enum class LiquidSolver : std::uint8_t {
   wcsph,  ///< weakly compressible: many cheap steps
-  iisph,  ///< incompressible: steps ten times as long, three times as dear
+  iisph,  ///< incompressible: steps ten times as long, four times as dear
 };
 
 struct LiquidSettings {

@@ -36,7 +36,7 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.choice(
       {"solver",
        "`iisph`: incompressible, with long steps; `wcsph`: weakly compressible, with steps a tenth as long "
-       "and a third as dear"},
+       "and a quarter as dear"},
       f.solver, {{"iisph", LiquidModel::iisph}, {"wcsph", LiquidModel::wcsph}});
   v.integer(
       {"iterations",
