@@ -133,7 +133,7 @@ void RunSummary::note(const Notice& notice) {
   note(notice.message());
 }
 
-nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
+nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,
                        const std::string& devices) {
   nlohmann::json json{
       {"scene", scene.name}, {"devices", devices}, {"commit", commit_text()}, {"frames", summary.frames}};
@@ -155,6 +155,21 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simu
                               {"monitors", monitors_json(summary.monitors, b)},
                               {"moved", motions_json(summary, b, scene.bodies[b].moved)}});
   }
+  for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+    if (!simulation.bodies()[b]->is_cuttable()) continue;
+    const SoftBody::CutState state = simulation.bodies()[b]->cut_state(simulation.context());
+    json["bodies"][b]["cut"] = {
+        {"parts", state.parts}, {"copies", state.copies}, {"closed_volumes_m3", state.closed_volumes_m3}};
+  }
+  for (const CutScore& c : simulation.cuts())
+    json["cuts"].push_back({{"blade", c.blade},
+                            {"body", c.body},
+                            {"path_m", c.path_m},
+                            {"depth_m", c.depth_m},
+                            {"area_m2", c.area_m2},
+                            {"begin_s", c.begin_s},
+                            {"end_s", c.end_s},
+                            {"cut_cubes", c.cut_cubes}});
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
   json["contacts"] = contacts_json(summary.contacts);

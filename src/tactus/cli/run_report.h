@@ -34,7 +34,7 @@ struct RunSummary {
   void note(const Notice& notice);
 };
 
-nlohmann::json to_json(const RunSummary& summary, const Scene& scene, const Simulation& simulation,
+nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,
                        const std::string& devices);
 
 /// Of positions and velocities of all bodies' nodes and of the real surface, in hexadecimal: the same on

@@ -90,6 +90,12 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
   v.only_when(s.kind == ShapeKind::labels, "labels", "'kind' is labels");
 }
 
+void describe_blade_key(FieldVisitor& v, MotionKeyDescription& k) {
+  v.real({"time_s", "since the first frame", kRequired}, k.time_s, {"s", 0, 1e6});
+  v.vector({"displacement_m", "from `from_m` and `to_m`, world axes"}, k.displacement_m, kPosition);
+  v.real({"angle_deg", "about `axis` through `pivot_m`"}, k.angle_deg, {"deg", -360000, 360000});
+}
+
 void describe_placement(FieldVisitor& v, PlacementDescription& p) {
   v.vector({"position_m", "where the body's origin lies in the world (+Y is up)"}, p.position_m, kPosition);
   v.vector({"rotation_deg", "turns about the world's x, then y, then z axis"}, p.rotation_deg,
@@ -192,6 +198,21 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
              "hybrid: so many substeps of the elements are one of shape matching, which costs most; refused "
              "where that would make it softer"},
             b.matching_every, {"", 1, 64});
+  v.boolean({"cuttable",
+             "whether `blades` cut its elements; it needs `contact: false` and memory for copies of cubes. "
+             "Cubes with nodes that are moved, loaded or of shape matching are never cut"},
+            b.cuttable);
+  v.integer_or_auto({"cut_room", "copies of cubes that cuts may make, two or more per cube that is cut"},
+                    b.cut_room, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
+  v.only_when(b.cuttable, "cut_room", "'cuttable' is true");
+  v.check(
+      !b.cuttable || b.material.model != TissueModel::flsm, "cuttable",
+      "'cuttable' is true, but the body has no elements: only those are cut; set 'material.model' to tled or "
+      "hybrid");
+  v.check(!b.cuttable || !b.contact, "cuttable",
+          "'cuttable' is true, but points that touch do not follow a cut yet; expected 'contact: false'");
+  v.check(!b.cuttable || b.shape.fill == MeshFill::closed, "cuttable",
+          "'cuttable' is true, but a shape with 'fill: winding' bounds no solid that could be closed again");
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
          appender(b.regions, describe_painted));
   v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_fixed));
@@ -235,6 +256,27 @@ void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
   v.check(!mesh || !o.path.empty(), "path", "the obstacle lacks the key 'path': the file of its mesh");
   v.only_when(o.kind == ObstacleShape::box, "size_m", "'kind' is box");
   for (const char* key : {"path", "unit_m"}) v.only_when(mesh, key, "'kind' is mesh");
+}
+
+void describe_blade(FieldVisitor& v, BladeDescription& b) {
+  describe_name(v, {"name", "unique name, used in results", kRequired}, b.name);
+  v.vector({"from_m", "one end of its straight edge, where no keyframe moves it", kRequired}, b.from_m,
+           kPosition);
+  v.vector({"to_m", "the other end", kRequired}, b.to_m, kPosition);
+  v.list(
+      {"path", "where it goes: keyframes, linear in between; it cuts from the first to the last", kRequired},
+      appender(b.path, describe_blade_key));
+  v.vector({"axis", "of the angles, world axes"}, b.axis, {"", -1000, 1000});
+  v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, b.pivot_m, kPosition, "`from_m`");
+  v.check(length(b.to_m - b.from_m) > 0, "to_m", "'to_m' is 'from_m': the edge has no length");
+  v.check(b.path.size() >= 2, "path",
+          "'path' has " + std::to_string(b.path.size()) +
+              " keyframes, expected two or more: it cuts between them");
+  v.check(length(b.axis) > 0, "axis", "'axis' is zero, expected a direction");
+  for (std::size_t k = 1; k < b.path.size(); ++k)
+    v.check(b.path[k].time_s > b.path[k - 1].time_s, "path",
+            "'path[" + std::to_string(k) + "]' has a 'time_s' of " + std::to_string(b.path[k].time_s) +
+                ", expected more than the one before it");
 }
 
 void describe_contact(FieldVisitor& v, ContactDescription& c) {
@@ -343,6 +385,15 @@ void check_probes(FieldVisitor& v, const Scene& scene) {
   }
 }
 
+void check_blades(FieldVisitor& v, const Scene& scene) {
+  const auto cuttable = std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                                      [](const BodyDescription& b) { return b.cuttable; });
+  v.check(scene.blades.empty() || cuttable > 0, "blades",
+          "there are 'blades', but no body has 'cuttable: true'");
+  v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
+          "'vtk_every' is for scenes without 'cuttable' bodies");
+}
+
 }  // namespace
 
 void describe_scene(FieldVisitor& v, Scene& scene) {
@@ -354,6 +405,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   v.list({"bodies", "the soft bodies"}, appender(scene.bodies, describe_body));
   v.list({"obstacles", "what stands still and is touched: a table, a tray"},
          appender(scene.obstacles, describe_obstacle));
+  v.list({"blades", "edges that follow keyframes and cut bodies that are `cuttable`"},
+         appender(scene.blades, describe_blade));
   v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
             [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
@@ -367,6 +420,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
             [&](FieldVisitor& in) { describe_output(in, scene.output); });
   check_unique_names(v, scene.bodies, "bodies");
   check_unique_names(v, scene.obstacles, "obstacles");
+  check_unique_names(v, scene.blades, "blades");
+  check_blades(v, scene);
   v.check(scene.contact.response == ContactResponse::exact || scene.obstacles.empty(), "contact",
           "'response: paper' knows only the real surface, and the scene has 'obstacles'");
   check_unique_names(v, scene.probes, "probes");

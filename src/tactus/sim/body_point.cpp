@@ -29,14 +29,14 @@ OutsideBody nearest_on(const TriangleMesh& mesh, Vec3f p_m) {
 
 Vec3f BodyPoint::position_m(std::span<const Vec3f> node_x_m) const {
   std::array<Vec3f, 8> corner;
-  embed::CubeNodes cube;
+  embed::CubeNodes corners;
   for (std::size_t q = 0; q < 8; ++q) {
     corner[q] = node_x_m[static_cast<std::size_t>(nodes[q])];
-    cube.node[q] = static_cast<Index>(q);
+    corners.node[q] = static_cast<Index>(q);
   }
   const embed::Anchor anchor{0, local};
   Vec3f x;
-  embed::MoveVertices{View(&anchor, 1), View<const embed::CubeNodes>(&cube, 1),
+  embed::MoveVertices{View(&anchor, 1), View<const embed::CubeNodes>(&corners, 1),
                       View<const Vec3f>(corner.data(), 8), View(&x, 1)}(0);
   return x;
 }
@@ -99,7 +99,7 @@ PointInBody place_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m) {
     }
   }
   const embed::Anchor anchor = anchor_points(shape.lattice, std::span(&rest_m, 1), 1)[0];
-  result.point = {shape.lattice.cube_nodes[static_cast<std::size_t>(anchor.cube)], anchor.local};
+  result.point = {shape.lattice.cube_nodes[static_cast<std::size_t>(anchor.cube)], anchor.local, anchor.cube};
   return result;
 }
 

@@ -13,6 +13,7 @@ namespace tactus {
 struct BodyPoint {
   std::array<Index, 8> nodes{};  ///< corner q at (q & 1, q >> 1 & 1, q >> 2)
   Vec3f local{};                 ///< in [0, 1] inside the cube
+  Index cube = 0;                ///< of the lattice
 
   /// Trilinear in the cube's nodes [P 15].
   Vec3f position_m(std::span<const Vec3f> node_x_m) const;

@@ -7,6 +7,8 @@
 namespace tactus {
 
 void SoftBody::archive(StateArchive& a) {
+  if (is_cuttable())
+    throw usage_error("body '" + name() + "' is 'cuttable': checkpoints do not hold what is cut yet");
   a.set_owner("body '" + name() + "'");
   tissue_.archive(a);
   points_.archive(a);

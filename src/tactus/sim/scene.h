@@ -183,6 +183,15 @@ struct FixedRegion {
   HeldAxes axes = kAllAxes;
 };
 
+/// The straight edge of a blade that follows keyframes. It cuts from the first to the last of them.
+struct BladeDescription {
+  std::string name;
+  Vec3d from_m, to_m;                      ///< its ends where no keyframe moves it, world
+  std::vector<MotionKeyDescription> path;  ///< linear between keyframes
+  Vec3d axis = {0, 1, 0};                  ///< of the angles, world
+  std::optional<Vec3d> pivot_m;            ///< on the axis, it moves along; none: from_m
+};
+
 struct BodyDescription {
   std::string name;
   ShapeDescription shape;
@@ -192,6 +201,8 @@ struct BodyDescription {
   std::optional<RatioDescription> ratio;  ///< hybrid
   bool contact = true;                    ///< the real surface pushes it
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
+  bool cuttable = false;                  ///< blades cut its elements
+  std::optional<int> cut_room;            ///< copies of cubes that there is room for; none: from the cubes
   std::vector<PaintedRegion> regions;
   std::vector<FixedRegion> fixed;     ///< where lattice nodes don't move
   std::vector<MovedRegion> moved;     ///< where they follow a given motion
@@ -309,6 +320,7 @@ struct Scene {
   ReconstructionDescription reconstruction;
   std::vector<BodyDescription> bodies;
   std::vector<ObstacleSetting> obstacles;
+  std::vector<BladeDescription> blades;
   std::optional<LiquidDescription> fluid;
   Vec3d gravity_m_s2 = {0, -9.81, 0};
   ContactDescription contact;

@@ -246,6 +246,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     report.substeps += part.substeps;
   }
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
+  cut_bodies(frame_begin_s, clock_.simulated_s(), report);
   collect(report);
   if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
   return report;

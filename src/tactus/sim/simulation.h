@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "tactus/base/timing.h"
@@ -12,6 +13,7 @@
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
+#include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/scene_liquid.h"
@@ -83,6 +85,9 @@ class Simulation {
   /// @throws Error when it is of another scene; the simulation is of no use then.
   void archive(StateArchive& a, const FrameSet* last);
 
+  /// What blades did to bodies so far.
+  const std::vector<CutScore>& cuts() const { return cuts_; }
+
   const Timings& timings() const { return timings_; }
   /// How often the frame was put together for replay.
   int recordings() const { return schedule_.recordings(); }
@@ -134,6 +139,10 @@ class Simulation {
   void collect(StepReport& report);
   /// Of each part of a frame.
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
+  /// By blades, after the frame's substeps. @param from_s,to_s of its simulated time
+  void cut_bodies(double from_s, double to_s, StepReport& report);
+  void add_cut(const BladeDescription& blade, const std::string& body, const cut::BladeStrip& strip,
+               const cut::CutReport& cut, double from_s, double to_s);
   static void add_contact(const BodyContact& contact, StepReport& report);
 
   DeviceSet& devices_;
@@ -168,6 +177,9 @@ class Simulation {
   };
   std::vector<PieceSpeed> piece_speeds_;
   int part_ = 0;  ///< of the frame that runs
+  std::vector<CutScore> cuts_;
+  int cut_frame_ = 0;
+  std::set<std::string> told_cuts_;  ///< what was said of blades and bodies
   SubstepChoice substep_choice_;
   Timings timings_;
 };

@@ -7,6 +7,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/sim/body_cut.h"
 #include "tactus/tissue/hybrid/deflection_match.h"
 
 namespace tactus {
@@ -71,7 +72,8 @@ HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const B
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
                    bool on_first_device)
-    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
+    : SoftBody(devices, body,
+               with_cut_room(body, make_body_shape(body, assets, memory_bytes(devices.device(0)))),
                on_first_device) {}
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
@@ -82,7 +84,8 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       on_first_device_(on_first_device),
       tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),
       frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
-      surface_(devices.context(0), shape_.lattice, shape_.surface_m),
+      surface_(devices.context(0), shape_.lattice, shape_.surface_m, 1,
+               surface_room(shape_.lattice, shape_.surface_m)),
       full_stiffness_(body.material.kappa == Stiffness::paper) {
   float young_Pa = 0;
   for (const ElasticMaterial& m : shape_.materials) young_Pa = std::max(young_Pa, m.young_Pa);
@@ -90,6 +93,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
                       static_cast<double>(shape_.lattice.cube_count());
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
+  if (body.cuttable) make_cuttable(devices.context(0));
   if (body.contact) points_ = SlabPoints(tissue_, shape_.lattice, shape_.surface_m, shape_.elements);
 }
 

@@ -1,12 +1,16 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
 #include <algorithm>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "tactus/frame/schedule.h"
+#include "tactus/sim/body_point.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/sim/slab_points.h"
 #include "tactus/tissue/body_monitors.h"
+#include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -97,6 +101,24 @@ class SoftBody {
   /// Energies, momentum, volume. Synchronizes.
   BodyMonitors monitors(ExecContext& ctx) const;
 
+  // body_cut.cpp
+  bool is_cuttable() const { return cutter_.has_value(); }
+  /// Cuts it by what a straight edge swept since the last frame, between two frames. Where the edge was in
+  /// the last two frames goes along with the body, so strips leave no gap in it. Synchronizes.
+  /// @param blade number of the blade
+  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip);
+  /// A point moves with the copy that has its material now.
+  void follow_cut(BodyPoint& point) const;
+  /// At the end of a frame that cuts follow. Synchronizes.
+  void remember_nodes(ExecContext& ctx) { last_x_m_ = positions_m(ctx); }
+  /// Of a cuttable body: its parts, copies in use, and the volumes that its surface encloses. Synchronizes.
+  struct CutState {
+    int parts = 1;
+    Index copies = 0;
+    std::vector<double> closed_volumes_m3;
+  };
+  CutState cut_state(ExecContext& ctx) const;
+
   /// Whether the real surface never touches it: it goes a frame at a time.
   bool is_untouched() const { return !description_.contact; }
   /// Devices that step it, and why no more of those there are.
@@ -127,6 +149,10 @@ class SoftBody {
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
+  void make_cuttable(ExecContext& ctx);
+  void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
+  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
+                 cut::CutReport& sum);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -144,6 +170,14 @@ class SoftBody {
   EmbeddedSurface surface_;
   bool full_stiffness_;
   SlabPoints points_;
+  std::optional<cut::BodyCutter> cutter_;
+  std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
+  /// Where a blade's edge was in the last two frames, moved with the body.
+  struct Trail {
+    std::vector<Vec3f> older_m = {}, last_m = {};
+    int frame = -1;
+  };
+  std::map<std::size_t, Trail> trails_;
 };
 
 }  // namespace tactus

@@ -1,0 +1,27 @@
+#pragma once
+/// Blades of a scene, and what they have cut.
+#include <string>
+#include <vector>
+
+#include "tactus/sim/scene.h"
+#include "tactus/tissue/cut/lattice_cutter.h"
+
+namespace tactus {
+
+/// The edge of a blade at a time of its keyframes.
+std::vector<Vec3f> blade_edge_m(const BladeDescription& blade, double time_s);
+
+/// What a blade's edge swept from one time to another; no points outside of its keyframes.
+cut::BladeStrip swept(const BladeDescription& blade, double from_s, double to_s, int frame);
+
+/// What a blade did to a body so far.
+struct CutScore {
+  std::string blade, body;
+  double path_m = 0;              ///< of the middle of the edge, while it cut
+  double depth_m = 0;             ///< of the deepest point of the incision below the surface, at rest
+  double area_m2 = 0;             ///< of the incision, one side, at rest
+  double begin_s = 0, end_s = 0;  ///< of the first and last frame in which it cut
+  Index cut_cubes = 0;
+};
+
+}  // namespace tactus

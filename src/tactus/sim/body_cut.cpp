@@ -1,0 +1,124 @@
+#include "tactus/sim/body_cut.h"
+
+#include <algorithm>
+
+#include "tactus/geom/lattice_cut.h"
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+BodyShape with_cut_room(const BodyDescription& body, BodyShape shape) {
+  if (!body.cuttable) return shape;
+  const Index copies = body.cut_room.value_or(std::max(2000, shape.lattice.cube_count() / 4));
+  shape.lattice =
+      cut_lattice(shape.lattice, [](Vec3i, int) { return false; }, {.copies = copies, .nodes = 2 * copies});
+  // Room is made of elements: only those are cut.
+  shape.elements.resize(shape.lattice.cubes.size(), 1);
+  shape.material_of_cube.resize(shape.lattice.cubes.size(), 0);
+  shape.node_outside_m.resize(shape.lattice.nodes.size(), 0);
+  return shape;
+}
+
+/// Walls of interior copies have a dozen triangles, those at the surface some more.
+SurfaceRoom surface_room(const CubeLattice& lattice, const TriangleMesh& surface) {
+  const auto copies = static_cast<Index>(lattice.copies.size());
+  return {static_cast<Index>(surface.positions_m.size()) + 40 * copies,
+          static_cast<Index>(surface.triangles.size()) + 80 * copies};
+}
+
+void SoftBody::make_cuttable(ExecContext& ctx) {
+  const CubeLattice& lattice = shape_.lattice;
+  std::vector<std::uint8_t> is_driven(lattice.nodes.size()), may_cut;
+  for (const NodeMotion& motion : shape_.motions)
+    for (const Index node : motion.nodes) is_driven[at(node)] = 1;
+  for (std::size_t k = 0; k < shape_.loads.size(); ++k)
+    for (const Index node : tissue_.boundary().loads().nodes_of(k)) is_driven[at(node)] = 1;
+  for (Index c = 0; c < lattice.regular_cubes(); ++c) {
+    const auto& nodes = lattice.cube_nodes[at(c)];
+    const bool driven =
+        std::any_of(nodes.begin(), nodes.end(), [&](Index i) { return is_driven[at(i)] != 0; });
+    may_cut.push_back(shape_.elements[at(c)] != 0 && !driven ? 1 : 0);
+  }
+  const SurfaceRoom room = surface_room(lattice, shape_.surface_m);
+  cutter_.emplace(lattice, std::move(may_cut), shape_.surface_m, to_host(ctx, surface_.anchors()),
+                  cut::CutSurface::Room{room.vertices, room.triangles});
+  last_x_m_ = lattice.rest_positions_m();
+}
+
+/// Each point goes as far as the node that is nearest to it, if one is near.
+void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const {
+  for (Vec3f& p : points_m) {
+    float least_m2 = sqr(3 * shape_.lattice.spacing_m);
+    Vec3f moved_m{};
+    for (std::size_t i = 0; i < x_m.size(); ++i) {
+      const Vec3f d = last_x_m_[i] - p;
+      if (dot(d, d) >= least_m2 || shape_.lattice.node_mass_kg[i] == 0) continue;
+      least_m2 = dot(d, d);
+      moved_m = x_m[i] - last_x_m_[i];
+    }
+    p += moved_m;
+  }
+}
+
+cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip) {
+  const std::vector<Vec3f> x_m = positions_m(ctx);
+  const auto samples = [&](const std::vector<Vec3f>& edge_m) {
+    const float length_m = length(strip.end_m[1] - strip.end_m[0]);
+    const int n = std::clamp(static_cast<int>(2 * length_m / shape_.lattice.spacing_m), 1, 200);
+    std::vector<Vec3f> points_m;
+    for (int k = 0; k <= n; ++k) {
+      const float t = static_cast<float>(k) / static_cast<float>(n);
+      points_m.push_back(edge_m[0] + t * (edge_m[1] - edge_m[0]));
+    }
+    return points_m;
+  };
+  Trail& trail = trails_[blade];
+  if (trail.frame + 1 != strip.frame) trail = {.last_m = samples(strip.begin_m)};
+  carry(trail.last_m, x_m);
+  carry(trail.older_m, x_m);
+  const std::vector<Vec3f> now_m = samples(strip.end_m);
+  cut::CutReport report;
+  if (!trail.older_m.empty()) cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, report);
+  cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), report);
+  trail = {std::move(trail.last_m), now_m, strip.frame};
+  return report;
+}
+
+void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
+                         cut::CutReport& sum) {
+  TopologyChange change;
+  const cut::CutReport report = cutter_->cut(strip, x_m, change);
+  sum.cut_cubes += report.cut_cubes;
+  sum.area_m2 += report.area_m2;
+  sum.depth_m = std::max(sum.depth_m, report.depth_m);
+  sum.is_refused = sum.is_refused || report.is_refused;
+  sum.is_full = sum.is_full || report.is_full;
+  if (change.copies.empty()) return;
+  tissue_.apply(change);
+  surface_.apply(ctx, change);
+  surface_.update(ctx, tissue_.body());
+  tactus::apply(change, shape_.lattice);
+  for (const TopologyChange::Node& node : change.nodes)
+    if (node.from >= 0) last_x_m_[at(node.node)] = last_x_m_[at(node.from)];
+  for (const TopologyChange::Copy& copy : change.copies)
+    shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
+}
+
+void SoftBody::follow_cut(BodyPoint& point) const {
+  const Index regular = cutter_->lattice().regular_of(point.cube);
+  const Vec3d p = vec_cast<double>(shape_.lattice.cubes[at(regular)]) + vec_cast<double>(point.local);
+  point.cube = cutter_->surface().leaf(regular, p);
+  point.nodes = shape_.lattice.cube_nodes[at(point.cube)];
+}
+
+SoftBody::CutState SoftBody::cut_state(ExecContext& ctx) const {
+  return {cutter_->lattice().part_count(), cutter_->lattice().copies_in_use(),
+          cutter_->closed_volumes_m3(positions_m(ctx))};
+}
+
+}  // namespace tactus

@@ -1,0 +1,14 @@
+#pragma once
+/// Room for cuts in a body's shape.
+#include "tactus/sim/body_shape.h"
+#include "tactus/tissue/embedded_surface.h"
+
+namespace tactus {
+
+/// The shape with places for copies of cubes, if the body is cuttable.
+BodyShape with_cut_room(const BodyDescription& body, BodyShape shape);
+
+/// Vertices and triangles that a lattice with so many copies may need.
+SurfaceRoom surface_room(const CubeLattice& lattice, const TriangleMesh& surface);
+
+}  // namespace tactus

@@ -1,0 +1,60 @@
+// What blades do to bodies between two frames.
+#include <algorithm>
+
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+
+void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
+  if (scene_.blades.empty() || !(to_s > from_s)) return;
+  const StageTimer timer(timings_, "cut");
+  ExecContext& ctx = devices_.context(0);
+  ++cut_frame_;
+  for (auto& body : bodies_) {
+    if (!body->is_cuttable() || body->at_rest()) continue;
+    bool has_changed = false;
+    for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
+      const BladeDescription& blade = scene_.blades[b];
+      const cut::BladeStrip strip = swept(blade, from_s, to_s, cut_frame_);
+      if (strip.begin_m.empty()) continue;
+      const cut::CutReport cut = body->cut(ctx, b, strip);
+      has_changed = has_changed || cut.cut_cubes > 0;
+      const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
+      if (cut.is_full && told_cuts_.insert(who + "full").second)
+        report.notices.push_back({"cut.full", Severity::warning,
+                                  who + ": there is no room for more copies of cubes; the rest is not cut",
+                                  "raise 'cut_room' of the body"});
+      if (cut.is_refused && told_cuts_.insert(who + "refused").second)
+        report.notices.push_back(
+            {"cut.refused", Severity::warning,
+             who + " meets cubes that are moved, loaded or of shape matching; they are not cut",
+             "make them elements, or lead the blade past them"});
+      if (cut.cut_cubes > 0) add_cut(blade, body->name(), strip, cut, from_s, to_s);
+    }
+    body->remember_nodes(ctx);
+    if (!has_changed) continue;
+    for (Probe& probe : probes_) {
+      if (bodies_[probe.body] != body) continue;
+      body->follow_cut(probe.point);
+      probe.strain = strain_at_point(body->shape(), probe.point);
+    }
+  }
+}
+
+void Simulation::add_cut(const BladeDescription& blade, const std::string& body, const cut::BladeStrip& strip,
+                         const cut::CutReport& cut, double from_s, double to_s) {
+  auto score = std::find_if(cuts_.begin(), cuts_.end(),
+                            [&](const CutScore& c) { return c.blade == blade.name && c.body == body; });
+  if (score == cuts_.end()) {
+    score = cuts_.insert(cuts_.end(), CutScore{.blade = blade.name, .body = body});
+    score->begin_s = from_s;
+  }
+  score->path_m += static_cast<double>(
+      0.5F * length(strip.end_m[0] + strip.end_m[1] - strip.begin_m[0] - strip.begin_m[1]));
+  score->depth_m = std::max(score->depth_m, cut.depth_m);
+  score->area_m2 += cut.area_m2;
+  score->end_s = to_s;
+  score->cut_cubes += cut.cut_cubes;
+}
+
+}  // namespace tactus

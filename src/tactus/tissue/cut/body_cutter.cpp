@@ -1,0 +1,72 @@
+#include "tactus/tissue/cut/body_cutter.h"
+
+#include <map>
+#include <numeric>
+
+namespace tactus::cut {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change) {
+  CutReport report;
+  report.is_refused = lattice_.mark(strip, x_m).refused;
+  const auto stages = lattice_.splits([&](Index splits) { return surface_.has_room(splits); });
+  report.is_full = lattice_.is_full();
+  if (stages.empty()) return report;
+  const double area_before = surface_.wall_area();
+  std::vector<std::vector<double>> shares;
+  for (const auto& stage : stages) {
+    shares.push_back(surface_.cut(lattice_, stage));
+    report.cut_cubes += static_cast<Index>(stage.size());
+  }
+  change = lattice_.commit(stages, shares);
+  surface_.update(lattice_, stages, change);
+  const double h = double{lattice_.lattice().spacing_m};
+  report.area_m2 = (surface_.wall_area() - area_before) * h * h;
+  report.depth_m = surface_.take_depth() * h;
+  report.is_full = report.is_full || surface_.is_full();
+  return report;
+}
+
+TriangleMesh BodyCutter::mesh(std::span<const Vec3f> x_m) const {
+  TriangleMesh mesh;
+  for (Index v = 0; v < surface_.vertex_count(); ++v) {
+    const embed::Anchor a = surface_.anchor(lattice_, v);
+    const auto& nodes = lattice_.lattice().cube_nodes[at(a.cube)];
+    Vec3f sum{};
+    for (int q = 0; q < 8; ++q) {
+      const float w = ((q & 1) != 0 ? a.local.x : 1 - a.local.x) *
+                      ((q & 2) != 0 ? a.local.y : 1 - a.local.y) * ((q & 4) != 0 ? a.local.z : 1 - a.local.z);
+      sum += w * x_m[at(nodes[at(q)])];
+    }
+    mesh.positions_m.push_back(sum);
+  }
+  for (const auto& t : surface_.triangles())
+    if (t[0] != t[1] || t[1] != t[2]) mesh.triangles.push_back(t);
+  return mesh;
+}
+
+std::vector<double> BodyCutter::closed_volumes_m3(std::span<const Vec3f> x_m) const {
+  const TriangleMesh surface = mesh(x_m);
+  std::vector<Index> parent(surface.positions_m.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index i) {
+    while (parent[at(i)] != i) i = parent[at(i)] = parent[at(parent[at(i)])];
+    return i;
+  };
+  for (const auto& [a, b, c] : surface.triangles) parent[at(root(a))] = parent[at(root(b))] = root(c);
+  std::map<Index, double> volume;
+  const Vec3d o = vec_cast<double>(surface.positions_m.front());
+  for (const auto& t : surface.triangles) {
+    const auto p = [&](std::size_t k) { return vec_cast<double>(surface.positions_m[at(t[k])]) - o; };
+    volume[root(t[0])] += dot(p(0), cross(p(1), p(2))) / 6;
+  }
+  std::vector<double> volumes;
+  for (const auto& [piece, v] : volume) volumes.push_back(v);
+  return volumes;
+}
+
+}  // namespace tactus::cut

@@ -1,0 +1,42 @@
+#pragma once
+/// Cuts a body by what a blade sweeps: its lattice and its surface.
+#include "tactus/tissue/cut/cut_surface.h"
+
+namespace tactus::cut {
+
+/// What a strip did in a frame.
+struct CutReport {
+  Index cut_cubes = 0;      ///< cubes and copies that fell apart
+  double area_m2 = 0;       ///< of new walls at rest, one side
+  double depth_m = 0;       ///< of the deepest new wall below the original surface, at rest
+  bool is_refused = false;  ///< the strip meets cubes that must not be cut
+  bool is_full = false;     ///< there was no room for what it cuts
+};
+
+/// Owns a body's lattice and surface as they are cut, on the host. What changes goes to `apply` of the solver
+/// and of the embedded surface, between two frames. The time of a cut follows the strip, but for one look at
+/// all cubes.
+class BodyCutter {
+ public:
+  /// @param lattice with room for copies @param may_cut per regular cube; empty: all
+  /// @param surface closed @throws Error if it is not
+  BodyCutter(const CubeLattice& lattice, std::vector<std::uint8_t> may_cut, const TriangleMesh& surface,
+             std::span<const embed::Anchor> anchors, CutSurface::Room room)
+      : lattice_(lattice, std::move(may_cut)), surface_(lattice_, surface, anchors, room) {}
+
+  /// @param x_m of all nodes now
+  CutReport cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change);
+
+  const LatticeCutter& lattice() const { return lattice_; }
+  const CutSurface& surface() const { return surface_; }
+  /// Pieces of the surface that hang together, with their volumes where the nodes are [m^3].
+  std::vector<double> closed_volumes_m3(std::span<const Vec3f> x_m) const;
+  /// The surface where the nodes are. @param only_used leaves triangles out that are not in use
+  TriangleMesh mesh(std::span<const Vec3f> x_m) const;
+
+ private:
+  LatticeCutter lattice_;
+  CutSurface surface_;
+};
+
+}  // namespace tactus::cut

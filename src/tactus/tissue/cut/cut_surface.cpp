@@ -1,0 +1,367 @@
+#include "tactus/tissue/cut/cut_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace tactus::cut {
+namespace {
+
+/// To 2^-40 spacings: steps of this size add up without rounding, so points stay in the planes of cubes and
+/// of their tetrahedra.
+double rounded(double v) { return std::nearbyint(v * 0x1p40) * 0x1p-40; }
+Vec3d rounded(Vec3d v) { return {rounded(v.x), rounded(v.y), rounded(v.z)}; }
+Vec3d between(Vec3d a, Vec3d b, double t) { return a + rounded(t * (b - a)); }
+
+double volume6(Vec3d a, Vec3d b, Vec3d c, Vec3d d) { return dot(b - a, cross(c - a, d - a)); }
+
+/// Share of the way from a to b at which it goes through cde.
+std::optional<double> through(Vec3d a, Vec3d b, Vec3d c, Vec3d d, Vec3d e) {
+  const double of_a = volume6(c, d, e, a), of_b = volume6(c, d, e, b);
+  if ((of_a > 0) == (of_b > 0)) return std::nullopt;
+  const bool s = volume6(a, b, c, d) > 0;
+  if ((volume6(a, b, d, e) > 0) != s || (volume6(a, b, e, c) > 0) != s) return std::nullopt;
+  return of_a / (of_a - of_b);
+}
+
+/// Planes between cubes, and between tetrahedra: where one of these is a whole number.
+double plane_value(Vec3d p, int family) {
+  return family < 3 ? p[family] : p[family - 3] - p[(family - 2) % 3];
+}
+/// The plane that holds both points, or -1.
+int common_plane(Vec3d a, Vec3d b) {
+  for (int f = 0; f < 6; ++f)
+    if (CutSurface::is_whole(plane_value(a, f)) && plane_value(a, f) == plane_value(b, f)) return f;
+  return -1;
+}
+bool share_plane(Vec3d a, Vec3d b, Vec3d c, Vec3d d, int& family) {
+  for (family = 0; family < 6; ++family) {
+    const double v = plane_value(a, family);
+    if (CutSurface::is_whole(v) && plane_value(b, family) == v && plane_value(c, family) == v &&
+        plane_value(d, family) == v)
+      return true;
+  }
+  return false;
+}
+
+/// Share of the way from c to d at which it meets ab, all in one plane.
+std::optional<double> meet(Vec3d a, Vec3d b, Vec3d c, Vec3d d, int family) {
+  // Two axes that the plane is not at right angles to.
+  const int w = family < 3 ? (family + 1) % 3 : family - 3,
+            v = family < 3 ? (family + 2) % 3 : (family - 1) % 3;
+  const auto turn = [&](Vec3d p, Vec3d q, Vec3d r) {
+    return (q[w] - p[w]) * (r[v] - p[v]) - (q[v] - p[v]) * (r[w] - p[w]);
+  };
+  const double of_c = turn(a, b, c), of_d = turn(a, b, d);
+  if ((of_c > 0) == (of_d > 0) || (turn(c, d, a) > 0) == (turn(c, d, b) > 0)) return std::nullopt;
+  return of_c / (of_c - of_d);
+}
+
+/// Small numbers that look random, -0.5..0.5.
+double scatter(std::uint64_t i) {
+  i = (i ^ i >> 30U) * 0xBF58476D1CE4E5B9ULL;
+  i = (i ^ i >> 27U) * 0x94D049BB133111EBULL;
+  return static_cast<double>((i ^ i >> 31U) >> 11U) * 0x1p-53 - 0.5;
+}
+
+bool apart(Vec3d low_a, Vec3d high_a, Vec3d low_b, Vec3d high_b) {
+  return low_a.x > high_b.x || low_a.y > high_b.y || low_a.z > high_b.z || low_b.x > high_a.x ||
+         low_b.y > high_a.y || low_b.z > high_a.z;
+}
+
+}  // namespace
+
+CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
+                       std::span<const embed::Anchor> anchors, Room room)
+    : room_(room) {
+  place_points(cutter, surface, anchors);
+  TriangleMesh in_lattice;
+  for (const Point& point : points_) in_lattice.positions_m.push_back(vec_cast<float>(point.p));
+  in_lattice.triangles = surface.triangles;
+  solid_ = std::make_unique<PointInMesh>(in_lattice);
+  for (const auto& t : surface.triangles) {
+    Triangle triangle;
+    for (std::size_t k = 0; k < 3; ++k) triangle.corner[k] = {t[k], anchors[index(t[k])].cube};
+    triangles_.push_back(triangle);
+    vertices_of_.push_back(t);
+    add_to_bins(cutter, triangle_count() - 1);
+  }
+}
+
+void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
+                              std::span<const embed::Anchor> anchors) {
+  const CubeLattice& lattice = cutter.lattice();
+  std::vector<Vec3d> normal(surface.positions_m.size());
+  for (const auto& [a, b, c] : surface.triangles) {
+    const Vec3d o = vec_cast<double>(surface.positions_m[index(a)]);
+    const Vec3d n = cross(vec_cast<double>(surface.positions_m[index(b)]) - o,
+                          vec_cast<double>(surface.positions_m[index(c)]) - o);
+    for (const Index v : {a, b, c}) normal[index(v)] += n;
+  }
+  for (std::size_t v = 0; v < normal.size(); ++v) {
+    const embed::Anchor& anchor = anchors[v];
+    const Vec3d low = vec_cast<double>(lattice.cubes[index(anchor.cube)]);
+    Vec3d p = (vec_cast<double>(surface.positions_m[v]) - vec_cast<double>(lattice.origin_m)) /
+              double{lattice.spacing_m};
+    for (int a = 0; a < 3; ++a) {
+      const double n = normalized(normal[v])[a];
+      const double inward = std::abs(n) > 0.1 ? (n > 0 ? 2e-6 : -2e-6) : 0;
+      const double moved = 1e-6 * scatter(3 * v + static_cast<std::uint64_t>(a));
+      // What sticks out of all cubes is cut as if it were on the face of the next one.
+      p[a] = rounded(std::clamp(p[a] - inward, low[a] - 1e-5, low[a] + 1 + 1e-5) + moved);
+    }
+    points_.push_back({p});
+    vertex_point_.push_back(static_cast<Index>(v));
+    vertex_cube_.push_back(anchor.cube);
+    local_.push_back(anchor.local);
+  }
+}
+
+void CutSurface::add_to_bins(const LatticeCutter& cutter, Index triangle) {
+  const Triangle& t = triangles_[index(triangle)];
+  const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
+  const Vec3d margin{2e-5, 2e-5, 2e-5}, low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
+  const auto cell = [](double v) { return static_cast<Index>(std::floor(v)); };
+  for (Index z = cell(low.z); z <= cell(high.z); ++z)
+    for (Index y = cell(low.y); y <= cell(high.y); ++y)
+      for (Index x = cell(low.x); x <= cell(high.x); ++x)
+        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0) bins_[cube].push_back(triangle);
+}
+
+void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
+  if (!free_.empty()) {
+    triangles_[index(free_.back())] = triangle;
+    add_to_bins(cutter, free_.back());
+    free_.pop_back();
+    return;
+  }
+  if (triangle_count() >= room_.triangles) {
+    is_full_ = true;
+    return;
+  }
+  triangles_.push_back(triangle);
+  vertices_of_.push_back({0, 0, 0});
+  add_to_bins(cutter, triangle_count() - 1);
+}
+
+Index CutSurface::leaf(Index cube, Vec3d p) const {
+  for (auto parted = parted_.find(cube); parted != parted_.end(); parted = parted_.find(cube))
+    cube = parted->second.part[index(parted->second.wall.side(p))];
+  return cube;
+}
+
+void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s) {
+  const CubeLattice& lattice = cutter.lattice();
+  for (const CubeSplit& split : stage) {
+    const Index regular = cutter.regular_of(split.parent);
+    const auto& nodes = lattice.cube_nodes[index(split.parent)];
+    const Vec3d low = vec_cast<double>(lattice.cubes[index(regular)]);
+    std::array<Index, kPairs> point{};
+    std::array<Vec3d, kPairs> place{};
+    for (int k = 0; k < kPairs; ++k) {
+      const auto [a, b] = kCornerPairs[index(k)];
+      point[index(k)] = -1;
+      if ((split.sides >> a & 1) == (split.sides >> b & 1)) continue;
+      const auto [known, is_new] = wall_points_.try_emplace(edge_key(nodes[index(a)], nodes[index(b)]),
+                                                            static_cast<Index>(points_.size()));
+      if (is_new) {
+        const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
+        points_.push_back({between(corner(a), corner(b), cutter.place(split.parent, a, b)), true});
+      }
+      point[index(k)] = known->second;
+      place[index(k)] = at(known->second);
+    }
+    Split made{split, regular, Wall(lattice.cubes[index(regular)], split.sides, place), point, {}};
+    find_reference(cutter, made);
+    const std::size_t number = s.splits.size();
+    for (const Wall::Triangle& t : made.wall.triangles())
+      s.walls.push_back(
+          {{point[index(t.pair[0])], point[index(t.pair[1])], point[index(t.pair[2])]}, number, t.tet});
+    s.splits.push_back(std::move(made));
+    if (const auto bin = bins_.find(regular); bin != bins_.end())
+      s.near.insert(s.near.end(), bin->second.begin(), bin->second.end());
+  }
+  std::sort(s.near.begin(), s.near.end());
+  s.near.erase(std::unique(s.near.begin(), s.near.end()), s.near.end());
+}
+
+/// Near a corner of the parent the original surface says whether there is material.
+void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const {
+  const auto bin = bins_.find(split.regular);
+  split.has_surface = bin != bins_.end() && !bin->second.empty();
+  if (!split.has_surface) return;
+  const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
+  const std::uint8_t own = cutter.corners(split.split.parent);
+  for (const double share : {0.2, 0.07, 0.02, 0.005, 0.001}) {
+    for (int q = 0; q < 8; ++q) {
+      if ((own >> q & 1) == 0) continue;
+      const Vec3d corner{double(q & 1), double(q >> 1 & 1), double(q >> 2)};
+      const Vec3d p = low + corner + share * (Vec3d{0.51731, 0.48677, 0.50913} - corner);
+      if (leaf(split.regular, p) != split.split.parent) continue;
+      const Vec3f near = vec_cast<float>(p);
+      split.reference = p;
+      split.is_reference_inside = solid_->inside(near);
+      if (solid_->distance_m(near) > 1e-4F) return;
+    }
+  }
+}
+
+bool CutSurface::is_on(Index point, const std::array<Index, 3>& wall) const {
+  const auto has = [&](Index p) { return wall[0] == p || wall[1] == p || wall[2] == p; };
+  const auto& on = points_[index(point)].on;
+  return has(point) || (on[0] >= 0 && has(on[0]) && has(on[1]));
+}
+
+/// Where edges of a triangle go through a wall, and edges of the wall through the triangle. Walls of one
+/// tetrahedron have edges in its faces; those meet each other there.
+std::vector<CutSurface::Crossing> CutSurface::crossings(const Triangle& t, const WallTriangle& wall,
+                                                        const std::vector<Index>& touching) const {
+  std::vector<Crossing> found;
+  const auto touches = [&](Index p) {
+    return std::find(touching.begin(), touching.end(), p) != touching.end();
+  };
+  const bool is_wall = t.home >= 0;
+  const auto& w = wall.point;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Index p = std::min(t.corner[k].point, t.corner[(k + 1) % 3].point),
+                q = std::max(t.corner[k].point, t.corner[(k + 1) % 3].point);
+    if (touches(p) || touches(q)) continue;
+    if (is_wall && common_plane(at(p), at(q)) >= 0) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const Index u = std::min(w[j], w[(j + 1) % 3]), v = std::max(w[j], w[(j + 1) % 3]);
+        int family = 0;
+        if (!share_plane(at(p), at(q), at(u), at(v), family)) continue;
+        if (const auto s = meet(at(p), at(q), at(u), at(v), family))
+          found.push_back({{p, q}, {u, v}, between(at(u), at(v), *s)});
+      }
+      continue;
+    }
+    if (const auto s = through(at(p), at(q), at(w[0]), at(w[1]), at(w[2])))
+      found.push_back({{p, q}, {-1, -1}, between(at(p), at(q), *s)});
+  }
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Index u = std::min(w[j], w[(j + 1) % 3]), v = std::max(w[j], w[(j + 1) % 3]);
+    if (is_wall && common_plane(at(u), at(v)) >= 0) continue;
+    const auto is_touched = [&](Index p) {
+      const auto& on = points_[index(p)].on;
+      return p == u || p == v || (std::min(on[0], on[1]) == u && std::max(on[0], on[1]) == v);
+    };
+    if (std::any_of(touching.begin(), touching.end(), is_touched)) continue;
+    if (const auto s =
+            through(at(u), at(v), at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point)))
+      found.push_back({{-1, -1}, {u, v}, between(at(u), at(v), *s)});
+  }
+  return found;
+}
+
+/// The same edges meet in one point, whichever triangles they were looked up with.
+Index CutSurface::add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number) {
+  std::array<Index, 4> key{c.surface[0], c.surface[1], c.wall[0], c.wall[1]};
+  if (key[0] < 0) key[1] = triangle;
+  if (key[2] < 0) key[3] = static_cast<Index>(number);
+  const auto [known, is_new] = s.crossings.try_emplace(key, static_cast<Index>(points_.size()));
+  s.parents[known->second].insert(s.splits[s.walls[number].split].split.parent);
+  if (!is_new) return known->second;
+  points_.push_back({c.p, true, c.wall});
+  if (c.surface[0] >= 0) s.on_edge[edge_key(c.surface[0], c.surface[1])].push_back(known->second);
+  if (c.wall[0] >= 0) s.on_edge[edge_key(c.wall[0], c.wall[1])].push_back(known->second);
+  return known->second;
+}
+
+void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number) {
+  const Triangle& t = triangles_[index(triangle)];
+  const Split& split = s.splits[wall.split];
+  if (t.home >= 0 && (t.home != split.split.parent || t.tet != wall.tet)) return;
+  std::vector<Index> touching;
+  for (const Corner& corner : t.corner)
+    if (is_on(corner.point, wall.point)) touching.push_back(corner.point);
+  for (const Index point : touching) {
+    const auto& on = points_[index(point)].on;
+    const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
+    if (s.rim.emplace(point, is_vertex).second && !is_vertex)
+      s.on_edge[edge_key(on[0], on[1])].push_back(point);
+  }
+  if (touching.size() > 1) return;
+  const std::vector<Crossing> found = crossings(t, wall, touching);
+  if (found.size() + touching.size() != 2) return;
+  const Vec3d first = touching.empty() ? found[0].p : at(touching[0]);
+  if (t.home < 0 && leaf(split.regular, 0.5 * (first + found.back().p)) != split.split.parent) return;
+  std::array<Index, 2> segment{touching.empty() ? add_crossing(s, found[0], triangle, number) : touching[0],
+                               add_crossing(s, found.back(), triangle, number)};
+  if (segment[0] == segment[1]) return;
+  s.segments[triangle].push_back({segment, number});
+  wall.segments.push_back({segment, static_cast<std::size_t>(triangle)});
+}
+
+/// A way from the reference crosses the parent's surface an even number of times, or not.
+bool CutSurface::inside(const Split& split, Vec3d p) const {
+  if (!split.has_surface) return true;
+  bool is_inside = split.is_reference_inside;
+  for (const Index triangle : bins_.at(split.regular)) {
+    const Triangle& t = triangles_[index(triangle)];
+    if (t.is_fill || (t.home >= 0 && t.home != split.split.parent)) continue;
+    const auto s =
+        through(split.reference, p, at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point));
+    if (!s) continue;
+    const Vec3d where = split.reference + *s * (p - split.reference);
+    if (t.home >= 0 || leaf(split.regular, where) == split.split.parent) is_inside = !is_inside;
+  }
+  return is_inside;
+}
+
+double CutSurface::inside_volume(const Split& split, const std::vector<Tet>& material) const {
+  double sum = 0;
+  for (const Tet& tet : material) {
+    const Vec3d middle = 0.25 * (tet[0] + tet[1] + tet[2] + tet[3]);
+    int count = inside(split, middle) ? 1 : 0;
+    for (const Vec3d& corner : tet) count += inside(split, 0.5 * (middle + corner)) ? 1 : 0;
+    sum += volume(tet) * count / 5;
+  }
+  return sum;
+}
+
+double CutSurface::share(const LatticeCutter& cutter, Split& split) {
+  const auto known = material_.find(split.split.parent);
+  const std::vector<Tet> material =
+      known == material_.end() ? whole_cube(cutter.lattice().cubes[index(split.regular)]) : known->second;
+  auto parts = part(material, split.wall);
+  double low = 0, high = 0;
+  if (split.has_surface) {
+    low = inside_volume(split, parts[0]), high = inside_volume(split, parts[1]);
+  } else {
+    for (const Tet& t : parts[0]) low += volume(t);
+    for (const Tet& t : parts[1]) high += volume(t);
+  }
+  for (const std::size_t k : {0U, 1U}) material_[split.split.part[k]] = std::move(parts[k]);
+  return low + high > 0 ? high / (low + high) : 0.5;
+}
+
+std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
+  Stage s;
+  make_walls(cutter, stage, s);
+  for (std::size_t w = 0; w < s.walls.size(); ++w) {
+    WallTriangle& wall = s.walls[w];
+    const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
+    const auto bin = bins_.find(s.splits[wall.split].regular);
+    if (bin == bins_.end()) continue;
+    for (const Index triangle : bin->second) {
+      const auto& corner = triangles_[index(triangle)].corner;
+      const Vec3d p = at(corner[0].point), q = at(corner[1].point), r = at(corner[2].point);
+      if (!triangles_[index(triangle)].is_fill &&
+          !apart(min(a, min(b, c)), max(a, max(b, c)), min(p, min(q, r)), max(p, max(q, r))))
+        intersect(s, triangle, wall, w);
+    }
+  }
+  std::vector<std::vector<std::array<Index, 3>>> inner(s.walls.size());
+  for (std::size_t w = 0; w < s.walls.size(); ++w) inner[w] = inner_pieces(s, s.walls[w]);
+  std::vector<double> shares;
+  for (Split& split : s.splits) {
+    const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
+                 least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
+    shares.push_back(std::clamp(share(cutter, split), least, 1 - least));
+  }
+  add_walls(cutter, s, inner);
+  return shares;
+}
+
+}  // namespace tactus::cut

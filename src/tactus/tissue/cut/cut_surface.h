@@ -1,0 +1,213 @@
+#pragma once
+/// The surface of a body that is cut: divided along walls, with the walls on both sides.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "tactus/geom/point_in_mesh.h"
+#include "tactus/tissue/cut/lattice_cutter.h"
+#include "tactus/tissue/cut/wall.h"
+#include "tactus/tissue/embed_kernels.h"
+
+namespace tactus::cut {
+
+/// Works in the body's rest state, in lattice coordinates, where no two pieces of material overlap. A cube
+/// that falls in two has a wall (cut/wall.h). Where a wall crosses the surface both are divided; what of the
+/// wall lies in the body becomes surface of both sides.
+///
+/// Corners of triangles are points and the cube or copy that moves them. Two corners at a point are one
+/// vertex if the same nodes move them. So the end of a slit closes by itself, and opens when it goes on.
+///
+/// The original surface is taken 2e-6 spacings inside of itself, and moved by as little along itself, so that
+/// it meets walls and faces of cubes in general position.
+///
+/// In a frame: cut() for each stage of LatticeCutter::splits(), then, after commit(), update().
+class CutSurface {
+ public:
+  struct Room {
+    Index vertices = 0, triangles = 0;
+  };
+  /// @param anchors of the surface's vertices, in regular cubes
+  /// @throws Error if the surface bounds no solid.
+  CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface, std::span<const embed::Anchor> anchors,
+             Room room);
+
+  /// @returns per split: part[1]'s share of the parent's material, so that neither has less than kLeastFill
+  std::vector<double> cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
+  static constexpr double kLeastFill = 1.0 / 64;
+  /// New vertices and triangles, and vertices that other cubes move from now on.
+  void update(const LatticeCutter& cutter, const std::vector<std::vector<CubeSplit>>& stages,
+              TopologyChange& change);
+
+  Index vertex_count() const { return static_cast<Index>(vertex_point_.size()); }
+  Index triangle_count() const { return static_cast<Index>(triangles_.size()); }
+  /// More than there was room for was left out.
+  bool is_full() const { return is_full_; }
+  bool has_room(Index splits) const {
+    return triangle_count() + 150 * splits <= room_.triangles &&
+           vertex_count() + 100 * splits <= room_.vertices;
+  }
+  /// Triangles that close what rounding left open, in all.
+  Index filled() const { return filled_; }
+  /// Area of all walls, of one side, at rest [spacings^2].
+  double wall_area() const { return wall_area_; }
+  /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
+  /// rest [spacings].
+  double take_depth() { return std::exchange(deepest_, 0.0); }
+  /// Vertices of each triangle; all the same: it is not in use.
+  const std::vector<std::array<Index, 3>>& triangles() const { return vertices_of_; }
+  embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
+  /// Whether a vertex lies on a wall.
+  bool is_on_wall(Index vertex) const { return points_[index(vertex_point_[index(vertex)])].is_wall; }
+  /// Whether a coordinate lies between cubes.
+  static bool is_whole(double v) { return v == std::floor(v); }
+  /// Whether a triangle is of a wall.
+  bool is_wall(Index triangle) const { return triangles_[index(triangle)].home >= 0; }
+  /// Cube or copy that has a point of a cube now.
+  Index leaf(Index cube, Vec3d p) const;
+
+ private:
+  static std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
+  static std::uint64_t edge_key(Index a, Index b) {
+    return static_cast<std::uint64_t>(std::min(a, b)) << 32U | static_cast<std::uint64_t>(std::max(a, b));
+  }
+  struct Point {
+    Vec3d p;
+    bool is_wall = false;
+    std::array<Index, 2> on{-1, -1};  ///< points of a wall's edge that it lies on
+  };
+  struct Corner {
+    Index point = 0, cube = 0;
+  };
+  struct Triangle {
+    std::array<Corner, 3> corner;
+    Index home = -1;  ///< of a wall: whose surface it is; kNone: of the original surface
+    int tet = -1;     ///< of a wall
+    bool is_fill = false;
+  };
+  struct Split {
+    CubeSplit split;
+    Index regular;
+    Wall wall;
+    std::array<Index, kPairs> point;  ///< of pairs across the wall
+    Vec3d reference;                  ///< a point of the parent's material space
+    bool is_reference_inside = true, has_surface = false;
+  };
+  struct Segment {
+    std::array<Index, 2> points;
+    std::size_t other;  ///< number of the triangle of the wall, or of the surface, that made it
+  };
+  struct WallTriangle {
+    std::array<Index, 3> point;
+    std::size_t split;
+    int tet;
+    std::vector<Segment> segments = {};
+  };
+  struct Side {
+    double vote = 0;       ///< positive: side 1
+    bool is_both = false;  ///< the region goes round the wall's end
+  };
+  /// A triangle of the surface in pieces.
+  struct Divided {
+    std::vector<std::array<Index, 3>> pieces;
+    std::vector<Segment> segments;
+    Vec3d normal{};
+    bool is_round = true;
+    std::vector<int> region_of;                ///< per piece
+    std::vector<std::map<Index, Side>> sides;  ///< per region, of splits' walls
+  };
+  using EdgePoints = std::unordered_map<std::uint64_t, std::vector<Index>>;
+  /// While a stage is cut.
+  struct Stage {
+    std::vector<Split> splits;
+    std::vector<WallTriangle> walls;
+    std::vector<Index> near;  ///< triangles in the cubes of the stage
+    EdgePoints on_edge;
+    std::map<std::array<Index, 4>, Index>
+        crossings;  ///< point of two edges, or of an edge and {-1, triangle}
+    std::unordered_map<Index, std::set<Index>> parents;        ///< per point: cubes whose walls made it
+    std::unordered_map<Index, std::vector<Segment>> segments;  ///< of triangles
+    std::map<Index, bool> rim;  ///< points of the surface on edges of walls; whether they are their ends
+  };
+  /// Where an edge of one triangle meets another.
+  struct Crossing {
+    std::array<Index, 2> surface{-1, -1}, wall{-1, -1};  ///< edges; -1: inside of the triangle
+    Vec3d p;
+  };
+  struct Vertex {
+    std::array<Index, 8> nodes;
+    Index vertex;
+  };
+
+  const Vec3d& at(Index point) const { return points_[index(point)].p; }
+  void place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
+                    std::span<const embed::Anchor> anchors);
+  void add_to_bins(const LatticeCutter& cutter, Index triangle);
+  void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
+  void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
+  void find_reference(const LatticeCutter& cutter, Split& split) const;
+  bool is_on(Index point, const std::array<Index, 3>& wall) const;
+  void intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number);
+  std::vector<Crossing> crossings(const Triangle& t, const WallTriangle& wall,
+                                  const std::vector<Index>& touching) const;
+  Index add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number);
+  bool inside(const Split& split, Vec3d p) const;
+  double inside_volume(const Split& split, const std::vector<Tet>& material) const;
+  double share(const LatticeCutter& cutter, Split& split);
+  std::vector<std::array<Index, 3>> divide(const std::array<Index, 3>& corners, const EdgePoints& on_edge,
+                                           const std::vector<std::array<Index, 2>>& segments,
+                                           const std::function<bool(Index)>& counts) const;
+  bool is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t, Index point) const;
+  double roundness(std::size_t triangle) const;
+  static std::vector<std::size_t> region(const Divided& d, std::size_t piece);
+  double side_of(const Stage& s, const Divided& d, std::size_t number, Index a, Index b) const;
+  Vec3d middle_of(const std::array<Index, 3>& t) const;
+  double above_wall(const Stage& s, std::size_t number, Vec3d p) const;
+  void find_sides(const Stage& s, Divided& d) const;
+  Index part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const;
+  Index copy_beside(const LatticeCutter& cutter, const Stage& s, Corner corner, Vec3d inner) const;
+  void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
+                 Triangle& t) const;
+  std::vector<std::array<Index, 3>> inner_pieces(const Stage& s, const WallTriangle& wall) const;
+  void add_walls(const LatticeCutter& cutter, Stage& s,
+                 const std::vector<std::vector<std::array<Index, 3>>>& inner);
+  // cut_vertices.cpp
+  std::vector<Index> near_splits(const LatticeCutter& cutter,
+                                 const std::vector<std::vector<CubeSplit>>& stages) const;
+  void drop_fills(const std::vector<Index>& triangles);
+  std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
+  void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
+  void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
+  void set_vertices(Index triangle, std::array<Index, 3> vertices);
+  void count_edges(const std::array<Index, 3>& vertices, int sign);
+  void close(const LatticeCutter& cutter);
+
+  Room room_;
+  std::vector<Point> points_;
+  std::vector<Triangle> triangles_;
+  std::vector<std::array<Index, 3>> vertices_of_;         ///< per triangle
+  std::vector<Index> free_;                               ///< triangles that are not in use
+  std::unordered_map<Index, std::vector<Index>> bins_;    ///< triangles in each regular cube
+  std::unordered_map<std::uint64_t, Index> wall_points_;  ///< by pair of nodes
+  struct Parted {
+    Wall wall;
+    std::array<Index, 2> part;
+  };
+  std::unordered_map<Index, Parted> parted_;
+  std::unordered_map<Index, std::vector<Tet>> material_;
+  std::unordered_map<Index, std::vector<Vertex>> vertices_at_;  ///< per point of a wall
+  std::vector<Index> vertex_point_, vertex_cube_;
+  std::vector<Vec3f> local_;                           ///< of the original vertices
+  std::unordered_map<std::uint64_t, int> open_edges_;  ///< directed sum over triangles, if not 0
+  std::unique_ptr<PointInMesh> solid_;
+  std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
+  Index filled_ = 0;
+  double wall_area_ = 0, deepest_ = 0;
+  bool is_full_ = false;
+};
+
+}  // namespace tactus::cut

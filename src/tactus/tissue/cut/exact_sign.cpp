@@ -1,0 +1,134 @@
+#include "tactus/tissue/cut/exact_sign.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactus::cut {
+namespace {
+
+/// A sum without rounding: parts that do not overlap, ascending (Shewchuk 1997, GROW-EXPANSION).
+class ExactSum {
+ public:
+  void add(double value) {
+    int kept = 0;
+    for (int i = 0; i < count_; ++i) {
+      const double part = parts_[at(i)], sum = value + part, of_part = sum - value;
+      const double error = (value - (sum - of_part)) + (part - of_part);
+      if (error != 0) parts_[at(kept++)] = error;
+      value = sum;
+    }
+    if (value != 0 || kept == 0) parts_[at(kept++)] = value;
+    count_ = kept;
+  }
+  /// Of three floats: the product of two is exact in double.
+  void add_product(double a, double b, double c) {
+    const double ab = a * b, abc = ab * c;
+    add(abc);
+    add(std::fma(ab, c, -abc));
+  }
+  int sign() const {
+    const double top = count_ > 0 ? parts_[at(count_ - 1)] : 0;
+    return top > 0 ? 1 : top < 0 ? -1 : 0;
+  }
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  std::array<double, 64> parts_{};  ///< 24 products of two parts each
+  int count_ = 0;
+};
+
+using Points = std::array<NamedPoint, 4>;
+
+/// Column 3 of the matrix is 1.
+double entry(const Points& p, int row, int column) {
+  return column < 3 ? static_cast<double>(p[static_cast<std::size_t>(row)].x_m[column]) : 1.0;
+}
+
+/// Sign of the minor of [x y z 1] without some rows and columns: the sum over permutations.
+int minor_sign(const Points& p, unsigned rows, unsigned columns) {
+  int row[4], count = 0;
+  for (int r = 0; r < 4; ++r)
+    if ((rows >> r & 1U) != 0) row[count++] = r;
+  int column[4], n = 0;
+  for (int c = 0; c < 4; ++c)
+    if ((columns >> c & 1U) != 0) column[n++] = c;
+  ExactSum sum;
+  int order[4] = {0, 1, 2, 3};
+  do {
+    double factor[3] = {1, 1, 1};
+    int used = 0, inversions = 0;
+    for (int i = 0; i < count; ++i) {
+      for (int j = i + 1; j < count; ++j) inversions += order[i] > order[j] ? 1 : 0;
+      if (column[order[i]] < 3) factor[used++] = entry(p, row[i], column[order[i]]);
+    }
+    sum.add_product(inversions % 2 != 0 ? -factor[0] : factor[0], factor[1], factor[2]);
+  } while (std::next_permutation(order, order + count));
+  return sum.sign();
+}
+
+/// Sign of det [x y z 1] with rows in ascending order of ids, moved symbolically: entry (i, j) by
+/// e^(2^(3 i + j)). The first coefficient that is not 0 decides; products of moved entries are the bits of a
+/// counter.
+int moved_sign(const Points& p) {
+  for (unsigned moved = 0; moved < 1U << 12U; ++moved) {
+    unsigned rows = 15, columns = 15;
+    bool is_product = true;
+    int sign = 1;
+    for (int i = 0; i < 4 && is_product; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        if ((moved >> (3 * i + j) & 1U) == 0) continue;
+        if ((rows >> i & 1U) == 0 || (columns >> j & 1U) == 0) {
+          is_product = false;
+          break;
+        }
+        // The cofactor's sign, by places among the rows and columns that are left.
+        int place = 0;
+        for (int r = 0; r < i; ++r) place += (rows >> r & 1U) != 0 ? 1 : 0;
+        for (int c = 0; c < j; ++c) place += (columns >> c & 1U) != 0 ? 1 : 0;
+        if (place % 2 != 0) sign = -sign;
+        rows &= ~(1U << i);
+        columns &= ~(1U << j);
+      }
+    }
+    if (!is_product) continue;
+    if (const int s = minor_sign(p, rows, columns); s != 0) return s * sign;
+  }
+  return 1;  // not reached: the product of three moved entries has the coefficient 1
+}
+
+}  // namespace
+
+int orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d) {
+  const Vec3d o = vec_cast<double>(a.x_m);
+  const Vec3d u = vec_cast<double>(b.x_m) - o, v = vec_cast<double>(c.x_m) - o,
+              w = vec_cast<double>(d.x_m) - o;
+  const double det = dot(u, cross(v, w));
+  const auto size = [](Vec3d p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); };
+  // Each of 6 products is rounded by some 2^-53, six times at most; 16 times that is on the safe side.
+  if (std::abs(det) > 1e-14 * size(u) * size(v) * size(w)) return det > 0 ? 1 : -1;
+  Points p{a, b, c, d};
+  int parity = 1;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 3; j > i; --j) {
+      if (p[j - 1].id <= p[j].id) continue;
+      std::swap(p[j - 1], p[j]);
+      parity = -parity;
+    }
+  }
+  // det [b-a, c-a, d-a] = -det [x y z 1] of the rows a, b, c, d.
+  return -parity * moved_sign(p);
+}
+
+double crossing(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d,
+                const NamedPoint& e) {
+  const int of_a = orientation(a, c, d, e), of_b = orientation(b, c, d, e);
+  if (of_a == of_b) return -1;
+  const int s = orientation(a, b, c, d);
+  if (orientation(a, b, d, e) != s || orientation(a, b, e, c) != s) return -1;
+  const Vec3d o = vec_cast<double>(c.x_m),
+              n = cross(vec_cast<double>(d.x_m) - o, vec_cast<double>(e.x_m) - o);
+  const double at_a = dot(n, vec_cast<double>(a.x_m) - o), at_b = dot(n, vec_cast<double>(b.x_m) - o);
+  return at_a == at_b ? 0.5 : std::clamp(at_a / (at_a - at_b), 0.0, 1.0);
+}
+
+}  // namespace tactus::cut

@@ -1,0 +1,118 @@
+#pragma once
+/// Cuts the lattice of a body by what a blade sweeps, frame by frame (Molino et al. 2004, Sifakis et al.
+/// 2007).
+#include <functional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "tactus/geom/cube_lattice.h"
+#include "tactus/tissue/cut/exact_sign.h"
+#include "tactus/tissue/topology_change.h"
+
+namespace tactus::cut {
+
+/// What the edge of a blade sweeps in a frame: a polyline at the frame's begin and end [m], as many points.
+struct BladeStrip {
+  std::vector<Vec3f> begin_m, end_m;
+  /// Of the strip; the next one of a stroke has the next number. Then an edge that passes where two strips
+  /// meet is cut by one of them.
+  int frame = 0;
+
+  Box3f box_m() const;
+  double area_m2() const;
+  /// Triangles, with names that nodes don't have.
+  std::vector<std::array<NamedPoint, 3>> triangles() const;
+};
+
+/// Pairs of corners along which cuts are looked up: edges of the cube, and of the six tetrahedra round its
+/// diagonal from corner 0 to corner 7.
+inline constexpr int kPairs = 19;
+extern const std::array<std::array<int, 2>, kPairs> kCornerPairs;  ///< the first twelve are the cube's edges
+
+/// A cube or copy that falls in two along a wall.
+struct CubeSplit {
+  Index parent = 0;
+  Index part[2] = {};  ///< copies that have its material
+  std::uint8_t sides =
+      0;  ///< bit q: corner q is on the side of part[1], also where the parent has no material
+};
+
+/// Owns the lattice as it is cut now. In a frame: mark(), splits(), and commit() with the shares of the
+/// parts. Cuts of edges stay until they take part in a split; until then nothing moves.
+class LatticeCutter {
+ public:
+  /// @param lattice with room for copies, not cut yet
+  /// @param may_cut per regular cube; empty: all
+  explicit LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_cut = {});
+
+  const CubeLattice& lattice() const { return lattice_; }
+  struct Marked {
+    Index edges = 0;       ///< of cubes, cut now
+    bool refused = false;  ///< the strip meets cubes that must not be cut
+  };
+  /// Notes which edges the strip crosses. @param x_m of all nodes now
+  Marked mark(const BladeStrip& strip, std::span<const Vec3f> x_m);
+  /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
+  /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
+  /// @param has_room whether others have room for so many copies; none: they have
+  /// @returns nothing where there is no room; is_full() says so, and the cuts stay
+  std::vector<std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
+  bool is_full() const { return is_full_; }
+  /// Gives copies their nodes and masses. @param share per split: part[1]'s share of the parent's fill
+  TopologyChange commit(const std::vector<std::vector<CubeSplit>>& stages,
+                        const std::vector<std::vector<double>>& share);
+
+  /// Where a wall crosses the way between two corners, of which `a` is the lower: share of the way.
+  double place(Index cube, int a, int b) const;
+  /// Cubes and copies that have material in a regular cube, ascending.
+  std::span<const Index> live(Index regular) const;
+  /// Regular cube at lattice coordinates; -1: none.
+  Index regular_at(Vec3i p) const;
+  Index regular_of(Index cube) const;
+  /// Corners whose material is a cube's own.
+  std::uint8_t corners(Index cube) const;
+  Index copies_in_use() const { return next_copy_ - lattice_.regular_cubes(); }
+  Index nodes_in_use() const { return next_node_ - lattice_.regular_nodes(); }
+  /// Bodies that nodes hold together. Looks at all cubes.
+  int part_count() const;
+
+ private:
+  static std::uint64_t key(Index a, Index b);
+  bool is_cut(Index cube, int a, int b) const;
+  void mark_cube(Index cube, const std::vector<std::array<NamedPoint, 3>>& strip, std::span<const Vec3f> x_m,
+                 Marked& marked);
+  std::vector<std::uint8_t> components(Index cube) const;
+  std::uint8_t extended(Index cube, std::uint8_t low, std::uint8_t high) const;
+  void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
+  void add_splits(Index cube, const std::vector<std::uint8_t>& parts, Index first,
+                  std::vector<std::vector<CubeSplit>>& stages);
+  bool fits(const std::vector<Index>& cubes, const std::vector<Index>& parts);
+  void replace_live(Index cube, Index first_copy, Index count);
+  /// The nodes at a lattice corner; ids from next_node_ on are new.
+  struct SharedNodes {
+    struct Entry {
+      Index cube;
+      int corner;
+      Index node, before;
+      std::uint8_t own;
+    };
+    std::vector<Entry> entries;
+    Index new_nodes = 0;
+  };
+  SharedNodes share_nodes(Vec3i corner) const;
+  void share_masses(Vec3i corner, TopologyChange& change);
+  void add_node(Index node, Index old, TopologyChange& change);
+
+  CubeLattice lattice_;
+  std::vector<std::uint8_t> may_cut_;
+  std::vector<Index> grid_;                             ///< regular cube per cell of the box
+  std::unordered_map<Index, std::vector<Index>> live_;  ///< of regular cubes that were cut
+  std::unordered_map<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
+  std::vector<Index> dirty_;                       ///< cubes with new cuts
+  std::vector<Vec3i> affected_;                    ///< corners round the cubes of the last splits()
+  Index next_copy_, next_node_;
+  bool is_full_ = false;
+};
+
+}  // namespace tactus::cut
