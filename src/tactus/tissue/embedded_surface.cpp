@@ -190,16 +190,20 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
                                                                   static_cast<Index>(lattice.copies.size()));
 }
 
+/// Of those in use: sorting all that there is room for takes many times as long.
 void EmbeddedSurface::find_triangles(ExecContext& ctx) {
-  ctx.parallel_for("embed/key_corners", corner_.size(),
+  const Index corners = 3 * counts_[1];
+  const View<std::uint32_t> vertex = vertex_.view().part(0, corners);
+  const View<Index> corner = corner_.view().part(0, corners);
+  ctx.parallel_for("embed/key_corners", corners,
                    embed::KeyTriangleCorners{triangles_.const_view(), device_counts_.const_view().part(1, 1),
-                                             vertex_.view(), corner_.view()});
-  ctx.sort_pairs("embed/sort_corners", vertex_.view(), corner_.view(), vertex_scratch_.view(),
-                 corner_scratch_.view());
+                                             vertex, corner});
+  ctx.sort_pairs("embed/sort_corners", vertex, corner, vertex_scratch_.view().part(0, corners),
+                 corner_scratch_.view().part(0, corners));
   ctx.parallel_for("embed/clear_ranges", begin_.size(), embed::ClearRanges{begin_.view(), end_.view()});
-  ctx.parallel_for("embed/find_ranges", corner_.size(),
-                   embed::FindRanges{vertex_.const_view(), corner_.const_view(), begin_.view(), end_.view(),
-                                     incident_.view()});
+  ctx.parallel_for("embed/find_ranges", corners,
+                   embed::FindRanges{View<const std::uint32_t>(vertex), View<const Index>(corner),
+                                     begin_.view(), end_.view(), incident_.view()});
 }
 
 void EmbeddedSurface::gather_normals(ExecContext& ctx) {

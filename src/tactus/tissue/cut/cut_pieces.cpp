@@ -52,6 +52,7 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
       ids.push_back(p);
     }
   }
+  if (segments.empty() && ids.size() == 3) return {corners};
   const auto local = [&](Index point) {
     const auto known = std::find(ids.begin(), ids.end(), point);
     if (known != ids.end()) return static_cast<int>(known - ids.begin());
