@@ -53,7 +53,7 @@ struct PlanLayers {
     Index used = count[0];
     for (Index k = 0; k < emitters.size(); ++k) {
       EmitterState e = emitters[k];
-      e.time_s += static_cast<double>(time.dt_s);
+      if (!time.settles()) e.time_s += static_cast<double>(time.dt_s);
       e.slot = -1;
       const bool is_due = e.time_s >= e.next_s && e.next_s < e.until_s && !time.settles();
       if (is_due) {
