@@ -84,12 +84,14 @@ struct EmitLayers {
   View<const Index> emitter_of;
   View<Vec3f> x_m, v_m_s;
   View<Index> id;
+  View<float> push;
   TACTUS_HD void operator()(Index p) const {
     const EmitterState& e = emitters[emitter_of[p]];
     if (e.slot < 0) return;
     const Index i = e.slot + (p - e.first);
     x_m[i] = points_m[p] + e.age_s * e.velocity_m_s;
     v_m_s[i] = e.velocity_m_s;
+    push[i] = 0;
     id[i] = e.id + (p - e.first);
   }
 };
