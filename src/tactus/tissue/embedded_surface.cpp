@@ -176,7 +176,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   for (auto* buffer : {&incident_, &corner_, &corner_scratch_})
     *buffer = Buffer<Index>(ctx.device(), corners);
   for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = Buffer<std::uint32_t>(ctx.device(), corners);
-  find_triangles(ctx);
+  find_triangles(ctx, corner_.size());
   gather_normals(ctx);
   ctx.synchronize();
   if (lattice.copies.empty()) {
@@ -190,9 +190,9 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
                                                                   static_cast<Index>(lattice.copies.size()));
 }
 
-/// Of those in use: sorting all that there is room for takes many times as long.
-void EmbeddedSurface::find_triangles(ExecContext& ctx) {
-  const Index corners = 3 * counts_[1];
+/// @param corners all that there is room for, so that sorting has its memory from the start; or those in use,
+/// which takes a fraction of the time
+void EmbeddedSurface::find_triangles(ExecContext& ctx, Index corners) {
   const View<std::uint32_t> vertex = vertex_.view().part(0, corners);
   const View<Index> corner = corner_.view().part(0, corners);
   ctx.parallel_for("embed/key_corners", corners,
@@ -276,7 +276,7 @@ void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
                    embed::SetValues<embed::Anchor>{of_vertices, anchors_.view()});
   ctx.parallel_for("embed/set_triangles", of_triangles.size(),
                    embed::SetTriangles{of_triangles, triangles_.view()});
-  find_triangles(ctx);
+  find_triangles(ctx, 3 * counts_[1]);
   ctx.synchronize();
 }
 
