@@ -20,14 +20,15 @@ constexpr Peer kPeers[] = {{"dualsphysics", 0.38, 0.0011}, {"splishsplash", 0.95
 /// A dam of n^3 particles that has begun to break, in a box with room for it.
 class Dam {
  public:
-  Dam(DeviceSet& devices, Index edge)
-      : ctx_(devices.context(0)), liquid_(ctx_, settings(edge)), size_(edge * edge * edge) {
+  Dam(DeviceSet& devices, Index edge, LiquidSolver solver)
+      : ctx_(devices.context(0)), liquid_(ctx_, settings(edge, solver)), size_(edge * edge * edge) {
     const float m = kSpacing_m * static_cast<float>(edge);
     liquid_.place(ctx_, fill_box({{0, 0, 0}, {m, m, m}}, kSpacing_m));
-    for (int i = 0; i < 200; ++i) step();
+    for (int i = 0; i < (solver == LiquidSolver::iisph ? 20 : 200); ++i) step();
     ctx_.synchronize();
   }
   void step() { liquid_.step(ctx_, {.dt_s = liquid_.largest_step_s(), .gravity_m_s2 = {0, -9.81F, 0}}); }
+  double step_s() const { return static_cast<double>(liquid_.largest_step_s()); }
   ExecContext& ctx() { return ctx_; }
   Index size() const { return size_; }
   /// A particle's, itself included.
@@ -42,9 +43,10 @@ class Dam {
   }
 
  private:
-  static LiquidSettings settings(Index edge) {
+  static LiquidSettings settings(Index edge, LiquidSolver solver) {
     const float m = kSpacing_m * static_cast<float>(edge);
-    return {.spacing_m = kSpacing_m,
+    return {.solver = solver,
+            .spacing_m = kSpacing_m,
             .max_speed_m_s = std::sqrt(2 * 9.81F * m),
             .box_m = {{0, 0, 0}, {2 * m, 2 * m, m}},
             .max_particles = edge * edge * edge};
@@ -54,8 +56,8 @@ class Dam {
   Index size_;
 };
 
-nlohmann::json step_row(DeviceSet& devices, Index edge, double bandwidth_B_s) {
-  Dam dam(devices, edge);
+nlohmann::json step_row(DeviceSet& devices, Index edge, LiquidSolver solver, double bandwidth_B_s) {
+  Dam dam(devices, edge, solver);
   ExecContext& ctx = dam.ctx();
   const int batch = ctx.device().is_cuda() ? 20 : 1;
   Replay replay;
@@ -66,7 +68,7 @@ nlohmann::json step_row(DeviceSet& devices, Index edge, double bandwidth_B_s) {
     ctx.synchronize();
   });
   for (double& m : ms) m /= batch;
-  nlohmann::json row{{"name", "wcsph"},
+  nlohmann::json row{{"name", solver == LiquidSolver::iisph ? "iisph" : "wcsph"},
                      {"case", "dam"},
                      {"size", dam.size()},
                      {"devices", devices.name()},
@@ -74,12 +76,13 @@ nlohmann::json step_row(DeviceSet& devices, Index edge, double bandwidth_B_s) {
                      {"ms_p99", p(ms, 99)},
                      {"ms_min", p(ms, 0)},
                      {"us_per_particle", p(ms, 0) * 1e3 / dam.size()},
+                     {"wall_s_per_simulated_s", p(ms, 50) * 1e-3 / dam.step_s()},
                      {"neighbours", dam.neighbours()},
                      {"floor_ms", kStepBytes * dam.size() / bandwidth_B_s * 1e3},
                      {"reference", nlohmann::json::object()}};
   for (const Peer& peer : kPeers) {
     const double us = devices.is_cuda() ? peer.gpu_us_per_particle : peer.cpu_us_per_particle;
-    if (us > 0) row["reference"][peer.name] = us * dam.size() * 1e-3;
+    if (us > 0 && solver == LiquidSolver::wcsph) row["reference"][peer.name] = us * dam.size() * 1e-3;
   }
   row["kernels_ms_p50"] = kernels_ms(ctx, [&] {
     for (int i = 0; i < 5; ++i) dam.step();
@@ -98,9 +101,11 @@ Rows run_fluid(const std::string& device_text) {
     for (const std::string& set : sets) {
       DeviceSet devices(set);
       const double bandwidth = measure_bandwidth_B_s(devices.context(0));
-      for (const Index edge : {13, 34, 51}) rows.push_back(step_row(devices, edge, bandwidth));
-      if (!devices.is_cuda()) continue;
-      for (const Index edge : {89, 200}) rows.push_back(step_row(devices, edge, bandwidth));
+      std::vector<Index> edges{13, 34, 51};
+      if (devices.is_cuda()) edges.insert(edges.end(), {89, 200});
+      for (const LiquidSolver solver : {LiquidSolver::wcsph, LiquidSolver::iisph}) {
+        for (const Index edge : edges) rows.push_back(step_row(devices, edge, solver, bandwidth));
+      }
     }
   });
 }

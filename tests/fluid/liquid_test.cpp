@@ -100,36 +100,46 @@ class LiquidOn : public ::testing::TestWithParam<std::string> {
   void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
 };
 TACTUS_INSTANTIATE_DEVICES(LiquidOn);
+constexpr LiquidSolver kSolvers[] = {LiquidSolver::wcsph, LiquidSolver::iisph};
 
 /// The same particles, bit by bit, as on the CPU after a splash.
 TEST_P(LiquidOn, HasTheSameBits) {
-  const auto splash = [](const std::string& devices) {
+  const auto splash = [](const std::string& devices, LiquidSolver solver) {
     DeviceSet set(devices, 5);
     ExecContext& ctx = set.context(set.count() - 1);
     const float d = 0.01F;
-    Liquid liquid(ctx, pool_settings(d, {0.12F, 0.1F, 0.08F}));
+    LiquidSettings settings = pool_settings(d, {0.12F, 0.1F, 0.08F});
+    settings.solver = solver;
+    Liquid liquid(ctx, settings);
     liquid.place(ctx, fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.08F}}, d));
-    for (int i = 0; i < 300; ++i)
+    for (int i = 0; i < (solver == LiquidSolver::iisph ? 60 : 300); ++i)
       liquid.step(ctx, {.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
     return std::pair{liquid.particles(ctx), wall_impulses_N_s(ctx, liquid)};
   };
-  const auto expected = splash("cpu"), got = splash(GetParam());
-  ASSERT_EQ(got.first.size(), 6U * 10 * 8);
-  ASSERT_EQ(got.first.size(), expected.first.size());
-  for (std::size_t i = 0; i < got.first.size(); ++i) {
-    ASSERT_EQ(got.first[i].x_m, expected.first[i].x_m) << i;
-    ASSERT_EQ(got.first[i].v_m_s, expected.first[i].v_m_s) << i;
+  for (const LiquidSolver solver : kSolvers) {
+    const auto expected = splash("cpu", solver), got = splash(GetParam(), solver);
+    ASSERT_EQ(got.first.size(), 6U * 10 * 8);
+    ASSERT_EQ(got.first.size(), expected.first.size());
+    for (std::size_t i = 0; i < got.first.size(); ++i) {
+      ASSERT_EQ(got.first[i].x_m, expected.first[i].x_m) << i;
+      ASSERT_EQ(got.first[i].v_m_s, expected.first[i].v_m_s) << i;
+    }
+    EXPECT_EQ(got.second, expected.second);
   }
-  EXPECT_EQ(got.second, expected.second);
 }
 
+class LiquidPool : public ::testing::TestWithParam<LiquidSolver> {};
+INSTANTIATE_TEST_SUITE_P(Solvers, LiquidPool, ::testing::ValuesIn(kSolvers));
+
 /// A pool of 12 spacings comes to rest: 1.2 s, with TACTUS_LONG_TESTS=1 10 s.
-TEST(Liquid, PoolRests) {
+TEST_P(LiquidPool, Rests) {
   const float d = 0.01F;
   const Vec3f size_m{10 * d, 12 * d, 10 * d};
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
-  Liquid liquid(ctx, pool_settings(d, size_m));
+  LiquidSettings settings = pool_settings(d, size_m);
+  settings.solver = GetParam();
+  Liquid liquid(ctx, settings);
   liquid.place(ctx, fill_box({{0, 0, 0}, size_m}, d));
   const float dt_s = liquid.largest_step_s();
   const auto run = [&](float seconds) {
@@ -151,7 +161,8 @@ TEST(Liquid, PoolRests) {
   }
   EXPECT_NEAR(y / double{d}, 6, 0.25 / 2) << "half of the level's 0.25 d";
   EXPECT_NEAR(level_m / d, 11.5F, 0.5F) << "the top layer isn't flat any more";
-  EXPECT_LT(std::sqrt(speed2), 0.02);
+  // Implicit pressures are not quite still: they are found to 1 %.
+  EXPECT_LT(std::sqrt(speed2), GetParam() == LiquidSolver::iisph ? 0.06 : 0.02);
   // Below the first two layers, which lack neighbours above, the liquid is as dense as its own weight presses
   // it: rho g h / (rho c^2) <= 0.5 %; and particles that left the lattice differ by about as much.
   double sum = 0, most = 0, inside = 0;

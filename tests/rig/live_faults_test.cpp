@@ -95,24 +95,27 @@ class LiveFaults : public ::testing::Test {
   Outcome watch(double seconds, const std::function<void(const LiveSet&)>& see = {}) {
     Outcome o;
     LiveSet set;
-    std::int64_t first = -1, last = -1, unseen = 0;
+    std::int64_t first = -1, last = -1;
+    LiveStatus before;
     double minute_mb = 0;
     while (now_s() < begin_s_ + seconds) {
       if (!server_->wait(set, now_s() + 0.2) || set.tick < 2 * kFps) continue;
       if (minute_mb == 0 && now_s() > begin_s_ + 60) minute_mb = resident_mb();
-      ++o.sets;
-      o.complete += set.is_complete ? 1 : 0;
-      if (first < 0) unseen = server_->status().unseen_sets;
-      if (first < 0) first = set.tick;
+      if (first < 0) {
+        first = set.tick;
+        before = server_->status();
+      }
       last = set.tick;
       for (std::size_t c = 0; c < kCameras; ++c)
         o.mixed +=
             set.is_in[c] && set.images[c].mask.words[0] != static_cast<std::uint32_t>(set.tick) ? 1 : 0;
       if (see) see(set);
     }
-    // Sets that a newer one replaced before this thread woke up were released, too.
-    unseen = server_->status().unseen_sets - unseen;
-    o.missing_ticks = last - first + 1 - o.sets - unseen;
+    // Of the server, as a newer set may replace one before this thread woke up; `first` is in neither count.
+    const LiveStatus after = server_->status();
+    o.sets = after.sets - before.sets;
+    o.complete = after.complete_sets - before.complete_sets;
+    o.missing_ticks = last - first - o.sets;
     if (minute_mb > 0) o.grown_mb = resident_mb() - minute_mb;
     for (const LiveCameraStatus& camera : server_->status().cameras) o.replaced += camera.replaced;
     return o;

@@ -55,9 +55,15 @@ struct PoseWallTriangles {
   View<const Vec3i> triangles;
   View<const PosedVertex> posed;
   View<Vec3f> middle_m;
+  View<float> radius_m;  ///< of a ball round it that holds the triangle
   TACTUS_HD void operator()(Index t) const {
     const Vec3i v = triangles[t];
-    middle_m[t] = (1.F / 3) * ((posed[v.x].x_m + posed[v.y].x_m) + posed[v.z].x_m);
+    const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m,
+                middle = (1.F / 3) * ((a + b) + c);
+    const float r2 =
+        max(dot(a - middle, a - middle), max(dot(b - middle, b - middle), dot(c - middle, c - middle)));
+    middle_m[t] = middle;
+    radius_m[t] = 1.0001F * tactus::sqrt(r2);  // rounding
   }
 };
 
@@ -79,6 +85,7 @@ struct FindBodyWalls {
   View<const SearchParticle> particles;
   View<const Index> order;  ///< of the triangles' search
   View<const Vec3i> triangles;
+  View<const float> radius_m;
   View<const PosedVertex> posed;
   Index owner;
   float reach_m;
@@ -93,8 +100,10 @@ struct FindBodyWalls {
   }
   /// Triangles that share the nearest edge or corner tell the side together: GapOfTriangles.
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float, bool) const {
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float r2_m2, bool) const {
     const Index triangle = order[j];
+    const float to_ball = tactus::sqrt(r2_m2) - radius_m[triangle];
+    if (to_ball > 0.F && sqr(to_ball) > (1.F + GapOfTriangles::kTie) * own.best2[t]) return;
     const TriangleCorners corners = corners_of(triangle);
     const Vec3f offset = corners.offset_of(own.p[t]);
     const float d2 = dot(offset, offset);

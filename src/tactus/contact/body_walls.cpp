@@ -76,6 +76,7 @@ BodyWalls::BodyWalls(ExecContext& ctx, const WallSurface& surface, Index owner, 
       posed_(ctx.device(), points_.size()),
       impulse_(ctx.device(), points_.size()),
       middle_m_(ctx.device(), triangles_.size()),
+      radius_m_(ctx.device(), triangles_.size()),
       hits_(ctx.device(), max_particles) {
   std::map<Index, std::vector<Index>> incident_of;
   for (std::size_t p = 0; p < surface.vertices.size(); ++p) {
@@ -98,12 +99,14 @@ BodyWalls::BodyWalls(ExecContext& ctx, const WallSurface& surface, Index owner, 
 void BodyWalls::find_walls(ExecContext& ctx, const NeighbourSearch& particles, const NearWalls& near) {
   ctx.parallel_for("body walls/vertices", points_.size(),
                    PoseWallVertices{points_.const_view(), nodes_, crowd_, posed_.view(), impulse_.view()});
-  ctx.parallel_for("body walls/triangles", triangles_.size(),
-                   PoseWallTriangles{triangles_.const_view(), posed_.const_view(), middle_m_.view()});
+  ctx.parallel_for(
+      "body walls/triangles", triangles_.size(),
+      PoseWallTriangles{triangles_.const_view(), posed_.const_view(), middle_m_.view(), radius_m_.view()});
   search_.build(ctx, middle_m_.const_view(), {}, triangles_.size());
-  particles.visit(ctx, "body walls/find", search_,
-                  FindBodyWalls{particles.cells().particles, search_.cells().order, triangles_.const_view(),
-                                posed_.const_view(), owner_, reach_m_, near, hits_.view()});
+  particles.visit(
+      ctx, "body walls/find", search_,
+      FindBodyWalls{particles.cells().particles, search_.cells().order, triangles_.const_view(),
+                    radius_m_.const_view(), posed_.const_view(), owner_, reach_m_, near, hits_.view()});
 }
 
 void BodyWalls::push(ExecContext& ctx, const NeighbourSearch& particles, const NearWalls& near) {

@@ -46,6 +46,7 @@ class BodyWalls {
   Buffer<PosedVertex> posed_;
   Buffer<VertexImpulse> impulse_;
   Buffer<Vec3f> middle_m_;
+  Buffer<float> radius_m_;
   Buffer<WallHit> hits_;
   Buffer<Index> node_, first_, incident_;
 };

@@ -53,7 +53,7 @@ struct PlanLayers {
     Index used = count[0];
     for (Index k = 0; k < emitters.size(); ++k) {
       EmitterState e = emitters[k];
-      e.time_s += static_cast<double>(time.dt_s);
+      if (!time.settles()) e.time_s += static_cast<double>(time.dt_s);
       e.slot = -1;
       const bool is_due = e.time_s >= e.next_s && e.next_s < e.until_s && !time.settles();
       if (is_due) {
@@ -84,12 +84,14 @@ struct EmitLayers {
   View<const Index> emitter_of;
   View<Vec3f> x_m, v_m_s;
   View<Index> id;
+  View<float> push;
   TACTUS_HD void operator()(Index p) const {
     const EmitterState& e = emitters[emitter_of[p]];
     if (e.slot < 0) return;
     const Index i = e.slot + (p - e.first);
     x_m[i] = points_m[p] + e.age_s * e.velocity_m_s;
     v_m_s[i] = e.velocity_m_s;
+    push[i] = 0;
     id[i] = e.id + (p - e.first);
   }
 };

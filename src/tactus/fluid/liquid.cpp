@@ -48,6 +48,7 @@ LiquidSettings checked(const LiquidSettings& s) {
   if (!(s.viscosity_Pa_s >= 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, ">= 0");
   if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
   if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
+  if (s.iterations < 1) refuse("iterations", static_cast<float>(s.iterations), "> 0");
   if (s.max_particles <= 0) refuse("max_particles", static_cast<float>(s.max_particles), "> 0");
   const Vec3f edge = s.box_m.extent();
   const float least = std::min({edge.x, edge.y, edge.z});
@@ -73,7 +74,11 @@ Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
       x_m_(ctx.device(), settings_.max_particles),
       v_m_s_(ctx.device(), settings_.max_particles),
       density_kg_m3_(ctx.device(), settings_.max_particles),
+      push_(ctx.device(), settings_.max_particles),
+      inverse_D_(ctx.device(), settings_.max_particles),
       motion_(ctx.device(), settings_.max_particles),
+      star_(ctx.device(), settings_.max_particles),
+      moved_(ctx.device(), settings_.max_particles),
       walls_(ctx.device(), std::int64_t{kNearWalls} * settings_.max_particles),
       wall_sums_(ctx.device(), std::int64_t{kFaces + settings_.other_walls} * WallSums::kCopies),
       wall_impulse_(ctx.device(), kFaces + settings_.other_walls),
@@ -128,6 +133,7 @@ void Liquid::place(ExecContext& ctx, std::span<const LiquidParticle> particles) 
   ctx.upload(count, count_.view());
   ctx.upload(counters, counters_.view());
   ctx.fill_bytes(density_kg_m3_.view(), 0);
+  ctx.fill_bytes(push_.view(), 0);
   ctx.synchronize();
   end_frame(ctx);
   ctx.synchronize();
@@ -148,7 +154,7 @@ void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
                      PlanLayers{time, counters_.view(), count_.view(), emitters_.view(), id_.size()});
     ctx.parallel_for("fluid/emit", layer_points_.size(),
                      EmitLayers{emitters_.const_view(), layer_points_.const_view(), emitter_of_.const_view(),
-                                x_m_.view(), v_m_s_.view(), id_.view()});
+                                x_m_.view(), v_m_s_.view(), id_.view(), push_.view()});
   }
   search_.build(ctx, x_m_.const_view(), id_.const_view(), Count(count_.const_view(), id_.size()));
   ctx.parallel_for("fluid/walls", search_.placed(),
@@ -157,19 +163,59 @@ void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
 }
 
 void Liquid::end_step(ExecContext& ctx, const StepTime& time) {
-  const NeighbourCells cells = search_.cells();
-  const NearLists lists{list_count_.view(), near_.view()};
   const LiquidEnds ends{settings_.box_m, settings_.open_faces, sinks_.const_view(),
                         View<std::uint32_t>(&counters_.view().data()->taken, 1)};
+  const LiquidStepped stepped{x_m_.view(), v_m_s_.view(), id_.view(), ends, wall_sums_.view()};
+  if (settings_.solver == LiquidSolver::iisph)
+    end_implicitly(ctx, time, stepped);
+  else
+    end_weakly(ctx, time, stepped);
+  ctx.parallel_for("fluid/count", 1, KeepCount{search_.cells().placed, count_.view()});
+}
+
+void Liquid::end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
+  const NeighbourCells cells = search_.cells();
+  const NearLists lists{list_count_.view(), near_.view()};
   search_.visit_listing(ctx, "fluid/density",
                         LiquidDensity{constants_, near_walls(), cells.order, v_m_s_.const_view(),
                                       density_kg_m3_.view(), motion_.view()},
                         lists);
+  search_.visit_listed(
+      ctx, "fluid/force",
+      LiquidForce{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped}, lists);
+}
+
+void Liquid::end_implicitly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
+  const NeighbourCells cells = search_.cells();
+  const NearLists lists{list_count_.view(), near_.view()};
+  const NearWalls walls = near_walls();
+  search_.visit_listing(
+      ctx, "fluid/density",
+      ImplicitDensity{constants_, walls, cells.order, v_m_s_.const_view(), push_.const_view(),
+                      density_kg_m3_.view(), inverse_D_.view(), motion_.view()},
+      lists);
   search_.visit_listed(ctx, "fluid/force",
-                       LiquidForce{constants_, time, near_walls(), cells.particles, motion_.const_view(),
-                                   x_m_.view(), v_m_s_.view(), id_.view(), ends, wall_sums_.view()},
+                       ImplicitForce{constants_, time, motion_.const_view(), star_.view()}, lists);
+  for (int k = 0; k < settings_.iterations; ++k) {
+    search_.visit_listed(ctx, "fluid/velocity",
+                         ImplicitVelocity<false>{constants_, time, walls, star_.const_view(), moved_.view()},
+                         lists);
+    search_.visit_listed(ctx, "fluid/pressure",
+                         ImplicitPressure{constants_, time, walls, moved_.const_view(),
+                                          density_kg_m3_.const_view(), inverse_D_.const_view(), star_.view()},
+                         lists);
+  }
+  search_.visit_listed(ctx, "fluid/step",
+                       ImplicitVelocity<true>{constants_,
+                                              time,
+                                              walls,
+                                              star_.const_view(),
+                                              {},
+                                              cells.particles,
+                                              motion_.const_view(),
+                                              stepped,
+                                              push_.view()},
                        lists);
-  ctx.parallel_for("fluid/count", 1, KeepCount{cells.placed, count_.view()});
 }
 
 void Liquid::end_frame(ExecContext& ctx) {
@@ -183,7 +229,10 @@ void Liquid::end_frame(ExecContext& ctx) {
 
 float Liquid::largest_step_s() const {
   const float d = settings_.spacing_m;
-  float step = 0.4F * d / (constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity));
+  const float signal_m_s = settings_.solver == LiquidSolver::iisph
+                               ? settings_.max_speed_m_s
+                               : constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity);
+  float step = 0.4F * d / signal_m_s;
   if (constants_.shear_m2_s > 0) step = std::min(step, d * d / (8 * constants_.shear_m2_s));
   return step;
 }
@@ -198,6 +247,7 @@ void Liquid::archive(ExecContext& ctx, StateArchive& a) {
   a.buffer(ctx, "ids", id_);
   a.buffer(ctx, "positions", x_m_);
   a.buffer(ctx, "velocities", v_m_s_);
+  a.buffer(ctx, "pressures", push_);
   a.buffer(ctx, "counters", counters_);
   a.buffer(ctx, "emitters", emitters_);
   const Index count = to_host(ctx, count_.view())[0];

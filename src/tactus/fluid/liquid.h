@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/iisph_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/neighbour_search.h"
@@ -17,7 +18,14 @@ struct LiquidEmitter {
   double from_s = 0, until_s = 1e30;
 };
 
+enum class LiquidSolver : std::uint8_t {
+  wcsph,  ///< weakly compressible: many cheap steps
+  iisph,  ///< incompressible: steps ten times as long, four times as dear
+};
+
 struct LiquidSettings {
+  LiquidSolver solver = LiquidSolver::wcsph;
+  int iterations = 5;        ///< iisph
   float spacing_m = 0.004F;  ///< d: of particles at rest
   float density_kg_m3 = 1060;
   float viscosity_Pa_s = 0.0035F;
@@ -73,7 +81,8 @@ class Liquid {
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
   void end_frame(ExecContext& ctx);
 
-  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)).
+  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of iisph, with the largest speed
+  /// in place of c (1 + 0.6 alpha).
   float largest_step_s() const;
   const LiquidSettings& settings() const { return settings_; }
   const LiquidConstants& constants() const { return constants_; }
@@ -91,6 +100,8 @@ class Liquid {
 
  private:
   void make_emitters(ExecContext& ctx);
+  void end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
+  void end_implicitly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
 
   LiquidSettings settings_;
   LiquidConstants constants_;
@@ -98,7 +109,8 @@ class Liquid {
   Buffer<Index> count_, id_, wall_count_, list_count_, near_;
   Buffer<Vec3f> x_m_, v_m_s_;
   Buffer<float> density_kg_m3_;
-  Buffer<LiquidMotion> motion_;
+  Buffer<float> push_, inverse_D_;  ///< iisph
+  Buffer<LiquidMotion> motion_, star_, moved_;
   Buffer<NearWall> walls_;
   Buffer<WallSums> wall_sums_;
   Buffer<Vec3f> wall_impulse_;

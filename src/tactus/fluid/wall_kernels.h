@@ -80,4 +80,54 @@ struct FindBoxWalls {
   }
 };
 
+/// The end of a step of one particle: what walls do to it, and where it is then. No particle gets nearer to a
+/// wall than closest_m: it is put back there, by a tenth of a spacing a step, and loses the velocity towards
+/// the wall.
+struct LiquidStepped {
+  static constexpr float kFarthestBack = 0.1F;  ///< in spacings: what appears in a pool must not blow it up
+  View<Vec3f> x_m, v_m_s;                       ///< by slot
+  View<Index> id;
+  LiquidEnds ends;
+  View<WallSums> wall_sums;
+
+  /// @param push dt p / rho^2 @param before the velocity at the begin of the step @param v at its end,
+  /// without what walls do
+  TACTUS_HD void end(const LiquidConstants& liquid, const NearWalls& walls, const SearchParticle& particle,
+                     Index i, float push, Vec3f before, float dt_s, Vec3f v) const {
+    Vec3f put_back{};
+    if (walls.count[i] > 0) meet(liquid, walls, i, push, before, dt_s, v, put_back);
+    x_m[i] = ends.kept(particle.x_m + (dt_s * v + put_back));
+    v_m_s[i] = v;
+    id[i] = particle.id;
+  }
+
+ private:
+  TACTUS_HD void meet(const LiquidConstants& liquid, const NearWalls& walls, Index i, float push,
+                      Vec3f before, float dt_s, Vec3f& v, Vec3f& put_back) const {
+    const WallShare share = WallShare::of(walls, i, liquid);
+    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+      NearWall& wall = walls.at(i, k);
+      const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
+      const float s = max(wall.distance_m, liquid.closest_m);
+      // Friction must not turn the velocity round. What gives way takes its share of a blow.
+      const float yields = liquid.mass_kg * wall.give_1_kg,
+                  drag = min(dt_s * 2 * liquid.shear_m2_s * liquid.kernel.area_1_m(s) / s, 1.F);
+      const float push_m_s = liquid.density_kg_m3 * push * share.slope_1_m[k];
+      Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
+      v += kick;
+      const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(kick, wall.n);
+      const float gap = wall.distance_m + dt_s * approach - liquid.closest_m;
+      if (gap < 0.F) {
+        const Vec3f stop = max(-approach, 0.F) / (1.F + yields) * wall.n;
+        v += stop;
+        kick += stop;
+        const float left = liquid.closest_m - (wall.distance_m + dt_s * max(approach, 0.F));
+        put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) / (1.F + yields) * wall.n;
+      }
+      wall.impulse_N_s = -liquid.mass_kg * kick;
+      wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(wall.impulse_N_s);
+    }
+  }
+};
+
 }  // namespace tactus

@@ -52,10 +52,8 @@ struct LiquidDensity {
 ///
 ///   + rho0 p_i / rho_i^2 f n - 2 nu A / s (v_i - v_wall)_t
 ///
-/// Velocities are stepped first, then positions with the new ones. No particle gets nearer to a wall than
-/// closest_m: it is put back there, by a tenth of a spacing a step, and loses the velocity towards the wall.
+/// Velocities are stepped first, then positions with the new ones: LiquidStepped.
 struct LiquidForce {
-  static constexpr float kFarthestBack = 0.1F;  ///< in spacings: what appears in a pool must not blow it up
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], push[kLanes];
@@ -66,10 +64,7 @@ struct LiquidForce {
   NearWalls walls;
   View<const SearchParticle> particles;
   View<const LiquidMotion> motion;
-  View<Vec3f> x_m, v_m_s;  ///< after the step, by slot
-  View<Index> id;
-  LiquidEnds ends;
-  View<WallSums> wall_sums;
+  LiquidStepped stepped;
 
   TACTUS_HD void load() {
     time.load();
@@ -100,41 +95,10 @@ struct LiquidForce {
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
-    const Vec3f before{own.vx[t], own.vy[t], own.vz[t]}, x = particles[i].x_m;
+    const Vec3f before{own.vx[t], own.vy[t], own.vz[t]};
     const float scale = liquid.mass_kg / liquid.density_kg_m3 * liquid.kernel.slope_scale_1_m5();
     Vec3f v = before + time.dt_s * (scale * Vec3f{own.ax[t], own.ay[t], own.az[t]} + time.gravity_m_s2);
-    Vec3f put_back{};
-    if (walls.count[i] > 0) meet_walls(i, own.push[t], before, v, put_back);
-    x_m[i] = ends.kept(x + (time.dt_s * v + put_back));
-    v_m_s[i] = v;
-    id[i] = particles[i].id;
-  }
-
- private:
-  TACTUS_HD void meet_walls(Index i, float push, Vec3f before, Vec3f& v, Vec3f& put_back) const {
-    const WallShare share = WallShare::of(walls, i, liquid);
-    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
-      NearWall& wall = walls.at(i, k);
-      const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
-      const float s = max(wall.distance_m, liquid.closest_m);
-      // Friction must not turn the velocity round. What gives way takes its share of a blow.
-      const float yields = liquid.mass_kg * wall.give_1_kg,
-                  drag = min(time.dt_s * 2 * liquid.shear_m2_s * liquid.kernel.area_1_m(s) / s, 1.F);
-      const float push_m_s = time.dt_s * liquid.density_kg_m3 * push * share.slope_1_m[k];
-      Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
-      v += kick;
-      const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(kick, wall.n);
-      const float gap = wall.distance_m + time.dt_s * approach - liquid.closest_m;
-      if (gap < 0.F) {
-        const Vec3f stop = max(-approach, 0.F) / (1.F + yields) * wall.n;
-        v += stop;
-        kick += stop;
-        const float left = liquid.closest_m - (wall.distance_m + time.dt_s * max(approach, 0.F));
-        put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) / (1.F + yields) * wall.n;
-      }
-      wall.impulse_N_s = -liquid.mass_kg * kick;
-      wall_sums[wall.owner * WallSums::kCopies + i % WallSums::kCopies].add_atomically(wall.impulse_N_s);
-    }
+    stepped.end(liquid, walls, particles[i], i, time.dt_s * own.push[t], before, time.dt_s, v);
   }
 };
 

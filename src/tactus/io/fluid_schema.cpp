@@ -33,6 +33,15 @@ void describe_sink(FieldVisitor& v, SinkDescription& s) { describe_box(v, s.box)
 void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.real({"spacing_m", "between particles at rest: smaller is finer and slower", kRequired}, f.spacing_m,
          {"m", 0.0001, 1});
+  v.choice(
+      {"solver",
+       "`iisph`: incompressible, with long steps; `wcsph`: weakly compressible, with steps a tenth as long "
+       "and a quarter as dear"},
+      f.solver, {{"iisph", LiquidModel::iisph}, {"wcsph", LiquidModel::wcsph}});
+  v.integer(
+      {"iterations",
+       "iisph: of each step; in a pool of 12 spacings, 4 leave 0.5 % too much density and 8 leave 0.2 %"},
+      f.iterations, {"", 1, 100});
   v.section({"box", "the liquid's world; its faces are walls, but for those that are open", kRequired},
             [&](FieldVisitor& in) { describe_box(in, f.box); });
   v.choice({"open", "faces of the box through which particles leave; `sides` opens the top, too"}, f.open,
@@ -49,12 +58,14 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.real({"viscosity_pa_s", "blood 0.0035, water 0.001, honey 10"}, f.viscosity_pa_s, {"Pa s", 0, 1000});
   v.real({"artificial_viscosity", "damps sound: of what approaches alone"}, f.artificial_viscosity,
          {"", 0, 1});
-  v.real_or_auto({"max_speed_m_s",
-                  "what moves faster is compressed by more than 1 %; half of it halves the "
-                  "number of steps"},
-                 f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
+  v.real_or_auto(
+      {"max_speed_m_s",
+       "that steps are made for: half of it halves their number. What moves faster may be compressed"},
+      f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
+  v.only_when(f.solver == LiquidModel::iisph, "iterations", "'solver' is iisph");
+  v.only_when(f.solver == LiquidModel::wcsph, "artificial_viscosity", "'solver' is wcsph");
   const Vec3d edge = f.box.max_m - f.box.min_m;
   v.check(
       min(edge.x, min(edge.y, edge.z)) >= 2 * f.spacing_m, "spacing_m",

@@ -29,7 +29,9 @@ Index open_faces(LiquidOpen open) {
 
 LiquidSettings settings_of(const Scene& scene) {
   const LiquidDescription& f = *scene.fluid;
-  LiquidSettings s{.spacing_m = static_cast<float>(f.spacing_m),
+  LiquidSettings s{.solver = f.solver == LiquidModel::iisph ? LiquidSolver::iisph : LiquidSolver::wcsph,
+                   .iterations = f.iterations,
+                   .spacing_m = static_cast<float>(f.spacing_m),
                    .density_kg_m3 = static_cast<float>(f.density_kg_m3),
                    .viscosity_Pa_s = static_cast<float>(f.viscosity_pa_s),
                    .max_speed_m_s = static_cast<float>(liquid_speed_m_s(f, scene.gravity_m_s2)),
@@ -190,7 +192,7 @@ LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& 
     notices.push_back({"liquid.fast", Severity::warning,
                        "liquid is faster than the " +
                            number_text(std::round(1e3 * double{liquid_.settings().max_speed_m_s}) / 1e3) +
-                           " m/s that its sound speed allows, and compressed by more than 1 %",
+                           " m/s that its steps are made for, and may be compressed by more than 1 %",
                        "raise 'fluid.max_speed_m_s'"});
   return r;
 }

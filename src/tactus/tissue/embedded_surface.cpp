@@ -176,7 +176,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   for (auto* buffer : {&incident_, &corner_, &corner_scratch_})
     *buffer = Buffer<Index>(ctx.device(), corners);
   for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = Buffer<std::uint32_t>(ctx.device(), corners);
-  find_triangles(ctx);
+  find_triangles(ctx, corner_.size());
   gather_normals(ctx);
   ctx.synchronize();
   if (lattice.copies.empty()) {
@@ -190,16 +190,20 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
                                                                   static_cast<Index>(lattice.copies.size()));
 }
 
-void EmbeddedSurface::find_triangles(ExecContext& ctx) {
-  ctx.parallel_for("embed/key_corners", corner_.size(),
+/// @param corners all that there is room for, so that sorting has its memory from the start; or those in use,
+/// which takes a fraction of the time
+void EmbeddedSurface::find_triangles(ExecContext& ctx, Index corners) {
+  const View<std::uint32_t> vertex = vertex_.view().part(0, corners);
+  const View<Index> corner = corner_.view().part(0, corners);
+  ctx.parallel_for("embed/key_corners", corners,
                    embed::KeyTriangleCorners{triangles_.const_view(), device_counts_.const_view().part(1, 1),
-                                             vertex_.view(), corner_.view()});
-  ctx.sort_pairs("embed/sort_corners", vertex_.view(), corner_.view(), vertex_scratch_.view(),
-                 corner_scratch_.view());
+                                             vertex, corner});
+  ctx.sort_pairs("embed/sort_corners", vertex, corner, vertex_scratch_.view().part(0, corners),
+                 corner_scratch_.view().part(0, corners));
   ctx.parallel_for("embed/clear_ranges", begin_.size(), embed::ClearRanges{begin_.view(), end_.view()});
-  ctx.parallel_for("embed/find_ranges", corner_.size(),
-                   embed::FindRanges{vertex_.const_view(), corner_.const_view(), begin_.view(), end_.view(),
-                                     incident_.view()});
+  ctx.parallel_for("embed/find_ranges", corners,
+                   embed::FindRanges{View<const std::uint32_t>(vertex), View<const Index>(corner),
+                                     begin_.view(), end_.view(), incident_.view()});
 }
 
 void EmbeddedSurface::gather_normals(ExecContext& ctx) {
@@ -272,7 +276,7 @@ void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
                    embed::SetValues<embed::Anchor>{of_vertices, anchors_.view()});
   ctx.parallel_for("embed/set_triangles", of_triangles.size(),
                    embed::SetTriangles{of_triangles, triangles_.view()});
-  find_triangles(ctx);
+  find_triangles(ctx, 3 * counts_[1]);
   ctx.synchronize();
 }
 

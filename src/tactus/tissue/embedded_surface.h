@@ -61,7 +61,7 @@ class EmbeddedSurface {
 
  private:
   void check(const TopologyChange& change) const;
-  void find_triangles(ExecContext& ctx);
+  void find_triangles(ExecContext& ctx, Index corners);
   Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
   void gather_normals(ExecContext& ctx);
 

@@ -238,6 +238,7 @@ NextFrame RecordingReader::read(int i, const Wanted& wanted, FrameSet& frame, st
   RecordingChunk kind = RecordingChunk::end;
   if (!read_payload(places_[static_cast<std::size_t>(i)], kind) || !parse(wanted, frame, status)) {
     status = "frame " + std::to_string(i) + " of recording '" + printable(path_) + "' is damaged";
+    if (!ImageCoder::missing().empty()) status += ", or packed: this program was built without LZ4";
     return NextFrame::bad_frame;
   }
   if (kind == RecordingChunk::bad) return NextFrame::bad_frame;

@@ -48,10 +48,12 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
       return dot(at(a) - at(from), at(to) - at(from)) < dot(at(b) - at(from), at(to) - at(from));
     });
     for (const Index p : sorted) {
+      if (std::find(ids.begin(), ids.end(), p) != ids.end()) continue;
       d.on_edge[k].push_back(static_cast<int>(ids.size()));
       ids.push_back(p);
     }
   }
+  if (segments.empty() && ids.size() == 3) return {corners};
   const auto local = [&](Index point) {
     const auto known = std::find(ids.begin(), ids.end(), point);
     if (known != ids.end()) return static_cast<int>(known - ids.begin());
