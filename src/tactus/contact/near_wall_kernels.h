@@ -87,7 +87,8 @@ struct FindNearWalls {
           !may_be_near(boundaries.surface, p, reach))
         continue;
       const NearestOnSurface on = NearestOnSurface::of(boundaries.surface, all.own(k), p, reach);
-      if (on.found) near.add(i, {piece.turn * on.n, on.distance_m, piece.velocity_at(x), first_owner + k, 0.F, {}});
+      if (on.found)
+        near.add(i, {piece.turn * on.n, on.distance_m, piece.velocity_at(x), first_owner + k, 0.F, {}});
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       const Obstacle& o = boundaries.obstacles[k];
