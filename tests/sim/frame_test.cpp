@@ -156,6 +156,14 @@ TEST(FrameClock, FramesWithoutImagesAgeTheSurface) {
   EXPECT_DOUBLE_EQ(clock.simulated_s(), 0.1);
 }
 
+/// Sums of time stamps differ by rounding.
+TEST(FrameClock, AnInstantIsNoTime) {
+  FrameClock clock(0.25, std::nullopt);
+  clock.next(0, true);
+  EXPECT_EQ(clock.next(4e-9, true).dt_s, 0);
+  EXPECT_EQ(clock.next(0.01, true).dt_s, 0.01);
+}
+
 TEST(FrameClock, LateFramesAreCutAndJumpsAreABreak) {
   FrameClock clock(0.25, std::nullopt);
   clock.next(0, true);

@@ -10,6 +10,8 @@ namespace {
 
 /// Captures farther apart say nothing of how the surface moved between them.
 constexpr double kBreak_s = 2;
+/// Time stamps that are nearer are one instant, to rounding: no solver steps so little.
+constexpr double kInstant_s = 1e-6;
 
 std::string seconds(double value) { return number_text(value) + " s"; }
 
@@ -25,7 +27,7 @@ FrameTimes FrameClock::next(double dt_s, bool has_new_surface) {
                                  "; nothing is simulated of it and the real surface stands still for a frame",
                              "check the source's time stamps"});
   }
-  const double whole_s = broken ? 0 : asked_s;
+  const double whole_s = broken || asked_s < kInstant_s ? 0 : asked_s;
   times.dt_s = fixed_dt_s_ ? whole_s : std::min(whole_s, longest_s_);
   if (times.dt_s < whole_s) {
     times.notices.push_back({"clock.clamped", Severity::warning,
