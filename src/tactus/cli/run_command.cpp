@@ -17,6 +17,7 @@
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_report.h"
+#include "tactus/fluid/liquid_mesh.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
@@ -107,6 +108,9 @@ void write_meshes(const FrameSnapshot& snapshot, const Scene& scene, const std::
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
     write_ply(stem + "-" + scene.bodies[b].name + ply, snapshot.bodies[b]);
   }
+  if (scene.fluid)
+    write_ply(stem + "-liquid" + ply,
+              liquid_mesh(snapshot.liquid_m, static_cast<float>(scene.fluid->spacing_m)));
 }
 
 /// A scene that wants photographs gets them, or is told at its first frame: clay would look like a mistake in

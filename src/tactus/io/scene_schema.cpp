@@ -357,8 +357,8 @@ void describe_output(FieldVisitor& v, OutputDescription& o) {
   v.boolean({"video", "write an MP4"}, o.video);
   v.boolean({"contact_sheet", "write one PNG with twelve moments"}, o.contact_sheet);
   v.boolean({"trace", "write the stages' times as a Chrome trace"}, o.trace);
-  v.integer({"mesh_every", "write PLY files of surface and bodies every n-th frame; 0: never"}, o.mesh_every,
-            {"", 0, 1000000});
+  v.integer({"mesh_every", "write PLY files of surface, bodies and liquid every n-th frame; 0: never"},
+            o.mesh_every, {"", 0, 1000000});
   v.integer({"vtk_every", "write VTK files of cubes with strain and stress every n-th frame; 0: never"},
             o.vtk_every, {"", 0, 1000000});
 }
