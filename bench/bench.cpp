@@ -1,6 +1,7 @@
 #include "bench.h"
 
 #include "tactus/base/timing.h"
+#include "tactus/compute/device.h"
 
 namespace tactus::bench {
 namespace {
@@ -10,6 +11,13 @@ bool (*stop_asked)() = nullptr;
 void set_stop(bool (*asked)()) { stop_asked = asked; }
 void check_stop() {
   if (stop_asked != nullptr && stop_asked()) throw Stopped();
+}
+
+std::vector<std::string> single_devices(const std::string& device_text) {
+  if (device_text != "auto") return {device_text};
+  std::vector<std::string> sets{"cpu"};
+  if (cuda_device_count() > 0) sets.emplace_back("cuda:0");
+  return sets;
 }
 
 Rows collect(const std::function<void(Rows&)>& measure) {

@@ -34,6 +34,9 @@ Rows run_cut(const std::string& device_text);
 Rows run_fluid(const std::string& device_text);
 Rows run_frame(const std::string& device_text);
 
+/// Of benchmarks on one device: the set that the user named; for `auto`, the CPU and the first GPU.
+std::vector<std::string> single_devices(const std::string& device_text);
+
 /// Thrown where a benchmark is stopped: a row that was not measured to its end is worth nothing.
 struct Stopped : std::runtime_error {
   Stopped() : std::runtime_error("stopped") {}

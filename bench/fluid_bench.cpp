@@ -94,11 +94,8 @@ nlohmann::json step_row(DeviceSet& devices, Index edge, LiquidSolver solver, dou
 
 /// Steps of the liquid, with the search, on one device.
 Rows run_fluid(const std::string& device_text) {
-  std::vector<std::string> sets{device_text};
-  if (device_text == "auto") sets = {"cpu"};
-  if (device_text == "auto" && cuda_device_count() > 0) sets.emplace_back("cuda:0");
   return collect([&](Rows& rows) {
-    for (const std::string& set : sets) {
+    for (const std::string& set : single_devices(device_text)) {
       DeviceSet devices(set);
       const double bandwidth = measure_bandwidth_B_s(devices.context(0));
       std::vector<Index> edges{13, 34, 51};

@@ -178,11 +178,8 @@ void add_rows(Rows& rows, DeviceSet& devices, Index n, double bandwidth_B_s) {
 
 /// Table 4 of Shao et al. 2019: neighbour search of particles with about 30 neighbours each, on one device.
 Rows run_table4(const std::string& device_text) {
-  std::vector<std::string> sets{device_text};
-  if (device_text == "auto") sets = {"cpu"};
-  if (device_text == "auto" && cuda_device_count() > 0) sets.emplace_back("cuda:0");
   return collect([&](Rows& rows) {
-    for (const std::string& set : sets) {
+    for (const std::string& set : single_devices(device_text)) {
       DeviceSet devices(set);
       const double bandwidth = measure_bandwidth_B_s(devices.context(0));
       add_rows(rows, devices, 40000, bandwidth);

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <random>
 
+#include "tactus/geom/box_surface.h"
 #include "tactus/geom/lattice_cut.h"
 #include "tactus/tissue/embedded_surface.h"
 
@@ -20,35 +21,12 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// A box with a vertex at every point of a grid that is not the lattice's: `fine` times as many.
 TriangleMesh box_mesh(Vec3i n, float fine) {
-  TriangleMesh mesh;
-  std::map<std::array<Index, 3>, Index> ids;
-  const Vec3i m{static_cast<Index>(std::lround(static_cast<float>(n.x) * fine)),
-                static_cast<Index>(std::lround(static_cast<float>(n.y) * fine)),
-                static_cast<Index>(std::lround(static_cast<float>(n.z) * fine))};
-  const auto vertex = [&](Vec3i p) {
-    const auto [place, is_new] = ids.try_emplace({p.x, p.y, p.z}, static_cast<Index>(ids.size()));
-    if (is_new)
-      mesh.positions_m.push_back({kSpacing * static_cast<float>(n.x * p.x) / static_cast<float>(m.x),
-                                  kSpacing * static_cast<float>(n.y * p.y) / static_cast<float>(m.y),
-                                  kSpacing * static_cast<float>(n.z * p.z) / static_cast<float>(m.z)});
-    return place->second;
+  const auto pieces = [&](Index count) {
+    return static_cast<Index>(std::lround(static_cast<float>(count) * fine));
   };
-  for (int a = 0; a < 3; ++a) {
-    const int u = (a + 1) % 3, v = (a + 2) % 3;
-    for (const Index side : {0, m[a]})
-      for (Index j = 0; j < m[v]; ++j)
-        for (Index i = 0; i < m[u]; ++i) {
-          const auto corner = [&](Index di, Index dj) {
-            Vec3i p{};
-            p[a] = side, p[u] = i + di, p[v] = j + dj;
-            return vertex(p);
-          };
-          const Index p = corner(0, 0), r = corner(1, 1);
-          const Index q = side > 0 ? corner(1, 0) : corner(0, 1), s = side > 0 ? corner(0, 1) : corner(1, 0);
-          mesh.triangles.push_back({p, q, r});
-          mesh.triangles.push_back({p, r, s});
-        }
-  }
+  const Vec3f half_m = 0.5F * kSpacing * vec_cast<float>(n);
+  TriangleMesh mesh = box_surface(half_m, {pieces(n.x), pieces(n.y), pieces(n.z)});
+  for (Vec3f& p : mesh.positions_m) p += half_m;
   return mesh;
 }
 

@@ -20,8 +20,8 @@ struct ContactSettings {
   /// less what `damping` takes. e = 0 takes the kinetic energy of the nodes at the surface, e = 1 takes
   /// nothing; no e adds any.
   float restitution = 0;
-  float friction = 0.5F;  ///< μ >= 0: Coulomb
-  ContactResponse response = ContactResponse::exact;
+  float friction = 0.5F;                              ///< μ >= 0: Coulomb
+  ContactResponse response = ContactResponse::exact;  ///< of the real surface; paper leaves e out
 };
 
 /// @throws Error naming the setting that is out of range.

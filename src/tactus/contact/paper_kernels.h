@@ -56,13 +56,16 @@ struct PaperContact {
     pose = now.substep + now.steps - 1;
   }
 
-  /// Sums over the samples of a piece, in its coordinates at its capture.
-  struct Sums {
+  /// Sums over the samples of a piece, in its coordinates at its capture: what gives forces,
+  struct Forces {
     float density = 0;  ///< over rho0
     Vec3f slope;        ///< sum of V_k grad W
     Vec3f drag;         ///< sum of 2 V_k (r . grad W) / (r^2 + .01 h^2) v_ik
     float rate = 0;     ///< sum of its coefficients
-    Vec3f x_m, n, v_m_s;
+  };
+  /// and what the point has gone through: sums weighted by V_k W(r, d).
+  struct Penetrated {
+    Vec3f x_m, n;
     float weight = 0, volume_m3 = 0;
   };
 
@@ -84,10 +87,10 @@ struct PaperContact {
     const SurfacePose& surface = poses[pose].piece[k];
     const Vec3f p = surface.to_capture(x), rel = transpose(surface.turn) * (v - surface.velocity_at(x));
     if (!surface.may_touch(p, kernel.h_m)) return;
-    const Sums forces = sum(k, p, rel);
+    const Forces forces = forces_of(k, p, rel);
     if (!(forces.density > 0.F)) return;
     const Vec3f kick = kick_of(forces);
-    const Sums hit = penetrated(k, p, rel + kick);
+    const Penetrated hit = penetrated(k, p, rel + kick);
     Vec3f push{}, moved = kick, n{};
     float depth = 0;
     if (hit.weight > 0.F) {
@@ -110,8 +113,8 @@ struct PaperContact {
     best.held_m = best.x_m;
   }
 
-  TACTUS_HD Sums sum(Index k, Vec3f p, Vec3f rel) const {
-    Sums s;
+  TACTUS_HD Forces forces_of(Index k, Vec3f p, Vec3f rel) const {
+    Forces s;
     samples.for_each_near(p, [&](Index l) {
       if (!samples.is_of(poses[pose].own(k), l)) return;
       const Vec3f r = p - samples.x_m[l];
@@ -128,7 +131,7 @@ struct PaperContact {
   }
   /// Pressure [P 17] with its kernel's gradient, so that it repels, and friction [P 18] with Brookshaw's
   /// Laplacian, no more than stops the point. A plane surface of the body itself has density 1/2.
-  TACTUS_HD Vec3f kick_of(const Sums& s) const {
+  TACTUS_HD Vec3f kick_of(const Forces& s) const {
     const float density = 0.5F + s.density, sound_m_s = 0.2F * kernel.h_m / dt_s;
     const float r2 = density * density, pressure = max(0.F, r2 * r2 * r2 * density - 1.F) / 7;  // of rho0 c^2
     const float push = dt_s * sound_m_s * sound_m_s * pressure / r2,
@@ -137,8 +140,8 @@ struct PaperContact {
     return -push * s.slope - (rubs * most) * s.drag;
   }
   /// The mean [P 20] of samples nearer than d that the point approaches.
-  TACTUS_HD Sums penetrated(Index k, Vec3f p, Vec3f rel) const {
-    Sums s;
+  TACTUS_HD Penetrated penetrated(Index k, Vec3f p, Vec3f rel) const {
+    Penetrated s;
     samples.for_each_near(p, [&](Index l) {
       const float d = length(p - samples.x_m[l]);
       if (!(d < near.h_m) || !samples.is_of(poses[pose].own(k), l) || !(dot(rel, samples.n[l]) < 0.F)) return;

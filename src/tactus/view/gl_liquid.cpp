@@ -10,8 +10,9 @@ namespace {
 /// A ball's radius, in spacings: wide enough that balls a spacing apart leave no hole between four of them.
 constexpr float kRadius = 0.8F;
 /// How far their smoothed front is in front of the liquid, whose surface is half a spacing from the outermost
-/// particles: the mean height of balls on a square lattice less that.
-constexpr float kLift = 0.135F;
+/// particles. The mean height of balls on a square lattice is 0.683, so it is 0.183 for a plane. From a ball
+/// of ten spacings the filter takes 2 x 0.8^2 / 20 = 0.064: half of that is allowed for.
+constexpr float kLift = 0.15F;
 
 GlTexture make_texture(GLenum format, GLsizei width_px, GLsizei height_px) {
   GLuint name = 0;
