@@ -32,10 +32,10 @@ std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
   return rig.depth_cameras;
 }
 
-float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
+float sample_spacing_m(const Scene& scene, float voxel_size_m) {
   if (scene.contact.sample_spacing_m) return static_cast<float>(*scene.contact.sample_spacing_m);
   double spacing =
-      scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
+      scene.bodies.empty() ? 2 * static_cast<double>(voxel_size_m) : scene.bodies.front().spacing_m;
   for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
   return static_cast<float>(spacing);
 }
@@ -101,12 +101,12 @@ void add(OwnerReaction& sum, const OwnerReaction& r) {
 Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
     : devices_(devices),
       scene_(scene),
-      hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
+      surface_(devices, rig.cameras, depth_cameras(scene, rig),
+               {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
       hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
-                  hull_.voxel_size_m()),
-      normals_(devices.device(0), hull_.mesh().positions_m.size()),
+                  surface_.voxel_size_m()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
-      sample_spacing_m_(sample_spacing_m(scene, hull_)),
+      sample_spacing_m_(sample_spacing_m(scene, surface_.voxel_size_m())),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
@@ -114,7 +114,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
-      world_(devices, devices_that_touch(bodies_), surface_settings(hull_.mesh(), sample_spacing_m_),
+      world_(devices, devices_that_touch(bodies_), surface_settings(surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
               .friction = static_cast<float>(scene.contact.friction),
               .response = scene.contact.response},
@@ -166,13 +166,13 @@ void Simulation::add_probe(const ProbeDescription& probe) {
 void Simulation::add_stages() {
   ExecContext& ctx = devices_.context(0);
   const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
-  for (Stage& stage : hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); }))
+  for (Stage& stage : surface_.stages([this] { surface_.hull().upload(masks_, depths(*incoming_)); }))
     schedule_.add(std::move(stage));
   schedule_.add({.name = "hull/check",
                  .timed_as = "check",
                  .rate = Rate::capture,
                  .reads = {VisualHull::kMesh},
-                 .submit = [this, &ctx](BlockPlace) { hull_check_.measure(ctx, hull_.mesh()); }});
+                 .submit = [this, &ctx](BlockPlace) { hull_check_.measure(ctx, surface_.hull().mesh()); }});
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
                  .rate = Rate::capture,
@@ -180,7 +180,7 @@ void Simulation::add_stages() {
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
                  .submit = [this](BlockPlace) {
-                   const DeviceMesh mesh = hull_.mesh();
+                   const DeviceMesh mesh = surface_.surface();
                    world_.update(
                        {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
                        schedule_.frame());
@@ -195,7 +195,7 @@ void Simulation::add_stages() {
     body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   touching_.add_stages(schedule_, readback_, world_.part(0).contact);
   if (liquid_) liquid_->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
-  hull_.add_reports(readback_);
+  surface_.hull().add_reports(readback_);
   surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
@@ -299,7 +299,7 @@ void Simulation::collect(StepReport& report) {
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   if (!has_surface_) return;
-  report.hull = hull_.report(readback_);
+  report.hull = surface_.hull().report(readback_);
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
@@ -436,12 +436,7 @@ FrameSnapshot Simulation::snapshot() {
   snapshot.tick = tick_;
   snapshot.captured_s = captured_s_;
   ExecContext& ctx = devices_.context(0);
-  if (has_surface_) {
-    snapshot.real = hull_.download();
-    normals_.compute(ctx, hull_.mesh(), hull_.voxel_size_m());
-    snapshot.real.normals =
-        to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
-  }
+  if (has_surface_) snapshot.real = surface_.download();
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }

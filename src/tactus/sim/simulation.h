@@ -10,8 +10,7 @@
 #include "tactus/frame/schedule.h"
 #include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
-#include "tactus/reconstruct/surface_texture.h"
-#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
@@ -96,7 +95,7 @@ class Simulation {
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
-  const VisualHull& hull() const { return hull_; }
+  const VisualHull& hull() const { return surface_.hull(); }
   /// Where bodies live.
   ExecContext& context() { return devices_.context(0); }
 
@@ -147,9 +146,8 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
-  VisualHull hull_;
+  SurfacePipeline surface_;
   HullCheck hull_check_;
-  SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
   std::vector<BitMask> repaired_;
