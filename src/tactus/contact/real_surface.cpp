@@ -8,7 +8,8 @@ namespace {
 
 // A triangle's middle is at most 2/3 of its longest edge from any of its points: 0.83 spacings.
 constexpr float kCutEdge = 1.25F;
-constexpr Index kMostTriangles = 1 << 21;  // (kMaxCuts - 1)² pieces each still fit an Index
+constexpr float kFineCell = 2, kCoarseCell = 8;  // edges of search cells, in spacings
+constexpr Index kMostTriangles = 1 << 21;        // (kMaxCuts - 1)² pieces each still fit an Index
 
 RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   const auto positive = [](const char* name, double value) {
@@ -39,6 +40,7 @@ void check_fits(const char* what, Index have, Index room) {
 
 RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
     : settings_(checked(settings)),
+      spacing_m_(settings.sample_spacing_m),
       cuts_(device, settings.max_triangles),
       first_(device, settings.max_triangles),
       raw_count_(device, 1),
@@ -57,9 +59,9 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       piece_samples_(device, settings.max_vertices),
       candidates_(device, settings.max_samples / kLeastPieceSamples + 1),
       candidate_count_(device, 1),
-      fine_(device, settings.max_raw_samples, settings.max_samples, 2 * settings.sample_spacing_m, 2),
+      fine_(device, settings.max_raw_samples, settings.max_samples, kFineCell * settings.sample_spacing_m, 2),
       coarse_(device, settings.max_samples, max(settings.max_samples / 4, Index(64)),
-              8 * settings.sample_spacing_m, 2),
+              kCoarseCell * settings.sample_spacing_m, 2),
       dt_capture_s_(device, 1),
       previous_m_(device, kFitPoints),
       fit_(device, kPieces),
@@ -70,6 +72,12 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       motions_(device, kPieces),
       measured_(device, kPieces),
       report_(device, 1) {}
+
+void RealSurface::set_coarseness(float spacings) {
+  spacing_m_ = spacings * settings_.sample_spacing_m;
+  fine_.set_cell_m(kFineCell * spacing_m_);
+  coarse_.set_cell_m(kCoarseCell * spacing_m_);
+}
 
 void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s) {
   ctx.parallel_for("contact/set_dt", 1, SetCaptureTime{dt_capture_s_.view(), dt_capture_s});
@@ -142,9 +150,9 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   const View<Index> cuts = cuts_.view().part(0, triangles), first = first_.view().part(0, triangles);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
-  ctx.parallel_for("contact/cuts", counted,
-                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles,
-                                kCutEdge * settings_.sample_spacing_m, cuts});
+  ctx.parallel_for(
+      "contact/cuts", counted,
+      TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles, kCutEdge * spacing_m_, cuts});
   ctx.exclusive_scan("contact/cuts", counted, cuts, first);
   ctx.parallel_for(
       "contact/limit", 1,
@@ -166,7 +174,7 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
 }
 
 void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
-  const float s = settings_.sample_spacing_m;
+  const float s = spacing_m_;
   const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
   ctx.parallel_for(
       "contact/match", 1,

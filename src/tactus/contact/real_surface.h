@@ -42,6 +42,10 @@ class RealSurface {
   /// The same where dt_capture_s is on the device (1). After the first frame, it may be recorded.
   void update(ExecContext& ctx, const SurfaceMeshView& mesh, View<const float> dt_capture_s);
 
+  /// From the next update on, samples are so many of the settings' spacings apart, at least 1. What touches
+  /// is the same to rounding; how pieces move is told from fewer points.
+  void set_coarseness(float spacings);
+
   /// Samples for contact: cells of 2 s.
   SamplesView samples() const { return fine_.view(); }
   /// Few samples for what is far: one for each cube of 4 s and direction; cells of 8 s.
@@ -77,6 +81,7 @@ class RealSurface {
   void fit_motion(ExecContext& ctx, View<const float> dt_capture_s);
 
   RealSurfaceSettings settings_;
+  float spacing_m_;  ///< s, as it is now
   bool has_frame_ = false;
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;

@@ -84,6 +84,8 @@ class Liquid {
   /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of iisph, with the largest speed
   /// in place of c (1 + 0.6 alpha).
   float largest_step_s() const;
+  /// Of iisph, from the next step on, at least 1.
+  void set_iterations(int iterations) { settings_.iterations = iterations; }
   const LiquidSettings& settings() const { return settings_; }
   const LiquidConstants& constants() const { return constants_; }
   LiquidView view() const;
