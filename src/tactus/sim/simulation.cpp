@@ -108,20 +108,17 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                        bool can_save)
     : devices_(devices),
       scene_(scene),
-<<<<<<< HEAD
-      surface_(devices, rig.cameras, depth_cameras(scene, rig),
-               {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
-=======
-      hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
-      coarse_hull_(can_save
-                       ? std::make_unique<VisualHull>(devices, rig.cameras, coarse(hull_options(scene, rig)),
-                                                      depth_cameras(scene, rig))
-                       : nullptr),
->>>>>>> main
+      fine_surface_(devices, rig.cameras, depth_cameras(scene, rig),
+                    {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
+      coarse_surface_(can_save ? std::make_unique<SurfacePipeline>(
+                                     devices, rig.cameras, depth_cameras(scene, rig),
+                                     SurfaceOptions{.hull = coarse(hull_options(scene, rig)),
+                                                    .smoothing_steps = scene.reconstruction.smooth})
+                               : nullptr),
       hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
-                  surface_.voxel_size_m()),
+                  fine_surface_.voxel_size_m()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
-      sample_spacing_m_(sample_spacing_m(scene, surface_.voxel_size_m())),
+      sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
@@ -129,7 +126,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
-      world_(devices, devices_that_touch(bodies_), surface_settings(surface_.surface(), sample_spacing_m_),
+      world_(devices, devices_that_touch(bodies_),
+             surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
               .friction = static_cast<float>(scene.contact.friction),
               .response = scene.contact.response},
@@ -181,23 +179,14 @@ void Simulation::add_probe(const ProbeDescription& probe) {
 void Simulation::add_stages() {
   ExecContext& ctx = devices_.context(0);
   const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
-<<<<<<< HEAD
-  for (Stage& stage : surface_.stages([this] { surface_.hull().upload(masks_, depths(*incoming_)); }))
-    schedule_.add(std::move(stage));
-=======
-  for (Stage& stage : hull_stages()) schedule_.add(std::move(stage));
->>>>>>> main
+  for (Stage& stage : surface_stages()) schedule_.add(std::move(stage));
   schedule_.add({.name = "hull/check",
                  .timed_as = "check",
                  .rate = Rate::capture,
                  .reads = {VisualHull::kMesh},
-<<<<<<< HEAD
-                 .submit = [this, &ctx](BlockPlace) { hull_check_.measure(ctx, surface_.hull().mesh()); }});
-=======
                  .submit = [this, &ctx](BlockPlace) {
-                   if (!saves(Saving::hull)) hull_check_.measure(ctx, hull_.mesh());
+                   if (!saves(Saving::hull)) hull_check_.measure(ctx, fine_surface_.hull().mesh());
                  }});
->>>>>>> main
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
                  .rate = Rate::capture,
@@ -205,11 +194,7 @@ void Simulation::add_stages() {
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
                  .submit = [this](BlockPlace) {
-<<<<<<< HEAD
-                   const DeviceMesh mesh = surface_.surface();
-=======
-                   const DeviceMesh mesh = hull().mesh();
->>>>>>> main
+                   const DeviceMesh mesh = surface().surface();
                    world_.update(
                        {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
                        schedule_.frame());
@@ -224,12 +209,8 @@ void Simulation::add_stages() {
     body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   touching_.add_stages(schedule_, readback_, world_.part(0).contact);
   if (liquid_) liquid_->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
-<<<<<<< HEAD
-  surface_.hull().add_reports(readback_);
-=======
-  hull_.add_reports(readback_);
-  if (coarse_hull_) coarse_hull_->add_reports(readback_);
->>>>>>> main
+  fine_surface_.hull().add_reports(readback_);
+  if (coarse_surface_) coarse_surface_->hull().add_reports(readback_);
   surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
@@ -340,11 +321,7 @@ void Simulation::collect(StepReport& report) {
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   if (!has_surface_) return;
-<<<<<<< HEAD
-  report.hull = surface_.hull().report(readback_);
-=======
   report.hull = hull().report(readback_);
->>>>>>> main
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
@@ -461,17 +438,7 @@ FrameSnapshot Simulation::snapshot() {
   snapshot.tick = tick_;
   snapshot.captured_s = captured_s_;
   ExecContext& ctx = devices_.context(0);
-<<<<<<< HEAD
-  if (has_surface_) snapshot.real = surface_.download();
-=======
-  if (has_surface_) {
-    VisualHull& hull = saves(Saving::hull) ? *coarse_hull_ : hull_;
-    snapshot.real = hull.download();
-    normals_.compute(ctx, hull.mesh(), hull.voxel_size_m());
-    snapshot.real.normals =
-        to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
-  }
->>>>>>> main
+  if (has_surface_) snapshot.real = surface().download();
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }

@@ -105,11 +105,7 @@ class Simulation {
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
-<<<<<<< HEAD
-  const VisualHull& hull() const { return surface_.hull(); }
-=======
-  const VisualHull& hull() const { return saves(Saving::hull) ? *coarse_hull_ : hull_; }
->>>>>>> main
+  const VisualHull& hull() const { return surface().hull(); }
   /// Where bodies live.
   ExecContext& context() { return devices_.context(0); }
 
@@ -124,7 +120,10 @@ class Simulation {
   void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
   // simulation_images.cpp
-  std::vector<Stage> hull_stages();
+  std::vector<Stage> surface_stages();
+  /// What makes it as savings are.
+  const SurfacePipeline& surface() const { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
+  SurfacePipeline& surface() { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
   bool saves(Saving saving) const { return (savings_made_ >> static_cast<unsigned>(saving) & 1U) != 0; }
   void begin_savings();
   void note_latency();
@@ -165,13 +164,9 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
-<<<<<<< HEAD
-  SurfacePipeline surface_;
-=======
-  VisualHull hull_;
-  std::unique_ptr<VisualHull> coarse_hull_;        ///< where savings may be made
-  unsigned savings_made_ = 0, savings_asked_ = 0;  ///< bits
->>>>>>> main
+  SurfacePipeline fine_surface_;
+  std::unique_ptr<SurfacePipeline> coarse_surface_;  ///< where savings may be made
+  unsigned savings_made_ = 0, savings_asked_ = 0;    ///< bits
   HullCheck hull_check_;
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
