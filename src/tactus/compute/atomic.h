@@ -1,7 +1,7 @@
 #pragma once
-/// Integer atomics for kernels. Integer maxima and sums do not depend on the order in which they come, so the
-/// result is the same on every device; floating-point sums would not be, and there are none. Whoever uses
-/// what an atomic returns has to say why the result doesn't depend on the order.
+/// Integer atomics for kernels. Integer maxima, minima and sums do not depend on the order in which they
+/// come, so the result is the same on every device; floating-point sums would not be, and there are none.
+/// Whoever uses what an atomic returns has to say why the result doesn't depend on the order.
 #include "tactus/base/hd.h"
 
 namespace tactus {
@@ -12,6 +12,16 @@ TACTUS_HD inline void atomic_max(std::uint32_t& target, std::uint32_t value) {
 #else
   std::uint32_t seen = __atomic_load_n(&target, __ATOMIC_RELAXED);
   while (seen < value &&
+         !__atomic_compare_exchange_n(&target, &seen, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+TACTUS_HD inline void atomic_min(std::uint32_t& target, std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  atomicMin(&target, value);
+#else
+  std::uint32_t seen = __atomic_load_n(&target, __ATOMIC_RELAXED);
+  while (value < seen &&
          !__atomic_compare_exchange_n(&target, &seen, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
   }
 #endif

@@ -165,7 +165,7 @@ struct FirstFitStep {
 /// its n strips sums every n-th, beginning with r: the same sums on every device.
 template <class Step>
 struct FitStage {
-  static constexpr int kStrips = kPieces, kThreads = 512;
+  static constexpr int kStrips = 2 * kPieces, kThreads = 1024;
   static_assert(kStrips * FitSums::kSize <= kThreads);
   View<const FitSums> points;
   View<const SurfacePieces> before, now;
@@ -174,6 +174,19 @@ struct FitStage {
     float strip[kStrips][FitSums::kSize];
     FitSums total[kPieces];
   };
+  /// Of every `strips`-th of `count` points, from the r-th on. A GPU fetches many while it waits for one.
+  TACTUS_HD float strip_sum(Index first, Index r, Index strips, Index count, int value) const {
+    constexpr Index kAhead = 16;
+    float sum = 0;
+    Index i = r;
+    for (; i + (kAhead - 1) * strips < count; i += kAhead * strips) {
+      float fetched[kAhead];
+      for (Index u = 0; u < kAhead; ++u) fetched[u] = points[first + i + u * strips].value[value];
+      for (Index u = 0; u < kAhead; ++u) sum += fetched[u];
+    }
+    for (; i < count; i += strips) sum += points[first + i].value[value];
+    return sum;
+  }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const SurfacePieces& was = before[0];
@@ -183,10 +196,7 @@ struct FitStage {
         const Index strip = t / FitSums::kSize, q = strip / strips;
         const int value = t % FitSums::kSize;
         const Index count = q < was.count && was.piece[q].next >= 0 ? was.points_of(q) : 0;
-        float sum = 0;
-        for (Index i = strip % strips; i < count; i += strips)
-          sum += points[e * kFitPoints + q * share + i].value[value];
-        s.strip[strip][value] = sum;
+        s.strip[strip][value] = strip_sum(e * kFitPoints + q * share, strip % strips, strips, count, value);
       });
       b.for_threads(kPieces * FitSums::kSize, [&](int t) {
         const Index q = t / FitSums::kSize;

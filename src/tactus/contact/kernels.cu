@@ -19,6 +19,7 @@ TACTUS_CUDA_KERNEL(tactus::LimitSum);
 TACTUS_CUDA_KERNEL(tactus::MergeSamples);
 TACTUS_CUDA_KERNEL(tactus::NearRows);
 TACTUS_CUDA_KERNEL(tactus::PieceStart);
+TACTUS_CUDA_KERNEL(tactus::HangOnLowest);
 TACTUS_CUDA_KERNEL(tactus::JoinCorners);
 TACTUS_CUDA_KERNEL(tactus::CountPieceSamples);
 TACTUS_CUDA_KERNEL(tactus::ChoosePieces);

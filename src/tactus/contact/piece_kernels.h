@@ -22,6 +22,23 @@ struct PieceStart {
   }
 };
 
+/// A first guess: each vertex hangs on the lowest corner of its triangles. Paths are short then, when the
+/// corners that this leaves apart are joined.
+struct HangOnLowest {
+  static constexpr int kGrain = 512;
+  View<const Vec3i> triangles;
+  Count vertex_count;
+  View<std::uint32_t> parent;
+  TACTUS_HD void operator()(Index t) const {
+    const Vec3i v = triangles[t];
+    const Index n = vertex_count.get(), low = min(v.x, min(v.y, v.z));
+    if (low < 0 || max(v.x, max(v.y, v.z)) >= n) return;
+    for (int k = 0; k < 3; ++k) {
+      if (v[k] != low) atomic_min(parent[v[k]], static_cast<std::uint32_t>(low));
+    }
+  }
+};
+
 /// The corners of each triangle hang together.
 struct JoinCorners {
   static constexpr int kGrain = 512;
@@ -86,6 +103,18 @@ struct SurfacePieces {
   SurfacePiece piece[kPieces];
   Index lost_count = 0;
   LostPiece lost[kPieces];  ///< the longest lost first
+  /// Copies what thread k of kPieces or more is to copy.
+  TACTUS_HD void copy_part(const SurfacePieces& from, Index k) {
+    if (k == 0) {
+      count = from.count;
+      mixed = from.mixed;
+      next_label = from.next_label;
+      lost_count = from.lost_count;
+    }
+    if (k >= kPieces) return;
+    piece[k] = from.piece[k];
+    lost[k] = from.lost[k];
+  }
   /// Points of each piece that are registered, at most: equal shares.
   TACTUS_HD Index share_of(Index points) const {
     Index parts = 1;
@@ -153,42 +182,61 @@ struct NumberSamples {
 
 /// Partial sums of one piece.
 struct PieceSums {
-  float area_m2, x, y, z;  ///< area and its first moments
-  Vec3f low_m, high_m;
-  Index samples;  ///< of the part's run of consecutive samples, not of every 64th
+  float area_m2 = 0;
+  Vec3f moment_m3;  ///< the area's first moment
+  Vec3f low_m{1e30F, 1e30F, 1e30F}, high_m{-1e30F, -1e30F, -1e30F};
+  Index samples = 0;  ///< of the part's run of consecutive samples, not of every 64th
+  TACTUS_HD void add(const PieceSums& other) {
+    area_m2 += other.area_m2;
+    moment_m3 += other.moment_m3;
+    low_m = min(low_m, other.low_m);
+    high_m = max(high_m, other.high_m);
+    samples += other.samples;
+  }
 };
 
-/// Thread kPieceParts k + p: part p of piece k.
+/// Block p: part p of every piece. Its threads share the samples; their sums are added up in pairs.
 struct PiecePartSums {
-  static constexpr int kGrain = 4;
+  static constexpr int kThreads = 32;
   SamplesView samples;
   View<const SurfacePieces> pieces;
   View<PieceSums> parts;
-  TACTUS_HD void operator()(Index kp) const {
-    const Index k = kp / kPieceParts, p = kp % kPieceParts, n = samples.count[0];
-    const SurfacePieces& all = pieces[0];
-    if (k >= all.count) return;
-    const bool mixed = all.mixed != 0;
-    Vec3f x{}, low{1e30F, 1e30F, 1e30F}, high{-1e30F, -1e30F, -1e30F};
-    float area = 0;
-    for (Index i = p; i < n; i += kPieceParts) {
-      const Index of = mixed ? samples.piece[i] : k;
-      if (max(of, Index(0)) == k) {
-        low = min(low, samples.x_m[i]);
-        high = max(high, samples.x_m[i]);
-      }
-      if (of != k) continue;
-      area += samples.area_m2[i];
-      x += samples.area_m2[i] * samples.x_m[i];
+  struct Shared {
+    PieceSums of[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    for (Index k = 0; k < pieces[0].count; ++k) {
+      b.for_each_thread([&](int t) { s.of[t] = sum(k, b.index(), t); });
+      for (int half = kThreads / 2; half > 0; half /= 2)
+        b.for_threads(half, [&](int t) { s.of[t].add(s.of[t + half]); });
+      b.on_one_thread([&] { parts[k * kPieceParts + b.index()] = s.of[0]; });
     }
-    Index own = 0;
-    const Index last = run_begin(p + 1, n);
-    for (Index i = run_begin(p, n); i < last; ++i) own += !mixed || samples.piece[i] == k ? 1 : 0;
-    parts[kp] = {area, x.x, x.y, x.z, low, high, own};
   }
   /// First sample of run p of the kPieceParts runs into which n samples are cut.
   TACTUS_HD static Index run_begin(Index p, Index n) {
     return static_cast<Index>(static_cast<std::int64_t>(p) * n / kPieceParts);
+  }
+
+ private:
+  TACTUS_HD PieceSums sum(Index k, Index p, Index t) const {
+    const Index n = samples.count[0];
+    const bool mixed = pieces[0].mixed != 0;
+    PieceSums sum;
+    for (Index i = p + kPieceParts * t; i < n; i += kPieceParts * kThreads) {
+      const Index of = mixed ? samples.piece[i] : k;
+      if (max(of, Index(0)) == k) {
+        sum.low_m = min(sum.low_m, samples.x_m[i]);
+        sum.high_m = max(sum.high_m, samples.x_m[i]);
+      }
+      if (of != k) continue;
+      sum.area_m2 += samples.area_m2[i];
+      sum.moment_m3 += samples.area_m2[i] * samples.x_m[i];
+    }
+    const Index last = run_begin(p + 1, n);
+    for (Index i = run_begin(p, n) + t; i < last; i += kThreads)
+      sum.samples += !mixed || samples.piece[i] == k ? 1 : 0;
+    return sum;
   }
 };
 
@@ -200,22 +248,13 @@ struct PieceCenters {
   TACTUS_HD void operator()(Index k) const {
     SurfacePieces& all = pieces[0];
     if (k >= all.count) return;
-    float sum[4] = {};
-    Vec3f low{1e30F, 1e30F, 1e30F}, high{-1e30F, -1e30F, -1e30F};
-    for (Index p = 0; p < kPieceParts; ++p) {
-      const PieceSums& part = parts[k * kPieceParts + p];
-      sum[0] += part.area_m2;
-      sum[1] += part.x;
-      sum[2] += part.y;
-      sum[3] += part.z;
-      low = min(low, part.low_m);
-      high = max(high, part.high_m);
-    }
+    PieceSums sum;
+    for (Index p = 0; p < kPieceParts; ++p) sum.add(parts[k * kPieceParts + p]);
     SurfacePiece& piece = all.piece[k];
-    piece.area_m2 = sum[0];
-    piece.center_m = sum[0] > 0.F ? Vec3f{sum[1], sum[2], sum[3]} / sum[0] : before[0].piece[0].center_m;
-    piece.low_m = low;
-    piece.high_m = high;
+    piece.area_m2 = sum.area_m2;
+    piece.center_m = sum.area_m2 > 0.F ? sum.moment_m3 / sum.area_m2 : before[0].piece[0].center_m;
+    piece.low_m = sum.low_m;
+    piece.high_m = sum.high_m;
   }
 };
 
@@ -230,7 +269,7 @@ struct KeepPoints {
   View<Vec3f> x_m;
   TACTUS_HD void operator()(Index j) const {
     const SurfacePieces& all = pieces[0];
-    if (j == 0) before[0] = all;
+    before[0].copy_part(all, j);
     const Index share = all.share_of(x_m.size()), k = j / share;
     if (k >= all.count) return;
     const Index n = all.piece[k].samples, kept = all.points_of(k);
@@ -242,11 +281,26 @@ struct KeepPoints {
  private:
   /// The sample of that rank among those of piece k.
   TACTUS_HD Index sample_of(Index k, Index rank) const {
+    constexpr Index kAhead = 8;  // a GPU fetches so many while it waits for one
     Index p = 0;
+    for (; p + kAhead < kPieceParts; p += kAhead) {
+      Index of[kAhead], here = 0;
+      for (Index u = 0; u < kAhead; ++u) of[u] = parts[k * kPieceParts + p + u].samples;
+      for (Index u = 0; u < kAhead; ++u) here += of[u];
+      if (rank < here) break;
+      rank -= here;
+    }
     for (; p + 1 < kPieceParts && rank >= parts[k * kPieceParts + p].samples; ++p)
       rank -= parts[k * kPieceParts + p].samples;
     const Index n = from.count[0];
     Index i = PiecePartSums::run_begin(p, n);
+    for (; i + kAhead <= n; i += kAhead) {
+      Index of[kAhead], here = 0;
+      for (Index u = 0; u < kAhead; ++u) of[u] = from.piece[i + u];
+      for (Index u = 0; u < kAhead; ++u) here += of[u] == k ? 1 : 0;
+      if (rank < here) break;
+      rank -= here;
+    }
     for (; i + 1 < n; ++i) {
       if (from.piece[i] == k && rank-- == 0) break;
     }

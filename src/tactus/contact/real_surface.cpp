@@ -126,6 +126,7 @@ void RealSurface::join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh) {
   triangles.capacity = min(triangles.capacity, mesh.triangles.size());
   ctx.parallel_for("contact/pieces_start", vertices,
                    PieceStart{parent_.view(), piece_samples_.view(), piece_number_.view()});
+  ctx.parallel_for("contact/pieces_hang", triangles, HangOnLowest{mesh.triangles, vertices, parent_.view()});
   ctx.parallel_for("contact/pieces_join", triangles,
                    JoinCorners{mesh.triangles, vertices, VertexForest{parent_.view()}});
 }
@@ -141,7 +142,7 @@ void RealSurface::find_pieces(ExecContext& ctx) {
                    fine_.view().count, piece_number_.view(), pieces_.view()});
   ctx.parallel_for("contact/pieces_number", fine_.count(),
                    NumberSamples{piece_number_.const_view(), pieces_.const_view(), fine_.pieces()});
-  ctx.parallel_for("contact/centroid", kPieces * kPieceParts,
+  ctx.parallel_for("contact/centroid", kPieceParts,
                    PiecePartSums{fine_.view(), pieces_.const_view(), piece_parts_.view()});
 }
 

@@ -153,6 +153,8 @@ struct SampleLabels {
   }
 };
 
+inline constexpr Index kLabelsAhead = 8;  ///< that a GPU fetches while it waits for one
+
 /// 1 for the first slot of every label.
 struct SampleLeaders {
   CellRanges cells;
@@ -164,9 +166,9 @@ struct SampleLeaders {
     Index first = mine != SampleLabels::kNone ? 1 : 0;
     if (first != 0) {
       // Backwards: samples of one label mostly follow one another.
-      for (Index s = slot - 1, end = cells.begin[static_cast<Index>(keys[slot])]; s >= end && first != 0;
-           --s) {
-        if (labels[s] == mine) first = 0;
+      const Index begin = cells.begin[static_cast<Index>(keys[slot])];
+      for (Index s = slot - 1; s >= begin && first != 0; s -= kLabelsAhead) {
+        for (Index u = 0; u < kLabelsAhead; ++u) first &= labels[max(s - u, begin)] == mine ? 0 : 1;
       }
     }
     flags[slot] = first;
@@ -224,9 +226,10 @@ struct NearRows {
   }
 };
 
-/// One sample for all of a label: area-weighted middle and normal, summed in the order of slots.
+/// One sample for all of a label: area-weighted middle and normal. Block o: leader o. Its threads share the
+/// slots of the leader's cell, and add up what they found in pairs.
 struct MergeSamples {
-  static constexpr int kGrain = 256;
+  static constexpr int kThreads = 32;
   View<const Index> leaders;
   CellRanges cells;
   View<const Index> order;
@@ -239,25 +242,49 @@ struct MergeSamples {
   View<float> area_out_m2;
   View<Index> piece_out;  ///< the leader's
   View<std::uint32_t> keys_out;
-  TACTUS_HD void operator()(Index o) const {
-    const Index leader = leaders[o];
-    const std::uint32_t key = keys[leader];
+  struct Sum {
+    Vec3f x_m3, normal_m2;
+    float area_m2 = 0;
+  };
+  struct Shared {
+    Sum of[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    b.for_each_thread([&](int t) { s.of[t] = sum(leaders[b.index()], t); });
+    for (int half = kThreads / 2; half > 0; half /= 2) {
+      b.for_threads(half, [&](int t) {
+        s.of[t].x_m3 += s.of[t + half].x_m3;
+        s.of[t].normal_m2 += s.of[t + half].normal_m2;
+        s.of[t].area_m2 += s.of[t + half].area_m2;
+      });
+    }
+    b.on_one_thread([&] { write(b.index(), s.of[0]); });
+  }
+
+ private:
+  /// Over every 32nd slot.
+  TACTUS_HD Sum sum(Index leader, Index t) const {
     const std::uint64_t label = labels[leader];
     const Vec3f origin = x_m[order[leader]];
-    Vec3f x{}, normal{};
-    float area = 0;
-    for (Index s = leader, last = cells.end[static_cast<Index>(key)]; s < last; ++s) {
-      if (labels[s] != label) continue;
-      const Index i = order[s];
-      area += area_m2[i];
-      x += area_m2[i] * (x_m[i] - origin);
-      normal += area_m2[i] * n[i];
+    Sum sum;
+    for (Index slot = leader + t, last = cells.end[static_cast<Index>(keys[leader])]; slot < last;
+         slot += kThreads) {
+      if (labels[slot] != label) continue;
+      const Index i = order[slot];
+      sum.area_m2 += area_m2[i];
+      sum.x_m3 += area_m2[i] * (x_m[i] - origin);
+      sum.normal_m2 += area_m2[i] * n[i];
     }
-    x_out_m[o] = origin + x / area;
-    n_out[o] = normalized(normal, n[order[leader]]);
-    area_out_m2[o] = area;
-    piece_out[o] = piece[order[leader]];
-    keys_out[o] = key;
+    return sum;
+  }
+  TACTUS_HD void write(Index o, const Sum& sum) const {
+    const Index leader = leaders[o], i = order[leader];
+    x_out_m[o] = x_m[i] + sum.x_m3 / sum.area_m2;
+    n_out[o] = normalized(sum.normal_m2, n[i]);
+    area_out_m2[o] = sum.area_m2;
+    piece_out[o] = piece[i];
+    keys_out[o] = keys[leader];
   }
 };
 

@@ -24,11 +24,11 @@ struct NoteReport {
   TACTUS_HD void operator()(Index k) const {
     RealSurfaceReport& all = report[0];
     all.motions[static_cast<std::size_t>(k)] = motion[k];
+    all.pieces.copy_part(pieces[0], k);
     if (k != 0) return;
     all.samples = samples[0];
     all.dropped_raw_samples = raw_overflow[0];
     all.dropped_samples = fine_overflow[0] + coarse_overflow[0];
-    all.pieces = pieces[0];
   }
 };
 

@@ -280,7 +280,9 @@ void HybridSlabs::look(int k, int every) {
 
 void HybridSlabs::watch(int k, int count) {
   if (stays_in_cells() && changes_ == 0) return;
-  if (frame_ == nullptr && (k + 1 == count || (k + 1) % watch_every() != 0)) return;
+  // Blocks begin at a multiple of their own length, the longest first: in most it is known who looks.
+  const bool looks = (k + 1) % watch_every() == 0;
+  if (frame_ == nullptr ? k + 1 == count || !looks : count % watch_every() == 0 && !looks) return;
   if (!stays_in_cells()) return look(k, watch_every());
   for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look_in_cells(k, frame_of(p), watch_every());
 }
