@@ -53,6 +53,7 @@ struct ReconstructionDescription {
   bool repair_masks = false;             ///< fill holes in the mask of a suspect view
   int tolerated_views = 0;               ///< keep what up to so many views carve
   int min_views = 2;                     ///< space that fewer cameras look at is outside
+  int smooth = 0;                        ///< steps of smoothing that keep edges and volume
   double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
   // Room for the surface; 0: from the resolution. HullOptions says more.
   int max_active_bricks = 0;
