@@ -55,6 +55,9 @@ class RealSurface {
     return {balls_.const_view(),         corners_.const_view(),      triangle_piece_.const_view(),
             triangle_face_.const_view(), fine_.input_cells().ranges, fine_.view().near_rows};
   }
+  /// Of each of the last update's first `vertices` vertices, which piece it is on; kNoPiece: one that is too
+  /// small to have a motion of its own. Synchronizes.
+  std::vector<Index> vertex_pieces(ExecContext& ctx, Index vertices) const;
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
   /// What can't be made from the last frame's mesh, which must have been updated to: names and motions of its
@@ -95,6 +98,7 @@ class RealSurface {
   Buffer<PieceSums> piece_parts_;
   Buffer<SurfacePieces> pieces_, last_pieces_;
   Buffer<SurfaceMotion> motions_;
+  Buffer<MeasuredMotions> measured_;
   Buffer<RealSurfaceReport> report_;
 };
 

@@ -38,10 +38,10 @@ std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
   return rig.depth_cameras;
 }
 
-float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
+float sample_spacing_m(const Scene& scene, float voxel_size_m) {
   if (scene.contact.sample_spacing_m) return static_cast<float>(*scene.contact.sample_spacing_m);
   double spacing =
-      scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
+      scene.bodies.empty() ? 2 * static_cast<double>(voxel_size_m) : scene.bodies.front().spacing_m;
   for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
   return static_cast<float>(spacing);
 }
@@ -108,16 +108,17 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                        bool can_save)
     : devices_(devices),
       scene_(scene),
-      hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
-      coarse_hull_(can_save
-                       ? std::make_unique<VisualHull>(devices, rig.cameras, coarse(hull_options(scene, rig)),
-                                                      depth_cameras(scene, rig))
-                       : nullptr),
+      fine_surface_(devices, rig.cameras, depth_cameras(scene, rig),
+                    {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
+      coarse_surface_(can_save ? std::make_unique<SurfacePipeline>(
+                                     devices, rig.cameras, depth_cameras(scene, rig),
+                                     SurfaceOptions{.hull = coarse(hull_options(scene, rig)),
+                                                    .smoothing_steps = scene.reconstruction.smooth})
+                               : nullptr),
       hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
-                  hull_.voxel_size_m()),
-      normals_(devices.device(0), hull_.mesh().positions_m.size()),
+                  fine_surface_.voxel_size_m()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
-      sample_spacing_m_(sample_spacing_m(scene, hull_)),
+      sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
@@ -125,7 +126,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
-      world_(devices, devices_that_touch(bodies_), surface_settings(hull_.mesh(), sample_spacing_m_),
+      world_(devices, devices_that_touch(bodies_),
+             surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
               .friction = static_cast<float>(scene.contact.friction),
               .response = scene.contact.response},
@@ -177,13 +179,13 @@ void Simulation::add_probe(const ProbeDescription& probe) {
 void Simulation::add_stages() {
   ExecContext& ctx = devices_.context(0);
   const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
-  for (Stage& stage : hull_stages()) schedule_.add(std::move(stage));
+  for (Stage& stage : surface_stages()) schedule_.add(std::move(stage));
   schedule_.add({.name = "hull/check",
                  .timed_as = "check",
                  .rate = Rate::capture,
                  .reads = {VisualHull::kMesh},
                  .submit = [this, &ctx](BlockPlace) {
-                   if (!saves(Saving::hull)) hull_check_.measure(ctx, hull_.mesh());
+                   if (!saves(Saving::hull)) hull_check_.measure(ctx, fine_surface_.hull().mesh());
                  }});
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
@@ -192,7 +194,7 @@ void Simulation::add_stages() {
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
                  .submit = [this](BlockPlace) {
-                   const DeviceMesh mesh = hull().mesh();
+                   const DeviceMesh mesh = surface().surface();
                    world_.update(
                        {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
                        schedule_.frame());
@@ -207,8 +209,8 @@ void Simulation::add_stages() {
     body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   touching_.add_stages(schedule_, readback_, world_.part(0).contact);
   if (liquid_) liquid_->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
-  hull_.add_reports(readback_);
-  if (coarse_hull_) coarse_hull_->add_reports(readback_);
+  fine_surface_.hull().add_reports(readback_);
+  if (coarse_surface_) coarse_surface_->hull().add_reports(readback_);
   surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
@@ -436,13 +438,7 @@ FrameSnapshot Simulation::snapshot() {
   snapshot.tick = tick_;
   snapshot.captured_s = captured_s_;
   ExecContext& ctx = devices_.context(0);
-  if (has_surface_) {
-    VisualHull& hull = saves(Saving::hull) ? *coarse_hull_ : hull_;
-    snapshot.real = hull.download();
-    normals_.compute(ctx, hull.mesh(), hull.voxel_size_m());
-    snapshot.real.normals =
-        to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
-  }
+  if (has_surface_) snapshot.real = surface().download();
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }

@@ -10,8 +10,7 @@
 #include "tactus/frame/schedule.h"
 #include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
-#include "tactus/reconstruct/surface_texture.h"
-#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
@@ -106,7 +105,7 @@ class Simulation {
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
-  const VisualHull& hull() const { return saves(Saving::hull) ? *coarse_hull_ : hull_; }
+  const VisualHull& hull() const { return surface().hull(); }
   /// Where bodies live.
   ExecContext& context() { return devices_.context(0); }
 
@@ -121,7 +120,10 @@ class Simulation {
   void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
   // simulation_images.cpp
-  std::vector<Stage> hull_stages();
+  std::vector<Stage> surface_stages();
+  /// What makes it as savings are.
+  const SurfacePipeline& surface() const { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
+  SurfacePipeline& surface() { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
   bool saves(Saving saving) const { return (savings_made_ >> static_cast<unsigned>(saving) & 1U) != 0; }
   void begin_savings();
   void note_latency();
@@ -162,11 +164,10 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
-  VisualHull hull_;
-  std::unique_ptr<VisualHull> coarse_hull_;        ///< where savings may be made
-  unsigned savings_made_ = 0, savings_asked_ = 0;  ///< bits
+  SurfacePipeline fine_surface_;
+  std::unique_ptr<SurfacePipeline> coarse_surface_;  ///< where savings may be made
+  unsigned savings_made_ = 0, savings_asked_ = 0;    ///< bits
   HullCheck hull_check_;
-  SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
   std::vector<BitMask> repaired_;

@@ -27,7 +27,7 @@ std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vec
 
 std::vector<Saving> Simulation::savings() const {
   std::vector<Saving> all;
-  if (!coarse_hull_) return all;
+  if (!coarse_surface_) return all;
   all.push_back(Saving::hull);
   if (liquid_ && liquid_->can_hurry()) all.push_back(Saving::liquid);
   // The paper's response sums over samples, whose volumes belong to their spacing.
@@ -66,12 +66,14 @@ void Simulation::note_shown() {
   if (released_s_ > 0) timings_.add("capture to snapshot", captured_s_, now_s());
 }
 
-/// Of one hull or the other.
-std::vector<Stage> Simulation::hull_stages() {
-  std::vector<Stage> stages = hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); });
-  if (!coarse_hull_) return stages;
-  const std::vector<Stage> coarse =
-      coarse_hull_->stages([this] { coarse_hull_->upload(masks_, depths(*incoming_)); });
+/// Of the one surface or the other.
+std::vector<Stage> Simulation::surface_stages() {
+  const auto stages_of = [this](SurfacePipeline& surface) {
+    return surface.stages([this, &surface] { surface.hull().upload(masks_, depths(*incoming_)); });
+  };
+  std::vector<Stage> stages = stages_of(fine_surface_);
+  if (!coarse_surface_) return stages;
+  const std::vector<Stage> coarse = stages_of(*coarse_surface_);
   for (std::size_t k = 0; k < stages.size(); ++k) {
     stages[k].submit = [this, of_fine = std::move(stages[k].submit), of_coarse = coarse[k].submit](
                            BlockPlace at) { saves(Saving::hull) ? of_coarse(at) : of_fine(at); };
