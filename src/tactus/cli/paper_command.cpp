@@ -308,13 +308,13 @@ void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& nam
 
 ColorImage figure16(DeviceSet& devices) {
   ContactSheet sheet("A rabbit of elements (red) and shape matching (blue)", 3, 3, 480);
-  add_moments(sheet, devices, "fig16-rabbit", {0, 30, 45}, "6 : 4");
+  add_moments(sheet, devices, "fig16-rabbit", {30, 45, 60}, "6 : 4");
   return sheet.image();
 }
 
 ColorImage figure17(DeviceSet& devices) {
   ContactSheet sheet("What cameras see touches what is soft", 6, 3, 480);
-  add_moments(sheet, devices, "fig17-rabbit", {0, 40, 60}, "a real rabbit and a soft one");
+  add_moments(sheet, devices, "fig17-rabbit", {0, 36, 60}, "a real rabbit and a soft one");
   add_moments(sheet, devices, "fig17-hand", {0, 50, 70}, "a real hand and a soft rabbit");
   return sheet.image();
 }
