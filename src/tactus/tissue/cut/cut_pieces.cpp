@@ -306,6 +306,7 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
       deepest_ =
           std::max(deepest_, static_cast<double>(solid_->distance_m(vec_cast<float>(middle_of({a, b, c})))));
       wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
+      next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
       for (const int part : {0, 1}) {
         const Index cube = split.part[part];
         Triangle t{{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet};

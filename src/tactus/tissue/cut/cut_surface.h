@@ -51,6 +51,13 @@ class CutSurface {
     return triangle_count() + 150 * splits <= room_.triangles &&
            vertex_count() + 100 * splits <= room_.vertices;
   }
+  /// A triangle of a wall inside of the body, in lattice coordinates, and whose surface it is.
+  struct NewWall {
+    std::array<Vec3d, 3> corners;
+    std::array<Index, 2> part;
+  };
+  /// Of the last update().
+  const std::vector<NewWall>& new_walls() const { return new_walls_; }
   /// Triangles that close what rounding left open, in all.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
@@ -205,6 +212,7 @@ class CutSurface {
   std::unordered_map<std::uint64_t, int> open_edges_;  ///< directed sum over triangles, if not 0
   std::unique_ptr<PointInMesh> solid_;
   std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
+  std::vector<NewWall> new_walls_, next_walls_;
   Index filled_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;

@@ -231,6 +231,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
 void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vector<CubeSplit>>& stages,
                         TopologyChange& change) {
   const std::vector<Index> triangles = near_splits(cutter, stages);
+  new_walls_ = std::exchange(next_walls_, {});
   new_anchors_.clear();
   new_triangles_.clear();
   drop_fills(triangles);
