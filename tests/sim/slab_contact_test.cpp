@@ -98,7 +98,7 @@ class Player {
         tissue_(devices, bar_.lattice, bar_.elements, {&kMaterial, 1}, {}, {.damping_ratio = 0.2F},
                 {.young_Pa = 20000, .half_width = 1}, 0.0, {bar_.motions, {}, nullptr},
                 c.matched_every > 1 ? 2 : 1),
-        points_(tissue_, bar_.lattice, bar_.surface, bar_.elements),
+        points_(tissue_, bar_.lattice, body_boundary(bar_.lattice, bar_.surface, bar_.elements)),
         world_(devices, tissue_.slab_count(), test::small_surface(kH),
                {.restitution = 0.3F, .friction = 0.4F}, obstacles()),
         frame_(devices),

@@ -34,10 +34,7 @@ std::vector<Index> nodes_of(std::span<const EmbeddedPoint> points) {
 BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
                        float lattice_spacing_m, Index first_part, std::span<const NodeShare> share,
                        Index room)
-    : lattice_spacing_m_(lattice_spacing_m),
-      node_count_(node_count),
-      first_count_(first_part),
-      room_(room) {
+    : lattice_spacing_m_(lattice_spacing_m), node_count_(node_count), first_count_(first_part), room_(room) {
   for (std::size_t p = 0; p < points.size(); ++p)
     for (const Index node : points[p].node) check_node(static_cast<Index>(p), node, node_count);
   make_rows(ctx, points, share);
@@ -70,8 +67,7 @@ void BodyPoints::make_rows(ExecContext& ctx, std::span<const EmbeddedPoint> poin
   std::vector<std::vector<Index>> of_node(at(node_count_)), lists;
   for (std::size_t p = 0; p < points.size(); ++p)
     for (int k = 0; k < 8; ++k)
-      if (points[p].weight[k] != 0)
-        of_node[at(points[p].node[k])].push_back(8 * static_cast<Index>(p) + k);
+      if (points[p].weight[k] != 0) of_node[at(points[p].node[k])].push_back(8 * static_cast<Index>(p) + k);
   std::vector<Index> nodes, rows;
   row_of_.assign(at(node_count_), 0);
   const auto add_rows = [&](NodeShare wanted) {

@@ -146,8 +146,8 @@ struct PointTable {
   View<const Index> nodes;       ///< that move with any point: a row each, in the order of NodeShare
   View<const IndexRange> lists;  ///< per row
   View<const Index> incident;    ///< 8 point + corner
-  View<const Index> rows;      ///< at 8 point + corner: of that node; any, where its weight is 0
-  Index own = 0, moved = 0;    ///< so many of the first rows are NodeShare::own; or that or copy
+  View<const Index> rows;        ///< at 8 point + corner: of that node; any, where its weight is 0
+  Index own = 0, moved = 0;      ///< so many of the first rows are NodeShare::own; or that or copy
 };
 
 /// What contact does with a node of a device that has a part of a body.

@@ -110,8 +110,8 @@ void SlabPoints::add_part(int s, const CubeLattice& lattice, std::span<const Emb
   if (first_count_ == count_) add_room();
   part.mass_kg = to_device(slab.ctx, mass_kg);
   if (room_ > 0) part.masses = Buffer<NodeMasses::Change>(slab.ctx.device(), lattice.node_count());
-  part.points = BodyPoints(slab.ctx, held, slab.count, lattice.spacing_m, first_held, shares(s, lattice),
-                           room_);
+  part.points =
+      BodyPoints(slab.ctx, held, slab.count, lattice.spacing_m, first_held, shares(s, lattice), room_);
 }
 
 void SlabPoints::apply(const TopologyChange& change, const CubeLattice& lattice,

@@ -35,8 +35,7 @@ class SlabPoints {
   bool has_others() const { return others_ > 0; }
   /// Takes a cut over, between frames. Points count as in the boundary; those that a cut adds have the places
   /// behind the first part, so the others are further behind, by the room. Synchronizes. @throws Error.
-  void apply(const TopologyChange& change, const CubeLattice& lattice,
-             std::span<const PointChange> points);
+  void apply(const TopologyChange& change, const CubeLattice& lattice, std::span<const PointChange> points);
   /// Once a frame, before its first substep. Asynchronous, as the next two.
   void begin_frame(ContactOnDevices& world);
   /// As Contact::correct.
