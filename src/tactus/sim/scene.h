@@ -247,11 +247,11 @@ enum class LiquidOpen : std::uint8_t { none, top, sides, all };
 
 enum class LiquidLooks : std::uint8_t { blood, water };
 
-enum class LiquidModel : std::uint8_t { wcsph, iisph };
+enum class LiquidModel : std::uint8_t { wcsph, dfsph };
 
 struct LiquidDescription {
-  LiquidModel solver = LiquidModel::iisph;
-  int iterations = 5;  ///< iisph
+  LiquidModel solver = LiquidModel::dfsph;
+  int iterations = 4;  ///< dfsph
   double spacing_m = 0.01;
   BoxRegion box;
   LiquidOpen open = LiquidOpen::none;

@@ -34,7 +34,7 @@ class SceneLiquid {
   int substeps_for(double dt_s) const;
   /// Whether each step costs less with less accuracy; then a step takes half its iterations from now on, or
   /// all.
-  bool can_hurry() const { return description_.solver == LiquidModel::iisph && description_.iterations > 1; }
+  bool can_hurry() const { return description_.solver == LiquidModel::dfsph && description_.iterations > 1; }
   void hurry(bool in_haste) {
     liquid_.set_iterations(in_haste ? (description_.iterations + 1) / 2 : description_.iterations);
   }
