@@ -24,7 +24,7 @@ class Dam {
       : ctx_(devices.context(0)), liquid_(ctx_, settings(edge, solver)), size_(edge * edge * edge) {
     const float m = kSpacing_m * static_cast<float>(edge);
     liquid_.place(ctx_, fill_box({{0, 0, 0}, {m, m, m}}, kSpacing_m));
-    for (int i = 0; i < (solver == LiquidSolver::iisph ? 20 : 200); ++i) step();
+    for (int i = 0; i < (solver == LiquidSolver::dfsph ? 20 : 200); ++i) step();
     ctx_.synchronize();
   }
   void step() { liquid_.step(ctx_, {.dt_s = liquid_.largest_step_s(), .gravity_m_s2 = {0, -9.81F, 0}}); }
@@ -68,7 +68,7 @@ nlohmann::json step_row(DeviceSet& devices, Index edge, LiquidSolver solver, dou
     ctx.synchronize();
   });
   for (double& m : ms) m /= batch;
-  nlohmann::json row{{"name", solver == LiquidSolver::iisph ? "iisph" : "wcsph"},
+  nlohmann::json row{{"name", solver == LiquidSolver::dfsph ? "dfsph" : "wcsph"},
                      {"case", "dam"},
                      {"size", dam.size()},
                      {"devices", devices.name()},
@@ -100,7 +100,7 @@ Rows run_fluid(const std::string& device_text) {
       const double bandwidth = measure_bandwidth_B_s(devices.context(0));
       std::vector<Index> edges{13, 34, 51};
       if (devices.is_cuda()) edges.insert(edges.end(), {89, 200});
-      for (const LiquidSolver solver : {LiquidSolver::wcsph, LiquidSolver::iisph}) {
+      for (const LiquidSolver solver : {LiquidSolver::wcsph, LiquidSolver::dfsph}) {
         for (const Index edge : edges) rows.push_back(step_row(devices, edge, solver, bandwidth));
       }
     }

@@ -21,27 +21,25 @@ ReconstructCase::ReconstructCase(DeviceSet& devices, const CaseOptions& options)
     : devices_(devices),
       options_(options),
       source_(source_options(options)),
-      hull_(
+      surface_(
           devices, source_.rig().cameras,
-          {.workspace_m = source_.rig().workspace_m, .resolution = options.resolution},
-          options.depth ? std::span<const Camera>(source_.rig().depth_cameras) : std::span<const Camera>()) {
+          options.depth ? std::span<const Camera>(source_.rig().depth_cameras) : std::span<const Camera>(),
+          {.hull = {.workspace_m = source_.rig().workspace_m, .resolution = options.resolution}}) {
   source_.next(frame_);
   if (!options.texture_k) return;
-  const Index room = hull_.mesh().positions_m.size();
-  normals_.emplace(devices.device(0), room);
   texture_.emplace(devices.context(0), source_.rig().cameras,
                    TextureOptions{.k = *options.texture_k,
-                                  .voxel_size_m = hull_.voxel_size_m(),
+                                  .voxel_size_m = surface_.voxel_size_m(),
                                   .center_m = {0, 0.5F, 0},
-                                  .max_vertices = room});
+                                  .max_vertices = surface_.surface().positions_m.size()});
 }
 
-void ReconstructCase::upload() { hull_.upload(frame_.silhouettes, frame_.depths_m); }
-void ReconstructCase::reconstruct() { hull_.reconstruct(); }
+void ReconstructCase::upload() { hull().upload(frame_.silhouettes, frame_.depths_m); }
+void ReconstructCase::reconstruct() { hull().reconstruct(); }
 void ReconstructCase::upload_photos() { texture_->upload(devices_.context(0), frame_.colors); }
 void ReconstructCase::shade() {
-  normals_->compute(devices_.context(0), hull_.mesh(), hull_.voxel_size_m());
-  texture_->shade(devices_.context(0), hull_.mesh(), normals_->view());
+  surface_.compute_normals();
+  texture_->shade(devices_.context(0), surface_.surface(), surface_.normals());
 }
 
 std::vector<double> ReconstructCase::timed_ms(const std::function<void()>& body, int least, double seconds) {
@@ -73,7 +71,7 @@ nlohmann::json ReconstructCase::kernels_ms(const std::function<void()>& body, in
 }
 
 nlohmann::json ReconstructCase::row(const std::string& name, const std::vector<double>& ms) {
-  const HullReport report = hull_.report();
+  const HullReport report = hull().report();
   nlohmann::json row{{"name", name},
                      {"case", options_.figure},
                      {"size", options_.resolution},
@@ -87,7 +85,7 @@ nlohmann::json ReconstructCase::row(const std::string& name, const std::vector<d
                      {"vertices", report.vertices},
                      {"triangles", report.triangles},
                      {"active_bricks", report.active_bricks},
-                     {"memory_MB", static_cast<double>(hull_.memory_bytes()) * 1e-6}};
+                     {"memory_MB", static_cast<double>(hull().memory_bytes()) * 1e-6}};
   if (report.overflow) row["overflow"] = report.overflow->text();
   return row;
 }

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "bench.h"
-#include "tactus/reconstruct/surface_texture.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus::bench {
@@ -29,8 +29,8 @@ class ReconstructCase {
   void upload_photos();
   void shade();  ///< normals and colours of the vertices, on the first device, which has the mesh
 
-  VisualHull& hull() { return hull_; }
-  SurfaceNormals& normals() { return *normals_; }
+  VisualHull& hull() { return surface_.hull(); }
+  SurfacePipeline& surface() { return surface_; }
   SurfaceTexture& texture() { return *texture_; }
   const Rig& rig() const { return source_.rig(); }
   const FrameSet& frame() const { return frame_; }
@@ -51,8 +51,7 @@ class ReconstructCase {
   CaseOptions options_;
   SyntheticSource source_;
   FrameSet frame_;
-  VisualHull hull_;
-  std::optional<SurfaceNormals> normals_;
+  SurfacePipeline surface_;
   std::optional<SurfaceTexture> texture_;
 };
 

@@ -11,9 +11,9 @@ nlohmann::json run_case(DeviceSet& devices, const std::string& figure, Index n, 
   const HullReport report = c.hull().report();
   ExecContext& ctx = devices.context(0);
   const auto upload = c.timed_ms([&] { c.upload_photos(); }, 30, 1);
-  const auto normal =
-      c.timed_ms([&] { c.normals().compute(ctx, c.hull().mesh(), c.hull().voxel_size_m()); }, 30, 1);
-  const auto shade = c.timed_ms([&] { c.texture().shade(ctx, c.hull().mesh(), c.normals().view()); }, 30, 1);
+  const auto normal = c.timed_ms([&] { c.surface().compute_normals(); }, 30, 1);
+  const auto shade =
+      c.timed_ms([&] { c.texture().shade(ctx, c.hull().mesh(), c.surface().normals()); }, 30, 1);
   nlohmann::json row = c.row("texture", shade);
   row["case"] = figure + " k=" + std::to_string(k);
   row["normals_ms_p50"] = p(normal, 50);

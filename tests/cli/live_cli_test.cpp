@@ -51,8 +51,15 @@ TEST_F(LiveCli, AWholeLoopIsRecordedAndReplayed) {
   ASSERT_EQ(live.code, 0) << live.text;
   const nlohmann::json json = read_json("live.json");
   EXPECT_EQ(json["frames"], 30);
+  // Medians of stages that follow one another: no stage is longer than the whole.
+  const auto p50_ms = [&](const char* stage) { return json["ms"][stage]["p50"].get<double>(); };
+  for (const char* stage : {"capture to set", "set to hull", "hull to bodies"}) {
+    EXPECT_GT(p50_ms(stage), 0) << stage;
+    EXPECT_LT(p50_ms(stage), p50_ms("latency")) << stage;
+  }
   ASSERT_EQ(run_tactus(run + "--source " + path("r") + " --json " + path("again.json")).code, 0);
   EXPECT_EQ(read_json("again.json")["state_hash"], json["state_hash"]);
+  EXPECT_FALSE(read_json("again.json")["ms"].contains("capture to set"));
 }
 
 TEST_F(LiveCli, ServeTellsWhoIsThere) {

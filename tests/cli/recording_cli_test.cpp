@@ -58,5 +58,28 @@ TEST_F(RecordingCli, WrongFilesHaveOneMessage) {
                  {"is not overwritten"});
 }
 
+/// A budget that is never reached changes no bit; one that no frame meets makes every saving, each with a
+/// notice.
+TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
+  scene("0-11");
+  const auto run = [&](const std::string& budget) {
+    const Outcome o =
+        run_tactus("run " + path("s.yaml") + " --view none --devices cpu --json " + path("r.json") + budget);
+    EXPECT_EQ(o.code, 0) << o.text;
+    return read_json("r.json");
+  };
+  const nlohmann::json none = run(""), ample = run(" --budget 10s"), tight = run(" --budget 0.1ms");
+  EXPECT_EQ(ample["state_hash"], none["state_hash"]);
+  EXPECT_EQ(ample["budget"]["savings"].back(), 0);
+  EXPECT_FALSE(none.contains("budget"));
+  EXPECT_EQ(tight["budget"]["savings"].back(), 2);  // hull, samples: no photographs, no liquid
+  EXPECT_EQ(tight["budget"]["frames_above"], 12);
+  EXPECT_EQ(tight["notices"].size(), 2U);
+  const std::string command = "run " + path("s.yaml") + " --view none --budget ";
+  for (const std::string wrong : {"0", "-3ms", "11min", "fast", "nan"})
+    expect_refused(command + wrong, 2, {"--budget '" + wrong + "'", "11ms"});
+  expect_refused(command + "9ms --checkpoint " + path("c"), 2, {"--budget '9ms'", "--checkpoint"});
+}
+
 }  // namespace
 }  // namespace tactus::test

@@ -87,7 +87,8 @@ TEST_F(ResultsDoc, ExplainsEveryKeyOfARun) {
         "0.01, 0]}]}]\n"
         "probes: [{name: top, body: block, position_m: [0, 0.1, 0]}]\n");
   Keys written;
-  run("run " + path("s.yaml") + " --devices cpu --view none --frames 3", written);
+  run("run " + path("s.yaml") + " --devices cpu --view none --frames 3 --budget 0.1ms", written);
+  EXPECT_TRUE(written.contains("budget.savings[]"));
   expect_explained("run", written);
 }
 

@@ -247,6 +247,75 @@ TEST(RealSurface, PiecesTurnForThemselvesAndKeepTheirLabels) {
             0.05);
 }
 
+/// The label of the piece nearest to a point.
+Index label_at(const SurfacePieces& pieces, Vec3f p_m) {
+  const SurfacePiece* const end = pieces.piece + pieces.count;
+  return std::min_element(pieces.piece, end,
+                          [&](const SurfacePiece& a, const SurfacePiece& b) {
+                            return length(a.center_m - p_m) < length(b.center_m - p_m);
+                          })
+      ->label;
+}
+
+TEST(RealSurface, WhatIsLostForAMomentKeepsItsLabel) {
+  // Two boxes pass each other; their sizes, and so their order, swap on the way. A third one is away for ten
+  // frames, then for twenty: longer than labels are kept.
+  DeviceSet cpu("cpu");
+  RealSurface surface(cpu.device(0), test::small_surface(kSpacing));
+  std::vector<Index> labels;
+  for (int frame = 0; frame < 50; ++frame) {
+    const bool is_away = (frame >= 4 && frame < 14) || (frame >= 20 && frame < 40);
+    const float t = 0.02F * static_cast<float>(frame), grow = 0.0004F * static_cast<float>(frame - 25);
+    const Vec3f at[] = {{-0.5F + t, 0, 0}, {0.5F - t, 0.2F, 0}, {0, 0, 0.5F}};
+    TriangleMesh mesh = test::together(
+        test::transformed(test::box({0.04F + grow, 0.04F, 0.04F}, 8), {Mat3f::identity(), at[0]}),
+        test::transformed(test::box({0.04F - grow, 0.04F, 0.04F}, 8), {Mat3f::identity(), at[1]}));
+    if (!is_away)
+      mesh = test::together(
+          mesh, test::transformed(test::box({0.03F, 0.03F, 0.03F}, 8), {Mat3f::identity(), at[2]}));
+    const test::DeviceMesh on_device(cpu.context(0), mesh);
+    surface.update(cpu.context(0), on_device.view(), 1.F / 30);
+    const SurfacePieces pieces = surface.report(cpu.context(0)).pieces;
+    if (frame == 0)
+      for (const Vec3f p : at) labels.push_back(label_at(pieces, p));
+    EXPECT_EQ(label_at(pieces, at[0]), labels[0]) << frame;
+    EXPECT_EQ(label_at(pieces, at[1]), labels[1]) << frame;
+    // After the long absence: the next that was never given.
+    if (!is_away) {
+      EXPECT_EQ(label_at(pieces, at[2]), frame < 20 ? labels[2] : 3) << frame;
+    }
+  }
+  EXPECT_NE(labels[0], labels[1]);
+  EXPECT_NE(labels[1], labels[2]);
+}
+
+TEST(RealSurface, LabelsComeBackAfterATouch) {
+  // A gap of 12 cm closes by 2 cm a frame; from frame 6 to 12 the boxes are one piece, then it opens again.
+  DeviceSet cpu("cpu");
+  RealSurface surface(cpu.device(0), test::small_surface(kSpacing));
+  Index left = -1, right = -1;
+  for (int frame = 0; frame < 18; ++frame) {
+    const float half_gap = 0.01F * static_cast<float>(std::max({9 - frame, frame - 9, 3}) - 3);
+    const Vec3f at[] = {{-0.04F - half_gap, 0, 0}, {0.04F + half_gap, 0, 0}};
+    TriangleMesh mesh =
+        test::together(test::transformed(test::box({0.04F, 0.04F, 0.06F}, 8), {Mat3f::identity(), at[0]}),
+                       test::transformed(test::box({0.04F, 0.05F, 0.04F}, 8), {Mat3f::identity(), at[1]}));
+    // What has no area joins them and is no sample.
+    if (half_gap == 0) mesh.triangles.push_back({0, 0, static_cast<Index>(mesh.positions_m.size()) - 1});
+    const test::DeviceMesh on_device(cpu.context(0), mesh);
+    surface.update(cpu.context(0), on_device.view(), 1.F / 30);
+    const SurfacePieces pieces = surface.report(cpu.context(0)).pieces;
+    ASSERT_EQ(pieces.count, half_gap == 0 ? 1 : 2) << frame;
+    if (half_gap == 0) continue;
+    if (frame == 0) {
+      left = label_at(pieces, at[0]);
+      right = label_at(pieces, at[1]);
+    }
+    EXPECT_EQ(label_at(pieces, at[0]), left) << frame;
+    EXPECT_EQ(label_at(pieces, at[1]), right) << frame;
+  }
+}
+
 TEST(RealSurface, WhatJoinsOrComesApartMovesOnForAFrame) {
   // Two spheres that touch (they share a vertex) move on together, then apart: for one frame there is nothing
   // to compare with, and the difference of centres would say 1.5 m/s.

@@ -10,6 +10,7 @@
 #include "support/recordings.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/camera_file.h"
+#include "tactus/rig/client_camera.h"
 #include "tactus/rig/data_sources.h"
 #include "tactus/rig/image_header.h"
 #include "tactus/rig/numbered_files.h"
@@ -282,6 +283,37 @@ TEST_F(BadFrames, CutVideoMissesTheTicksThatItLost) {
   EXPECT_GT(missed, 0);
   EXPECT_LT(missed, 20);  // what stands before the cut is used
   EXPECT_EQ(source->next(frame), NextFrame::no_more_data);
+}
+
+/// A client that plays a film sends the silhouettes and soft edges that the film itself gives as a source.
+TEST_F(BadFrames, AFilmThatIsSentHasTheSameSoftEdges) {
+  write_video(path("a.avi"), Scene::object, 3);
+  write_video(path("room.avi"), Scene::empty_room, 3);
+  const std::string file = rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"}});
+  DataOptions options;
+  options.alphas = true;
+  const auto source = open_videos(file, options);
+  const RigFile of = read_rig_file(file);
+  const auto with = open_client_camera(of, file, "a", {.alpha = true}),
+             without = open_client_camera(of, file, "a", {});
+  FrameSet frame;
+  CameraImages images, plain;
+  for (int tick = 0; tick < 3; ++tick) {
+    ASSERT_EQ(source->next(frame), NextFrame::success);
+    ASSERT_EQ(with->grab(tick, images), "");
+    ASSERT_EQ(without->grab(tick, plain), "");
+    EXPECT_EQ(images.mask, frame.silhouettes[0]);
+    EXPECT_EQ(images.alpha.pixels, frame.alphas[0].pixels);
+    EXPECT_TRUE(plain.alpha.empty());
+  }
+  EXPECT_TRUE(std::any_of(images.alpha.pixels.begin(), images.alpha.pixels.end(),
+                          [](int a) { return a > 0 && a < 255; }));
+  write_picture(path("m.png"), 255);
+  const std::string masks = rig({{.name = "a", .mask = "m.png"}});
+  const Refusal refused =
+      refusal([&] { open_client_camera(read_rig_file(masks), masks, "a", {.alpha = true}); });
+  EXPECT_EQ(refused.kind, ErrorKind::usage);
+  EXPECT_TRUE(has(refused.message, "camera 'a'") && has(refused.message, "no soft edges")) << refused.message;
 }
 
 /// The scene's rate, else the rig file's, else what the video says of itself (the test's: 25).

@@ -1,5 +1,5 @@
-// Eight processes of clients and a network that fails: some seconds of it, or with TACTUS_LONG_TESTS ten
-// minutes each.
+// Eight processes of clients and a network that fails (faulty_network.h): some seconds of it, or with
+// TACTUS_LONG_TESTS ten minutes each.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
-#include <random>
 #include <thread>
 
+#include "rig/faulty_network.h"
 #include "tactus/base/timing.h"
 #include "tactus/rig/live/rig_client.h"
 
@@ -22,10 +22,6 @@ constexpr double kFps = 30;
 constexpr Vec2i kSize{640, 480};
 
 bool long_tests() { return std::getenv("TACTUS_LONG_TESTS") != nullptr; }
-
-struct Faults {
-  double drop = 0, late = 0, late_s = 0.020, jitter_s = 0;
-};
 
 double resident_mb() {
   std::ifstream statm("/proc/self/statm");
@@ -46,8 +42,6 @@ class LiveFaults : public ::testing::Test {
       client_keys_.push_back(make_live_key(cameras_.back().name, keys_.server.public_key));
       keys_.clients.push_back({cameras_.back().name, client_keys_.back().public_key});
     }
-    server_ = std::make_unique<RigServer>(cameras_, settings_, keys_);
-    begin_s_ = now_s() + 0.5;
   }
   void TearDown() override {
     for (const pid_t child : children_) {
@@ -56,40 +50,53 @@ class LiveFaults : public ::testing::Test {
     }
   }
   /// A client's process: masks whose first word is the tick.
-  pid_t start(int camera, const Faults& faults) const {
+  pid_t start(int camera) const {
     const pid_t child = ::fork();
     if (child != 0) return child;
-    std::mt19937 random(static_cast<unsigned>(camera) + 1);
-    const auto chance = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
     const auto c = static_cast<std::size_t>(camera);
-    RigClient client(cameras_[c], server_->address(), client_keys_[c]);
+    RigClient client(cameras_[c], network_ ? network_->address() : server_->address(),
+                     network_ ? std::nullopt : std::optional(client_keys_[c]));
     CameraImages images;
-    const auto sleep_until = [](double at_s) {
-      if (at_s > now_s()) std::this_thread::sleep_for(std::chrono::duration<double>(at_s - now_s()));
-    };
     auto tick = static_cast<std::int64_t>(std::max(0.0, (now_s() - begin_s_) * kFps));
     for (;; ++tick) {
-      const double captured_s = begin_s_ + static_cast<double>(tick) / kFps;
-      sleep_until(captured_s);
-      if (chance() < faults.drop) continue;
-      sleep_until(captured_s + faults.jitter_s * chance() + (chance() < faults.late ? faults.late_s : 0));
+      const double captured_s = begin_s_ + static_cast<double>(tick) / kFps, wait_s = captured_s - now_s();
+      if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
       images.mask = BitMask(kSize.x, kSize.y);
       images.mask.words[0] = static_cast<std::uint32_t>(tick);
       client.put(images, tick, captured_s);
     }
   }
-  void start_all(const Faults& faults) {
-    for (int c = 0; c < kCameras; ++c) children_.push_back(start(c, faults));
+  void start_all() {
+    begin_s_ = now_s() + 0.5;
+    for (int c = 0; c < kCameras; ++c) children_.push_back(start(c));
+  }
+  /// Over a network that can look into packets, so without keys.
+  void start_all(const test::NetworkFaults& faults) {
+    server_ = std::make_unique<RigServer>(cameras_, settings_, std::nullopt);
+    network_ = std::make_unique<test::FaultyNetwork>(server_->address(), faults);
+    start_all();
   }
   struct Outcome {
     std::int64_t sets = 0, complete = 0, missing_ticks = 0, mixed = 0;
     double grown_mb = 0;
     std::int64_t replaced = 0;  ///< by clients that were late themselves: the machine was busy
   };
-  static void print(const Outcome& o) {
-    std::printf("%lld sets, %.4f complete, %.2f MB more, %lld images replaced\n",
-                static_cast<long long>(o.sets), static_cast<double>(o.complete) / static_cast<double>(o.sets),
-                o.grown_mb, static_cast<long long>(o.replaced));
+  /// What holds of every network, and what it was.
+  void expect_well(const Outcome& o) const {
+    EXPECT_LE(o.missing_ticks, o.replaced / kCameras);  // what no client sent
+    EXPECT_EQ(o.mixed, 0);
+    EXPECT_LT(o.grown_mb, 1);
+    const auto& n = network_->counts();
+    EXPECT_EQ(n.crowded, 0);
+    if (!long_tests()) return;
+    std::printf(
+        "%lld sets, %.4f complete, %.2f MB more, %lld images replaced; of %ld packets %ld dropped, %ld late, "
+        "%ld twice, %ld overtaken\n",
+        static_cast<long long>(o.sets), share(o), o.grown_mb, static_cast<long long>(o.replaced),
+        n.packets.load(), n.dropped.load(), n.late.load(), n.twice.load(), n.overtaken.load());
+  }
+  static double share(const Outcome& o) {
+    return static_cast<double>(o.complete) / static_cast<double>(o.sets);
   }
   /// From the second second on. @param see each set
   Outcome watch(double seconds, const std::function<void(const LiveSet&)>& see = {}) {
@@ -127,6 +134,7 @@ class LiveFaults : public ::testing::Test {
   std::vector<LiveCamera> cameras_;
   std::vector<LiveKey> client_keys_;
   std::unique_ptr<RigServer> server_;
+  std::unique_ptr<test::FaultyNetwork> network_;
   std::vector<pid_t> children_;
   double begin_s_ = 0;
 };
@@ -136,39 +144,38 @@ class LiveFaults : public ::testing::Test {
 TEST_F(LiveFaults, OfTwoPercentDroppedEveryTickIsReleased) {
   start_all({.drop = 0.02});
   const Outcome o = watch(seconds());
-  EXPECT_LE(o.missing_ticks, o.replaced / kCameras);  // what no client sent
-  EXPECT_EQ(o.mixed, 0);
-  const double share = static_cast<double>(o.complete) / static_cast<double>(o.sets);
-  EXPECT_NEAR(share, 0.851, long_tests() ? 0.01 : 0.15);
-  EXPECT_LT(o.grown_mb, 1);
-  if (long_tests()) print(o);
+  expect_well(o);
+  EXPECT_GT(network_->counts().dropped, 0);
+  EXPECT_NEAR(share(o), 0.851, long_tests() ? 0.01 : 0.15);
 }
 
 TEST_F(LiveFaults, TwoPercentLateByLessThanTheDeadline) {
   if (!long_tests()) GTEST_SKIP() << "ten minutes: set TACTUS_LONG_TESTS=1";
   start_all({.late = 0.02});
   const Outcome o = watch(seconds());
-  const double share = static_cast<double>(o.complete) / static_cast<double>(o.sets);
-  print(o);
-  EXPECT_LE(o.missing_ticks, o.replaced / kCameras);  // what no client sent
-  EXPECT_EQ(o.mixed, 0);
-  EXPECT_GE(share, 0.999);
-  EXPECT_LT(o.grown_mb, 1);
+  expect_well(o);
+  EXPECT_GE(share(o), 0.999);
 }
 
-TEST_F(LiveFaults, JitterMixesNoTicks) {
-  if (!long_tests()) GTEST_SKIP() << "ten minutes: set TACTUS_LONG_TESTS=1";
-  start_all({.drop = 0.02, .late = 0.02, .late_s = 0.031, .jitter_s = 0.005});
+/// Packets that the next overtook, and those that come twice, are refused as repeated.
+TEST_F(LiveFaults, DuplicatesReorderingAndJitterMixNoTicks) {
+  start_all({.twice = 0.05, .overtaken = 0.02, .jitter_s = 0.005});
   const Outcome o = watch(seconds());
-  print(o);
-  EXPECT_LE(o.missing_ticks, o.replaced / kCameras);  // what no client sent
-  EXPECT_EQ(o.mixed, 0);
-  EXPECT_LT(o.grown_mb, 1);
+  expect_well(o);
+  const auto& n = network_->counts();
+  std::int64_t repeated = 0;
+  for (const LiveCameraStatus& camera : server_->status().cameras)
+    repeated += camera.refused[static_cast<std::size_t>(Refusal::repeated)];
+  // The newest of both kinds may still be on the way.
+  EXPECT_GT(n.twice + n.overtaken, 0);
+  EXPECT_GE(repeated, n.twice + n.overtaken - 16);
+  EXPECT_NEAR(share(o), 0.851, long_tests() ? 0.01 : 0.15);
 }
 
 /// Killed without a word; another process takes its place.
 TEST_F(LiveFaults, AKilledClientIsBackWithinASecond) {
-  start_all({});
+  server_ = std::make_unique<RigServer>(cameras_, settings_, keys_);
+  start_all();
   double killed_s = 0, restarted_s = 0, back_s = 0;
   std::int64_t others = 0;
   watch(5, [&](const LiveSet& set) {
@@ -180,7 +187,7 @@ TEST_F(LiveFaults, AKilledClientIsBackWithinASecond) {
     }
     if (restarted_s == 0 && killed_s > 0 && now > killed_s + 1) {
       EXPECT_FALSE(set.is_in[3]);
-      children_[3] = start(3, {});
+      children_[3] = start(3);
       restarted_s = now;
     } else if (back_s == 0 && restarted_s > 0 && set.is_in[3]) {
       back_s = now;

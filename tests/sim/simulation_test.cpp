@@ -199,6 +199,28 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   EXPECT_EQ(text_of(simulation.step(frame, 0).notices), "camera 'tof': the depth image has no valid pixel");
 }
 
+TEST_P(SimulationOnDevices, TheSurfaceIsSmoothedWhereTheSceneAsksForIt) {
+  Scene scene = slab_scene();
+  scene.bodies.clear();
+  scene.probes.clear();
+  scene.reconstruction.smooth = 4;
+  const FrameSet frame = ball_frame(0.3, 0);
+  const Rig rig = SyntheticSource({.figure = "sphere"}).rig();
+  DeviceSet cpu("cpu"), devices(GetParam(), 3);
+  SurfacePipeline alone(
+      cpu, rig.cameras, {},
+      {.hull = {.workspace_m = rig.workspace_m, .resolution = scene.reconstruction.resolution},
+       .smoothing_steps = 4});
+  alone.make(frame.silhouettes);
+  Simulation simulation(devices, scene, rig, {});
+  for (int k = 0; k < 3; ++k) simulation.step(frame, 1.0 / 30);  // the later ones are replayed
+  const TriangleMesh seen = simulation.snapshot().real, expected = alone.download();
+  EXPECT_EQ(seen.triangles, expected.triangles);
+  EXPECT_EQ(seen.positions_m, expected.positions_m);
+  EXPECT_EQ(seen.normals, expected.normals);
+  EXPECT_NE(seen.positions_m, alone.hull().download().positions_m);
+}
+
 TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   DeviceSet devices("cpu");
   test::SyntheticFrame seen = test::silhouettes_of("rabbit");

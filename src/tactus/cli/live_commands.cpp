@@ -234,6 +234,8 @@ void add_client_command(CLI::App& app) {
   command->add_option("--device", flags->of_camera.device,
                       "/dev/videoN, aravis:ID or the URL of a stream, instead of the rig file's");
   command->add_flag("--photos", flags->of_camera.photos, "send photographs of the silhouettes' boxes, too");
+  command->add_flag("--alpha", flags->of_camera.alpha,
+                    "send how much of each pixel at the contour the subject covers, too (devices and films)");
   command->add_option("--quality", flags->of_camera.photo_quality, "of their JPEG")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();

@@ -75,6 +75,7 @@ NextFrame LiveSource::next(FrameSet& frame) {
   told_tick_ = std::max(told_tick_, frame.tick);
   frame.time_s = static_cast<double>(told_tick_) * period_s;
   frame.captured_s = set_.captured_s;
+  frame.released_s = set_.released_s;
   const bool any = std::any_of(set_.is_in.begin(),
                                set_.is_in.begin() + static_cast<std::ptrdiff_t>(frame.silhouettes.size()),
                                [](bool in) { return in; });

@@ -1,5 +1,6 @@
 #include "tactus/cli/motion_output.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tactus/rig/synthetic_source.h"
@@ -28,35 +29,84 @@ void compare(const TriangleMesh& mesh, std::span<const Vec3f> velocities, const 
   row["speed_rms"] = std::sqrt(truth / static_cast<double>(n));
 }
 
+const char* text(MotionSource source) {
+  switch (source) {
+    case MotionSource::centroid:
+      return "centroid";
+    case MotionSource::rigid:
+      return "rigid";
+    case MotionSource::carried:
+      return "carried";
+    case MotionSource::too_fast:
+      return "too fast";
+    default:
+      return "still";
+  }
+}
+
 }  // namespace
 
-void MotionOutput::add(const TriangleMesh& mesh, const FrameSet& frame, const FrameSource& source,
-                       nlohmann::json& row) {
-  MeshComponents components = find_components(mesh);
-  tracker_.update(components);
+std::vector<Index> MotionOutput::track(const DeviceMesh& surface, const TriangleMesh& mesh, double dt_s) {
+  const Index vertices = surface.positions_m.size(), triangles = surface.triangles.size();
+  const bool has_room = tracker_ && tracker_->settings().max_vertices >= vertices &&
+                        tracker_->settings().max_triangles >= triangles;
+  if (!has_room)
+    tracker_.emplace(ctx_.device(), RealSurfaceSettings{.sample_spacing_m = voxel_size_m_,
+                                                        .max_vertices = vertices,
+                                                        .max_triangles = triangles,
+                                                        .max_raw_samples = std::max(2 * triangles, 1 << 18),
+                                                        .max_samples = std::max(triangles, 1 << 16)});
+  tracker_->update(
+      ctx_, {surface.positions_m, surface.vertex_count(), {}, surface.triangles, surface.triangle_count()},
+      static_cast<float>(dt_s));
+  report_ = tracker_->report(ctx_);
+  return tracker_->vertex_pieces(ctx_, static_cast<Index>(mesh.positions_m.size()));
+}
+
+nlohmann::json MotionOutput::describe(MeshComponent p, Index tracked) {
+  const bool is_tracked = tracked != kNoPiece;
+  const auto of = static_cast<std::size_t>(std::max(tracked, Index(0)));
+  const SurfaceMotion& motion = report_.motions.at(of);
+  const Index label = is_tracked ? report_.pieces.piece[of].label : -1;
+  if (is_tracked) {
+    if (const auto before = axes_.find(label); before != axes_.end())
+      p.axes = with_signs_of(before->second, p.axes);
+    axes_[label] = p.axes;
+  }
+  return {{"label", label},
+          {"vertices", p.vertices},
+          {"triangles", p.triangles},
+          {"volume_m3", p.volume_m3},
+          {"area_m2", p.area_m2},
+          {"centroid_m", to_json(p.centroid_m)},
+          {"axes", {to_json(p.axes.row[0]), to_json(p.axes.row[1]), to_json(p.axes.row[2])}},
+          {"extent_m", to_json(p.extent_m)},
+          {"velocity_m_s", to_json(vec_cast<double>(motion.velocity_at(vec_cast<float>(p.centroid_m), 0)))},
+          {"spin_rad_s", to_json(vec_cast<double>(motion.spin_rad_s))},
+          {"velocity_source", is_tracked ? text(motion.source) : "borrowed"}};
+}
+
+void MotionOutput::add(const DeviceMesh& surface, const TriangleMesh& mesh, const FrameSet& frame,
+                       const FrameSource& source, nlohmann::json& row) {
   const double dt_s = last_time_s_ ? frame.time_s - *last_time_s_ : 0;
   last_time_s_ = frame.time_s;
-  const std::span<const PieceMotion> motions = velocity_.update(mesh, components, dt_s);
-  nlohmann::json list = nlohmann::json::array();
-  for (std::size_t i = 0; i < components.pieces.size(); ++i) {
-    const MeshComponent& p = components.pieces[i];
-    list.push_back({{"label", p.label},
-                    {"vertices", p.vertices},
-                    {"triangles", p.triangles},
-                    {"volume_m3", p.volume_m3},
-                    {"area_m2", p.area_m2},
-                    {"centroid_m", to_json(p.centroid_m)},
-                    {"axes", {to_json(p.axes.row[0]), to_json(p.axes.row[1]), to_json(p.axes.row[2])}},
-                    {"extent_m", to_json(p.extent_m)},
-                    {"velocity_m_s", to_json(motions[i].at(p.centroid_m))},
-                    {"spin_rad_s", to_json(motions[i].spin_rad_s)},
-                    {"velocity_source", to_string(motions[i].source)}});
+  const std::vector<Index> tracked = track(surface, mesh, dt_s);
+  const MeshComponents components = find_components(mesh);
+  std::vector<Index> number(components.pieces.size(), kNoPiece);
+  for (std::size_t v = 0; v < tracked.size(); ++v) {
+    if (components.of_vertex[v] >= 0) number[static_cast<std::size_t>(components.of_vertex[v])] = tracked[v];
   }
+  nlohmann::json list = nlohmann::json::array();
+  for (std::size_t i = 0; i < components.pieces.size(); ++i)
+    list.push_back(describe(components.pieces[i], number[i]));
   row["pieces"] = std::move(list);
   const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source);
-  if (synthetic != nullptr && dt_s > 0)
-    compare(mesh, vertex_velocities(mesh, components, motions), synthetic->figure(), frame.time_s,
-            voxel_size_m_, row);
+  if (synthetic == nullptr || !(dt_s > 0)) return;
+  std::vector<Vec3f> velocities;
+  for (std::size_t v = 0; v < tracked.size(); ++v)
+    velocities.push_back(report_.motions.at(static_cast<std::size_t>(std::max(tracked[v], Index(0))))
+                             .velocity_at(mesh.positions_m[v], 0));
+  compare(mesh, velocities, synthetic->figure(), frame.time_s, voxel_size_m_, row);
 }
 
 }  // namespace tactus

@@ -1,25 +1,35 @@
 #pragma once
 /// Pieces and velocities of what `tactus reconstruct` makes, for its JSON.
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "tactus/reconstruct/velocity.h"
+#include "tactus/contact/real_surface.h"
+#include "tactus/reconstruct/components.h"
+#include "tactus/reconstruct/visual_hull.h"
 #include "tactus/rig/frame_source.h"
 
 namespace tactus {
 
 class MotionOutput {
  public:
-  explicit MotionOutput(float voxel_size_m)
-      : voxel_size_m_(voxel_size_m), velocity_({.voxel_size_m = static_cast<double>(voxel_size_m)}) {}
+  MotionOutput(ExecContext& ctx, float voxel_size_m) : ctx_(ctx), voxel_size_m_(voxel_size_m) {}
   /// Adds `pieces` to the row of a frame, and for moving synthetic figures `velocity_rms` (of the error, m/s)
   /// and `speed_rms` (of the truth, m/s), over vertices within a voxel of the figure.
-  void add(const TriangleMesh& mesh, const FrameSet& frame, const FrameSource& source, nlohmann::json& row);
+  /// @param mesh the surface on the host
+  void add(const DeviceMesh& surface, const TriangleMesh& mesh, const FrameSet& frame,
+           const FrameSource& source, nlohmann::json& row);
 
  private:
+  /// Follows the surface's pieces. @return the number of each vertex's piece, or kNoPiece
+  std::vector<Index> track(const DeviceMesh& surface, const TriangleMesh& mesh, double dt_s);
+  nlohmann::json describe(MeshComponent piece, Index tracked);
+
+  ExecContext& ctx_;
   float voxel_size_m_;
-  ComponentTracker tracker_;
-  VelocityTracker velocity_;
+  std::optional<RealSurface> tracker_;  ///< with room for the meshes so far
+  RealSurfaceReport report_;
+  std::map<Index, Mat3d> axes_;  ///< of each label, when it was seen last
   std::optional<double> last_time_s_;
 };
 

@@ -12,7 +12,7 @@
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
 #include "tactus/io/json_file.h"
-#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/figure_tracer.h"
 #include "tactus/rig/synthetic_noise.h"
 #include "tactus/rig/synthetic_source.h"
@@ -63,13 +63,13 @@ class NoisyRig {
       trace(camera, time_s + sync_error_s(noise, count + d, run), nullptr, &depths_m.back());
       disturb_depth(depths_m.back(), noise, count + d, run);
     }
-    VisualHull hull(
-        devices_, cameras,
-        {.workspace_m = rig_.workspace_m, .resolution = options_.resolution, .slack_px = options_.slack_px},
-        depth_cameras);
+    SurfacePipeline surface(devices_, cameras, depth_cameras,
+                            {.hull = {.workspace_m = rig_.workspace_m,
+                                      .resolution = options_.resolution,
+                                      .slack_px = options_.slack_px}});
     std::optional<Quality> with_depth;
-    if (!depths_m.empty()) with_depth = quality(hull, masks, depths_m, time_s);
-    return {quality(hull, masks, {}, time_s), with_depth};
+    if (!depths_m.empty()) with_depth = quality(surface, masks, depths_m, time_s);
+    return {quality(surface, masks, {}, time_s), with_depth};
   }
 
  private:
@@ -80,13 +80,12 @@ class NoisyRig {
       tracer.trace_strip(shape, strip, mask, distance_m);
   }
 
-  Quality quality(VisualHull& hull, std::span<const BitMask> masks, std::span<const DepthImage> depths_m,
-                  double time_s) const {
-    hull.upload(masks, depths_m);
-    hull.reconstruct();
-    const HullReport report = hull.report();
+  Quality quality(SurfacePipeline& surface, std::span<const BitMask> masks,
+                  std::span<const DepthImage> depths_m, double time_s) const {
+    surface.make(masks, depths_m);
+    const HullReport report = surface.hull().report();
     if (report.overflow) throw Error("noise: " + report.overflow->text());
-    const TriangleMesh mesh = hull.download();
+    const TriangleMesh mesh = surface.download();
     const FigureShape shape = figure_.at(time_s);
     Quality q;
     q.volume_error = volume_m3(mesh) / figure_volume(shape).volume_m3 - 1;

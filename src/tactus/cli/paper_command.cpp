@@ -9,8 +9,7 @@
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/geom/polygonize.h"
-#include "tactus/reconstruct/surface_smoothing.h"
-#include "tactus/reconstruct/surface_texture.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/synthetic_source.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
@@ -21,31 +20,21 @@ namespace {
 constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
 constexpr Index kCell_px = 300;                // of figure 15
 
-/// A hull and what it was made from.
+/// The surface of a frame, on the device and on the host.
 struct Reconstructed {
-  VisualHull hull;
-  SurfaceSmoothing smoothing;
-  SurfaceNormals normals;
-  DeviceMesh surface;
-  TriangleMesh mesh;  ///< the same on the host
+  SurfacePipeline pipeline;
+  TriangleMesh mesh;
 
   Reconstructed(DeviceSet& devices, const Rig& rig, const FrameSet& frame, Index resolution, bool use_depth,
-                int smooth = 0)
-      : hull(devices, rig.cameras,
-             {.workspace_m = rig.workspace_m, .resolution = resolution, .slack_px = rig.slack_px},
-             use_depth ? std::span<const Camera>(rig.depth_cameras) : std::span<const Camera>()),
-        smoothing(devices.device(0), hull.mesh().positions_m.size(), hull.mesh().triangles.size()),
-        normals(devices.device(0), hull.mesh().positions_m.size()) {
-    ExecContext& ctx = devices.context(0);
-    hull.upload(frame.silhouettes,
-                use_depth ? std::span<const DepthImage>(frame.depths_m) : std::span<const DepthImage>());
-    hull.reconstruct();
-    surface = hull.mesh();
-    if (smooth > 0) surface = smoothing.smooth(ctx, surface, hull.voxel_size_m(), smooth);
-    normals.compute(ctx, surface, hull.voxel_size_m());
-    mesh = hull.download();
-    mesh.positions_m = to_host(ctx, surface.positions_m.part(0, static_cast<Index>(mesh.positions_m.size())));
-    mesh.normals = to_host(ctx, normals.view().part(0, static_cast<Index>(mesh.positions_m.size())));
+                int smoothing_steps = 0)
+      : pipeline(
+            devices, rig.cameras,
+            use_depth ? std::span<const Camera>(rig.depth_cameras) : std::span<const Camera>(),
+            {.hull = {.workspace_m = rig.workspace_m, .resolution = resolution, .slack_px = rig.slack_px},
+             .smoothing_steps = smoothing_steps}) {
+    pipeline.make(frame.silhouettes,
+                  use_depth ? std::span<const DepthImage>(frame.depths_m) : std::span<const DepthImage>());
+    mesh = pipeline.download();
   }
 };
 
@@ -148,18 +137,19 @@ void add_row14(ContactSheet& sheet, DeviceSet& devices, FrameSource& source, std
   others[photo] = {};
   SurfaceTexture texture(ctx, rig.cameras,
                          {.k = kBest,
-                          .voxel_size_m = made.hull.voxel_size_m(),
+                          .voxel_size_m = made.pipeline.voxel_size_m(),
                           .center_m = rig.workspace_m.center(),
-                          .max_vertices = made.hull.mesh().positions_m.size(),
+                          .max_vertices = made.pipeline.surface().positions_m.size(),
                           .fill_steps = 40});
   texture.upload(ctx, others);
   const Camera& camera = rig.cameras[photo];
-  texture.shade(ctx, made.surface, made.normals.view(), vec_cast<float>(camera.center_world()));
+  texture.shade(ctx, made.pipeline.surface(), made.pipeline.normals(),
+                vec_cast<float>(camera.center_world()));
   const auto vertices = static_cast<Index>(made.mesh.positions_m.size());
   const auto photos = std::make_shared<ViewPhotos>(ViewPhotos{.cameras = rig.cameras,
                                                               .images = others,
                                                               .k = kBest,
-                                                              .voxel_size_m = made.hull.voxel_size_m(),
+                                                              .voxel_size_m = made.pipeline.voxel_size_m(),
                                                               .center_m = rig.workspace_m.center()});
   PhotoView view(camera, 2);
   const Square square = square_of(frame.silhouettes[photo]);

@@ -16,10 +16,10 @@
 #include "tactus/cli/texture_output.h"
 #include "tactus/cli/version.h"
 #include "tactus/cli/view_check.h"
+#include "tactus/frame/schedule.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
-#include "tactus/reconstruct/surface_smoothing.h"
-#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/reconstruct/workspace_from_cones.h"
 #include "tactus/rig/synthetic_source.h"
 
@@ -177,17 +177,25 @@ auto& room_of(const HullOverflow& overflow, Options& options) {
 struct SurfaceStages {
   SurfaceStages(DeviceSet& devices, const Rig& rig, const ReconstructOptions& options,
                 const HullOptions& hull_options)
-      : hull(devices, rig.cameras, hull_options, rig.depth_cameras),
-        normals(devices.device(0), hull.mesh().positions_m.size()) {
-    if (options.texture) texture.emplace(devices, rig, hull, workspace_m(options, rig), *options.texture);
-    if (options.smooth > 0)
-      smoothing.emplace(devices.device(0), hull.mesh().positions_m.size(), hull.mesh().triangles.size());
+      : pipeline(devices, rig.cameras, rig.depth_cameras,
+                 {.hull = hull_options, .smoothing_steps = options.smooth}),
+        schedule(devices) {
+    if (options.texture)
+      texture.emplace(devices, rig, pipeline.hull(), workspace_m(options, rig), *options.texture);
+    for (Stage& stage :
+         pipeline.stages([this] { pipeline.hull().upload(frame->silhouettes, frame->depths_m); }))
+      schedule.add(std::move(stage));
+    schedule.add({.name = "surface/normals",
+                  .timed_as = "normals",
+                  .rate = Rate::capture,
+                  .reads = {VisualHull::kMesh},
+                  .submit = [this](BlockPlace) { pipeline.compute_normals(); }});
+    schedule.close();
   }
-  VisualHull hull;
-  DeviceMesh surface;  ///< the hull's mesh of the newest frame, smoothed when asked for
-  std::optional<SurfaceSmoothing> smoothing;
-  SurfaceNormals normals;
+  SurfacePipeline pipeline;
+  Schedule schedule;
   std::optional<TextureOutput> texture;
+  const FrameSet* frame = nullptr;  ///< while it is uploaded
 };
 
 /// From frames to meshes, files and rows of measurements.
@@ -199,9 +207,9 @@ class Reconstruction {
         options_(options),
         hull_options_(hull_options(options, source.rig())),
         stages_(std::make_unique<SurfaceStages>(devices, source.rig(), options, hull_options_)),
-        motion_(stages_->hull.voxel_size_m()),
+        motion_(devices.context(0), stages_->pipeline.voxel_size_m()),
         views_(devices.context(0), source.rig(), workspace_m(options, source.rig()),
-               stages_->hull.voxel_size_m(), options.repair_masks) {}
+               stages_->pipeline.voxel_size_m(), options.repair_masks) {}
 
   /// @param several whether files get the number of their frame
   /// @throws Error, before anything is written, when nothing can be right or when the room that the options
@@ -209,10 +217,10 @@ class Reconstruction {
   nlohmann::json add(FrameSet& frame, bool several) {
     views_.check(devices_.context(0), frame);
     const HullReport report = make_surface(frame);
-    const std::string found = views_.judge(devices_.context(0), frame, stages_->hull.mesh());
-    const TriangleMesh mesh = write_files(frame, report, several);
+    const std::string found = views_.judge(devices_.context(0), frame, stages_->pipeline.hull().mesh());
+    const TriangleMesh mesh = write_files(frame, several);
     nlohmann::json row = measure(mesh, source_.rig(), frame, views_.given(frame));
-    motion_.add(mesh, frame, source_, row);
+    motion_.add(stages_->pipeline.surface(), mesh, frame, source_, row);
     views_.add_to(row);
     const std::string odd = joined({views_.status(), repaired_text(row), found});
     for (const std::string& warning : {report.depth, odd}) {
@@ -232,7 +240,7 @@ class Reconstruction {
   HullReport make_surface(const FrameSet& frame) {
     for (;;) {
       time_stages(frame);
-      HullReport report = stages_->hull.report();
+      HullReport report = stages_->pipeline.hull().report();
       if (!report.overflow) return report;
       const std::string text = "frame " + std::to_string(frame.tick) + ": " + overflow_text(*report.overflow);
       if (room_of(*report.overflow, options_) > 0)
@@ -249,46 +257,33 @@ class Reconstruction {
   }
 
   void time_stages(const FrameSet& frame) {
-    const auto stage = [&](const char* name, auto&& body) {
-      const StageTimer timer(timings_, name);
-      body();
-      devices_.synchronize();
-    };
     SurfaceStages& s = *stages_;
-    ExecContext& ctx = devices_.context(0);
-    stage("total", [&] {
-      stage("upload", [&] { s.hull.upload(frame.silhouettes, frame.depths_m); });
-      stage("hull", [&] { s.hull.carve(); });
-      stage("mesh", [&] { s.hull.extract(); });
-      s.surface = s.hull.mesh();
-      if (s.smoothing) {
-        stage("smooth", [&] {
-          s.surface = s.smoothing->smooth(ctx, s.surface, s.hull.voxel_size_m(), options_.smooth);
-        });
-      }
-      stage("normals", [&] { s.normals.compute(ctx, s.surface, s.hull.voxel_size_m()); });
-      if (s.texture) stage("texture", [&] { s.texture->shade(frame, s.surface, s.normals.view()); });
-    });
+    const StageTimer total(timings_, "total");
+    s.frame = &frame;
+    s.schedule.run({}, true);
+    s.schedule.finish(timings_);
+    if (!s.texture) return;
+    const StageTimer texture(timings_, "texture");
+    s.texture->shade(frame, s.pipeline.surface(), s.pipeline.normals());
+    devices_.synchronize();
   }
 
-  TriangleMesh write_files(const FrameSet& frame, const HullReport& report, bool several) {
+  TriangleMesh write_files(const FrameSet& frame, bool several) {
     SurfaceStages& s = *stages_;
-    TriangleMesh mesh = s.hull.download();
-    if (s.smoothing)
-      mesh.positions_m = to_host(devices_.context(0), s.surface.positions_m.part(0, report.vertices));
-    mesh.normals = to_host(devices_.context(0), s.normals.view().part(0, report.vertices));
+    TriangleMesh mesh = s.pipeline.download();
     if (!options_.mesh_path.empty())
       write_surface(frame, mesh, numbered(options_.mesh_path, frame.tick, several));
     if (!options_.views_path.empty())
       write_png(numbered(options_.views_path, frame.tick, several),
-                s.texture->picture(s.surface, s.normals.view(), mesh));
+                s.texture->picture(s.pipeline.surface(), s.pipeline.normals(), mesh));
     return mesh;
   }
 
   void write_surface(const FrameSet& frame, const TriangleMesh& mesh, const std::string& path) {
     SurfaceStages& s = *stages_;
     if (s.texture && is_gltf(path)) {
-      const TexturedMesh textured = s.texture->textured(frame, s.surface, s.normals.view(), mesh);
+      const TexturedMesh textured =
+          s.texture->textured(frame, s.pipeline.surface(), s.pipeline.normals(), mesh);
       write_gltf(path, textured, encode_png(textured.atlas));
       return;
     }

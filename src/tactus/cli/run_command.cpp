@@ -14,6 +14,7 @@
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/live_source.h"
 #include "tactus/cli/picture_thread.h"
+#include "tactus/cli/run_budget.h"
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_report.h"
@@ -34,6 +35,7 @@ struct RunOptions {
   std::string checkpoint_path, restart_path;
   std::string source_path, record_path;  ///< instead of the scene's source; what it saw
   bool plain = false;                    ///< a live rig without keys
+  std::string budget;                    ///< of a frame; "": none
   int frames = 0;                        ///< 0: all
   bool explain = false;                  ///< where and why bodies are strained
 };
@@ -61,9 +63,9 @@ void tell_of_strain(const RunSummary& summary, const Simulation& simulation, con
 }
 
 void print_table(const Simulation& simulation) {
-  std::printf("\n%-10s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
+  std::printf("\n%-19s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
   for (const std::string& stage : simulation.timings().stages()) {
-    std::printf("%-10s %10.3f %10.3f\n", stage.c_str(), simulation.timings().percentile_ms(stage, 50),
+    std::printf("%-19s %10.3f %10.3f\n", stage.c_str(), simulation.timings().percentile_ms(stage, 50),
                 simulation.timings().percentile_ms(stage, 99));
   }
 }
@@ -134,10 +136,33 @@ SourceDescription source_of_file(const std::string& path) {
   return source;
 }
 
+/// Who takes part in a run besides its simulation; nullptr: not there.
+struct RunCompany {
+  PictureThread* pictures = nullptr;
+  RecordingWriter* recorder = nullptr;
+  RunBudget* budget = nullptr;
+  std::string stem;  ///< of its files
+};
+
+/// Meshes and pictures of a frame.
+void show_frame(const RunCompany& company, const Scene& scene, Simulation& simulation, const FrameSet& frame,
+                bool is_new, const std::string& caption, bool keep_meshes) {
+  if (company.pictures == nullptr && !keep_meshes) return;
+  FrameSnapshot snapshot = simulation.snapshot();
+  if (is_new) simulation.note_shown();
+  if (keep_meshes) write_meshes(snapshot, scene, company.stem, frame.tick);
+  if (company.pictures == nullptr) return;
+  char time_text[32];
+  std::snprintf(time_text, sizeof time_text, "%.2f s", frame.time_s);
+  const bool with_photographs =
+      scene.view.photographs > 0 && (company.budget == nullptr || !company.budget->leaves_out_photographs());
+  company.pictures->add(std::move(snapshot), with_photographs ? frame.colors : std::vector<ColorImage>{},
+                        caption, time_text);
+}
+
 /// The loop over frames.
 RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource& source,
-                      Simulation& simulation, PictureThread* pictures, const std::string& stem,
-                      RunProgress& progress, RecordingWriter* recorder) {
+                      Simulation& simulation, RunProgress& progress, const RunCompany& company) {
   RunSummary summary;
   std::optional<RunExplainer> explainer;
   if (options.explain) explainer.emplace(scene);
@@ -147,7 +172,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
     const NextFrame next = source.next(frame);
     if (next == NextFrame::no_more_data) break;
-    if (recorder != nullptr) recorder->add(next, frame, source.status());
+    const double begin_s = now_s();
+    if (company.recorder != nullptr) company.recorder->add(next, frame, source.status());
     ++progress.taken;
     if (next == NextFrame::nothing_new && !progress.has_last) continue;  // a live rig's first images
     if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
@@ -174,17 +200,12 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     const bool keep_meshes = scene.output.mesh_every > 0 && !report.hull.overflow &&
                              (summary.frames - 1) % scene.output.mesh_every == 0;
     if (scene.output.vtk_every > 0 && (summary.frames - 1) % scene.output.vtk_every == 0)
-      write_strains(simulation, stem, frame.tick);
-    if (pictures != nullptr || keep_meshes) {
-      FrameSnapshot snapshot = simulation.snapshot();
-      if (keep_meshes) write_meshes(snapshot, scene, stem, frame.tick);
-      if (pictures != nullptr) {
-        char time_text[32];
-        std::snprintf(time_text, sizeof time_text, "%.2f s", frame.time_s);
-        pictures->add(std::move(snapshot),
-                      scene.view.photographs > 0 ? frame.colors : std::vector<ColorImage>{}, caption,
-                      time_text);
-      }
+      write_strains(simulation, company.stem, frame.tick);
+    show_frame(company, scene, simulation, frame, next == NextFrame::success, caption, keep_meshes);
+    if (company.budget != nullptr) {
+      for (const Notice& notice :
+           company.budget->add(frame.tick, now_s() - begin_s, next == NextFrame::success))
+        summary.note(notice);
     }
     show_progress(summary.frames, total, caption);
   }
@@ -209,16 +230,29 @@ Scene scene_of(const RunOptions& options) {
     throw usage_error("--restart '" + options.restart_path +
                       "' takes the frames so far again, which a live rig can't give; record the run "
                       "(--record FILE) and go on with --source FILE");
+  if (!options.budget.empty() && !(options.checkpoint_path.empty() && options.restart_path.empty()))
+    throw usage_error("--budget '" + options.budget +
+                      "' makes frames depend on how long they took, so a run can't go on with the same bits; "
+                      "expected it without --checkpoint and --restart");
   return scene;
 }
 
 void write_results(const RunOptions& options, const RunSummary& summary, const Scene& scene,
-                   const FrameSource& source, Simulation& simulation, const std::string& devices) {
+                   const FrameSource& source, Simulation& simulation, const std::string& devices,
+                   const RunBudget* budget) {
   nlohmann::json json = to_json(summary, scene, simulation, devices);
   json["state_hash"] = state_hash(simulation);
   if (const auto* live = dynamic_cast<const LiveSource*>(&source))
     json["live"] = nlohmann::json::parse(live_status_json(live->live_status()));
+  if (budget != nullptr) json["budget"] = budget->to_json();
   write_json_file(options.json_path, json);
+}
+
+void show_models(Simulation& simulation, PictureThread& pictures) {
+  std::vector<std::vector<std::uint8_t>> element_triangles;
+  for (const auto& body : simulation.bodies())
+    element_triangles.push_back(body->element_triangles(simulation.context()));
+  pictures.show_models(std::move(element_triangles));
 }
 
 void run(const RunOptions& options) {
@@ -232,7 +266,8 @@ void run(const RunOptions& options) {
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(
       scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
-  Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
+  const double budget_s = options.budget.empty() ? 0 : parse_budget_s(options.budget);
+  Simulation simulation(devices, scene, source->rig(), load_body_assets(scene), budget_s > 0);
   tell_of_bodies(simulation, options.explain && devices.count() > 1);
 
   const std::string stem =
@@ -245,20 +280,18 @@ void run(const RunOptions& options) {
                                            std::clamp(source->fps().value_or(30), 1.0, 240.0));  // a film's
     });
 
-  if (pictures && scene.view.show_models) {
-    std::vector<std::vector<std::uint8_t>> element_triangles;
-    for (const auto& body : simulation.bodies())
-      element_triangles.push_back(body->element_triangles(devices.context(0)));
-    pictures->show_models(std::move(element_triangles));
-  }
+  if (pictures && scene.view.show_models) show_models(simulation, *pictures);
 
   RunProgress progress;
   if (!options.restart_path.empty())
     read_checkpoint(options.restart_path, options.scene_path, *source, progress, simulation);
   std::optional<RecordingWriter> recorder;
   if (!options.record_path.empty()) recorder.emplace(options.record_path, source->rig(), source->fps());
-  const RunSummary summary = run_frames(options, scene, *source, simulation, pictures ? &*pictures : nullptr,
-                                        stem, progress, recorder ? &*recorder : nullptr);
+  std::optional<RunBudget> budget;
+  if (budget_s > 0) budget.emplace(budget_s, simulation, pictures && scene.view.photographs > 0);
+  const RunSummary summary = run_frames(
+      options, scene, *source, simulation, progress,
+      {pictures ? &*pictures : nullptr, recorder ? &*recorder : nullptr, budget ? &*budget : nullptr, stem});
   if (recorder) recorder->finish();
   if (!options.checkpoint_path.empty())
     write_checkpoint(options.checkpoint_path, options.scene_path, progress, simulation);
@@ -268,7 +301,8 @@ void run(const RunOptions& options) {
     log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
   if (pictures) pictures->finish();
   if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
-  if (!options.json_path.empty()) write_results(options, summary, scene, *source, simulation, devices.name());
+  if (!options.json_path.empty())
+    write_results(options, summary, scene, *source, simulation, devices.name(), budget ? &*budget : nullptr);
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), summary.frames, devices.name().c_str());
   print_table(simulation);
   tell_of_strain(summary, simulation, options);
@@ -314,6 +348,10 @@ void add_run_command(CLI::App& app) {
   command->add_option(
       "--source", options->source_path,
       "a recording (--record), or the rig file of live cameras, instead of the scene's source");
+  command->add_option(
+      "--budget", options->budget,
+      "time of a frame, as 11ms: when frames take longer, less is done in them, with a notice, "
+      "until they don't");
   command->add_flag("--plain", options->plain, "live cameras without keys, on this computer alone");
   command->add_option("--view", options->view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))

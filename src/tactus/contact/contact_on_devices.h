@@ -27,6 +27,10 @@ class ContactOnDevices {
   /// each sorts it for itself: a triangle of a mesh has 18 bytes, what is made of it 56 and more, and no
   /// device waits for another's sorting. Asynchronous; after the first frame, it may be recorded.
   void update(const SurfaceMeshView& mesh, const FrameOnDevices& frame);
+  /// As RealSurface::set_coarseness, on every device.
+  void set_coarseness(float spacings) {
+    for (auto& part : parts_) part->surface.set_coarseness(spacings);
+  }
   /// Finds where the surface is after each substep. Asynchronous.
   void begin_frame(const FrameOnDevices& frame);
 

@@ -58,7 +58,8 @@ struct FitPoints {
         best = s.sample[t];
       }
       FitSums sums{};
-      if (best >= 0) add(sums, s.at, center(j), on_coarse ? coarse : fine, best);
+      const SamplesView& samples = on_coarse ? coarse : fine;
+      if (best >= 0) add(sums, s.at, center(j), samples.x_m[best], samples.n[best]);
       points[b.index()] = sums;
     });
   }
@@ -77,6 +78,7 @@ struct FitPoints {
     s.active = 1;
     Rigidf pose = state[k].pose;
     if (first != 0 && evaluation > 0) pose.t = state[k].guess_m();
+    if (first != 0 && evaluation == 3) pose = state[k].steady;
     s.at = pose * previous_m[j];
     s.piece = now[0].mixed != 0 ? k : kAnyPiece;
     s.reach_m = on_coarse ? 8 * spacing_m : 2 * spacing_m;
@@ -85,10 +87,10 @@ struct FitPoints {
     points[evaluation * kFitPoints + j] = {};
     s.active = 0;
   }
-  TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f about, const SamplesView& samples, Index best) const {
-    const Vec3f n = samples.n[best], arm = q - about;
-    const float e = dot(q - samples.x_m[best], n);
-    const float weight = 1.F / (1.F + sqr(e / spacing_m));
+  TACTUS_HD void add(FitSums& sums, Vec3f q, Vec3f about, Vec3f on_m, Vec3f n) const {
+    const Vec3f arm = q - about;
+    const float e = dot(q - on_m, n);
+    const float weight = 1.F / (1.F + 4.F * sqr(e / spacing_m));
     const Vec3f r = cross(arm, n);
     const float row[6] = {r.x, r.y, r.z, n.x, n.y, n.z};
     int k = 0;
@@ -141,7 +143,7 @@ struct FitStep {
 
 /// Notes how good no motion is, and how good the first guess [P 19]; then the first step from there.
 struct FirstFitStep {
-  static constexpr int kEvaluations = 3;
+  static constexpr int kEvaluations = 4;
   View<FitState> state;
   TACTUS_HD void operator()(Index evaluation, Index k, const FitSums& total) const {
     FitState& s = state[k];
@@ -149,9 +151,13 @@ struct FirstFitStep {
     const FitQuality quality = quality_of(total, s.previous_points);
     if (evaluation == 0) s.still = quality;
     if (evaluation == 1) s.guess = quality;
-    if (evaluation < 2) return;
-    s.pose.t = s.guess_m();
-    FitStep{state}(0, k, total);
+    if (evaluation == 2) {
+      s.pose.t = s.guess_m();
+      FitStep{state}(0, k, total);
+    }
+    if (evaluation < 3 || !(quality.share * s.guess.rms_m > s.guess.share * quality.rms_m)) return;
+    s.pose = s.steady;
+    s.rotation = s.steady_rotation;
   }
 };
 
@@ -206,13 +212,16 @@ struct ChooseMotion {
   View<FitState> state;
   View<const float> dt_capture_s;  ///< (1) as MatchPieces'
   float good_rms_m, max_speed_m_s;
+  View<const SurfacePieces> pieces;
   View<SurfaceMotion> motion;
+  View<MeasuredMotions> measured;
   TACTUS_HD void operator()(Index, Index k, const FitSums& total) const {
     const FitState& s = state[k];
     const float dt_s = dt_capture_s[0];
     SurfaceMotion m;
     if (s.previous < 0) {
       motion[k] = s.carried;
+      measured[k].count = 0;
       return;
     }
     m.center_m = s.center_m;
@@ -220,7 +229,7 @@ struct ChooseMotion {
     const FitQuality fit = quality_of(total, s.previous_points);
     m.residual_m = s.still.rms_m;
     if (s.previous_points > 0 && dt_s > 0.F && s.area_m2 > 0.F) {
-      const bool good = fit.share >= 0.6F && fit.rms_m <= good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
+      const bool good = fit.share >= 0.6F && fit.rms_m <= 2 * good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
       const bool moves =
           s.guess.clearly_better_than(s.still) || s.still.share < 0.6F || s.still.rms_m > good_rms_m;
       const FitQuality& simpler = moves ? s.guess : s.still;
@@ -233,17 +242,63 @@ struct ChooseMotion {
         m.source = MotionSource::too_fast;
       }
     }
-    motion[k] = m;
+    motion[k] = mean(k, m, dt_s);
   }
 
  private:
+  /// How fast points of a piece move that moves so, about.
+  TACTUS_HD static float speed(Vec3f v, Vec3f w, float size_m) {
+    return length(v) + 0.25F * size_m * length(w);
+  }
+  /// The mean with what was measured before, as far as that agrees. What a hull adds to its object changes
+  /// with the view, and those errors cancel between consecutive frames.
+  TACTUS_HD SurfaceMotion mean(Index k, const SurfaceMotion& m, float dt_s) const {
+    const MeasuredMotions& before = state[k].measured;
+    MeasuredMotions& now = measured[k];
+    now.motion[0] = m;
+    now.count = m.source == MotionSource::rigid || m.source == MotionSource::centroid ? 1 : 0;
+    SurfaceMotion sum = m;
+    if (now.count == 0 || before.count == 0 || m.source != before.motion[0].source) return sum;
+    const bool turns = goes_round(before.motion[0], m, dt_s);
+    sum.velocity_m_s = at_end(m, m.center_m, turns, dt_s);
+    const float size_m = pieces[0].piece[k].size_m();
+    const float change = speed(sum.velocity_m_s - at_end(before.motion[0], m.center_m, turns, dt_s),
+                               m.spin_rad_s - before.motion[0].spin_rad_s, size_m);
+    if (change > 0.5F * speed(m.velocity_m_s, m.spin_rad_s, size_m) + 0.5F * good_rms_m / dt_s) return sum;
+    for (Index i = 0; i < before.count; ++i) {
+      sum.velocity_m_s += at_end(before.motion[i], m.center_m, turns, dt_s);
+      sum.spin_rad_s += before.motion[i].spin_rad_s;
+      if (now.count < MeasuredMotions::kMost) now.motion[now.count++] = before.motion[i];
+    }
+    const float share = 1.F / static_cast<float>(before.count + 1);
+    sum.velocity_m_s = share * sum.velocity_m_s;
+    sum.spin_rad_s = share * sum.spin_rad_s;
+    return sum;
+  }
+  /// Whether the centre goes round an axis, as a hand's does round the wrist, and not straight on, as that of
+  /// what is thrown: its way turned with the piece.
+  TACTUS_HD static bool goes_round(const SurfaceMotion& last, const SurfaceMotion& now, float dt_s) {
+    const Vec3f straight = now.velocity_m_s - last.velocity_m_s,
+                round = now.velocity_m_s - now.turn(dt_s) * last.velocity_m_s;
+    return dot(round, round) < dot(straight, straight);
+  }
+  /// Velocity of what is at p_m, by a motion whose velocity is the centre's mean one over its frame. Round an
+  /// axis, it is the one at the end: the way, which was a chord, turned on by half an angle, as long as the
+  /// arc.
+  TACTUS_HD static Vec3f at_end(const SurfaceMotion& m, Vec3f p_m, bool turns, float dt_s) {
+    if (!turns) return m.velocity_m_s;
+    const Vec3f axis = normalized(m.spin_rad_s), along = dot(axis, m.velocity_m_s) * axis;
+    const float half2 = sqr(0.5F * dt_s * length(m.spin_rad_s));
+    const float arc_over_chord = 1.F + half2 * (1.F / 6.F + half2 * (7.F / 360.F));  // x / sin x, x < 0.46
+    const Vec3f end = along + arc_over_chord * (m.turn(0.5F * dt_s) * (m.velocity_m_s - along));
+    return end + cross(m.spin_rad_s, p_m - m.center_m);
+  }
   TACTUS_HD void set_centroid(const FitState& s, SurfaceMotion& m, float dt_s) const {
     m.source = MotionSource::centroid;
     m.residual_m = s.guess.rms_m;
     m.velocity_m_s = (s.center_m - s.previous_center_m) / dt_s;
   }
   TACTUS_HD void set_rigid(const FitState& s, SurfaceMotion& m, float rms, float dt_s) const {
-    const Vec3f back = inverse(s.pose) * s.center_m;
     const float sign = s.rotation.w < 0.F ? -1.F : 1.F;
     const Vec3f half = sign * Vec3f{s.rotation.x, s.rotation.y, s.rotation.z};
     const float x2 = dot(half, half);  // sin²(angle/2) <= 0.19: asin's series to x^9 is good to 2e-6
@@ -251,7 +306,7 @@ struct ChooseMotion {
         1.F + x2 * (1.F / 6.F + x2 * (3.F / 40.F + x2 * (15.F / 336.F + x2 * (105.F / 3456.F))));
     m.source = MotionSource::rigid;
     m.residual_m = rms;
-    m.velocity_m_s = (m.center_m - back) / dt_s;
+    m.velocity_m_s = (m.center_m - inverse(s.pose) * s.center_m) / dt_s;
     m.spin_rad_s = (2.F * asin_over_x / dt_s) * half;
   }
 };

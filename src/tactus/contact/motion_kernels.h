@@ -1,7 +1,8 @@
 #pragma once
 /// Rigid motion of each piece of the real surface between two frames: point-to-plane registration (Chen &
 /// Medioni 1992) of the last frame's samples on this frame's, damped so that directions the shape says
-/// nothing about keep the first guess, the difference of the centres of gravity [P 19].
+/// nothing about keep the first guess: the difference of the centres of gravity [P 19], or the last frame's
+/// motion where that explains more.
 #include "tactus/contact/piece_kernels.h"
 
 namespace tactus {
@@ -34,6 +35,13 @@ struct SurfaceMotion {
   }
 };
 
+/// What was measured of a piece in its last frames, the newest first; velocities are means over a frame.
+struct MeasuredMotions {
+  static constexpr Index kMost = 2;
+  Index count = 0;
+  SurfaceMotion motion[kMost];
+};
+
 /// How well a pose brings the last frame's samples onto this frame's.
 struct FitQuality {
   float rms_m = 0;
@@ -53,9 +61,12 @@ struct FitState {
   Vec3f center_m, previous_center_m;
   float area_m2 = 0;
   Index previous_points = 0;
-  FitQuality still, guess;  ///< of no motion, of the first guess
+  Rigidf steady;            ///< where it would be had it moved on as before
+  Quatf steady_rotation;    ///< of `steady`
+  FitQuality still, guess;  ///< of no motion, of the shift of the centre
   TACTUS_HD Vec3f guess_m() const { return center_m - previous_center_m; }  ///< [P 19]
-  SurfaceMotion carried;  ///< where there is no previous piece
+  SurfaceMotion carried;     ///< where there is no previous piece
+  MeasuredMotions measured;  ///< of the previous piece
 };
 
 /// Partial sums of one group of points: upper triangle of J^T J (21), J^T e (6), e², matched, |arm|².
@@ -73,7 +84,8 @@ struct SetCaptureTime {
 /// Which piece was which: nearest pairs first, one each, of where it was and where it would be had it moved
 /// on steadily. A piece moves by less than its own size between two frames, and its area changes by less than
 /// half, else pieces joined or came apart (with less, 2/3 of the points still find their partners, which is
-/// enough for a fit). A single piece is the one before, whatever it does.
+/// enough for a fit). A single piece is the one before, whatever it does. What was lost and is seen again
+/// gets its label back, and begins a new motion.
 struct MatchPieces {
   static constexpr float kMostGrowth = 1.5F;
   View<const SurfaceMotion> motion;  ///< of the last frame
@@ -90,7 +102,9 @@ struct MatchPieces {
       float best = 1e30F;
       for (Index q = 0; q < was.count; ++q) {
         for (Index k = 0; k < is.count; ++k) {
-          if (was.piece[q].next >= 0 || is.piece[k].label >= 0 || !alike(q, k)) continue;
+          if (was.piece[q].next >= 0 || is.piece[k].label >= 0 ||
+              !alike(was.piece[q].area_m2, is.piece[k].area_m2))
+            continue;
           const float d = distance(q, k);
           if (d < best && d < was.piece[q].size_m()) {
             best = d;
@@ -102,19 +116,55 @@ struct MatchPieces {
       if (best_q < 0) break;
       pair(best_q, best_k);
     }
+    remember(was, is);
     for (Index k = 0; k < is.count; ++k) {
+      if (is.piece[k].label < 0) is.piece[k].label = found_again(is, is.piece[k]);
       if (is.piece[k].label < 0) is.piece[k].label = is.next_label++;
     }
   }
 
  private:
+  /// Adds what is not seen any more to what was lost before; where there is no room, the longest lost goes.
+  TACTUS_HD static void remember(const SurfacePieces& was, SurfacePieces& is) {
+    is.lost_count = 0;
+    for (Index i = 0; i < was.lost_count; ++i) {
+      LostPiece lost = was.lost[i];
+      if (++lost.frames <= LostPiece::kFrames) keep(is, lost);
+    }
+    for (Index q = 0; q < was.count; ++q) {
+      const SurfacePiece& p = was.piece[q];
+      if (p.next < 0 && p.samples > 0) keep(is, {p.label, 1, p.area_m2, p.size_m(), p.center_m});
+    }
+  }
+  TACTUS_HD static void keep(SurfacePieces& is, const LostPiece& lost) {
+    if (is.lost_count == kPieces) forget(is, 0);
+    is.lost[is.lost_count++] = lost;
+  }
+  TACTUS_HD static void forget(SurfacePieces& is, Index i) {
+    for (--is.lost_count; i < is.lost_count; ++i) is.lost[i] = is.lost[i + 1];
+  }
+  /// The label of the nearest lost piece that it can be, or -1.
+  TACTUS_HD static Index found_again(SurfacePieces& is, const SurfacePiece& piece) {
+    Index best = -1;
+    float best_m = 1e30F;
+    for (Index i = 0; i < is.lost_count; ++i) {
+      const LostPiece& lost = is.lost[i];
+      const float d = length(piece.center_m - lost.center_m);
+      if (!(d < best_m && d < lost.size_m && alike(lost.area_m2, piece.area_m2))) continue;
+      best_m = d;
+      best = i;
+    }
+    if (best < 0) return -1;
+    const Index label = is.lost[best].label;
+    forget(is, best);
+    return label;
+  }
   TACTUS_HD void pair(Index q, Index k) const {
     before[0].piece[q].next = k;
     now[0].piece[k].label = before[0].piece[q].label;
   }
-  TACTUS_HD bool alike(Index q, Index k) const {
-    const float a = before[0].piece[q].area_m2, b = now[0].piece[k].area_m2;
-    return a < kMostGrowth * b && b < kMostGrowth * a;
+  TACTUS_HD static bool alike(float a_m2, float b_m2) {
+    return a_m2 < kMostGrowth * b_m2 && b_m2 < kMostGrowth * a_m2;
   }
   TACTUS_HD float distance(Index q, Index k) const {
     const Vec3f step = now[0].piece[k].center_m - before[0].piece[q].center_m;
@@ -124,8 +174,9 @@ struct MatchPieces {
 
 /// The pose of piece k starts at no motion. What is new moves as the nearest piece did, if there was one.
 struct StartFit {
-  View<const SurfaceMotion> motion;  ///< of the last frame
-  View<const float> dt_capture_s;    ///< (1) from the last capture to this one [s]; 0: it stands still
+  View<const SurfaceMotion> motion;      ///< of the last frame
+  View<const MeasuredMotions> measured;  ///< likewise
+  View<const float> dt_capture_s;        ///< (1) from the last capture to this one [s]; 0: it stands still
   View<const SurfacePieces> before, now;
   View<FitState> state;
   TACTUS_HD void operator()(Index k) const {
@@ -134,6 +185,8 @@ struct StartFit {
     for (Index q = 0; q < was.count && k < is.count; ++q) {
       if (was.piece[q].next != k) continue;
       s.previous = q;
+      s.measured = measured[q];
+      move_on(motion[q], s);
       s.previous_points = was.points_of(q);
       s.previous_center_m = was.piece[q].center_m;
     }
@@ -146,6 +199,12 @@ struct StartFit {
   }
 
  private:
+  TACTUS_HD void move_on(const SurfaceMotion& m, FitState& s) const {
+    const float dt_s = dt_capture_s[0], rate = length(m.spin_rad_s);
+    s.steady_rotation = axis_angle(normalized(m.spin_rad_s), rate * dt_s);
+    s.steady.R = rotation_matrix(s.steady_rotation);
+    s.steady.t = m.center_m + dt_s * m.velocity_m_s - s.steady.R * m.center_m;
+  }
   TACTUS_HD void carry(SurfaceMotion& m) const {
     const SurfacePieces& was = before[0];
     Index nearest = -1;

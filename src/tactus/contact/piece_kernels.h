@@ -7,7 +7,6 @@ namespace tactus {
 
 inline constexpr Index kPieces = 16;             ///< the largest pieces, which have a motion of their own
 inline constexpr Index kFitPoints = 1024;        ///< samples of the last frame that are registered, at most
-inline constexpr Index kMostPiecePoints = 512;   ///< of each piece
 inline constexpr Index kLeastPieceSamples = 48;  ///< about 16 s²: what is smaller can't be registered
 inline constexpr Index kLeastPieceShare = 32;    ///< a piece has at least 1/32 of the largest one's samples
 inline constexpr Index kPieceParts = 64;         ///< partial sums: sample i goes to part i % 64
@@ -70,12 +69,23 @@ struct SurfacePiece {
   }
 };
 
+/// A piece that was seen once, and may come back: a hand that left the view, or that touches another.
+struct LostPiece {
+  static constexpr Index kFrames = 15;  ///< so long its label is kept
+  Index label = -1;
+  Index frames = 0;  ///< since it was seen
+  float area_m2 = 0, size_m = 0;
+  Vec3f center_m;
+};
+
 /// All pieces of a frame, the largest first.
 struct SurfacePieces {
   Index count = 0;       ///< >= 1: what can't be told apart is one piece
   Index mixed = 0;       ///< != 0: there are samples that aren't the first piece's
   Index next_label = 0;  ///< for what is seen for the first time
   SurfacePiece piece[kPieces];
+  Index lost_count = 0;
+  LostPiece lost[kPieces];  ///< the longest lost first
   /// Points of each piece that are registered, at most: equal shares.
   TACTUS_HD Index share_of(Index points) const {
     Index parts = 1;
@@ -83,9 +93,7 @@ struct SurfacePieces {
     return points / parts;
   }
   /// How many points of piece k are registered.
-  TACTUS_HD Index points_of(Index k) const {
-    return min(piece[k].samples, min(share_of(kFitPoints), kMostPiecePoints));
-  }
+  TACTUS_HD Index points_of(Index k) const { return min(piece[k].samples, share_of(kFitPoints)); }
 };
 
 /// Numbers the largest pieces, by their samples and then by their root. Empties the list.

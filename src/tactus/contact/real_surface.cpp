@@ -8,7 +8,8 @@ namespace {
 
 // A triangle's middle is at most 2/3 of its longest edge from any of its points: 0.83 spacings.
 constexpr float kCutEdge = 1.25F;
-constexpr Index kMostTriangles = 1 << 21;  // (kMaxCuts - 1)² pieces each still fit an Index
+constexpr float kFineCell = 2, kCoarseCell = 8;  // edges of search cells, in spacings
+constexpr Index kMostTriangles = 1 << 21;        // (kMaxCuts - 1)² pieces each still fit an Index
 
 RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   const auto positive = [](const char* name, double value) {
@@ -39,6 +40,7 @@ void check_fits(const char* what, Index have, Index room) {
 
 RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
     : settings_(checked(settings)),
+      spacing_m_(settings.sample_spacing_m),
       cuts_(device, settings.max_triangles),
       first_(device, settings.max_triangles),
       raw_count_(device, 1),
@@ -57,18 +59,25 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       piece_samples_(device, settings.max_vertices),
       candidates_(device, settings.max_samples / kLeastPieceSamples + 1),
       candidate_count_(device, 1),
-      fine_(device, settings.max_raw_samples, settings.max_samples, 2 * settings.sample_spacing_m, 2),
+      fine_(device, settings.max_raw_samples, settings.max_samples, kFineCell * settings.sample_spacing_m, 2),
       coarse_(device, settings.max_samples, max(settings.max_samples / 4, Index(64)),
-              8 * settings.sample_spacing_m, 2),
+              kCoarseCell * settings.sample_spacing_m, 2),
       dt_capture_s_(device, 1),
       previous_m_(device, kFitPoints),
       fit_(device, kPieces),
-      fit_points_(device, 3 * kFitPoints),
+      fit_points_(device, 4 * kFitPoints),
       piece_parts_(device, kPieces * kPieceParts),
       pieces_(device, 1),
       last_pieces_(device, 1),
       motions_(device, kPieces),
+      measured_(device, kPieces),
       report_(device, 1) {}
+
+void RealSurface::set_coarseness(float spacings) {
+  spacing_m_ = spacings * settings_.sample_spacing_m;
+  fine_.set_cell_m(kFineCell * spacing_m_);
+  coarse_.set_cell_m(kCoarseCell * spacing_m_);
+}
 
 void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s) {
   ctx.parallel_for("contact/set_dt", 1, SetCaptureTime{dt_capture_s_.view(), dt_capture_s});
@@ -106,6 +115,7 @@ void RealSurface::keep_last_frame(ExecContext& ctx) {
 
 void RealSurface::clear(ExecContext& ctx) {
   ctx.fill_bytes(motions_.view(), 0);
+  ctx.fill_bytes(measured_.view(), 0);
   ctx.fill_bytes(pieces_.view(), 0);
   ctx.fill_bytes(last_pieces_.view(), 0);
 }
@@ -140,9 +150,9 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
   const View<Index> cuts = cuts_.view().part(0, triangles), first = first_.view().part(0, triangles);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
-  ctx.parallel_for("contact/cuts", counted,
-                   TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles,
-                                kCutEdge * settings_.sample_spacing_m, cuts});
+  ctx.parallel_for(
+      "contact/cuts", counted,
+      TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles, kCutEdge * spacing_m_, cuts});
   ctx.exclusive_scan("contact/cuts", counted, cuts, first);
   ctx.parallel_for(
       "contact/limit", 1,
@@ -164,12 +174,13 @@ void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
 }
 
 void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
-  const float s = settings_.sample_spacing_m;
+  const float s = spacing_m_;
   const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
-  ctx.parallel_for("contact/match", 1,
-                   FitBegin{{piece_parts_.const_view(), last, pieces_.view()},
-                            {motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()},
-                            {motions_.const_view(), dt_capture_s, last, now, fit_.view()}});
+  ctx.parallel_for(
+      "contact/match", 1,
+      FitBegin{{piece_parts_.const_view(), last, pieces_.view()},
+               {motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()},
+               {motions_.const_view(), measured_.const_view(), dt_capture_s, last, now, fit_.view()}});
   const auto fit = [&]<class Step>(bool first, bool far, const Step& step) {
     ctx.parallel_for("contact/fit", Step::kEvaluations * kFitPoints,
                      FitPoints{previous_m_.const_view(), fine_.view(), coarse_.view(), first ? 1 : 0,
@@ -181,7 +192,8 @@ void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
   fit(false, true, FitStep{fit_.view()});
   for (int i = 0; i < 3; ++i) fit(false, false, FitStep{fit_.view()});
   fit(false, false,
-      ChooseMotion{fit_.view(), dt_capture_s, 0.5F * s, settings_.max_speed_m_s, motions_.view()});
+      ChooseMotion{fit_.view(), dt_capture_s, 0.5F * s, settings_.max_speed_m_s, now, motions_.view(),
+                   measured_.view()});
   ctx.parallel_for("contact/report", kPieces,
                    NoteReport{motions_.const_view(), now, fine_.view().count, raw_overflow_.const_view(),
                               fine_.overflow(), coarse_.overflow(), report_.view()});
@@ -191,7 +203,9 @@ void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
   for (Buffer<SurfacePieces>* pieces : {&pieces_, &last_pieces_}) {
     std::vector<SurfacePieces> all = to_host(ctx, pieces->const_view());
     a.values("pieces", all);
-    a.check(all[0].count >= 0 && all[0].count <= kPieces, "pieces");
+    a.check(all[0].count >= 0 && all[0].count <= kPieces && all[0].lost_count >= 0 &&
+                all[0].lost_count <= kPieces,
+            "pieces");
     for (const SurfacePiece& piece : all[0].piece)
       a.check(piece.next >= -1 && piece.next < kPieces && piece.samples >= 0 &&
                   piece.samples <= settings_.max_samples,
@@ -201,7 +215,27 @@ void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
     ctx.synchronize();
   }
   a.buffer(ctx, "motions", motions_);
+  std::vector<MeasuredMotions> measured = to_host(ctx, measured_.const_view());
+  a.values("measured motions", measured);
+  for (const MeasuredMotions& m : measured)
+    a.check(m.count >= 0 && m.count <= MeasuredMotions::kMost, "measured motions");
+  if (a.reads()) {
+    ctx.upload(measured, measured_.view());
+    ctx.synchronize();
+  }
   a.buffer(ctx, "report", report_);
+}
+
+std::vector<Index> RealSurface::vertex_pieces(ExecContext& ctx, Index vertices) const {
+  const std::vector<std::uint32_t> parent = to_host(ctx, parent_.const_view().part(0, vertices));
+  std::vector<Index> piece = to_host(ctx, piece_number_.const_view().part(0, vertices));
+  const bool mixed = to_host(ctx, pieces_.const_view())[0].mixed != 0;
+  for (std::size_t v = 0; v < piece.size(); ++v) {
+    std::size_t root = v;
+    while (parent[root] != root) root = parent[root];
+    piece[v] = mixed ? piece[root] : 0;  // a root is below the others, and keeps its own number
+  }
+  return piece;
 }
 
 RealSurfaceReport RealSurface::report(ExecContext& ctx) const {

@@ -42,6 +42,10 @@ class RealSurface {
   /// The same where dt_capture_s is on the device (1). After the first frame, it may be recorded.
   void update(ExecContext& ctx, const SurfaceMeshView& mesh, View<const float> dt_capture_s);
 
+  /// From the next update on, samples are so many of the settings' spacings apart, at least 1. What touches
+  /// is the same to rounding; how pieces move is told from fewer points.
+  void set_coarseness(float spacings);
+
   /// Samples for contact: cells of 2 s.
   SamplesView samples() const { return fine_.view(); }
   /// Few samples for what is far: one for each cube of 4 s and direction; cells of 8 s.
@@ -51,6 +55,9 @@ class RealSurface {
     return {balls_.const_view(),         corners_.const_view(),      triangle_piece_.const_view(),
             triangle_face_.const_view(), fine_.input_cells().ranges, fine_.view().near_rows};
   }
+  /// Of each of the last update's first `vertices` vertices, which piece it is on; kNoPiece: one that is too
+  /// small to have a motion of its own. Synchronizes.
+  std::vector<Index> vertex_pieces(ExecContext& ctx, Index vertices) const;
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
   /// What can't be made from the last frame's mesh, which must have been updated to: names and motions of its
@@ -74,6 +81,7 @@ class RealSurface {
   void fit_motion(ExecContext& ctx, View<const float> dt_capture_s);
 
   RealSurfaceSettings settings_;
+  float spacing_m_;  ///< s, as it is now
   bool has_frame_ = false;
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
@@ -90,6 +98,7 @@ class RealSurface {
   Buffer<PieceSums> piece_parts_;
   Buffer<SurfacePieces> pieces_, last_pieces_;
   Buffer<SurfaceMotion> motions_;
+  Buffer<MeasuredMotions> measured_;
   Buffer<RealSurfaceReport> report_;
 };
 

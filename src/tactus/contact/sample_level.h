@@ -16,6 +16,9 @@ class SampleLevel {
   void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2,
              View<const Index> piece, Count count);
 
+  /// Edge of the search cells of the builds from now on [m].
+  void set_cell_m(float cell_m) { list_.set_cell_m(cell_m); }
+
   SamplesView view() const;
   /// Cells of what was merged: slots, and the input's number of each slot.
   CellListView input_cells() const { return list_.view(); }

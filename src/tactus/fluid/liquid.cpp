@@ -13,6 +13,8 @@ namespace {
 
 LiquidConstants constants_of(const LiquidSettings& s) {
   const float sound = 10 * s.max_speed_m_s, d = s.spacing_m;
+  // What is incompressible has no sound to damp, but jiggles.
+  const float damped_m_s = s.solver == LiquidSolver::dfsph ? 4 * s.max_speed_m_s : sound;
   return {.kernel = {1.F / d},
           .spacing_m = d,
           .mass_kg = s.density_kg_m3 * d * d * d,
@@ -20,7 +22,7 @@ LiquidConstants constants_of(const LiquidSettings& s) {
           .tait_Pa = s.density_kg_m3 * sound * sound / 7,
           .sound_m_s = sound,
           .shear_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
-          .damping_m2_s = s.artificial_viscosity * sound * d,
+          .damping_m2_s = s.artificial_viscosity * damped_m_s * d,
           .closest_m = 0.25F * d};
 }
 
@@ -76,6 +78,8 @@ Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
       density_kg_m3_(ctx.device(), settings_.max_particles),
       push_(ctx.device(), settings_.max_particles),
       inverse_D_(ctx.device(), settings_.max_particles),
+      found_(ctx.device(), settings_.max_particles),
+      kd_(ctx.device(), settings_.max_particles),
       motion_(ctx.device(), settings_.max_particles),
       star_(ctx.device(), settings_.max_particles),
       moved_(ctx.device(), settings_.max_particles),
@@ -166,8 +170,8 @@ void Liquid::end_step(ExecContext& ctx, const StepTime& time) {
   const LiquidEnds ends{settings_.box_m, settings_.open_faces, sinks_.const_view(),
                         View<std::uint32_t>(&counters_.view().data()->taken, 1)};
   const LiquidStepped stepped{x_m_.view(), v_m_s_.view(), id_.view(), ends, wall_sums_.view()};
-  if (settings_.solver == LiquidSolver::iisph)
-    end_implicitly(ctx, time, stepped);
+  if (settings_.solver == LiquidSolver::dfsph)
+    end_dfsph(ctx, time, stepped);
   else
     end_weakly(ctx, time, stepped);
   ctx.parallel_for("fluid/count", 1, KeepCount{search_.cells().placed, count_.view()});
@@ -185,37 +189,36 @@ void Liquid::end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStep
       LiquidForce{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped}, lists);
 }
 
-void Liquid::end_implicitly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
+void Liquid::end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
   const NeighbourCells cells = search_.cells();
   const NearLists lists{list_count_.view(), near_.view()};
   const NearWalls walls = near_walls();
+  const View<const LiquidMotion> motion = motion_.const_view(), star = star_.const_view();
+  const View<const float> kd = kd_.const_view();
+  ctx.parallel_for(
+      "fluid/take", search_.placed(),
+      TakeMotion{cells.order, v_m_s_.const_view(), push_.const_view(), motion_.view(), found_.view()});
   search_.visit_listing(
       ctx, "fluid/density",
-      ImplicitDensity{constants_, walls, cells.order, v_m_s_.const_view(), push_.const_view(),
-                      density_kg_m3_.view(), inverse_D_.view(), motion_.view()},
+      DfsphDensity{constants_, time, walls, motion, density_kg_m3_.view(), inverse_D_.view(), kd_.view()},
       lists);
   search_.visit_listed(ctx, "fluid/force",
-                       ImplicitForce{constants_, time, motion_.const_view(), star_.view()}, lists);
-  for (int k = 0; k < settings_.iterations; ++k) {
-    search_.visit_listed(ctx, "fluid/velocity",
-                         ImplicitVelocity<false>{constants_, time, walls, star_.const_view(), moved_.view()},
-                         lists);
-    search_.visit_listed(ctx, "fluid/pressure",
-                         ImplicitPressure{constants_, time, walls, moved_.const_view(),
-                                          density_kg_m3_.const_view(), inverse_D_.const_view(), star_.view()},
-                         lists);
+                       DfsphForce{constants_, time, walls, motion, kd, star_.view(), moved_.view()}, lists);
+  for (int k = 1; k <= settings_.iterations; ++k) {
+    if (k > 1)
+      search_.visit_listed(ctx, "fluid/velocity",
+                           DfsphVelocity<false>{constants_, time, walls, kd, star, moved_.view()}, lists);
+    search_.visit_listed(
+        ctx, "fluid/pressure",
+        DfsphPressure{constants_, time, walls, kd, moved_.const_view(), density_kg_m3_.const_view(),
+                      inverse_D_.const_view(), found_.view(), star_.view(), k == settings_.iterations},
+        lists);
   }
-  search_.visit_listed(ctx, "fluid/step",
-                       ImplicitVelocity<true>{constants_,
-                                              time,
-                                              walls,
-                                              star_.const_view(),
-                                              {},
-                                              cells.particles,
-                                              motion_.const_view(),
-                                              stepped,
-                                              push_.view()},
-                       lists);
+  search_.visit_listed(
+      ctx, "fluid/step",
+      DfsphVelocity<true>{
+          constants_, time, walls, kd, star, {}, cells.particles, motion, stepped, push_.view()},
+      lists);
 }
 
 void Liquid::end_frame(ExecContext& ctx) {
@@ -229,7 +232,7 @@ void Liquid::end_frame(ExecContext& ctx) {
 
 float Liquid::largest_step_s() const {
   const float d = settings_.spacing_m;
-  const float signal_m_s = settings_.solver == LiquidSolver::iisph
+  const float signal_m_s = settings_.solver == LiquidSolver::dfsph
                                ? settings_.max_speed_m_s
                                : constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity);
   float step = 0.4F * d / signal_m_s;

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
-#include "tactus/fluid/iisph_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/neighbour_search.h"
@@ -20,18 +20,18 @@ struct LiquidEmitter {
 
 enum class LiquidSolver : std::uint8_t {
   wcsph,  ///< weakly compressible: many cheap steps
-  iisph,  ///< incompressible: steps ten times as long, four times as dear
+  dfsph,  ///< incompressible: steps ten times as long, three times as dear
 };
 
 struct LiquidSettings {
   LiquidSolver solver = LiquidSolver::wcsph;
-  int iterations = 5;        ///< iisph
+  int iterations = 4;        ///< dfsph
   float spacing_m = 0.004F;  ///< d: of particles at rest
   float density_kg_m3 = 1060;
   float viscosity_Pa_s = 0.0035F;
   /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast.
   float max_speed_m_s = 1;
-  float artificial_viscosity = 0.05F;  ///< alpha
+  float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
   Box3f box_m;                         ///< the world of the liquid
   Index open_faces = 0;                ///< bits of -x, +x, -y, +y, -z, +z where it flows out
   Index max_particles = 40000;
@@ -81,9 +81,11 @@ class Liquid {
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
   void end_frame(ExecContext& ctx);
 
-  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of iisph, with the largest speed
+  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of dfsph, with the largest speed
   /// in place of c (1 + 0.6 alpha).
   float largest_step_s() const;
+  /// Of dfsph, from the next step on, at least 1.
+  void set_iterations(int iterations) { settings_.iterations = iterations; }
   const LiquidSettings& settings() const { return settings_; }
   const LiquidConstants& constants() const { return constants_; }
   LiquidView view() const;
@@ -101,7 +103,7 @@ class Liquid {
  private:
   void make_emitters(ExecContext& ctx);
   void end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
-  void end_implicitly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
+  void end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
 
   LiquidSettings settings_;
   LiquidConstants constants_;
@@ -109,7 +111,7 @@ class Liquid {
   Buffer<Index> count_, id_, wall_count_, list_count_, near_;
   Buffer<Vec3f> x_m_, v_m_s_;
   Buffer<float> density_kg_m3_;
-  Buffer<float> push_, inverse_D_;  ///< iisph
+  Buffer<float> push_, inverse_D_, found_, kd_;  ///< dfsph
   Buffer<LiquidMotion> motion_, star_, moved_;
   Buffer<NearWall> walls_;
   Buffer<WallSums> wall_sums_;

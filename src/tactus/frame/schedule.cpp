@@ -44,7 +44,9 @@ const char* rate_text(Rate rate) {
 }
 
 Schedule::Schedule(DeviceSet& devices)
-    : devices_(devices), frame_(devices), forked_(static_cast<std::size_t>(devices.count())) {}
+    : devices_(devices), frame_(devices), forked_(static_cast<std::size_t>(devices.count())) {
+  recordings_.push_back(std::make_unique<Recording>());
+}
 
 void Schedule::add(Stage stage) {
   if (closed_) throw Error("stage '" + stage.name + "': the schedule is closed");
@@ -189,33 +191,46 @@ void Schedule::submit_block(int units) {
   frame_.end_block(count);
 }
 
-bool Schedule::replays() const { return devices_.is_cuda() && recorded_ && !is_profiling(devices_); }
+bool Schedule::replays() const {
+  return devices_.is_cuda() && recording().is_made && !is_profiling(devices_);
+}
 
 void Schedule::record() {
   for (const Rate rate : {Rate::capture, Rate::before, Rate::after, Rate::end}) {
     Segment& s = segment(rate);
-    if (!s.groups.empty()) s.graph.record(devices_, [&] { submit_groups(s); });
+    if (!s.groups.empty()) graph(rate).record(devices_, [&] { submit_groups(s); });
   }
   if (!segment(Rate::substep).groups.empty()) {
-    for (std::size_t b = 0; b < kBlocks; ++b) blocks_[b].record(devices_, [&] { submit_block(1 << b); });
+    for (std::size_t b = 0; b < kBlocks; ++b)
+      recording().blocks[b].record(devices_, [&] { submit_block(1 << b); });
   }
   // What was recorded did not run, and what this frame leaves out has no times.
   for (const Rate rate : kAllRates) {
     for (Group& group : segment(rate).groups) group.ran = false;
   }
-  recorded_ = true;
+  recording().is_made = true;
 }
 
 void Schedule::record_anew() {
-  recorded_ = false;
-  ++recordings_;
+  for (auto& made : recordings_)
+    if (made) made->is_made = false;
+  ++made_;
+}
+
+void Schedule::select(std::size_t choice) {
+  choice_ = choice;
+  if (recordings_.size() <= choice) recordings_.resize(choice + 1);
+  if (recordings_[choice]) return;
+  recordings_[choice] = std::make_unique<Recording>();
+  ran_with_images_ = false;
+  ++made_;
 }
 
 void Schedule::run_segment(Rate rate) {
   Segment& s = segment(rate);
   if (s.groups.empty()) return;
   if (replays() && rate != Rate::upload) {
-    s.graph.launch(devices_);
+    graph(rate).launch(devices_);
     for (Group& group : s.groups) group.ran = true;
     return;
   }
@@ -233,7 +248,7 @@ void Schedule::run_substeps(int substeps) {
   for (std::size_t b = kBlocks; b-- > 0;) {
     for (const int block = 1 << b; units >= block; units -= block) {
       if (replays()) {
-        blocks_[b].launch(devices_);
+        recording().blocks[b].launch(devices_);
         continue;
       }
       if (devices_.count() > 1) wait_for_first();
@@ -265,7 +280,7 @@ void Schedule::finish(Timings& timings) {
   devices_.synchronize();
   tell_times(timings);
   // What grows does so in the first frame with images, so all after it replay what is recorded here.
-  if (devices_.is_cuda() && !recorded_ && ran_with_images_ && !is_profiling(devices_)) record();
+  if (devices_.is_cuda() && !recording().is_made && ran_with_images_ && !is_profiling(devices_)) record();
 }
 
 void Schedule::tell_times(Timings& timings) {

@@ -1,6 +1,7 @@
 #pragma once
 /// The order of a frame, derived from what its stages read and write.
 #include <array>
+#include <memory>
 
 #include "tactus/base/timing.h"
 #include "tactus/compute/time_stamp.h"
@@ -21,7 +22,8 @@ namespace tactus {
 /// (when n > 0); end. On a GPU, the frame is recorded once the first one with images is done: one graph for
 /// each rate, and for substeps one for each power of two up to 16 units. A unit is as many substeps as all
 /// stages' `every` and `period` divide. Any number of substeps is a few launches of these, so nothing is
-/// recorded anew when it changes.
+/// recorded anew when it changes. Stages that submit something else from a frame on say so by select(): each
+/// choice has a recording of its own, made in its first frame.
 class Schedule {
  public:
   explicit Schedule(DeviceSet& devices);
@@ -39,10 +41,13 @@ class Schedule {
 
   /// Numbers of substeps are multiples of this.
   int unit() const { return unit_; }
-  /// How often the frame was put together for replay: 1, unless record_anew() was called.
-  int recordings() const { return recordings_; }
+  /// How often the frame was put together for replay: 1, unless select() or record_anew() was called.
+  int recordings() const { return made_; }
   /// After a buffer moved or grew.
   void record_anew();
+  /// Which of several sets of submissions the stages make from now on; before a run with new images.
+  /// @param choice 0: the first
+  void select(std::size_t choice);
   const FrameOnDevices& frame() const { return frame_; }
   /// The frame as a table: stages in order, rates, devices, what each reads and writes, who waits for whom.
   std::string text() const;
@@ -58,7 +63,12 @@ class Schedule {
   };
   struct Segment {
     std::vector<Group> groups;
-    DeviceGraph graph;
+  };
+  /// A frame for replay.
+  struct Recording {
+    std::array<DeviceGraph, kRates> segments;
+    std::array<DeviceGraph, kBlocks> blocks;
+    bool is_made = false;
   };
   using After = std::vector<std::vector<std::size_t>>;  ///< per stage, those that come before it
 
@@ -73,6 +83,9 @@ class Schedule {
   void record();
   void tell_times(Timings& timings);
   bool replays() const;
+  Recording& recording() { return *recordings_[choice_]; }
+  const Recording& recording() const { return *recordings_[choice_]; }
+  DeviceGraph& graph(Rate rate) { return recording().segments[static_cast<std::size_t>(rate)]; }
   Segment& segment(Rate rate) { return segments_[static_cast<std::size_t>(rate)]; }
   const Segment& segment(Rate rate) const { return segments_[static_cast<std::size_t>(rate)]; }
   void wait_for_first();
@@ -83,11 +96,12 @@ class Schedule {
   std::vector<Stage> stages_;
   std::vector<char> crosses_;  ///< per stage: it depends on one that ran on other devices
   std::array<Segment, kRates> segments_;
-  std::array<DeviceGraph, kBlocks> blocks_;
+  std::vector<std::unique_ptr<Recording>> recordings_;  ///< by choice
+  std::size_t choice_ = 0;
   TimeStamp substeps_begin_, substeps_end_;
   std::vector<Event> forked_;  ///< per device
-  bool closed_ = false, recorded_ = false, ran_with_images_ = false, ran_substeps_ = false;
-  int unit_ = 1, recordings_ = 1;
+  bool closed_ = false, ran_with_images_ = false, ran_substeps_ = false;
+  int unit_ = 1, made_ = 1;
   double begin_s_ = 0;
 };
 

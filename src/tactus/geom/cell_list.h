@@ -33,6 +33,8 @@ class CellList {
 
   Index max_particles() const { return order_.size(); }
   const CellGrid& grid() const { return grid_; }
+  /// Of the builds from now on, > 0.
+  void set_cell_m(float cell_m) { grid_.inverse_cell_1_m = 1 / cell_m; }
   CellListView view() const;
   /// Cell of each of the first `count` slots, ascending; grid().cell_count() for those that are in no cell.
   View<const std::uint32_t> keys() const { return keys_.const_view(); }

@@ -35,12 +35,11 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
          {"m", 0.0001, 1});
   v.choice(
       {"solver",
-       "`iisph`: incompressible, with long steps; `wcsph`: weakly compressible, with steps a tenth as long "
-       "and a quarter as dear"},
-      f.solver, {{"iisph", LiquidModel::iisph}, {"wcsph", LiquidModel::wcsph}});
+       "`dfsph`: incompressible, with long steps; `wcsph`: weakly compressible, with steps a tenth as long "
+       "and a third as dear"},
+      f.solver, {{"dfsph", LiquidModel::dfsph}, {"wcsph", LiquidModel::wcsph}});
   v.integer(
-      {"iterations",
-       "iisph: of each step; in a pool of 12 spacings, 4 leave 0.5 % too much density and 8 leave 0.2 %"},
+      {"iterations", "dfsph: of each step. 3 leave 0.13 % too much density, 4 leave 0.1 %, 8 leave 0.05 %"},
       f.iterations, {"", 1, 100});
   v.section({"box", "the liquid's world; its faces are walls, but for those that are open", kRequired},
             [&](FieldVisitor& in) { describe_box(in, f.box); });
@@ -56,16 +55,15 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.real({"density_kg_m3", "mass per volume; blood 1060, water 1000"}, f.density_kg_m3,
          positive("kg/m^3", 30000));
   v.real({"viscosity_pa_s", "blood 0.0035, water 0.001, honey 10"}, f.viscosity_pa_s, {"Pa s", 0, 1000});
-  v.real({"artificial_viscosity", "damps sound: of what approaches alone"}, f.artificial_viscosity,
-         {"", 0, 1});
+  v.real({"artificial_viscosity", "alpha of Monaghan: damps what approaches, and so sound"},
+         f.artificial_viscosity, {"", 0, 1});
   v.real_or_auto(
       {"max_speed_m_s",
        "that steps are made for: half of it halves their number. What moves faster may be compressed"},
       f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
-  v.only_when(f.solver == LiquidModel::iisph, "iterations", "'solver' is iisph");
-  v.only_when(f.solver == LiquidModel::wcsph, "artificial_viscosity", "'solver' is wcsph");
+  v.only_when(f.solver == LiquidModel::dfsph, "iterations", "'solver' is dfsph");
   const Vec3d edge = f.box.max_m - f.box.min_m;
   v.check(
       min(edge.x, min(edge.y, edge.z)) >= 2 * f.spacing_m, "spacing_m",

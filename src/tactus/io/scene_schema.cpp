@@ -48,6 +48,8 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
   v.integer({"tolerated_views", "keep what up to so many views carve (k-of-n hull)"}, r.tolerated_views,
             {"", 0, 7});
   v.integer({"min_views", "space that fewer cameras look at is outside"}, r.min_views, {"", 0, 64});
+  v.integer({"smooth", "steps of smoothing that keep edges and volume; each looks one triangle farther"},
+            r.smooth, {"", 0, 100});
   v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
          r.depth_jump_m, positive("m", 100));
   const Range room{"", 0, 1 << 30};

@@ -63,16 +63,6 @@ void check_triangles(const TriangleMesh& mesh) {
   }
 }
 
-/// The axes (rows) with the signs nearest to those of before; right-handed.
-Mat3d aligned(const Mat3d& axes, const Mat3d& before) {
-  Mat3d out = axes;
-  for (int i = 0; i < 2; ++i) {
-    if (dot(axes.row[i], before.row[i]) < 0) out.row[i] = -axes.row[i];
-  }
-  out.row[2] = cross(out.row[0], out.row[1]);
-  return out;
-}
-
 }  // namespace
 
 MeshComponents find_components(const TriangleMesh& mesh) {
@@ -129,49 +119,12 @@ MeshComponents find_components(const TriangleMesh& mesh) {
   return result;
 }
 
-void ComponentTracker::update(MeshComponents& components) {
-  struct Pair {
-    double distance_m;
-    std::size_t piece, known;
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < components.pieces.size(); ++i) {
-    const MeshComponent& piece = components.pieces[i];
-    for (std::size_t k = 0; k < known_.size(); ++k) {
-      const Known& known = known_[k];
-      if (known.volume_m3 * piece.volume_m3 < 0) continue;  // a cavity is not a body
-      const double stayed = length(piece.centroid_m - known.centroid_m);
-      const double moved = length(piece.centroid_m - known.centroid_m - (known.unseen + 1.0) * known.step_m);
-      const double size = std::max(known.size_m, piece.extent_m.x);
-      if (std::min(stayed, moved) <= reach_ * size + 1e-9) pairs.push_back({std::min(stayed, moved), i, k});
-    }
+Mat3d with_signs_of(const Mat3d& before, Mat3d axes) {
+  for (int i = 0; i < 2; ++i) {
+    if (dot(axes.row[i], before.row[i]) < 0) axes.row[i] = -axes.row[i];
   }
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const Pair& a, const Pair& b) { return a.distance_m < b.distance_m; });
-  for (Known& known : known_) ++known.unseen;
-  for (MeshComponent& piece : components.pieces) piece.label = -1;
-  std::vector<bool> taken(known_.size());
-  for (const Pair& pair : pairs) {
-    MeshComponent& piece = components.pieces[pair.piece];
-    Known& known = known_[pair.known];
-    if (piece.label >= 0 || taken[pair.known]) continue;
-    taken[pair.known] = true;
-    piece.label = known.label;
-    piece.axes = aligned(piece.axes, known.axes);
-    known = {known.label,
-             piece.centroid_m,
-             1.0 / known.unseen * (piece.centroid_m - known.centroid_m),
-             piece.axes,
-             piece.volume_m3,
-             piece.extent_m.x,
-             0};
-  }
-  for (MeshComponent& piece : components.pieces) {
-    if (piece.label >= 0) continue;
-    piece.label = next_label_++;
-    known_.push_back({piece.label, piece.centroid_m, {}, piece.axes, piece.volume_m3, piece.extent_m.x, 0});
-  }
-  std::erase_if(known_, [this](const Known& known) { return known.unseen > memory_frames_; });
+  axes.row[2] = cross(axes.row[0], axes.row[1]);
+  return axes;
 }
 
 }  // namespace tactus

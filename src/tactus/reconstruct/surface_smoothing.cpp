@@ -89,7 +89,7 @@ DeviceMesh SurfaceSmoothing::smooth(ExecContext& ctx, const DeviceMesh& mesh, fl
   }
   // The second time for what the first order left.
   for (int i = 0; i < 2; ++i) restore_volume(ctx, mesh, at, edge_m);
-  return {at, mesh.triangles, mesh.counts};
+  return {at, mesh.triangles, mesh.counts};  // after an even number of exchanges: positions_
 }
 
 }  // namespace tactus

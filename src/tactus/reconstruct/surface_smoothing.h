@@ -12,11 +12,13 @@ class SurfaceSmoothing {
  public:
   SurfaceSmoothing(Device& device, Index max_vertices, Index max_triangles);
   /// The mesh with its vertices moved; triangles and counts are those of `mesh`, which is not changed. Valid
-  /// until the next call. Asynchronous; allocates nothing after its first call.
+  /// until the next call. Asynchronous; allocates nothing after its first call, and may then be recorded.
   /// @param edge_m typical edge (the voxel) [m]  @param steps 1 or more; each looks one ring of triangles
   /// farther
   /// @throws Error when the mesh has more room than this, or for numbers out of range.
   DeviceMesh smooth(ExecContext& ctx, const DeviceMesh& mesh, float edge_m, int steps);
+  /// (max_vertices) As the last call left them.
+  View<const Vec3f> positions_m() const { return positions_.const_view(); }
 
  private:
   void find_fans(ExecContext& ctx, const DeviceMesh& mesh);

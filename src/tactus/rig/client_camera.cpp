@@ -109,6 +109,10 @@ class FilmedCamera final : public ClientCamera {
              " pixels, expected " + std::to_string(size_.width) + "x" + std::to_string(size_.height);
     model_.classify(photo_.data, background_, bits_, 1 / fps_);
     undistort_.mask(bits_, images.mask);
+    if (options_.alpha) {
+      model_.alpha(photo_.data, background_, bits_, alpha_);
+      undistort_.bytes(alpha_.pixels.data(), images.alpha);
+    }
     images.photo_jpeg.clear();
     if (options_.photos) {
       undistort_.color(photo_.data, color_);
@@ -140,6 +144,7 @@ class FilmedCamera final : public ClientCamera {
   std::unique_ptr<PictureReader> pictures_;
   cv::Mat photo_;
   BitMask bits_;
+  AlphaImage alpha_;
   ColorImage color_;
   PhotoCoder coder_;
 };
@@ -199,6 +204,8 @@ std::unique_ptr<ClientCamera> open_client_camera(const RigFile& file, const std:
     const std::string device = options.device.empty() ? file.devices[at] : options.device;
     if (!device.empty() || !file.videos[at].empty())
       camera = std::make_unique<FilmedCamera>(file, at, options, device);
+    else if (!file.masks[at].empty() && options.alpha)
+      throw usage_error("plays masks, which have no soft edges; expected a 'device' or 'video' for --alpha");
     else if (!file.masks[at].empty())
       camera = std::make_unique<PlayedCamera>(file, at, options);
     else

@@ -12,9 +12,10 @@ namespace tactus {
 class ClientCamera {
  public:
   struct Options {
-    std::string device;   ///< instead of the rig file's
-    bool photos = false;  ///< send photographs, too
+    std::string device = {};  ///< instead of the rig file's
+    bool photos = false;      ///< send photographs, too
     int photo_quality = 85;
+    bool alpha = false;  ///< send how much of each pixel the subject covers, too: of devices and films
   };
   virtual ~ClientCamera() = default;
   /// The images of tick `number`, captured now. Devices wait for their next image; recordings give the one of

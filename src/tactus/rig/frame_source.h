@@ -24,6 +24,7 @@ struct FrameSet {
   std::int64_t tick = 0;
   double time_s = 0;      ///< of the capture, on the source's clock
   double captured_s = 0;  ///< the same on the clock of now_s(); 0: not known, then as it comes
+  double released_s = 0;  ///< where that is known: when the set was put together, on the clock of now_s()
   std::vector<BitMask>
       silhouettes;  ///< one per camera, undistorted; an empty mask (0x0): this camera missed the tick
   std::vector<AlphaImage> alphas;         ///< where asked for, of silhouettes before a room: one per camera

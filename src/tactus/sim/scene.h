@@ -53,6 +53,7 @@ struct ReconstructionDescription {
   bool repair_masks = false;             ///< fill holes in the mask of a suspect view
   int tolerated_views = 0;               ///< keep what up to so many views carve
   int min_views = 2;                     ///< space that fewer cameras look at is outside
+  int smooth = 0;                        ///< steps of smoothing that keep edges and volume
   double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
   // Room for the surface; 0: from the resolution. HullOptions says more.
   int max_active_bricks = 0;
@@ -246,11 +247,11 @@ enum class LiquidOpen : std::uint8_t { none, top, sides, all };
 
 enum class LiquidLooks : std::uint8_t { blood, water };
 
-enum class LiquidModel : std::uint8_t { wcsph, iisph };
+enum class LiquidModel : std::uint8_t { wcsph, dfsph };
 
 struct LiquidDescription {
-  LiquidModel solver = LiquidModel::iisph;
-  int iterations = 5;  ///< iisph
+  LiquidModel solver = LiquidModel::dfsph;
+  int iterations = 4;  ///< dfsph
   double spacing_m = 0.01;
   BoxRegion box;
   LiquidOpen open = LiquidOpen::none;

@@ -29,7 +29,7 @@ Index open_faces(LiquidOpen open) {
 
 LiquidSettings settings_of(const Scene& scene) {
   const LiquidDescription& f = *scene.fluid;
-  LiquidSettings s{.solver = f.solver == LiquidModel::iisph ? LiquidSolver::iisph : LiquidSolver::wcsph,
+  LiquidSettings s{.solver = f.solver == LiquidModel::dfsph ? LiquidSolver::dfsph : LiquidSolver::wcsph,
                    .iterations = f.iterations,
                    .spacing_m = static_cast<float>(f.spacing_m),
                    .density_kg_m3 = static_cast<float>(f.density_kg_m3),

@@ -32,6 +32,12 @@ class SceneLiquid {
   static Resource report_resource() { return "liquid/report"; }
 
   int substeps_for(double dt_s) const;
+  /// Whether each step costs less with less accuracy; then a step takes half its iterations from now on, or
+  /// all.
+  bool can_hurry() const { return description_.solver == LiquidModel::dfsph && description_.iterations > 1; }
+  void hurry(bool in_haste) {
+    liquid_.set_iterations(in_haste ? (description_.iterations + 1) / 2 : description_.iterations);
+  }
   /// @throws usage Error when so many substeps are unstable.
   void check_substeps(double dt_s, int substeps) const;
   /// Over the frame that was waited for. @returns what a user should know

@@ -27,15 +27,21 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   return options;
 }
 
+/// With voxels twice as large.
+HullOptions coarse(HullOptions options) {
+  options.resolution = ceil_div(options.resolution, 2);
+  return options;
+}
+
 std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
   if (!scene.reconstruction.depth) return {};
   return rig.depth_cameras;
 }
 
-float sample_spacing_m(const Scene& scene, const VisualHull& hull) {
+float sample_spacing_m(const Scene& scene, float voxel_size_m) {
   if (scene.contact.sample_spacing_m) return static_cast<float>(*scene.contact.sample_spacing_m);
   double spacing =
-      scene.bodies.empty() ? 2 * static_cast<double>(hull.voxel_size_m()) : scene.bodies.front().spacing_m;
+      scene.bodies.empty() ? 2 * static_cast<double>(voxel_size_m) : scene.bodies.front().spacing_m;
   for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
   return static_cast<float>(spacing);
 }
@@ -98,15 +104,21 @@ void add(OwnerReaction& sum, const OwnerReaction& r) {
 
 }  // namespace
 
-Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets)
+Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
+                       bool can_save)
     : devices_(devices),
       scene_(scene),
-      hull_(devices, rig.cameras, hull_options(scene, rig), depth_cameras(scene, rig)),
+      fine_surface_(devices, rig.cameras, depth_cameras(scene, rig),
+                    {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
+      coarse_surface_(can_save ? std::make_unique<SurfacePipeline>(
+                                     devices, rig.cameras, depth_cameras(scene, rig),
+                                     SurfaceOptions{.hull = coarse(hull_options(scene, rig)),
+                                                    .smoothing_steps = scene.reconstruction.smooth})
+                               : nullptr),
       hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
-                  hull_.voxel_size_m()),
-      normals_(devices.device(0), hull_.mesh().positions_m.size()),
+                  fine_surface_.voxel_size_m()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
-      sample_spacing_m_(sample_spacing_m(scene, hull_)),
+      sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies) {
@@ -114,7 +126,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
-      world_(devices, devices_that_touch(bodies_), surface_settings(hull_.mesh(), sample_spacing_m_),
+      world_(devices, devices_that_touch(bodies_),
+             surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
               .friction = static_cast<float>(scene.contact.friction),
               .response = scene.contact.response},
@@ -166,13 +179,14 @@ void Simulation::add_probe(const ProbeDescription& probe) {
 void Simulation::add_stages() {
   ExecContext& ctx = devices_.context(0);
   const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
-  for (Stage& stage : hull_.stages([this] { hull_.upload(masks_, depths(*incoming_)); }))
-    schedule_.add(std::move(stage));
+  for (Stage& stage : surface_stages()) schedule_.add(std::move(stage));
   schedule_.add({.name = "hull/check",
                  .timed_as = "check",
                  .rate = Rate::capture,
                  .reads = {VisualHull::kMesh},
-                 .submit = [this, &ctx](BlockPlace) { hull_check_.measure(ctx, hull_.mesh()); }});
+                 .submit = [this, &ctx](BlockPlace) {
+                   if (!saves(Saving::hull)) hull_check_.measure(ctx, fine_surface_.hull().mesh());
+                 }});
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",
                  .rate = Rate::capture,
@@ -180,7 +194,7 @@ void Simulation::add_stages() {
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
                  .submit = [this](BlockPlace) {
-                   const DeviceMesh mesh = hull_.mesh();
+                   const DeviceMesh mesh = surface().surface();
                    world_.update(
                        {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
                        schedule_.frame());
@@ -195,7 +209,8 @@ void Simulation::add_stages() {
     body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
   touching_.add_stages(schedule_, readback_, world_.part(0).contact);
   if (liquid_) liquid_->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
-  hull_.add_reports(readback_);
+  fine_surface_.hull().add_reports(readback_);
+  if (coarse_surface_) coarse_surface_->hull().add_reports(readback_);
   surface_report_ = readback_.add(world_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
@@ -220,11 +235,13 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
   bool has_new_images = frame != nullptr;
   if (has_new_images) {
+    begin_savings();
     has_surface_ = true;
     incoming_ = frame;
     masks_ = silhouettes(*frame, report.notices);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
+    released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
   }
   part_ = 0;
   const double frame_begin_s = clock_.simulated_s() - times.dt_s;
@@ -248,13 +265,14 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
   cut_bodies(frame_begin_s, clock_.simulated_s(), report);
   collect(report);
-  if (frame != nullptr) timings_.add("latency", captured_s_, now_s());
+  if (frame != nullptr) note_latency();
   return report;
 }
 
 void Simulation::run_part(const FrameTimes& times, const FramePart& part, double begin_s,
                           bool has_new_images) {
   const auto dt_substep_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.substeps, 1));
+  const double begin_run_s = now_s();
   schedule_.run({.dt_s = dt_substep_s,
                  .dt_before_s = last_substep_s_,
                  .dt_capture_s = static_cast<float>(times.dt_capture_s),
@@ -263,9 +281,13 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                  .substeps = part.substeps,
                  .part = part_},
                 has_new_images);
-  if (has_new_images) hull_check_.prepare(incoming_->silhouettes);  // while the devices work
+  if (has_new_images && !saves(Saving::hull))
+    hull_check_.prepare(incoming_->silhouettes);  // while the devices work
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
+  if (has_new_images)
+    meshed_s_ = begin_run_s +
+                1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));
   if (!has_surface_) return;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   piece_speeds_.clear();
@@ -299,12 +321,12 @@ void Simulation::collect(StepReport& report) {
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   if (!has_surface_) return;
-  report.hull = hull_.report(readback_);
+  report.hull = hull().report(readback_);
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
   // What lacks room is open, and no fault of the rig.
-  if (incoming_ != nullptr && !report.hull.overflow)
+  if (incoming_ != nullptr && !report.hull.overflow && !saves(Saving::hull))
     warn("hull.check", hull_check_.tell(devices_.context(0)));
   incoming_ = nullptr;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
@@ -354,26 +376,6 @@ void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
     report.contacts.push_back(contact);
   else
     add(known->reaction, contact.reaction);
-}
-
-std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
-  if (!uses_depth_) return {};
-  return frame.depths_m;
-}
-
-std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vector<Notice>& notices) {
-  if (!view_scores_) return frame.silhouettes;
-  const StageTimer timer(timings_, "views");
-  ExecContext& ctx = devices_.context(0);
-  const std::vector<ViewScore> found = view_scores_->measure(ctx, frame.silhouettes);
-  repaired_ = frame.silhouettes;
-  const std::vector<RepairedMask> repairs = repair_masks(ctx, *view_scores_, found, repaired_);
-  const std::string suspect = suspect_views_text(view_scores_->cameras(), found);
-  if (!suspect.empty()) notices.push_back({"views.suspect", Severity::warning, suspect, ""});
-  if (!repairs.empty())
-    notices.push_back(
-        {"views.repaired", Severity::warning, repairs_text(view_scores_->cameras(), repairs), ""});
-  return repaired_;
 }
 
 int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
@@ -436,12 +438,7 @@ FrameSnapshot Simulation::snapshot() {
   snapshot.tick = tick_;
   snapshot.captured_s = captured_s_;
   ExecContext& ctx = devices_.context(0);
-  if (has_surface_) {
-    snapshot.real = hull_.download();
-    normals_.compute(ctx, hull_.mesh(), hull_.voxel_size_m());
-    snapshot.real.normals =
-        to_host(ctx, normals_.view().part(0, static_cast<Index>(snapshot.real.positions_m.size())));
-  }
+  if (has_surface_) snapshot.real = surface().download();
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }

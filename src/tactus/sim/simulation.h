@@ -10,12 +10,12 @@
 #include "tactus/frame/schedule.h"
 #include "tactus/reconstruct/hull_check.h"
 #include "tactus/reconstruct/mask_repair.h"
-#include "tactus/reconstruct/surface_texture.h"
-#include "tactus/reconstruct/visual_hull.h"
+#include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/frame_clock.h"
+#include "tactus/sim/frame_savings.h"
 #include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/soft_body.h"
 #include "tactus/sim/touching_bodies.h"
@@ -57,16 +57,25 @@ struct FrameSnapshot {
 /// as pay, with the same bits; what is seen of them is on the first.
 class Simulation {
  public:
+  /// @param can_save prepares for save(), which takes memory
   /// @throws Error naming what is wrong with rig, body or material.
-  Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets);
+  Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
+             bool can_save = false);
 
   /// One frame. @param frame what the rig saw, or nullptr when nothing new came: the real surface then goes
   /// on with its motion. @param dt_s time since the last frame, to this capture or to now; 0 for the first
   /// @throws Error when 'frame.substeps' is not stable.
   StepReport step(const FrameSet* frame, double dt_s);
   StepReport step(const FrameSet& frame, double dt_s) { return step(&frame, dt_s); }
+  /// What save() can leave out of this scene's frames, what is missed least first.
+  std::vector<Saving> savings() const;
+  /// From the next new images on, frames make these savings and no others. On a GPU, each choice is recorded
+  /// in its first frame.
+  void save(std::span<const Saving> savings);
   /// Copies what is to be seen to the host. Synchronizes.
   FrameSnapshot snapshot();
+  /// Whoever looks at it has the snapshot of the last frame: counts the latency of live images.
+  void note_shown();
   /// World positions of the scene's probes [m], in its order. Synchronizes.
   std::vector<Vec3f> probe_positions_m();
   /// Likewise, strain and stress there.
@@ -96,7 +105,7 @@ class Simulation {
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
-  const VisualHull& hull() const { return hull_; }
+  const VisualHull& hull() const { return surface().hull(); }
   /// Where bodies live.
   ExecContext& context() { return devices_.context(0); }
 
@@ -110,6 +119,16 @@ class Simulation {
   void add_probe(const ProbeDescription& probe);
   void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
+  // simulation_images.cpp
+  std::vector<Stage> surface_stages();
+  /// What makes it as savings are.
+  const SurfacePipeline& surface() const { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
+  SurfacePipeline& surface() { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
+  bool saves(Saving saving) const { return (savings_made_ >> static_cast<unsigned>(saving) & 1U) != 0; }
+  void begin_savings();
+  void note_latency();
+  /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
+  std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
   /// Of a frame: what moves fast would strain bodies far more than at its beginning, so their steps follow
@@ -134,8 +153,6 @@ class Simulation {
   void settle_piece(int substeps, StepReport& report);
   double settling_dt_s() const;
   void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
-  /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
-  std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
   void collect(StepReport& report);
   /// Of each part of a frame.
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
@@ -147,9 +164,10 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
-  VisualHull hull_;
+  SurfacePipeline fine_surface_;
+  std::unique_ptr<SurfacePipeline> coarse_surface_;  ///< where savings may be made
+  unsigned savings_made_ = 0, savings_asked_ = 0;    ///< bits
   HullCheck hull_check_;
-  SurfaceNormals normals_;  ///< for pictures
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
   std::vector<BitMask> repaired_;
@@ -167,6 +185,8 @@ class Simulation {
   std::span<const BitMask> masks_;      ///< likewise
   std::int64_t tick_ = 0;
   double captured_s_ = 0, last_dt_s_ = 0;
+  /// When the set and the mesh of live images were there; 0: they are not live.
+  double released_s_ = 0, meshed_s_ = 0;
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
   bool is_settled_ = false;   ///< or need not be

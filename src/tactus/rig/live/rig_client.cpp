@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
@@ -17,9 +18,10 @@
 namespace tactus {
 namespace {
 
-constexpr int kOnTheWay = 2;
-/// A receipt that takes longer won't come: the server ended, or the connection broke.
-constexpr double kLost_s = 1;
+constexpr std::size_t kOnTheWay = 2;
+/// A receipt that takes so much longer than those before won't come: the server ended, the connection broke,
+/// or something on the way drops packets.
+constexpr double kLostAfterWays = 4, kLeastLost_s = 0.05, kMostLost_s = 1;
 constexpr double kHello_s = 0.5;
 constexpr int kReconnect_ms = 100, kReconnectMost_ms = 500, kHeartbeat_ms = 1000, kSilence_ms = 3000;
 
@@ -35,7 +37,7 @@ void set_keys(ZmqSocket& socket, const std::string& address, const std::optional
     socket.set(ZMQ_CURVE_SECRETKEY, key->secret_key);
   }
   socket.set(ZMQ_IMMEDIATE, 1);
-  socket.set(ZMQ_SNDHWM, kOnTheWay);
+  socket.set(ZMQ_SNDHWM, static_cast<int>(kOnTheWay));
   socket.set(ZMQ_MAXMSGSIZE, std::int64_t{1} << 20);
   socket.set(ZMQ_RECONNECT_IVL, kReconnect_ms);
   socket.set(ZMQ_RECONNECT_IVL_MAX, kReconnectMost_ms);
@@ -49,6 +51,32 @@ std::uint64_t random_boot() {
 }
 
 }  // namespace
+
+/// Packets that have no receipt yet, oldest first.
+class PacketsOnTheWay {
+ public:
+  bool has_room(double now_s) {
+    while (!sent_.empty() && now_s - sent_.front().at_s > lost_after_s_) sent_.erase(sent_.begin());
+    return sent_.size() < kOnTheWay;
+  }
+  void send(std::uint64_t sequence, double now_s) { sent_.push_back({sequence, now_s}); }
+  /// Those before it are lost, or theirs are.
+  void receive(std::uint64_t sequence, double now_s) {
+    while (!sent_.empty() && sent_.front().sequence <= sequence) {
+      way_s_ = std::max(now_s - sent_.front().at_s, 0.9 * way_s_);
+      sent_.erase(sent_.begin());
+    }
+    lost_after_s_ = std::clamp(kLostAfterWays * way_s_, kLeastLost_s, kMostLost_s);
+  }
+
+ private:
+  struct Sent {
+    std::uint64_t sequence;
+    double at_s;
+  };
+  std::vector<Sent> sent_;
+  double way_s_ = 0, lost_after_s_ = kMostLost_s;  ///< there and back, the longest of late
+};
 
 struct RigClient::Impl {
   Impl(const LiveCamera& of, const std::string& address, const std::optional<LiveKey>& key)
@@ -87,8 +115,8 @@ struct RigClient::Impl {
   PacketHead head;
   PacketCoder coder;
   std::string packet;
-  int on_the_way = 0;
-  double last_sent_s = 0, last_hello_s = 0;
+  PacketsOnTheWay on_the_way;
+  double last_hello_s = 0;
 
   ZmqContext context;
   ZmqSocket socket;
@@ -105,12 +133,11 @@ void RigClient::Impl::work() {
     wake.clear();
     receive();
     const double now = now_s();
-    if (on_the_way > 0 && now - last_sent_s > kLost_s) on_the_way = 0;
     if (now - last_hello_s > kHello_s) {
       last_hello_s = now;
       socket.send(live_message_bytes({LiveMessage::kHello, 0, head.boot, camera.name}));
     }
-    if (on_the_way < kOnTheWay) send();
+    if (on_the_way.has_room(now)) send();
   }
 }
 
@@ -123,8 +150,8 @@ void RigClient::Impl::receive() {
       trigger = static_cast<std::int64_t>(m->number);
       has_trigger.notify_one();
     } else if (m->kind == LiveMessage::kReceipt && m->detail < static_cast<std::uint32_t>(Refusal::count)) {
-      on_the_way = std::max(on_the_way - 1, 0);
       heard_s = now_s();
+      on_the_way.receive(m->number, heard_s);
       if (m->detail == 0)
         ++status.taken;
       else
@@ -149,9 +176,8 @@ void RigClient::Impl::send() {
   const bool sent = socket.send(packet);
   const std::lock_guard lock(mutex);
   if (sent) {
-    ++on_the_way;
+    on_the_way.send(head.sequence, head.sent_s);
     ++status.sent;
-    last_sent_s = head.sent_s;
     return;
   }
   --head.sequence;  // nobody is there

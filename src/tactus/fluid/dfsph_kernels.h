@@ -1,0 +1,278 @@
+#pragma once
+/// Divergence-free SPH (Bender & Koschier 2015). Two solves make velocities that neither press the liquid nor
+/// have it pressed at the end of the step. With k_i = dt p_i / rho_i^2, kd of the first and k of the second,
+///
+///   v_i     = v*_i - sum_j m (k_i + k_j) grad W + k_i rho0 f n       (f, n of walls)
+///   Drho_i  = sum_j m (v_i - v_j) . grad W - rho0 f n . (v_i - v_wall)
+///   kd_i    = max(0, omega Drho_i / D_i),                             D_i = -d Drho_i / d k_i
+///   k_i     = max(0, k_i + omega (rho_i + dt Drho_i - rho0) / (dt D_i)).
+///
+/// The second is a fixed number of Jacobi iterations that begin with the last step's k, and go on by half of
+/// their last change (Nesterov 1983): two in place of three.
+#include "tactus/fluid/wall_kernels.h"
+#include "tactus/geom/neighbour_visit.h"
+
+namespace tactus {
+
+inline constexpr float kJacobiRelaxation = 0.5F;  ///< omega
+
+/// grad W = d slope, for all lanes of a visit alike.
+struct PairSlope {
+  TACTUS_HD static float of(const LiquidConstants& liquid, float r2_m2, bool near) {
+    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
+    const float slope =
+        SmoothingKernel::slope(r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, inverse_r * liquid.spacing_m);
+    return near ? slope : 0.F;
+  }
+};
+
+/// Drho/Dt that walls bring to a particle of velocity v that pushes them with k.
+TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls& walls, Index i, Vec3f v,
+                                 float k) {
+  const Index n = walls.count[i];
+  if (n == 0) return 0;
+  float rate = 0;
+  const WallShare share = WallShare::of(walls, i, liquid);
+  for (Index w = 0; w < n; ++w) {
+    const NearWall& wall = walls.at(i, w);
+    const float f = liquid.density_kg_m3 * share.slope_1_m[w];
+    rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.give_1_kg * liquid.mass_kg * k * f);
+  }
+  return rate;
+}
+/// The velocity that walls give to a particle that pushes them with k.
+TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls& walls, Index i, float k) {
+  const Index n = walls.count[i];
+  Vec3f kick{};
+  if (n == 0) return kick;
+  const WallShare share = WallShare::of(walls, i, liquid);
+  for (Index w = 0; w < n; ++w) kick += (k * liquid.density_kg_m3 * share.slope_1_m[w]) * walls.at(i, w).n;
+  return kick;
+}
+
+/// v and the first k, in the order of the search. Thread: slot.
+struct TakeMotion {
+  static constexpr float kWarm = 0.95F;  ///< of the last step's k: what is wrong in it fades
+  View<const Index> order;
+  View<const Vec3f> v_m_s;
+  View<const float> last_push;
+  View<LiquidMotion> motion;
+  View<float> found;
+  TACTUS_HD void operator()(Index i) const {
+    const float k = kWarm * last_push[order[i]];
+    motion[i] = {v_m_s[order[i]], k};
+    found[i] = k;
+  }
+};
+
+/// Density, D, and kd of the velocities of the last step. Where liquid is thin, in spray, nothing presses it.
+struct DfsphDensity {
+  static constexpr float kThinnest = 0.9F;  ///< over the density at rest
+  template <int kLanes>
+  struct Own {
+    float vx[kLanes], vy[kLanes], vz[kLanes];
+    float sum[kLanes], x[kLanes], y[kLanes], z[kLanes], square[kLanes], rate[kLanes];
+  };
+  LiquidConstants liquid;
+  StepTime time;
+  NearWalls walls;
+  View<const LiquidMotion> motion;
+  View<float> density_kg_m3, inverse_D, kd;
+
+  TACTUS_HD void load() { time.load(); }
+  template <int kLanes>
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    const Vec3f v = motion[i].v_m_s;
+    own.vx[t] = v.x, own.vy[t] = v.y, own.vz[t] = v.z;
+    own.sum[t] = own.x[t] = own.y[t] = own.z[t] = own.square[t] = own.rate[t] = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+    const Vec3f v = load_constant(motion, j).v_m_s;
+    const float w = SmoothingKernel::shape(tactus::sqrt(r2_m2) * liquid.kernel.inverse_d_1_m);
+    const float slope = PairSlope::of(liquid, r2_m2, near);
+    const float x = own.vx[t] - v.x, y = own.vy[t] - v.y, z = own.vz[t] - v.z;
+    own.sum[t] += near ? w : 0.F;
+    own.x[t] = fma(slope, d.x, own.x[t]);
+    own.y[t] = fma(slope, d.y, own.y[t]);
+    own.z[t] = fma(slope, d.z, own.z[t]);
+    own.square[t] = fma(slope * slope, r2_m2, own.square[t]);
+    own.rate[t] = fma(slope, fma(x, d.x, fma(y, d.y, z * d.z)), own.rate[t]);
+  }
+  template <int kLanes>
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    const float m = liquid.mass_kg, rho0 = liquid.density_kg_m3, scale = m * liquid.kernel.slope_scale_1_m5();
+    const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
+    float rho = m * liquid.kernel.scale_1_m3() * own.sum[t];
+    Vec3f gradient = scale * Vec3f{own.x[t], own.y[t], own.z[t]};
+    float D = sqr(scale) * own.square[t];
+    if (const Index n = walls.count[i]; n > 0) {
+      const WallShare share = WallShare::of(walls, i, liquid);
+      rho += rho0 * share.fill;
+      for (Index k = 0; k < n; ++k) {
+        const float f = rho0 * share.slope_1_m[k];
+        gradient -= f * walls.at(i, k).n;
+        D += sqr(f) * m * walls.at(i, k).give_1_kg;
+      }
+    }
+    D += dot(gradient, gradient);
+    const float inverse = D * sqr(liquid.spacing_m / rho0) > 1e-6F ? 1.F / D : 0.F;
+    const float rate = scale * own.rate[t] + wall_rate(liquid, walls, i, v, 0);
+    const bool presses = rho > kThinnest * rho0 && time.dt_s > 0.F && !time.settles();
+    density_kg_m3[i] = rho;
+    inverse_D[i] = inverse;
+    kd[i] = presses ? max(0.F, kJacobiRelaxation * rate * inverse) : 0.F;
+  }
+};
+
+/// v* = v + dt (viscosity, artificial viscosity, gravity), with what kd do; and the velocity of the first k.
+/// What walls do because of kd comes with k's, so that they get it.
+struct DfsphForce {
+  template <int kLanes>
+  struct Own {
+    float vx[kLanes], vy[kLanes], vz[kLanes], kd[kLanes], k[kLanes];
+    float ax[kLanes], ay[kLanes], az[kLanes], x[kLanes], y[kLanes], z[kLanes];
+  };
+  LiquidConstants liquid;
+  StepTime time;
+  NearWalls walls;
+  View<const LiquidMotion> motion;
+  View<const float> kd;
+  View<LiquidMotion> star, moved;
+
+  TACTUS_HD void load() {
+    time.load();
+    if (time.settles()) time.dt_s = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    const LiquidMotion m = motion[i];
+    own.vx[t] = m.v_m_s.x, own.vy[t] = m.v_m_s.y, own.vz[t] = m.v_m_s.z;
+    own.kd[t] = kd[i];
+    own.k[t] = m.push;
+    own.ax[t] = own.ay[t] = own.az[t] = own.x[t] = own.y[t] = own.z[t] = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+    const LiquidMotion m = load_constant(motion, j);
+    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
+    const float slope =
+        SmoothingKernel::slope(r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, inverse_r * liquid.spacing_m);
+    const float weight = near ? slope : 0.F;
+    const float x = m.v_m_s.x - own.vx[t], y = m.v_m_s.y - own.vy[t], z = m.v_m_s.z - own.vz[t];
+    const float approach = min(0.F, fma(x, d.x, fma(y, d.y, z * d.z))) * (inverse_r * inverse_r);
+    const float along =
+        weight * (time.dt_s * liquid.damping_m2_s * approach - liquid.density_kg_m3 * (own.kd[t] + kd[j]));
+    const float drag = weight * (2 * liquid.shear_m2_s) * time.dt_s;
+    const float push = weight * (own.k[t] + m.push);
+    own.ax[t] += fma(along, d.x, drag * x);
+    own.ay[t] += fma(along, d.y, drag * y);
+    own.az[t] += fma(along, d.z, drag * z);
+    own.x[t] = fma(push, d.x, own.x[t]);
+    own.y[t] = fma(push, d.y, own.y[t]);
+    own.z[t] = fma(push, d.z, own.z[t]);
+  }
+  template <int kLanes>
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5();
+    const Vec3f v = Vec3f{own.vx[t], own.vy[t], own.vz[t]} + time.dt_s * time.gravity_m_s2 +
+                    (scale / liquid.density_kg_m3) * Vec3f{own.ax[t], own.ay[t], own.az[t]};
+    star[i] = {v, own.k[t]};
+    moved[i] = {
+        v - scale * Vec3f{own.x[t], own.y[t], own.z[t]} + wall_kick(liquid, walls, i, own.kd[t] + own.k[t]),
+        own.k[t]};
+  }
+};
+
+/// The velocity of k; the last time, the step itself.
+template <bool kSteps>
+struct DfsphVelocity {
+  template <int kLanes>
+  struct Own {
+    float push[kLanes], x[kLanes], y[kLanes], z[kLanes];
+  };
+  LiquidConstants liquid;
+  StepTime time;
+  NearWalls walls;
+  View<const float> kd;
+  View<const LiquidMotion> star;
+  View<LiquidMotion> moved;  ///< not in the last
+  // in the last:
+  View<const SearchParticle> particles = {};
+  View<const LiquidMotion> motion = {};  ///< before the step
+  LiquidStepped stepped = {};
+  View<float> last_push = {};
+
+  TACTUS_HD void load() {
+    time.load();
+    if (time.settles()) time.dt_s = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    own.push[t] = star[i].push;
+    own.x[t] = own.y[t] = own.z[t] = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+    const float along = PairSlope::of(liquid, r2_m2, near) * (own.push[t] + star[j].push);
+    own.x[t] = fma(along, d.x, own.x[t]);
+    own.y[t] = fma(along, d.y, own.y[t]);
+    own.z[t] = fma(along, d.z, own.z[t]);
+  }
+  template <int kLanes>
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5(), push = own.push[t];
+    const Vec3f v = star[i].v_m_s - scale * Vec3f{own.x[t], own.y[t], own.z[t]};
+    if constexpr (kSteps) {
+      last_push[i] = push;
+      stepped.end(liquid, walls, particles[i], i, kd[i] + push, motion[i].v_m_s, time.dt_s, v);
+    } else {
+      moved[i] = {v + wall_kick(liquid, walls, i, kd[i] + push), push};
+    }
+  }
+};
+
+/// One Jacobi step of all k.
+struct DfsphPressure {
+  static constexpr float kMomentum = 0.5F;
+  template <int kLanes>
+  struct Own {
+    float vx[kLanes], vy[kLanes], vz[kLanes], sum[kLanes];
+  };
+  LiquidConstants liquid;
+  StepTime time;
+  NearWalls walls;
+  View<const float> kd;
+  View<const LiquidMotion> moved;
+  View<const float> density_kg_m3, inverse_D;
+  View<float> found;  ///< k without momentum
+  View<LiquidMotion> star;
+  bool is_last;
+
+  TACTUS_HD void load() { time.load(); }
+  template <int kLanes>
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    const Vec3f v = moved[i].v_m_s;
+    own.vx[t] = v.x, own.vy[t] = v.y, own.vz[t] = v.z;
+    own.sum[t] = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+    const LiquidMotion m = load_constant(moved, j);
+    const float x = own.vx[t] - m.v_m_s.x, y = own.vy[t] - m.v_m_s.y, z = own.vz[t] - m.v_m_s.z;
+    own.sum[t] = fma(PairSlope::of(liquid, r2_m2, near), fma(x, d.x, fma(y, d.y, z * d.z)), own.sum[t]);
+  }
+  template <int kLanes>
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    if (!(time.dt_s > 0.F)) return;
+    const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
+    const float push = star[i].push, rate = liquid.mass_kg * liquid.kernel.slope_scale_1_m5() * own.sum[t] +
+                                            wall_rate(liquid, walls, i, v, kd[i] + push);
+    const float excess = density_kg_m3[i] + time.dt_s * rate - liquid.density_kg_m3;
+    const float k = max(0.F, push + kJacobiRelaxation * excess * inverse_D[i] / time.dt_s);
+    star[i].push = is_last ? k : max(0.F, k + kMomentum * (k - found[i]));
+    found[i] = k;
+  }
+};
+
+}  // namespace tactus

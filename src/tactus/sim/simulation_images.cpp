@@ -1,0 +1,84 @@
+// What a frame takes in of images, and what it leaves out on demand.
+#include <algorithm>
+
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+
+std::span<const DepthImage> Simulation::depths(const FrameSet& frame) const {
+  if (!uses_depth_) return {};
+  return frame.depths_m;
+}
+
+std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vector<Notice>& notices) {
+  if (!view_scores_) return frame.silhouettes;
+  const StageTimer timer(timings_, "views");
+  ExecContext& ctx = devices_.context(0);
+  const std::vector<ViewScore> found = view_scores_->measure(ctx, frame.silhouettes);
+  repaired_ = frame.silhouettes;
+  const std::vector<RepairedMask> repairs = repair_masks(ctx, *view_scores_, found, repaired_);
+  const std::string suspect = suspect_views_text(view_scores_->cameras(), found);
+  if (!suspect.empty()) notices.push_back({"views.suspect", Severity::warning, suspect, ""});
+  if (!repairs.empty())
+    notices.push_back(
+        {"views.repaired", Severity::warning, repairs_text(view_scores_->cameras(), repairs), ""});
+  return repaired_;
+}
+
+std::vector<Saving> Simulation::savings() const {
+  std::vector<Saving> all;
+  if (!coarse_surface_) return all;
+  all.push_back(Saving::hull);
+  if (liquid_ && liquid_->can_hurry()) all.push_back(Saving::liquid);
+  // The paper's response sums over samples, whose volumes belong to their spacing.
+  if (scene_.contact.response != ContactResponse::paper) all.push_back(Saving::samples);
+  return all;
+}
+
+void Simulation::save(std::span<const Saving> savings) {
+  savings_asked_ = 0;
+  for (const Saving s : savings) {
+    const std::vector<Saving> can = this->savings();
+    if (std::find(can.begin(), can.end(), s) != can.end()) savings_asked_ |= 1U << static_cast<unsigned>(s);
+  }
+}
+
+/// What the coming frame's stages submit.
+void Simulation::begin_savings() {
+  if (savings_made_ == savings_asked_) return;
+  savings_made_ = savings_asked_;
+  world_.set_coarseness(saves(Saving::samples) ? 2 : 1);
+  if (liquid_) liquid_->hurry(saves(Saving::liquid));
+  schedule_.select(savings_made_ >> 1);
+}
+
+/// From the capture to the end of the frame; of live images by stages, too.
+void Simulation::note_latency() {
+  const double now = now_s();
+  timings_.add("latency", captured_s_, now);
+  if (!(released_s_ > 0)) return;
+  timings_.add("capture to set", captured_s_, released_s_);
+  timings_.add("set to hull", released_s_, meshed_s_);
+  timings_.add("hull to bodies", meshed_s_, now);
+}
+
+void Simulation::note_shown() {
+  if (released_s_ > 0) timings_.add("capture to snapshot", captured_s_, now_s());
+}
+
+/// Of the one surface or the other.
+std::vector<Stage> Simulation::surface_stages() {
+  const auto stages_of = [this](SurfacePipeline& surface) {
+    return surface.stages([this, &surface] { surface.hull().upload(masks_, depths(*incoming_)); });
+  };
+  std::vector<Stage> stages = stages_of(fine_surface_);
+  if (!coarse_surface_) return stages;
+  const std::vector<Stage> coarse = stages_of(*coarse_surface_);
+  for (std::size_t k = 0; k < stages.size(); ++k) {
+    stages[k].submit = [this, of_fine = std::move(stages[k].submit), of_coarse = coarse[k].submit](
+                           BlockPlace at) { saves(Saving::hull) ? of_coarse(at) : of_fine(at); };
+  }
+  return stages;
+}
+
+}  // namespace tactus
