@@ -312,6 +312,29 @@ TEST(BladeTracker, AJumpIsNoMotion) {
   EXPECT_GE(jumps, 4);
 }
 
+/// Of a tool nothing is left, of a fist nearly all.
+TEST(BladeTracker, TakesItselfOutOfMasks) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(11);
+  const Rigidd T = some_pose(random);
+  const TriangleMesh fist = ball(T * Vec3d{0.05, 0, 0}, 0.035);
+  const auto both = room.see({at_pose(model.mesh, T), fist}), hand = room.see({fist});
+  BladeTracker tracker(model, room.believed, {0, 0.5, 0});
+  tracker.update(both, 0);
+  auto left = both;
+  tracker.take_from(left);
+  for (std::size_t c = 0; c < left.size(); ++c) {
+    std::int64_t beside = 0, lost = 0;
+    for (std::size_t i = 0; i < left[c].words.size(); ++i) {
+      beside += __builtin_popcount(left[c].words[i] & ~hand[c].words[i]);
+      lost += __builtin_popcount(hand[c].words[i] & ~left[c].words[i]);
+    }
+    EXPECT_LT(beside, 25) << c;  // where it enters the fist
+    EXPECT_LT(lost, hand[c].area_px() / 50) << c;
+  }
+}
+
 /// Half of the handle is in a fist.
 TEST(BladeTracker, AHandHoldsIt) {
   const Room room;
@@ -343,7 +366,8 @@ TEST(BladeTracker, TwoToolsAreTwo) {
     const double dt_s = k > 0 ? kFrame_s : 0;
     first.update(masks, dt_s);
     std::vector<BitMask> taken;
-    for (std::size_t c = 0; c < masks.size(); ++c) taken.push_back(first.picture(c, 2));
+    for (const BitMask& mask : masks) taken.emplace_back(mask.width_px, mask.height_px);
+    first.add_to(taken);
     second.update(masks, dt_s, taken);
   }
   ASSERT_EQ(first.now().state, BladeState::known);

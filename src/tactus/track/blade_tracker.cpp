@@ -1,5 +1,7 @@
 #include "tactus/track/blade_tracker.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -20,6 +22,7 @@ constexpr double kLeastDifference = 0.002;
 constexpr std::size_t kMostHypotheses = 4;
 constexpr double kExpected = 1.3, kLeastExpected = 0.05;  // more than the last frame's is suspect
 constexpr std::size_t kTriedPoses = 12;
+constexpr int kBeside_px = 3;  // by how much a silhouette may be wider than the tool
 constexpr double kSeedSearch_px = 8, kMostSearch_px = 16;
 constexpr std::size_t kFramesToSettle = 3;
 
@@ -45,6 +48,10 @@ BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> came
 
 const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double dt_s,
                                          std::span<const BitMask> taken) {
+  if (!(dt_s > 0)) {
+    hypotheses_.clear();
+    last_edge_m_.clear();
+  }
   since_known_s_ += dt_s;
   for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s);
   std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
@@ -200,12 +207,29 @@ void BladeTracker::judge() {
 BitMask BladeTracker::picture(std::size_t camera, int grown_px) const {
   const Camera& of = fitter_.cameras()[camera];
   BitMask grown(of.width_px, of.height_px);
-  if (hypotheses_.empty()) return grown;
   TriangleMesh mesh = model_.mesh;
-  for (Vec3f& p : mesh.positions_m)
-    p = vec_cast<float>(hypotheses_.front().filter.pose() * vec_cast<double>(p));
+  const Rigidd& T = hypotheses_.front().filter.pose();
+  for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(T * vec_cast<double>(p));
   grow_mask(render_silhouette(mesh, of), grown_px, grown);
   return grown;
+}
+
+void BladeTracker::add_to(std::span<BitMask> masks) const {
+  if (hypotheses_.empty()) return;
+  tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
+    if (masks[c].words.empty()) return;
+    const BitMask own = picture(c, kBeside_px);
+    for (std::size_t i = 0; i < own.words.size(); ++i) masks[c].words[i] |= own.words[i];
+  });
+}
+
+void BladeTracker::take_from(std::span<BitMask> masks) const {
+  if (hypotheses_.empty()) return;
+  tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
+    if (masks[c].words.empty()) return;
+    const BitMask own = picture(c, kBeside_px), thin = thin_pixels(masks[c], radius_px_[c]);
+    for (std::size_t i = 0; i < own.words.size(); ++i) masks[c].words[i] &= ~(own.words[i] & thin.words[i]);
+  });
 }
 
 }  // namespace tactus

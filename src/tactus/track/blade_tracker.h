@@ -40,14 +40,16 @@ class BladeTracker {
                const BladeTrackerSettings& settings = {});
   BladeTracker(const BladeTracker&) = delete;
   BladeTracker& operator=(const BladeTracker&) = delete;
-  /// The next frame. @param dt_s since the last one; 0 for the first
+  /// The next frame. @param dt_s since the last one; 0: the first, or a break
   /// @param taken of each camera, or none: what other tools show, which this one isn't
   const TrackedBlade& update(std::span<const BitMask> masks, double dt_s,
                              std::span<const BitMask> taken = {});
   const TrackedBlade& now() const { return now_; }
   const BladeModel& model() const { return model_; }
-  /// What a camera sees of it, grown by so many pixels; clear where it is absent.
-  BitMask picture(std::size_t camera, int grown_px) const;
+  /// Sets the pixels that show it, and those beside them.
+  void add_to(std::span<BitMask> masks) const;
+  /// Clears them where no hand is: in parts of the masks that are as thin as it.
+  void take_from(std::span<BitMask> masks) const;
 
  private:
   /// A pose that explains the masks so far.
@@ -63,6 +65,8 @@ class BladeTracker {
   void drop_worse();
   void judge();
   double two_sigma_m(const Hypothesis& of) const;
+  /// What a camera sees of it, grown by so many pixels.
+  BitMask picture(std::size_t camera, int grown_px) const;
 
   BladeModel model_;
   OutlineMesh mesh_;

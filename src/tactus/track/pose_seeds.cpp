@@ -137,13 +137,17 @@ SeenLine refine(const Line& rough, std::span<const Camera> cameras, std::span<co
 
 double ThinPart::length_px() const { return std::hypot(to_px.x - from_px.x, to_px.y - from_px.y); }
 
-std::vector<ThinPart> thin_parts(const BitMask& mask, int radius_px) {
+BitMask thin_pixels(const BitMask& mask, int radius_px) {
   MaskCleaner cleaner(mask.width_px, mask.height_px);
-  BitMask thick = mask;
+  BitMask thick = mask, thin = mask;
   cleaner.erode(thick, radius_px);
   cleaner.dilate(thick, radius_px + 1);
-  BitMask thin = mask;
   for (std::size_t i = 0; i < thin.words.size(); ++i) thin.words[i] &= ~thick.words[i];
+  return thin;
+}
+
+std::vector<ThinPart> thin_parts(const BitMask& mask, int radius_px) {
+  BitMask thin = thin_pixels(mask, radius_px);
   std::vector<ThinPart> parts;
   std::vector<Vec2i> pixels;
   for (std::size_t i = 0; i < thin.words.size(); ++i) {

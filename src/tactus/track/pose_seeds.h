@@ -16,6 +16,8 @@ struct ThinPart {
   Vec2d from_px, to_px;
   double length_px() const;
 };
+/// What a disc of this radius does not fit into.
+BitMask thin_pixels(const BitMask& mask, int radius_px);
 /// The parts of a mask that a disc of this radius does not fit into, the longest first; at most four.
 std::vector<ThinPart> thin_parts(const BitMask& mask, int radius_px);
 
