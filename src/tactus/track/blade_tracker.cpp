@@ -31,6 +31,12 @@ bool is_other_pose(const Rigidd& a, const Rigidd& b, Vec3d center_m) {
   return length(Vec3d{by[0], by[1], by[2]}) > 0.5 || length(Vec3d{by[3], by[4], by[5]}) > 0.02;
 }
 
+template <class Mask>
+auto& word_at(Mask& mask, Index word, Index row) {
+  return mask.words[static_cast<std::size_t>(row) * static_cast<std::size_t>(mask.words_per_row()) +
+                    static_cast<std::size_t>(word)];
+}
+
 }  // namespace
 
 BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> cameras, Vec3d middle_m,
@@ -204,22 +210,41 @@ void BladeTracker::judge() {
   last_edge_m_ = now_.edge_m;
 }
 
-BitMask BladeTracker::picture(std::size_t camera, int grown_px) const {
-  const Camera& of = fitter_.cameras()[camera];
-  BitMask grown(of.width_px, of.height_px);
+BladeTracker::Part BladeTracker::part(std::size_t camera, int around_px) const {
+  Camera of = fitter_.cameras()[camera];
   TriangleMesh mesh = model_.mesh;
   const Rigidd& T = hypotheses_.front().filter.pose();
-  for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(T * vec_cast<double>(p));
-  grow_mask(render_silhouette(mesh, of), grown_px, grown);
-  return grown;
+  Vec2d low{1e9, 1e9}, high{-1e9, -1e9};
+  for (Vec3f& p : mesh.positions_m) {
+    const Vec3d p_m = T * vec_cast<double>(p);
+    p = vec_cast<float>(p_m);
+    const Pixel at = project(of, p_m);
+    if (!(at.z_m > 0)) return {};
+    low = {std::min(low.x, at.u_px), std::min(low.y, at.v_px)};
+    high = {std::max(high.x, at.u_px), std::max(high.y, at.v_px)};
+  }
+  const auto within = [&](double x, Index size) {
+    return static_cast<Index>(std::clamp(x, 0.0, static_cast<double>(size)));
+  };
+  const double around = around_px;
+  Part part{within(low.x - around, of.width_px) / 32, within(low.y - around, of.height_px), {}};
+  of.cx_px -= 32 * part.first_word;
+  of.cy_px -= part.first_row;
+  of.width_px = within(high.x + around, of.width_px) - 32 * part.first_word;
+  of.height_px = within(high.y + around, of.height_px) - part.first_row;
+  if (of.width_px < 1 || of.height_px < 1) return {};
+  grow_mask(render_silhouette(mesh, of), kBeside_px, part.own);
+  return part;
 }
 
 void BladeTracker::add_to(std::span<BitMask> masks) const {
   if (hypotheses_.empty()) return;
   tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
     if (masks[c].words.empty()) return;
-    const BitMask own = picture(c, kBeside_px);
-    for (std::size_t i = 0; i < own.words.size(); ++i) masks[c].words[i] |= own.words[i];
+    const Part shown = part(c, kBeside_px + 1);
+    for (Index y = 0; y < shown.own.height_px; ++y)
+      for (Index w = 0; w < shown.own.words_per_row(); ++w)
+        word_at(masks[c], shown.first_word + w, shown.first_row + y) |= word_at(shown.own, w, y);
   });
 }
 
@@ -227,8 +252,20 @@ void BladeTracker::take_from(std::span<BitMask> masks) const {
   if (hypotheses_.empty()) return;
   tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
     if (masks[c].words.empty()) return;
-    const BitMask own = picture(c, kBeside_px), thin = thin_pixels(masks[c], radius_px_[c]);
-    for (std::size_t i = 0; i < own.words.size(); ++i) masks[c].words[i] &= ~(own.words[i] & thin.words[i]);
+    const Part shown = part(c, kBeside_px + 2 * radius_px_[c] + 3);
+    BitMask near(shown.own.width_px, shown.own.height_px);
+    const auto last_bits = near.width_px % 32 == 0 ? ~0U : (1U << (near.width_px % 32)) - 1;
+    for (Index y = 0; y < near.height_px; ++y) {
+      for (Index w = 0; w < near.words_per_row(); ++w)
+        word_at(near, w, y) = word_at(masks[c], shown.first_word + w, shown.first_row + y) &
+                              (w + 1 < near.words_per_row() ? ~0U : last_bits);
+    }
+    if (near.words.empty()) return;
+    const BitMask thin = thin_pixels(near, radius_px_[c]);
+    for (Index y = 0; y < near.height_px; ++y)
+      for (Index w = 0; w < near.words_per_row(); ++w)
+        word_at(masks[c], shown.first_word + w, shown.first_row + y) &=
+            ~(word_at(shown.own, w, y) & word_at(thin, w, y));
   });
 }
 

@@ -65,8 +65,12 @@ class BladeTracker {
   void drop_worse();
   void judge();
   double two_sigma_m(const Hypothesis& of) const;
-  /// What a camera sees of it, grown by so many pixels.
-  BitMask picture(std::size_t camera, int grown_px) const;
+  /// The part of a picture that shows it, with so many pixels around.
+  struct Part {
+    Index first_word = 0, first_row = 0;
+    BitMask own;  ///< what it covers, grown by a few pixels
+  };
+  Part part(std::size_t camera, int around_px) const;
 
   BladeModel model_;
   OutlineMesh mesh_;
