@@ -28,6 +28,7 @@ Rows run_texture(const std::string& device_text);
 Rows run_table2(const std::string& device_text);
 Rows run_table3(const std::string& device_text);
 Rows run_table4(const std::string& device_text);
+Rows run_table5(const std::string& device_text);
 Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);
 Rows run_cut(const std::string& device_text);

@@ -54,7 +54,7 @@ class Touched {
       : devices_(devices),
         tissue_(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0, {},
                 body.matched_every > 1 ? 2 : 1),
-        points_(tissue_, body.lattice, surface_of(body.lattice), body.elements),
+        points_(tissue_, body.lattice, body_boundary(body.lattice, surface_of(body.lattice), body.elements)),
         world_(devices, tissue_.slab_count(),
                {.sample_spacing_m = body.lattice.spacing_m,
                 .max_vertices = 1 << 13,

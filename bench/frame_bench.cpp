@@ -33,6 +33,7 @@ SyntheticSource open_source(const SourceDescription& source, int frames) {
                    .scale = static_cast<float>(source.scale),
                    .offset_m = vec_cast<float>(source.offset_m)};
   options.depth = options.truth = false;
+  options.first_frame = source.frames.first;
   options.frames = frames;
   return SyntheticSource(options);
 }
@@ -104,11 +105,38 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
 
 }  // namespace
 
+/// Milliseconds that the paper states for a whole frame, on its CPU and on six of its GPUs, and for one GPU
+/// of its reference 14.
+struct PaperFrame {
+  int resolution;
+  double cpu_ms, gpus_ms, gpu_ms;
+};
+constexpr PaperFrame kTable5[] = {{64, 275.6, 37.4, 56.3}, {100, 995.0, 78.5, 96.5}};
+
 /// Scenes below the working directory, all their frames: host masks to the surfaces on the device.
 Rows run_frame(const std::string& device_text) {
   Rows rows;
   for (const FrameCase& c : kCases) rows.push_back(run_case(c, device_text));
   return rows;
+}
+
+/// Table 5 of Shao et al. 2019: its rows of Fig 17, both examples.
+Rows run_table5(const std::string& device_text) {
+  return collect([&](Rows& rows) {
+    for (const PaperFrame& paper : kTable5) {
+      for (const char* scene : {"fig17-rabbit", "fig17-hand"}) {
+        nlohmann::json row = run_case({"table5", scene, paper.resolution, 120, 0}, device_text);
+        const bool is_gpu = row["devices"].get<std::string>().starts_with("cuda");
+        const double paper_ms = !is_gpu                              ? paper.cpu_ms
+                                : DeviceSet(device_text).count() > 1 ? paper.gpus_ms
+                                                                     : paper.gpu_ms;
+        row["case"] = scene;
+        row["reference"]["paper"] = paper_ms;
+        row["paper_over_ours"] = paper_ms / row["ms_p50"].get<double>();
+        rows.push_back(row);
+      }
+    }
+  });
 }
 
 }  // namespace tactus::bench

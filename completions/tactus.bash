@@ -19,8 +19,8 @@ _tactus() {
     run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur") $(_tactus_scenes "$program" "$cur")) ;;
     reconstruct|synth) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur") $(compgen -f -- "$cur")) ;;
     noise) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur")) ;;
-    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 tissue fig20 fluid cut frame texture wire" -- "$cur")) ;;
-    paper) COMPREPLY=($(compgen -W "fig14 fig15" -- "$cur")) ;;
+    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 table5 tissue fig20 fluid cut frame texture wire" -- "$cur")) ;;
+    paper) COMPREPLY=($(compgen -W "fig14 fig15 fig16 fig17" -- "$cur")) ;;
     *) COMPREPLY=($(compgen -f -- "$cur")) ;;
   esac
 }

@@ -166,9 +166,10 @@ TEST_F(LiveFaults, DuplicatesReorderingAndJitterMixNoTicks) {
   std::int64_t repeated = 0;
   for (const LiveCameraStatus& camera : server_->status().cameras)
     repeated += camera.refused[static_cast<std::size_t>(Refusal::repeated)];
-  // The newest of both kinds may still be on the way.
+  // The newest of both kinds may still be on the way. Of packets that are both, one is refused; one that was
+  // overtaken may be followed by another such.
   EXPECT_GT(n.twice + n.overtaken, 0);
-  EXPECT_GE(repeated, n.twice + n.overtaken - 16);
+  EXPECT_GE(static_cast<double>(repeated), 0.95 * static_cast<double>(n.twice + n.overtaken) - 16);
   EXPECT_NEAR(share(o), 0.851, long_tests() ? 0.01 : 0.15);
 }
 

@@ -7,6 +7,7 @@
 
 #include "contact/contact_scene.h"
 #include "support/device_sets.h"
+#include "tactus/geom/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/rig/synthetic_source.h"
 #include "tactus/sim/simulation.h"
@@ -25,6 +26,7 @@ struct Case {
   bool moved = false;      ///< nodes over its whole length, let go in the third frame
   bool inside = false;     ///< the first surface is one that came from nowhere, deep in the body
   int stop_at_frame = -1;  ///< the body has blown up then
+  int cut_at_frame = -1;   ///< a slit along the bar, which goes on in the next frame
   int frames = 4, substeps = 6;
 };
 constexpr Case kCases[] = {{.name = "elements"},
@@ -34,7 +36,8 @@ constexpr Case kCases[] = {{.name = "elements"},
                            {.name = "elements, moved", .moved = true},
                            {.name = "both, moved", .matched = 1, .moved = true},
                            {.name = "rescue", .matched = 1, .inside = true, .frames = 2},
-                           {.name = "stopped", .stop_at_frame = 2}};
+                           {.name = "stopped", .stop_at_frame = 2},
+                           {.name = "cut", .cut_at_frame = 1, .frames = 6}};
 
 /// A bar along the axis that is cut, of which one corner's edge is fixed.
 struct Bar {
@@ -43,6 +46,10 @@ struct Bar {
     surface = test::transformed(test::box(half, 1), {Mat3f::identity(), half});
     lattice.fix_where([](Vec3f p) { return p.x < 1e-6F && p.y < 1e-6F; });
     elements = split_by_ratio(lattice, 1, c.elements, c.matched);
+    if (c.cut_at_frame >= 0) {
+      lattice = cut_lattice(lattice, [](Vec3i, int) { return false; }, {.copies = 600, .nodes = 900});
+      elements.resize(lattice.cubes.size(), 1);
+    }
     if (!c.moved) return;
     NodeMotion& side = motions.emplace_back();
     side.name = "side";
@@ -98,7 +105,8 @@ class Player {
         tissue_(devices, bar_.lattice, bar_.elements, {&kMaterial, 1}, {}, {.damping_ratio = 0.2F},
                 {.young_Pa = 20000, .half_width = 1}, 0.0, {bar_.motions, {}, nullptr},
                 c.matched_every > 1 ? 2 : 1),
-        points_(tissue_, bar_.lattice, bar_.surface, bar_.elements),
+        boundary_(body_boundary(bar_.lattice, bar_.surface, bar_.elements)),
+        points_(tissue_, bar_.lattice, boundary_, c.cut_at_frame >= 0 ? kPointRoom : 0),
         world_(devices, tissue_.slab_count(), test::small_surface(kH),
                {.restitution = 0.3F, .friction = 0.4F}, obstacles()),
         frame_(devices),
@@ -106,6 +114,12 @@ class Player {
     tissue_.follow(frame_);
     tissue_.add_reports(readback_);
     points_.add_reports(readback_);
+    if (c.cut_at_frame < 0) return;
+    cutter_.emplace(bar_.lattice, std::vector<std::uint8_t>{}, bar_.surface,
+                    anchor_vertices(bar_.lattice, bar_.surface),
+                    cut::CutSurface::Room{.vertices = 60000, .triangles = 60000});
+    cut_points_ =
+        cut::CutPoints(bar_.lattice, boundary_.points, boundary_.anchors, boundary_.first_count, kPointRoom);
   }
   ~Player() { devices_.synchronize(); }
   Played play() {
@@ -114,6 +128,7 @@ class Player {
     const float dt_s = Bar::step_s(), frame_s = dt_s * static_cast<float>(case_.substeps);
     for (int f = 0; f < case_.frames; ++f) {
       if (f == case_.stop_at_frame) tissue_.stop();
+      if (cutter_ && (f == case_.cut_at_frame || f == case_.cut_at_frame + 1)) cut(f - case_.cut_at_frame);
       const test::DeviceMesh mesh(devices_.context(0), fingers(case_, f));
       frame_.begin({.dt_s = dt_s,
                     .dt_before_s = f > 0 ? dt_s : 0,
@@ -142,6 +157,21 @@ class Player {
   }
 
  private:
+  static constexpr Index kPointRoom = 3000;
+  /// From above, over both cuts between three slabs: to the middle of the bar's height, then on.
+  void cut(int part) {
+    const auto edge = [](float y) {
+      return std::vector<Vec3f>{{2.4F * kH, y * kH, 9.3F * kH}, {2.4F * kH, y * kH, 38.7F * kH}};
+    };
+    TopologyChange change;
+    const auto top = static_cast<float>(kCubes.y + 1);
+    cutter_->cut({edge(part == 0 ? top : 2.45F), edge(part == 0 ? 2.45F : 1.4F), part}, tissue_.positions_m(),
+                 change);
+    EXPECT_GT(change.copies.size(), 20U);
+    tissue_.apply(change);
+    tactus::apply(change, bar_.lattice);
+    points_.apply(change, bar_.lattice, cut_points_.update(cutter_->lattice(), cutter_->surface(), change));
+  }
   void submit() {
     world_.begin_frame(frame_);
     tissue_.begin_frame();
@@ -169,7 +199,10 @@ class Player {
   const Case& case_;
   Bar bar_;
   HybridSlabs tissue_;
+  BodyBoundary boundary_;
   SlabPoints points_;
+  std::optional<cut::BodyCutter> cutter_;
+  cut::CutPoints cut_points_;
   ContactOnDevices world_;
   FrameOnDevices frame_;
   Readback readback_;

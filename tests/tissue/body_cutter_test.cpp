@@ -198,7 +198,7 @@ TEST(BodyCutter, ASlopingBladeGoesThroughFrameByFrame) {
 std::pair<double, double> farthest_from_plane(const Body& body, Vec3d point, Vec3d normal) {
   const TriangleMesh mesh = body.cutter.mesh(body.cutter.lattice().lattice().rest_positions_m());
   std::vector<Vec3d> normals(mesh.positions_m.size());
-  std::vector<bool> is_wall_only(mesh.positions_m.size(), true);
+  std::vector<bool> is_wall_only(mesh.positions_m.size(), true), is_on_wall(mesh.positions_m.size());
   const auto p = [&](Index v) { return vec_cast<double>(mesh.positions_m[at(v)]) / double{kSpacing}; };
   for (std::size_t t = 0; t < body.cutter.surface().triangles().size(); ++t) {
     const auto& [a, b, c] = body.cutter.surface().triangles()[t];
@@ -207,11 +207,12 @@ std::pair<double, double> farthest_from_plane(const Body& body, Vec3d point, Vec
     for (const Index v : {a, b, c}) {
       normals[at(v)] += n;
       if (!is_wall) is_wall_only[at(v)] = false;
+      if (is_wall && a != b) is_on_wall[at(v)] = true;
     }
   }
   double farthest = 0, angle = 0;
   for (std::size_t v = 0; v < normals.size(); ++v) {
-    if (!body.cutter.surface().is_on_wall(static_cast<Index>(v)) || length(normals[v]) == 0) continue;
+    if (!is_on_wall[v] || length(normals[v]) == 0) continue;
     farthest = std::max(farthest, std::abs(dot(normal, p(static_cast<Index>(v)) - point)));
     if (is_wall_only[v])
       angle = std::max(angle, std::asin(std::min(1.0, length(cross(normalized(normals[v]), normal)))));

@@ -1,14 +1,18 @@
-// The paper's pictures of reconstructions (Shao et al. 2019, figures 14 and 15), made here.
+// The paper's pictures (Shao et al. 2019, figures 14 to 17), made here.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
+#include "tactus/cli/run_pictures.h"
 #include "tactus/geom/polygonize.h"
+#include "tactus/io/body_assets.h"
+#include "tactus/io/scene_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/synthetic_source.h"
 #include "tactus/view/image_files.h"
@@ -261,6 +265,66 @@ ColorImage figure15(DeviceSet& devices) {
   return sheet.image();
 }
 
+/// Of the scenes that come with the program.
+std::string find_scene(const std::string& name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path(),
+                 file = "scenes/" + name + ".yaml";
+  const fs::path places[] = {file, bin.parent_path() / file, bin.parent_path() / "share/tactus" / file};
+  for (const fs::path& place : places)
+    if (fs::exists(place, error)) return place.string();
+  throw Error("'" + file.string() + "' is neither below the working directory nor where the program is");
+}
+
+/// Runs a scene and shows it at these of its frames, counted from its first.
+void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& name,
+                 const std::vector<int>& moments, const std::string& what) {
+  Scene scene = read_scene(find_scene(name));
+  scene.output.video = scene.output.contact_sheet = scene.view.overlay = false;
+  const std::unique_ptr<FrameSource> source =
+      open_frame_source(scene.source, {.depth = scene.reconstruction.depth});
+  const BodyAssets assets = load_body_assets(scene);
+  Simulation simulation(devices, scene, source->rig(), assets);
+  RunPictures pictures(scene, source->rig(), assets, simulation, "", 30);
+  if (scene.view.show_models) {
+    std::vector<std::vector<std::uint8_t>> element_triangles;
+    for (const auto& body : simulation.bodies())
+      element_triangles.push_back(body->element_triangles(devices.context(0)));
+    pictures.show_models(std::move(element_triangles));
+  }
+  FrameSet frame;
+  double last_s = 0;
+  for (int k = 0; k <= moments.back() && source->next(frame) == NextFrame::success; ++k) {
+    simulation.step(frame, k == 0 ? 0 : frame.time_s - last_s);
+    last_s = frame.time_s;
+    if (std::find(moments.begin(), moments.end(), k) == moments.end()) continue;
+    pictures.add(simulation.snapshot(), {}, "", "");
+    char caption[64];
+    std::snprintf(caption, sizeof caption, "%s, %.2f s", what.c_str(), frame.time_s);
+    sheet.add(pictures.picture(), caption);
+  }
+}
+
+ColorImage figure16(DeviceSet& devices) {
+  ContactSheet sheet("A rabbit of elements (red) and shape matching (blue)", 3, 3, 480);
+  add_moments(sheet, devices, "fig16-rabbit", {30, 45, 60}, "6 : 4");
+  return sheet.image();
+}
+
+ColorImage figure17(DeviceSet& devices) {
+  ContactSheet sheet("What cameras see touches what is soft", 6, 3, 480);
+  add_moments(sheet, devices, "fig17-rabbit", {0, 36, 60}, "a real rabbit and a soft one");
+  add_moments(sheet, devices, "fig17-hand", {0, 50, 70}, "a real hand and a soft rabbit");
+  return sheet.image();
+}
+
+ColorImage figure(const std::string& which, DeviceSet& devices) {
+  if (which == "fig14") return figure14(devices);
+  if (which == "fig15") return figure15(devices);
+  return which == "fig16" ? figure16(devices) : figure17(devices);
+}
+
 }  // namespace
 
 void add_paper_command(CLI::App& app) {
@@ -268,19 +332,19 @@ void add_paper_command(CLI::App& app) {
     std::string which, path, devices = "auto";
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("paper", "Make a figure of the paper: pictures of reconstructions");
-  command->add_option("which", options->which, "fig14 or fig15")->required();
+  CLI::App* command = app.add_subcommand("paper", "Make a figure of the paper");
+  command->add_option("which", options->which, "fig14, fig15, fig16 or fig17")->required();
   add_output(*command, "--out", options->path, "picture to write (.png)")->required();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->footer("Example:\n  tactus paper fig15 --out fig15.png");
   command->callback([options] {
-    static const std::string kKnown[] = {"fig14", "fig15"};
+    static const std::string kKnown[] = {"fig14", "fig15", "fig16", "fig17"};
     if (std::find(std::begin(kKnown), std::end(kKnown), options->which) == std::end(kKnown))
       throw usage_error("'" + options->which + "' is no figure" + suggestion(options->which, kKnown));
     output_is_writable(options->path);
     DeviceSet devices(options->devices);
-    write_png(options->path, options->which == "fig14" ? figure14(devices) : figure15(devices));
+    write_png(options->path, figure(options->which, devices));
   });
 }
 

@@ -267,7 +267,8 @@ void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = open_frame_source(
       scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
   const double budget_s = options.budget.empty() ? 0 : parse_budget_s(options.budget);
-  Simulation simulation(devices, scene, source->rig(), load_body_assets(scene), budget_s > 0);
+  const BodyAssets assets = load_body_assets(scene);
+  Simulation simulation(devices, scene, source->rig(), assets, budget_s > 0);
   tell_of_bodies(simulation, options.explain && devices.count() > 1);
 
   const std::string stem =
@@ -276,7 +277,7 @@ void run(const RunOptions& options) {
   if (options.view == "file") check_opengl();
   if (options.view == "file")
     pictures.emplace([&] {
-      return std::make_unique<RunPictures>(scene, source->rig(), simulation, stem,
+      return std::make_unique<RunPictures>(scene, source->rig(), assets, simulation, stem,
                                            std::clamp(source->fps().value_or(30), 1.0, 240.0));  // a film's
     });
 

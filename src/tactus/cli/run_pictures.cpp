@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/safe_file.h"
+#include "tactus/geom/box_surface.h"
 
 namespace tactus {
 namespace {
@@ -47,12 +48,28 @@ TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint8_t>& 
   return part;
 }
 
+/// Boxes and meshes in grey; for planes stands the ground of the picture.
+std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& assets) {
+  std::vector<ViewMesh> all;
+  for (const ObstacleSetting& o : scene.obstacles) {
+    if (o.kind == ObstacleShape::plane) continue;
+    ViewMesh& shown =
+        all.emplace_back(ViewMesh{.name = o.name, .material = {.color = {0.62F, 0.65F, 0.69F}}});
+    shown.mesh = o.kind == ObstacleShape::box ? box_surface(0.5F * vec_cast<float>(o.size_m), {1, 1, 1})
+                                              : assets.obstacle_meshes.at(o.name);
+    shown.mesh.normals.clear();
+    for (Vec3f& p : shown.mesh.positions_m) p = vec_cast<float>(o.placement.to_world(vec_cast<double>(p)));
+    if (o.kind == ObstacleShape::mesh) compute_normals(shown.mesh);
+  }
+  return all;
+}
+
 constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
 
 }  // namespace
 
-RunPictures::RunPictures(const Scene& scene, const Rig& rig, const Simulation& simulation,
-                         const std::string& stem, double fps)
+RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets,
+                         const Simulation& simulation, const std::string& stem, double fps)
     : scene_(scene),
       renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
       camera_(view_camera(scene.view, what_there_is(rig, scene, simulation.bodies()))),
@@ -74,6 +91,10 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const Simulation& s
     for (const Camera& camera : rig.depth_cameras) add_frustum(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
   }
   add_box(view_, rig.workspace_m);
+  if (scene.fluid)
+    add_box(view_, {vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)});
+  view_.meshes = obstacle_meshes(scene, assets);
+  still_meshes_ = view_.meshes.size();
   if (scene.view.photographs > 0) {
     photos_ = std::make_shared<ViewPhotos>(
         ViewPhotos{.cameras = rig.cameras,
@@ -90,7 +111,7 @@ void RunPictures::show_models(std::vector<std::vector<std::uint8_t>> element_tri
 
 void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos,
                       const std::string& overlay, const std::string& caption) {
-  view_.meshes.clear();
+  view_.meshes.resize(still_meshes_);
   view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
   if (photos_ && !photos.empty()) {
     photos_->images = photos;

@@ -13,8 +13,8 @@ namespace tactus {
 class RunPictures {
  public:
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
-  RunPictures(const Scene& scene, const Rig& rig, const Simulation& simulation, const std::string& stem,
-              double fps);
+  RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const Simulation& simulation,
+              const std::string& stem, double fps);
 
   /// Colours bodies by what deforms them: per body and triangle of its surface, 1 where elements do.
   void show_models(std::vector<std::vector<std::uint8_t>> element_triangles);
@@ -22,6 +22,8 @@ class RunPictures {
   /// @param overlay one line on the picture  @param caption short, under its cell of the contact sheet
   void add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos, const std::string& overlay,
            const std::string& caption);
+  /// The newest.
+  const ColorImage& picture() const { return picture_; }
   /// Closes the files. Does nothing but close when no frame came.
   void finish();
 
@@ -30,7 +32,9 @@ class RunPictures {
   Renderer renderer_;
   ViewCamera camera_;
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
-  ViewScene view_;  ///< what does not change: frusta, workspace; and the meshes of the newest frame
+  ViewScene
+      view_;  ///< what does not change: frusta, workspace, obstacles; and the meshes of the newest frame
+  std::size_t still_meshes_ = 0;  ///< obstacles: the first of `view_.meshes`
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
   std::string sheet_path_;

@@ -1,6 +1,7 @@
 #include "tactus/contact/body_points.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 
@@ -11,49 +12,33 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+void check_node(Index point, Index node, Index count) {
+  if (node < 0 || node >= count)
+    throw Error("contact: point " + std::to_string(point) + " moves with node " + std::to_string(node) +
+                ", the body has " + std::to_string(count));
+}
+
+/// That move points, ascending.
+std::vector<Index> nodes_of(std::span<const EmbeddedPoint> points) {
+  std::vector<Index> nodes;
+  for (const EmbeddedPoint& point : points)
+    for (int k = 0; k < 8; ++k)
+      if (point.weight[k] != 0) nodes.push_back(point.node[k]);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
 }  // namespace
 
 BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
-                       float lattice_spacing_m, Index first_part, std::span<const NodeShare> share)
-    : lattice_spacing_m_(lattice_spacing_m), node_count_(node_count) {
-  std::vector<Index> count(at(node_count));
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    for (int k = 0; k < 8; ++k) {
-      const Index node = points[p].node[k];
-      if (node < 0 || node >= node_count) {
-        throw Error("contact: point " + std::to_string(p) + " moves with node " + std::to_string(node) +
-                    ", the body has " + std::to_string(node_count));
-      }
-      if (points[p].weight[k] != 0) ++count[at(node)];
-    }
-  }
-  std::vector<Index> nodes, first{0}, place(at(node_count)), row(at(node_count)), rows;
-  const auto add_rows = [&](NodeShare wanted) {
-    for (Index i = 0; i < node_count; ++i) {
-      if (count[at(i)] == 0 || (share.empty() ? NodeShare::own : share[at(i)]) != wanted) continue;
-      place[at(i)] = first.back();
-      row[at(i)] = static_cast<Index>(nodes.size());
-      nodes.push_back(i);
-      first.push_back(first.back() + count[at(i)]);
-    }
-    return static_cast<Index>(nodes.size());
-  };
-  own_rows_ = add_rows(NodeShare::own);
-  moved_rows_ = add_rows(NodeShare::copy);
-  add_rows(NodeShare::outside);
-  std::vector<Index> incident(at(first.back()));
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    for (int k = 0; k < 8; ++k) {
-      rows.push_back(row[at(points[p].node[k])]);
-      if (points[p].weight[k] != 0)
-        incident[at(place[at(points[p].node[k])]++)] = 8 * static_cast<Index>(p) + k;
-    }
-  }
+                       float lattice_spacing_m, Index first_part, std::span<const NodeShare> share,
+                       Index room)
+    : lattice_spacing_m_(lattice_spacing_m), node_count_(node_count), first_count_(first_part), room_(room) {
+  for (std::size_t p = 0; p < points.size(); ++p)
+    for (const Index node : points[p].node) check_node(static_cast<Index>(p), node, node_count);
+  make_rows(ctx, points, share);
   points_ = to_device(ctx, points);
-  nodes_ = to_device(ctx, nodes);
-  first_ = to_device(ctx, first);
-  incident_ = to_device(ctx, incident);
-  rows_ = to_device(ctx, rows);
   const auto n = static_cast<std::int64_t>(points.size());
   touching_ = Buffer<Index>(ctx.device(), n);
   recorded_ = Buffer<Index>(ctx.device(), n);
@@ -62,41 +47,143 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
   near_ = Buffer<std::uint32_t>(ctx.device(), n * kNearTriangles);
   contact_ = Buffer<PointContact>(ctx.device(), n);
   records_ = Buffer<ContactRecord>(ctx.device(), n);
-  node_weight_ = Buffer<std::uint32_t>(ctx.device(), static_cast<std::int64_t>(nodes.size()));
+  node_weight_ = Buffer<std::uint32_t>(ctx.device(), nodes_.size());
   totals_ = Buffer<OwnerTotals>(ctx.device(), kOwners);
   moved_on_ = Buffer<ReactionSums>(ctx.device(), kOwners);
   owner_used_ = Buffer<std::uint32_t>(ctx.device(), kOwners);
-  make_blocks(ctx, points, first_part);
+  make_blocks(ctx, points);
+  if (room > 0) {
+    host_points_.assign(points.begin(), points.end());
+    changes_ = Buffer<SetPoints::Change>(ctx.device(), n);
+  }
   reset(ctx);
   begin_frame(ctx);
   ctx.synchronize();
 }
 
-void BodyPoints::make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index first_part) {
-  const auto n = static_cast<Index>(points.size());
-  first_count_ = first_part;
-  std::vector<Index> first, first_node{0}, nodes;
-  for (Index p = 0; p < n;) {
-    const Index part_end = p < first_part ? first_part : n, end = std::min(p + kBlockPoints, part_end);
-    first.push_back(p);
-    std::set<Index> of_block;
-    for (; p < end; ++p) {
-      for (int k = 0; k < 8; ++k) {
-        if (points[at(p)].weight[k] != 0) of_block.insert(points[at(p)].node[k]);
-      }
+/// Where points may come, every node has a row.
+void BodyPoints::make_rows(ExecContext& ctx, std::span<const EmbeddedPoint> points,
+                           std::span<const NodeShare> share) {
+  std::vector<std::vector<Index>> of_node(at(node_count_)), lists;
+  for (std::size_t p = 0; p < points.size(); ++p)
+    for (int k = 0; k < 8; ++k)
+      if (points[p].weight[k] != 0) of_node[at(points[p].node[k])].push_back(8 * static_cast<Index>(p) + k);
+  std::vector<Index> nodes, rows;
+  row_of_.assign(at(node_count_), 0);
+  const auto add_rows = [&](NodeShare wanted) {
+    for (Index i = 0; i < node_count_; ++i) {
+      if ((room_ == 0 && of_node[at(i)].empty()) || (share.empty() ? NodeShare::own : share[at(i)]) != wanted)
+        continue;
+      row_of_[at(i)] = static_cast<Index>(nodes.size());
+      nodes.push_back(i);
+      lists.push_back(std::move(of_node[at(i)]));
     }
-    nodes.insert(nodes.end(), of_block.begin(), of_block.end());
-    first_node.push_back(static_cast<Index>(nodes.size()));
-    if (p == first_part) first_blocks_ = static_cast<Index>(first.size());
+    return static_cast<Index>(nodes.size());
+  };
+  own_rows_ = add_rows(NodeShare::own);
+  moved_rows_ = add_rows(NodeShare::copy);
+  add_rows(NodeShare::outside);
+  for (const EmbeddedPoint& point : points)
+    for (const Index node : point.node) rows.push_back(row_of_[at(node)]);
+  nodes_ = to_device(ctx, nodes);
+  rows_ = to_device(ctx, rows);
+  incident_ = IndexLists(ctx, lists, room_ > 0 ? 8 * static_cast<Index>(points.size()) : 0);
+}
+
+void BodyPoints::make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points) {
+  const auto n = static_cast<Index>(points.size());
+  std::vector<std::vector<Index>> lists;
+  for (Index p = 0; p < n;) {
+    if (p == first_count_) first_blocks_ = static_cast<Index>(host_blocks_.size());
+    const Index part_end = p < first_count_ ? first_count_ : n, end = std::min(p + kBlockPoints, part_end),
+                used = p < first_count_ ? std::clamp(first_count_ - room_, p, end) : end;
+    host_blocks_.push_back({p, used});
+    lists.push_back(nodes_of(points.subspan(at(p), at(used - p))));
+    p = end;
   }
-  const auto blocks = static_cast<std::int64_t>(first.size());
-  first.push_back(n);
-  block_first_ = to_device(ctx, first);
-  block_first_node_ = to_device(ctx, first_node);
-  block_nodes_ = to_device(ctx, nodes);
-  block_pose_ = Buffer<Index>(ctx.device(), blocks);
+  if (first_count_ == n) first_blocks_ = static_cast<Index>(host_blocks_.size());
+  blocks_ = to_device(ctx, host_blocks_);
+  block_nodes_ = IndexLists(ctx, lists, room_ > 0 ? 8 * n : 0);
+  block_pose_ = Buffer<Index>(ctx.device(), blocks_.size());
   sleep_m_ = Buffer<float>(ctx.device(), n);
-  block_x_m_ = Buffer<Vec3f>(ctx.device(), static_cast<std::int64_t>(nodes.size()));
+  block_x_m_ = Buffer<Vec3f>(ctx.device(), block_nodes_.room());
+}
+
+void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
+  if (changes.empty()) return;
+  check(changes);
+  change_rows(changes);
+  std::vector<SetPoints::Change> set;
+  for (const PointChange& change : changes) {
+    host_points_[at(change.point)] = change.to;
+    set.push_back({change.point, change.to, {}});
+    for (std::size_t k = 0; k < 8; ++k) set.back().rows[k] = row_of_[at(change.to.node[k])];
+  }
+  change_blocks(changes);
+  const View<SetPoints::Change> staged = changes_.view().part(0, static_cast<Index>(set.size()));
+  ctx.upload(set, staged);
+  ctx.parallel_for("contact/set_points", staged.size(),
+                   SetPoints{View<const SetPoints::Change>(staged), points_.view(), rows_.view()});
+  incident_.upload(ctx);
+  block_nodes_.upload(ctx);
+  ctx.upload(host_blocks_, blocks_.view());
+  ctx.parallel_for("contact/weigh_rows", nodes_.size(),
+                   WeighRows{incident_.ranges(), incident_.values(), points_.const_view(),
+                             touching_.const_view(), node_weight_.view()});
+  ctx.synchronize();
+}
+
+void BodyPoints::check(std::span<const PointChange> changes) const {
+  Index next = first_count_ - room_;
+  for (const PointChange& change : changes) {
+    for (const Index node : change.to.node) check_node(change.point, node, node_count_);
+    const bool is_known = change.point >= 0 && change.point < static_cast<Index>(host_points_.size()) &&
+                          (change.point < next || change.point >= first_count_);
+    if (!is_known && (change.point != next || next >= first_count_))
+      throw Error("contact: point " + std::to_string(change.point) + " is not there, and not the next of " +
+                  std::to_string(first_count_) + " that there is room for");
+    next += is_known ? 0 : 1;
+  }
+}
+
+/// Entries stay ascending, so sums over points keep their order.
+void BodyPoints::change_rows(std::span<const PointChange> changes) {
+  std::map<Index, std::vector<Index>> lists;
+  const auto list = [&](Index row) -> std::vector<Index>& {
+    const auto [place, is_new] = lists.try_emplace(row);
+    if (is_new) place->second.assign(incident_[row].begin(), incident_[row].end());
+    return place->second;
+  };
+  for (const PointChange& change : changes) {
+    const EmbeddedPoint& before = host_points_[at(change.point)];
+    for (int k = 0; k < 8; ++k)
+      if (before.weight[k] != 0) std::erase(list(row_of_[at(before.node[k])]), 8 * change.point + k);
+    for (int k = 0; k < 8; ++k)
+      if (change.to.weight[k] != 0) list(row_of_[at(change.to.node[k])]).push_back(8 * change.point + k);
+  }
+  for (auto& [row, entries] : lists) {
+    std::sort(entries.begin(), entries.end());
+    incident_.set(row, entries);
+  }
+}
+
+void BodyPoints::change_blocks(std::span<const PointChange> changes) {
+  std::set<Index> blocks;
+  for (const PointChange& change : changes) {
+    const Index block = change.point < first_count_
+                            ? change.point / kBlockPoints
+                            : first_blocks_ + (change.point - first_count_) / kBlockPoints;
+    blocks.insert(block);
+    IndexRange& points = host_blocks_[at(block)];
+    if (change.point < points.end) continue;
+    points.end = change.point + 1;
+    --room_;
+  }
+  for (const Index block : blocks) {
+    const IndexRange points = host_blocks_[at(block)];
+    block_nodes_.set(
+        block, nodes_of(std::span(host_points_).subspan(at(points.begin), at(points.end - points.begin))));
+  }
 }
 
 /// The surface is another one, so what was found near the old one is no longer.
@@ -136,7 +223,7 @@ void BodyPoints::end_frame(ExecContext& ctx) {
 }
 
 PointTable BodyPoints::table() const {
-  return {points_.const_view(), nodes_.const_view(), first_.const_view(), incident_.const_view(),
+  return {points_.const_view(), nodes_.const_view(), incident_.ranges(), incident_.values(),
           rows_.const_view(),   own_rows_,           moved_rows_};
 }
 
@@ -146,9 +233,8 @@ PointState BodyPoints::state() {
 }
 
 PointBlocks BodyPoints::blocks() {
-  return {block_first_.const_view(), block_first_node_.const_view(),
-          block_nodes_.const_view(), block_pose_.view(),
-          block_x_m_.view(),         sleep_m_.view()};
+  return {blocks_.const_view(), block_nodes_.ranges(), block_nodes_.values(),
+          block_pose_.view(),   block_x_m_.view(),     sleep_m_.view()};
 }
 
 }  // namespace tactus

@@ -10,6 +10,7 @@
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/boundary_points.h"
 #include "tactus/geom/held_axes.h"
+#include "tactus/geom/index_lists.h"
 #include "tactus/geom/vector_fields.h"
 
 namespace tactus {
@@ -139,14 +140,14 @@ struct OwnerTotals {
   }
 };
 
-/// Which points a node moves with: those of entries first[c] .. first[c + 1] of `incident`.
+/// Which points a node moves with: those of entries lists[c] of `incident`.
 struct PointTable {
   View<const EmbeddedPoint> points;
-  View<const Index> nodes;     ///< that move with any point: a row each, in the order of NodeShare
-  View<const Index> first;     ///< (rows + 1)
-  View<const Index> incident;  ///< 8 point + corner
-  View<const Index> rows;      ///< at 8 point + corner: of that node; any, where its weight is 0
-  Index own = 0, moved = 0;    ///< so many of the first rows are NodeShare::own; or that or copy
+  View<const Index> nodes;       ///< that move with any point: a row each, in the order of NodeShare
+  View<const IndexRange> lists;  ///< per row
+  View<const Index> incident;    ///< 8 point + corner
+  View<const Index> rows;        ///< at 8 point + corner: of that node; any, where its weight is 0
+  Index own = 0, moved = 0;      ///< so many of the first rows are NodeShare::own; or that or copy
 };
 
 /// What contact does with a node of a device that has a part of a body.
@@ -161,8 +162,8 @@ inline constexpr Index kBlockPoints = 32;
 
 /// Which points are in a block, and which nodes move them.
 struct PointBlocks {
-  View<const Index> first;       ///< (blocks + 1) points
-  View<const Index> first_node;  ///< (blocks + 1) entries of the next
+  View<const IndexRange> points;
+  View<const IndexRange> lists;  ///< entries of the next
   View<const Index> nodes;
   View<Index> pose;     ///< at which pose of the surface nodes were at x_m; < 0: none
   View<Vec3f> x_m;      ///< per entry of `nodes`
@@ -206,6 +207,51 @@ struct PointWeights {
   TACTUS_HD static float value(std::uint32_t sum) { return static_cast<float>(sum) / kOne; }
 };
 
+/// Points that move with other nodes from now on.
+struct SetPoints {
+  struct Change {
+    Index point = 0;
+    EmbeddedPoint to;
+    Index rows[8] = {};
+  };
+  View<const Change> changes;
+  View<EmbeddedPoint> points;
+  View<Index> rows;
+  TACTUS_HD void operator()(Index i) const {
+    const Change& change = changes[i];
+    points[change.point] = change.to;
+    for (int k = 0; k < 8; ++k) rows[8 * change.point + k] = change.rows[k];
+  }
+};
+
+/// Masses of a body's nodes that changed.
+struct NodeMasses {
+  struct Change {
+    Index node = 0;
+    float mass_kg = 0;
+  };
+  View<const Change> changes;
+  View<float> mass_kg;
+  TACTUS_HD void operator()(Index i) const { mass_kg[changes[i].node] = changes[i].mass_kg; }
+};
+
+/// Thread: row. The sum of the weights of its touching points, anew.
+struct WeighRows {
+  View<const IndexRange> lists;
+  View<const Index> incident;
+  View<const EmbeddedPoint> points;
+  View<const Index> touching;
+  View<std::uint32_t> node_weight;
+  TACTUS_HD void operator()(Index row) const {
+    std::uint32_t sum = 0;
+    for (Index e = lists[row].begin; e < lists[row].end; ++e) {
+      const Index i = incident[e] / 8;
+      if (touching[i] == 1) sum += PointWeights::quantized(points[i].weight[incident[e] % 8]);
+    }
+    node_weight[row] = sum;
+  }
+};
+
 /// Host and device side of one body's points.
 class BodyPoints {
  public:
@@ -213,8 +259,14 @@ class BodyPoints {
   /// Synchronizes. @throws Error when a point names a node that is not there.
   /// @param first_part so many of the first points may be corrected without the others
   /// @param share per node; empty: all are own. A point is recorded where its node[0] is own
+  /// @param room so many of the first part's last points are places for points that apply() adds; nothing
+  /// moves them
   BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
-             float lattice_spacing_m, Index first_part = 0, std::span<const NodeShare> share = {});
+             float lattice_spacing_m, Index first_part = 0, std::span<const NodeShare> share = {},
+             Index room = 0);
+  /// Between frames, where there is room. New points take the places that are next. What touches goes on
+  /// touching. Synchronizes. @throws Error for a point or node that is not there.
+  void apply(ExecContext& ctx, std::span<const PointChange> changes);
 
   Index count() const { return points_.size(); }
   Index node_count() const { return node_count_; }
@@ -237,13 +289,23 @@ class BodyPoints {
   void reset(ExecContext& ctx);
 
  private:
-  void make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index first_part);
+  void make_rows(ExecContext& ctx, std::span<const EmbeddedPoint> points, std::span<const NodeShare> share);
+  void make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points);
+  void check(std::span<const PointChange> changes) const;
+  void change_rows(std::span<const PointChange> changes);
+  void change_blocks(std::span<const PointChange> changes);
 
   float lattice_spacing_m_ = 0;
   Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0, own_rows_ = 0, moved_rows_ = 0;
+  Index room_ = 0;                          ///< points that may still come
+  std::vector<EmbeddedPoint> host_points_;  ///< where there is room
+  std::vector<Index> row_of_;               ///< per node
+  std::vector<IndexRange> host_blocks_;
   Buffer<EmbeddedPoint> points_;
-  Buffer<Index> nodes_, first_, incident_, rows_, touching_, recorded_, searched_;
-  Buffer<Index> block_first_, block_first_node_, block_nodes_, block_pose_;
+  IndexLists incident_, block_nodes_;
+  Buffer<IndexRange> blocks_;
+  Buffer<Index> nodes_, rows_, touching_, recorded_, searched_, block_pose_;
+  Buffer<SetPoints::Change> changes_;
   Buffer<float> sleep_m_;
   Buffer<Vec3f> block_x_m_;
   Buffer<PointNeighbours> neighbours_;

@@ -82,8 +82,9 @@ struct FindContacts {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     if (body.nodes.has_stopped()) return;
-    const Index block = first_block + b.index(), first = blocks.first[block],
-                count = blocks.first[block + 1] - first;
+    const Index block = first_block + b.index(), first = blocks.points[block].begin,
+                count = blocks.points[block].end - first;
+    if (count == 0) return;  // room
     b.on_one_thread([&] { s.searched_owners = s.crowded_owners = 0; });
     // On a GPU, all points are looked at in the time of one.
     float moved_m = kNever;
@@ -475,7 +476,7 @@ struct FindContacts {
   TACTUS_HD float block_moved_m(const Block& b, Shared& s, Index block) const {
     const Index then = blocks.pose[block];
     if (then < 0) return kNever;
-    const Index first = blocks.first_node[block], count = blocks.first_node[block + 1] - first;
+    const Index first = blocks.lists[block].begin, count = blocks.lists[block].end - first;
     b.for_threads(count, [&](int k) {
       s.node_moved2_m2[k] =
           moved2_m2(blocks.x_m[first + k], then, body.nodes.position(blocks.nodes[first + k]));
@@ -497,15 +498,15 @@ struct FindContacts {
   /// Notes how far nodes may move, counted from where they are now if a point found new room.
   template <class Block>
   TACTUS_HD void fall_asleep(const Block& b, const Shared& s, Index block, float moved_m) const {
-    const Index first = blocks.first[block], count = blocks.first[block + 1] - first;
+    const Index first = blocks.points[block].begin, count = blocks.points[block].end - first;
     bool has_room = false;
     for (int k = 0; k < s.awake_count; ++k) has_room = has_room || s.sleep_m[s.awake[k]] > 0.F;
     for (Index t = 0; t < count && has_room; ++t) blocks.sleep_m[first + t] -= moved_m;
     for (int k = 0; k < s.awake_count; ++k) blocks.sleep_m[first + s.awake[k]] = s.sleep_m[s.awake[k]];
     if (!has_room) return;
     blocks.pose[block] = pose;
-    const Index first_node = blocks.first_node[block];
-    b.for_threads(blocks.first_node[block + 1] - first_node, [&](int k) {
+    const Index first_node = blocks.lists[block].begin;
+    b.for_threads(blocks.lists[block].end - first_node, [&](int k) {
       blocks.x_m[first_node + k] = body.nodes.position(blocks.nodes[first_node + k]);
     });
   }

@@ -176,8 +176,8 @@ struct ApplyContacts {
     const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
     b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
       Vec3f impulse{}, push{};
-      const Index end = body.table.first[first + g + 1];
-      for (Index e = body.table.first[first + g] + lane; e < end; e += kLanes)
+      const IndexRange points = body.table.lists[first + g];
+      for (Index e = points.begin + lane; e < points.end; e += kLanes)
         add_point(body.table.incident[e], first + g < body.table.own, impulse, push);
       s.impulse[g][lane] = impulse;
       s.push[g][lane] = push;

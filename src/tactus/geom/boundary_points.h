@@ -26,6 +26,12 @@ struct EmbeddedPoint {
   float area_m2 = 0;  ///< at rest
 };
 
+/// A point of a body that was cut: it is new, or moves with other nodes from now on.
+struct PointChange {
+  Index point = 0;
+  EmbeddedPoint to;
+};
+
 /// @param cube_of the cube that holds each point, or is nearest to it @param local_of where in that cube, in
 /// spacings from its corner 0
 std::vector<EmbeddedPoint> embed_points(const CubeLattice& lattice, std::span<const SpreadPoint> points,

@@ -201,8 +201,8 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
              "where that would make it softer"},
             b.matching_every, {"", 1, 64});
   v.boolean({"cuttable",
-             "whether `blades` cut its elements; it needs `contact: false` and memory for copies of cubes. "
-             "Cubes with nodes that are moved, loaded or of shape matching are never cut"},
+             "whether `blades` cut its elements; it needs memory for copies of cubes. Cubes with nodes that "
+             "are moved, loaded or of shape matching are never cut"},
             b.cuttable);
   v.integer_or_auto({"cut_room", "copies of cubes that cuts may make, two or more per cube that is cut"},
                     b.cut_room, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
@@ -211,8 +211,6 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
       !b.cuttable || b.material.model != TissueModel::flsm, "cuttable",
       "'cuttable' is true, but the body has no elements: only those are cut; set 'material.model' to tled or "
       "hybrid");
-  v.check(!b.cuttable || !b.contact, "cuttable",
-          "'cuttable' is true, but points that touch do not follow a cut yet; expected 'contact: false'");
   v.check(!b.cuttable || b.shape.fill == MeshFill::closed, "cuttable",
           "'cuttable' is true, but a shape with 'fill: winding' bounds no solid that could be closed again");
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},

@@ -25,6 +25,8 @@ BodyShape with_cut_room(const BodyDescription& body, BodyShape shape) {
   return shape;
 }
 
+Index point_room(const CubeLattice& lattice) { return 6 * static_cast<Index>(lattice.copies.size()); }
+
 /// Walls of interior copies have a dozen triangles, those at the surface some more.
 SurfaceRoom surface_room(const CubeLattice& lattice, const TriangleMesh& surface) {
   const auto copies = static_cast<Index>(lattice.copies.size());
@@ -49,6 +51,15 @@ void SoftBody::make_cuttable(ExecContext& ctx) {
   cutter_.emplace(lattice, std::move(may_cut), shape_.surface_m, to_host(ctx, surface_.anchors()),
                   cut::CutSurface::Room{room.vertices, room.triangles});
   last_x_m_ = lattice.rest_positions_m();
+}
+
+void SoftBody::make_points() {
+  const BodyBoundary boundary = body_boundary(shape_.lattice, shape_.surface_m, shape_.elements);
+  const Index room = point_room(shape_.lattice);
+  points_ = SlabPoints(tissue_, shape_.lattice, boundary, room);
+  if (is_cuttable())
+    cut_points_ =
+        cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.first_count, room);
 }
 
 /// Each point goes as far as the node that is nearest to it, if one is near.
@@ -115,6 +126,8 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
   tactus::apply(change, shape_.lattice);
   for (const TopologyChange::Node& node : change.nodes)
     if (node.from >= 0) last_x_m_[at(node.node)] = last_x_m_[at(node.from)];
+  if (points_.count() > 0)
+    points_.apply(change, shape_.lattice, cut_points_.update(cutter_->lattice(), cutter_->surface(), change));
   for (const TopologyChange::Copy& copy : change.copies)
     shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
 }

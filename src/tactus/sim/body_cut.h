@@ -11,4 +11,7 @@ BodyShape with_cut_room(const BodyDescription& body, BodyShape shape);
 /// Vertices and triangles that a lattice with so many copies may need.
 SurfaceRoom surface_room(const CubeLattice& lattice, const TriangleMesh& surface);
 
+/// Points that touch that cuts may add: walls have four per cube on each side, and some at their edges.
+Index point_room(const CubeLattice& lattice);
+
 }  // namespace tactus

@@ -85,7 +85,7 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
     add("touch", PointPart::all, 1);
   } else {
     if (points_.first_count() > 0) add("touch elements", PointPart::first, 1);
-    if (points_.first_count() < points_.count()) add("touch matched", PointPart::rest, matching_every());
+    if (points_.has_others()) add("touch matched", PointPart::rest, matching_every());
   }
   schedule.add({.name = stage("contact sums"),
                 .timed_as = "end",

@@ -1,10 +1,23 @@
 #pragma once
 /// The points of a body's surface that touch, on every device that steps a slab of it.
+#include <optional>
+
 #include "tactus/contact/contact_on_devices.h"
 #include "tactus/frame/readback.h"
+#include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/hybrid/hybrid_slabs.h"
 
 namespace tactus {
+
+/// Points spread over a body's surface; those that elements move come first.
+struct BodyBoundary {
+  std::vector<SpreadPoint> points;
+  std::vector<embed::Anchor> anchors;
+  Index first_count = 0;
+};
+/// @param elements as Hybrid's
+BodyBoundary body_boundary(const CubeLattice& lattice, const TriangleMesh& surface,
+                           const ElementMask& elements);
 
 /// A slab has every point whose nodes it holds, and finds and applies what each wants. A point near a cut is
 /// on both sides of it, with the same bits, so nothing of contact is exchanged. It is recorded by the slab
@@ -13,14 +26,16 @@ class SlabPoints {
  public:
   /// Nobody touches.
   SlabPoints() = default;
-  /// @param tissue shares its nodes; must outlive this @param surface of the body at rest @param elements as
-  /// Hybrid's. Synchronizes.
-  SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const TriangleMesh& surface,
-             const ElementMask& elements);
+  /// @param tissue shares its nodes; must outlive this @param room for points that cuts add. Synchronizes.
+  SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const BodyBoundary& boundary, Index room = 0);
 
   /// Of the body, and of those the ones that elements move, which come first.
   Index count() const { return count_; }
   Index first_count() const { return first_count_; }
+  bool has_others() const { return others_ > 0; }
+  /// Takes a cut over, between frames. Points count as in the boundary; those that a cut adds have the places
+  /// behind the first part, so the others are further behind, by the room. Synchronizes. @throws Error.
+  void apply(const TopologyChange& change, const CubeLattice& lattice, std::span<const PointChange> points);
   /// Once a frame, before its first substep. Asynchronous, as the next two.
   void begin_frame(ContactOnDevices& world);
   /// As Contact::correct.
@@ -42,12 +57,18 @@ class SlabPoints {
     Buffer<float> mass_kg;
     BodyPoints points;
     std::vector<Index> leader;  ///< per point: node[0], as the body counts it
+    std::vector<Index> place;   ///< per point of the body: here; -1: elsewhere
+    Index next = 0;             ///< place for a new one
+    Buffer<NodeMasses::Change> masses;
     Readback::Place report;
   };
   void add_part(int slab, const CubeLattice& lattice, std::span<const EmbeddedPoint> points);
+  std::vector<NodeShare> shares(int slab, const CubeLattice& lattice) const;
+  /// The point, with nodes as a slab counts them; none: it doesn't hold them all.
+  std::optional<EmbeddedPoint> local(int slab, const CubeLattice& lattice, EmbeddedPoint point) const;
 
   HybridSlabs* tissue_ = nullptr;
-  Index count_ = 0, first_count_ = 0;
+  Index count_ = 0, first_count_ = 0, others_ = 0, room_ = 0;
   std::vector<Part> parts_;
 };
 

@@ -94,7 +94,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.cuttable) make_cuttable(devices.context(0));
-  if (body.contact) points_ = SlabPoints(tissue_, shape_.lattice, shape_.surface_m, shape_.elements);
+  if (body.contact) make_points();
 }
 
 std::string SoftBody::devices_text() const {

@@ -11,6 +11,7 @@
 #include "tactus/sim/slab_points.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/cut/body_cutter.h"
+#include "tactus/tissue/cut/cut_points.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -27,7 +28,8 @@ class SoftBody {
   Resource contact_resource() const { return stage("contact report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_point_count() const { return points_.count(); }
-  /// Points of its surface that touch; of a body on one device, as the next but one. Synchronizes.
+  /// Points of its surface that touch; of a body on one device, as the next but one. Those without weights
+  /// are room. Synchronizes.
   std::vector<EmbeddedPoint> contact_points(ExecContext& ctx) const {
     return to_host(ctx, points_.points(0).table().points);
   }
@@ -150,6 +152,7 @@ class SoftBody {
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
   void make_cuttable(ExecContext& ctx);
+  void make_points();
   void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
   void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
                  cut::CutReport& sum);
@@ -171,6 +174,7 @@ class SoftBody {
   bool full_stiffness_;
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
+  cut::CutPoints cut_points_;
   std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
   /// Where a blade's edge was in the last two frames, moved with the body.
   struct Trail {

@@ -73,7 +73,7 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
   std::vector<std::vector<EmbeddedPoint>> points;
   std::vector<PairedBody> all;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b]->is_untouched()) continue;
+    if (bodies[b]->is_untouched() || bodies[b]->is_cuttable()) continue;
     body_of_.push_back(static_cast<Index>(b));
     nodes_.push_back(bodies[b]->nodes_resource());
   }

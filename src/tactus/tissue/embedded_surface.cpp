@@ -118,10 +118,16 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
 std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
                                           float spacing_m, float max_outside) {
   const std::vector<SpreadPoint> points = spread_points(surface, spacing_m);
-  std::vector<Vec3f> x_m, local;
+  std::vector<Vec3f> x_m;
   for (const SpreadPoint& point : points) x_m.push_back(point.x_m);
+  return embed_points(lattice, points, anchor_points(lattice, x_m, max_outside));
+}
+
+std::vector<EmbeddedPoint> embed_points(const CubeLattice& lattice, std::span<const SpreadPoint> points,
+                                        std::span<const embed::Anchor> anchors) {
   std::vector<Index> cube;
-  for (const embed::Anchor& anchor : anchor_points(lattice, x_m, max_outside)) {
+  std::vector<Vec3f> local;
+  for (const embed::Anchor& anchor : anchors) {
     cube.push_back(anchor.cube);
     local.push_back(anchor.local);
   }

@@ -21,6 +21,9 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
 std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
                                           float spacing_m, float max_outside = 1);
 
+std::vector<EmbeddedPoint> embed_points(const CubeLattice& lattice, std::span<const SpreadPoint> points,
+                                        std::span<const embed::Anchor> anchors);
+
 /// As anchor_points, of a surface's vertices: those on walls of a cut sit in the copy on their own side.
 std::vector<embed::Anchor> anchor_vertices(const CubeLattice& lattice, const TriangleMesh& mesh,
                                            float max_outside = 1);

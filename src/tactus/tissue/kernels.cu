@@ -33,3 +33,4 @@ TACTUS_CUDA_KERNEL(tactus::cut::SetCellMasses);
 TACTUS_CUDA_KERNEL(tactus::cut::SetNodeMasses);
 TACTUS_CUDA_KERNEL(tactus::cut::PlaceNodes);
 TACTUS_CUDA_KERNEL(tactus::cut::SetMasses);
+TACTUS_CUDA_KERNEL(tactus::cut::SetHeldNodes);

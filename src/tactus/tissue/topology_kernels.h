@@ -107,6 +107,17 @@ struct PlaceNodes {
   }
 };
 
+/// Contact moves new nodes as others.
+struct SetHeldNodes {
+  View<const LocalNode> nodes;
+  View<const Index> cell;  ///< per node, where nodes are in cells; or empty
+  View<Index> held;        ///< HeldAxes per node, or cell
+  TACTUS_HD void operator()(Index i) const {
+    const LocalNode n = nodes[i];
+    if (n.from >= 0) held[cell.empty() ? n.node : cell[n.node]] = n.fixed;
+  }
+};
+
 /// New masses of nodes [first, first + mass_kg.size()).
 struct SetMasses {
   View<const LocalNode> nodes;

@@ -41,6 +41,7 @@ class Boundary {
   const SurfaceLoads& loads() const { return loads_; }
   /// Per node of the state: HeldAxes, all while it is driven.
   View<const Index> held() const { return held_.const_view(); }
+  View<Index> held() { return held_.view(); }
 
  private:
   DrivenNodes driven_;

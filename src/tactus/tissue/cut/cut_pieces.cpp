@@ -264,6 +264,13 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
   }
 }
 
+/// Nothing is deeper than what was measured last and the way to there.
+void CutSurface::note_depth(Vec3d p) {
+  if (measured_.depth + length(p - measured_.p) <= deepest_) return;
+  measured_ = {p, static_cast<double>(solid_->distance_m(vec_cast<float>(p)))};
+  deepest_ = std::max(deepest_, measured_.depth);
+}
+
 void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
                            const std::vector<std::vector<std::array<Index, 3>>>& inner) {
   std::vector<Divided> divided(s.near.size());
@@ -303,9 +310,9 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
   for (std::size_t w = 0; w < s.walls.size(); ++w) {
     const CubeSplit& split = s.splits[s.walls[w].split].split;
     for (const auto& [a, b, c] : inner[w]) {
-      deepest_ =
-          std::max(deepest_, static_cast<double>(solid_->distance_m(vec_cast<float>(middle_of({a, b, c})))));
+      note_depth(middle_of({a, b, c}));
       wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
+      next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
       for (const int part : {0, 1}) {
         const Index cube = split.part[part];
         Triangle t{{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet};

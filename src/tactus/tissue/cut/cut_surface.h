@@ -51,6 +51,13 @@ class CutSurface {
     return triangle_count() + 150 * splits <= room_.triangles &&
            vertex_count() + 100 * splits <= room_.vertices;
   }
+  /// A triangle of a wall inside of the body, in lattice coordinates, and whose surface it is.
+  struct NewWall {
+    std::array<Vec3d, 3> corners;
+    std::array<Index, 2> part;
+  };
+  /// Of the last update().
+  const std::vector<NewWall>& new_walls() const { return new_walls_; }
   /// Triangles that close what rounding left open, in all.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
@@ -61,8 +68,6 @@ class CutSurface {
   /// Vertices of each triangle; all the same: it is not in use.
   const std::vector<std::array<Index, 3>>& triangles() const { return vertices_of_; }
   embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
-  /// Whether a vertex lies on a wall.
-  bool is_on_wall(Index vertex) const { return points_[index(vertex_point_[index(vertex)])].is_wall; }
   /// Whether a coordinate lies between cubes.
   static bool is_whole(double v) { return v == std::floor(v); }
   /// Whether a triangle is of a wall.
@@ -173,6 +178,7 @@ class CutSurface {
   void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
                  Triangle& t) const;
   std::vector<std::array<Index, 3>> inner_pieces(const Stage& s, const WallTriangle& wall) const;
+  void note_depth(Vec3d p);
   void add_walls(const LatticeCutter& cutter, Stage& s,
                  const std::vector<std::vector<std::array<Index, 3>>>& inner);
   // cut_vertices.cpp
@@ -181,6 +187,17 @@ class CutSurface {
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
+  /// A corner of a triangle, and the nodes that move it.
+  struct Use {
+    Index point;
+    std::size_t triangle;  ///< number in a list
+    int corner;
+    Index cube;
+    std::array<Index, 8> nodes;
+  };
+  std::vector<Use> uses_of(const LatticeCutter& cutter, const std::vector<Index>& triangles) const;
+  Vertex& vertex_of(const Use& use, std::vector<Vertex>& known);
+  void anchor_vertex(const LatticeCutter& cutter, Index vertex, const Use& use);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void set_vertices(Index triangle, std::array<Index, 3> vertices);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
@@ -205,6 +222,13 @@ class CutSurface {
   std::unordered_map<std::uint64_t, int> open_edges_;  ///< directed sum over triangles, if not 0
   std::unique_ptr<PointInMesh> solid_;
   std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
+  std::vector<NewWall> new_walls_, next_walls_;
+  /// Below the original surface.
+  struct Depth {
+    Vec3d p{};
+    double depth = 1e30;
+  };
+  Depth measured_;
   Index filled_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;

@@ -1,8 +1,7 @@
 // Vertices of a surface that is cut: which nodes move them, and that the surface stays closed.
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <tuple>
+#include <span>
 
 #include "tactus/tissue/cut/cut_surface.h"
 
@@ -15,16 +14,17 @@ constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 
 std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
                                            const std::vector<std::vector<CubeSplit>>& stages) const {
-  std::set<Index> cubes;
+  std::vector<Index> cubes;
   for (const auto& stage : stages) {
     for (const CubeSplit& split : stage) {
       const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(split.parent))];
-      for (Index k = 0; k < 27; ++k) {
-        const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
-        if (cube >= 0) cubes.insert(cube);
-      }
+      for (Index k = 0; k < 27; ++k)
+        if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}); cube >= 0)
+          cubes.push_back(cube);
     }
   }
+  std::sort(cubes.begin(), cubes.end());
+  cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
   std::vector<Index> triangles;
   for (const Index cube : cubes)
     if (const auto bin = bins_.find(cube); bin != bins_.end())
@@ -108,74 +108,84 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
         corner.cube = other->second;
 }
 
-void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
-  struct Use {
-    Index point;
-    std::array<Index, 8> nodes;
-    Index triangle;
-    int corner;
-    Index cube;
-  };
-  std::vector<Use> uses;
-  for (const Index triangle : triangles) {
-    const Triangle& t = triangles_[index(triangle)];
-    if (t.is_fill) continue;
-    for (int k = 0; k < 3; ++k) {
-      const Corner& corner = t.corner[index(k)];
-      uses.push_back({corner.point, nodes_of(cutter, corner), triangle, k, corner.cube});
-    }
+/// In ascending order of points; of one point by nodes.
+std::vector<CutSurface::Use> CutSurface::uses_of(const LatticeCutter& cutter,
+                                                 const std::vector<Index>& triangles) const {
+  std::vector<std::uint64_t> order;  // point, triangle, corner
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles_[index(triangles[i])];
+    for (std::uint64_t k = 0; k < 3 && !t.is_fill; ++k)
+      order.push_back(static_cast<std::uint64_t>(t.corner[k].point) << 32U | (4 * i + k));
   }
-  std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
-    return std::tie(a.point, a.nodes, a.triangle, a.corner) <
-           std::tie(b.point, b.nodes, b.triangle, b.corner);
-  });
-  std::unordered_map<Index, std::array<Index, 3>> named;
+  std::sort(order.begin(), order.end());
+  std::vector<Use> uses;
+  uses.reserve(order.size());
+  std::size_t first = 0;
+  const auto by_nodes = [&] {
+    std::stable_sort(uses.begin() + static_cast<std::ptrdiff_t>(first), uses.end(),
+                     [](const Use& a, const Use& b) { return a.nodes < b.nodes; });
+    first = uses.size();
+  };
+  for (const std::uint64_t key : order) {
+    const std::size_t i = (key & 0xFFFFFFFFU) / 4, k = key % 4;
+    const Corner& corner = triangles_[index(triangles[i])].corner[k];
+    if (!uses.empty() && uses.back().point != corner.point) by_nodes();
+    uses.push_back({corner.point, i, static_cast<int>(k), corner.cube, nodes_of(cutter, corner)});
+  }
+  by_nodes();
+  return uses;
+}
+
+/// Of those known at the point, or one that is free, or a new one.
+CutSurface::Vertex& CutSurface::vertex_of(const Use& use, std::vector<Vertex>& known) {
+  const auto find = [&](const std::array<Index, 8>& nodes) {
+    return std::find_if(known.begin(), known.end(), [&](const Vertex& v) { return v.nodes == nodes; });
+  };
+  auto vertex = find(use.nodes);
+  if (vertex == known.end()) vertex = find(kAnyNodes);
+  if (vertex == known.end()) {
+    vertex = known.insert(known.end(), {kAnyNodes, vertex_count()});
+    vertex_point_.push_back(use.point);
+    vertex_cube_.push_back(-1);
+  }
+  vertex->nodes = use.nodes;
+  return *vertex;
+}
+
+/// The vertex moves with a cube that has its nodes.
+void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, const Use& use) {
+  const Index anchored = vertex_cube_[index(vertex)];
+  const bool is_right =
+      anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
+      (use.point < static_cast<Index>(local_.size()) ? anchored == use.cube
+                                                     : nodes_of(cutter, {use.point, anchored}) == use.nodes);
+  if (is_right) return;
+  vertex_cube_[index(vertex)] = use.cube;
+  new_anchors_.push_back(vertex);
+}
+
+void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
+  const std::vector<Use> uses = uses_of(cutter, triangles);
+  std::vector<std::array<Index, 3>> named(triangles.size(), {-1, -1, -1});
+  std::vector<Vertex> original;
   for (std::size_t first = 0, end = 0; first < uses.size(); first = end) {
     while (end < uses.size() && uses[end].point == uses[first].point) ++end;
     const Index point = uses[first].point;
-    std::vector<Vertex>* known = nullptr;
-    std::vector<Vertex> original;
-    if (points_[index(point)].is_wall) {
-      known = &vertices_at_[point];
-      // Vertices whose nodes nobody has any more are free for the others.
-      for (Vertex& v : *known) {
-        const bool is_used = std::any_of(uses.begin() + static_cast<std::ptrdiff_t>(first),
-                                         uses.begin() + static_cast<std::ptrdiff_t>(end),
-                                         [&](const Use& use) { return use.nodes == v.nodes; });
-        if (!is_used) v.nodes = kAnyNodes;
-      }
-    } else {
-      original.push_back({kAnyNodes, point});
-      known = &original;
-    }
-    for (std::size_t u = first; u < end; ++u) {
-      const Use& use = uses[u];
-      auto vertex =
-          std::find_if(known->begin(), known->end(), [&](const Vertex& v) { return v.nodes == use.nodes; });
-      if (vertex == known->end())
-        vertex =
-            std::find_if(known->begin(), known->end(), [](const Vertex& v) { return v.nodes == kAnyNodes; });
-      if (vertex == known->end()) {
-        vertex = known->insert(known->end(), {kAnyNodes, vertex_count()});
-        vertex_point_.push_back(point);
-        vertex_cube_.push_back(-1);
-      }
-      vertex->nodes = use.nodes;
-      named.try_emplace(use.triangle, std::array<Index, 3>{-1, -1, -1});
-      named[use.triangle][index(use.corner)] = vertex->vertex;
-      const Index anchored = vertex_cube_[index(vertex->vertex)];
-      const bool is_right =
-          anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
-          (point < static_cast<Index>(local_.size()) ? anchored == use.cube
-                                                     : nodes_of(cutter, {point, anchored}) == use.nodes);
-      if (is_right) continue;
-      vertex_cube_[index(vertex->vertex)] = use.cube;
-      new_anchors_.push_back(vertex->vertex);
+    const std::span<const Use> here = std::span(uses).subspan(first, end - first);
+    original.assign(1, {kAnyNodes, point});
+    std::vector<Vertex>& known = points_[index(point)].is_wall ? vertices_at_[point] : original;
+    // Vertices whose nodes nobody has any more are free for the others.
+    for (Vertex& v : known)
+      if (std::none_of(here.begin(), here.end(), [&](const Use& use) { return use.nodes == v.nodes; }))
+        v.nodes = kAnyNodes;
+    for (const Use& use : here) {
+      const Index vertex = vertex_of(use, known).vertex;
+      named[use.triangle][index(use.corner)] = vertex;
+      anchor_vertex(cutter, vertex, use);
     }
   }
-  for (const Index triangle : triangles)
-    if (const auto vertices = named.find(triangle); vertices != named.end())
-      set_vertices(triangle, vertices->second);
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    if (!triangles_[index(triangles[i])].is_fill) set_vertices(triangles[i], named[i]);
 }
 
 /// Fills are made anew where something is cut.
@@ -231,6 +241,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
 void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vector<CubeSplit>>& stages,
                         TopologyChange& change) {
   const std::vector<Index> triangles = near_splits(cutter, stages);
+  new_walls_ = std::exchange(next_walls_, {});
   new_anchors_.clear();
   new_triangles_.clear();
   drop_fills(triangles);

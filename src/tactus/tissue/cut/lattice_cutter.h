@@ -73,7 +73,6 @@ class LatticeCutter {
   /// Corners whose material is a cube's own.
   std::uint8_t corners(Index cube) const;
   Index copies_in_use() const { return next_copy_ - lattice_.regular_cubes(); }
-  Index nodes_in_use() const { return next_node_ - lattice_.regular_nodes(); }
   /// Bodies that nodes hold together. Looks at all cubes.
   int part_count() const;
 

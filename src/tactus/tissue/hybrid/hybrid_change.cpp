@@ -68,6 +68,10 @@ void HybridSlabs::apply(const TopologyChange& change) {
     ctx.parallel_for(
         "hybrid/place_nodes", nodes.size(),
         cut::PlaceNodes{nodes, part.state.x_m.view(), part.state.v_m_s.view(), part.state.f_ext_N.view()});
+    ctx.parallel_for("hybrid/set_held", nodes.size(), cut::SetHeldNodes{nodes, {}, part.boundary.held()});
+    if (!part.held_in_cells.empty())
+      ctx.parallel_for("hybrid/set_held", nodes.size(),
+                       cut::SetHeldNodes{nodes, part.tissue.tled().cell(), part.held_in_cells.view()});
     ctx.parallel_for("hybrid/set_masses", nodes.size(),
                      cut::SetMasses{nodes, part.tissue.window().own.begin, part.motion.mass_kg()});
   }

@@ -1,0 +1,88 @@
+#pragma once
+/// Lists of indices that change now and then, in one array.
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "tactus/compute/exec_context.h"
+
+namespace tactus {
+
+/// Where a list lies in the array.
+struct IndexRange {
+  Index begin = 0, end = 0;
+};
+
+/// Many short lists, on the host and on a device. A list that changes goes behind the others; where that has
+/// no room, all are packed first. So a change costs what it changes, and no view changes.
+class IndexLists {
+ public:
+  IndexLists() = default;
+  /// @param room values of all lists, at most. There is twice that, so packing is rare. Synchronizes.
+  IndexLists(ExecContext& ctx, const std::vector<std::vector<Index>>& lists, Index room) {
+    for (const std::vector<Index>& list : lists) {
+      ranges_.push_back({size(), size() + static_cast<Index>(list.size())});
+      values_.insert(values_.end(), list.begin(), list.end());
+    }
+    device_ranges_ = to_device(ctx, ranges_);
+    device_values_ = Buffer<Index>(ctx.device(), room > size() ? 2 * room : size());
+    ctx.upload(values_, device_values_.view().part(0, size()));
+    ctx.synchronize();
+    uploaded_ = size();
+  }
+
+  std::span<const Index> operator[](Index list) const {
+    const IndexRange range = ranges_[at(list)];
+    return std::span(values_).subspan(at(range.begin), at(range.end - range.begin));
+  }
+  /// @throws Error when there is no room.
+  void set(Index list, std::span<const Index> values) {
+    const auto count = static_cast<Index>(values.size());
+    if (size() + count > device_values_.size()) pack();
+    if (size() + count > device_values_.size()) throw Error("index lists: there is no room for more");
+    ranges_[at(list)] = {size(), size() + count};
+    values_.insert(values_.end(), values.begin(), values.end());
+    changed_ = {std::min(changed_.begin, list), std::max(changed_.end, list + 1)};
+  }
+  /// What was set since the last time. The lists must not change until the context was waited for.
+  void upload(ExecContext& ctx) {
+    if (changed_.end <= changed_.begin) return;
+    ctx.upload(std::span(ranges_).subspan(at(changed_.begin), at(changed_.end - changed_.begin)),
+               device_ranges_.view().part(changed_.begin, changed_.end - changed_.begin));
+    ctx.upload(std::span(values_).subspan(at(uploaded_)),
+               device_values_.view().part(uploaded_, size() - uploaded_));
+    uploaded_ = size();
+    changed_ = kNothing;
+  }
+
+  Index count() const { return static_cast<Index>(ranges_.size()); }
+  /// Of values that there is room for.
+  Index room() const { return device_values_.size(); }
+  View<const IndexRange> ranges() const { return device_ranges_.const_view(); }
+  View<const Index> values() const { return device_values_.const_view(); }
+
+ private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  static constexpr IndexRange kNothing{0x7FFFFFFF, 0};
+  Index size() const { return static_cast<Index>(values_.size()); }
+  void pack() {
+    std::vector<Index> packed;
+    for (IndexRange& range : ranges_) {
+      const auto begin = static_cast<Index>(packed.size());
+      packed.insert(packed.end(), values_.begin() + range.begin, values_.begin() + range.end);
+      range = {begin, static_cast<Index>(packed.size())};
+    }
+    values_ = std::move(packed);
+    uploaded_ = 0;
+    changed_ = {0, count()};
+  }
+
+  std::vector<IndexRange> ranges_;
+  std::vector<Index> values_;
+  Index uploaded_ = 0;
+  IndexRange changed_ = kNothing;
+  Buffer<IndexRange> device_ranges_;
+  Buffer<Index> device_values_;
+};
+
+}  // namespace tactus

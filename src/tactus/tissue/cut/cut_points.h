@@ -1,0 +1,41 @@
+#pragma once
+/// Points on a body's surface, that touch, as the body is cut.
+#include <unordered_map>
+
+#include "tactus/geom/boundary_points.h"
+#include "tactus/tissue/cut/cut_surface.h"
+
+namespace tactus::cut {
+
+/// Owns where the points rest. Points in cubes that are cut go with the copy that has their place. Walls get
+/// points on both sides, half a spacing apart; they take the places behind the first ones.
+class CutPoints {
+ public:
+  CutPoints() = default;
+  /// @param anchors in regular cubes @param first_new place of the first new point @param room for them
+  CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> points,
+            std::span<const embed::Anchor> anchors, Index first_new, Index room);
+
+  /// After CutSurface::update. @returns ascending
+  std::vector<PointChange> update(const LatticeCutter& cutter, const CutSurface& surface,
+                                  const TopologyChange& change);
+  /// More than there was room for was left out.
+  bool is_full() const { return is_full_; }
+
+ private:
+  struct Point {
+    Index place = 0;
+    Vec3d p;         ///< at rest, in lattice coordinates
+    Index cube = 0;  ///< or copy
+    float area_m2 = 0;
+  };
+  void add_walls(const LatticeCutter& cutter, const CutSurface& surface, double area_of_unit_m2);
+  void add(const LatticeCutter& cutter, const Point& point);
+
+  std::vector<Point> points_;
+  std::unordered_map<Index, std::vector<std::size_t>> of_cube_;  ///< points in each regular cube
+  Index next_ = 0, end_ = 0;
+  bool is_full_ = false;
+};
+
+}  // namespace tactus::cut
