@@ -137,6 +137,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
       is_settled_(scene.frame.start == FrameStart::undeformed),
+      tracked_blades_(scene, assets, rig),
       timings_(scene.output.trace) {
   check_settles();
   if (scene.reconstruction.repair_masks)
@@ -238,7 +239,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     begin_savings();
     has_surface_ = true;
     incoming_ = frame;
-    masks_ = silhouettes(*frame, report.notices);
+    masks_ = follow_blades(silhouettes(*frame, report.notices), times.dt_capture_s, report.notices);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
     released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
@@ -442,6 +443,7 @@ FrameSnapshot Simulation::snapshot() {
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }
+  snapshot.blades = tracked_blades_.meshes();
   if (liquid_) snapshot.liquid_m = liquid_->positions_m();
   return snapshot;
 }
