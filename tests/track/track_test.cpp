@@ -184,6 +184,8 @@ TEST(PoseFit, ExactMasksGiveTheEdge) {
       errors.add(fit.T_world_model, T, model);
       errors.add_stated(twist_between(T, fit.T_world_model, mesh.center_m), fit.noise + fit.calibration);
     }
+    std::printf("  tip %.2f mm, roll %.2f degrees, %.3f within\n", errors.tip_mm(), errors.roll_deg(),
+                errors.share_within());
     EXPECT_LT(errors.tip_mm(), full_hd ? 0.4 : 0.5);
     EXPECT_LT(errors.roll_deg(), full_hd ? 1 : 2);
     EXPECT_GE(errors.share_within(), 0.95);
@@ -243,7 +245,7 @@ TEST(BladeTracker, StatesWhatNoiseDoes) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     if (seed > 1 && !is_long()) break;
     const Followed all =
-        follow(Room({.calibration_px = 0.3, .segmentation_px = 1, .seed = seed}), {}, is_long() ? 90 : 45);
+        follow(Room({.calibration_px = 0.3, .segmentation_px = 1, .seed = seed}), {}, is_long() ? 90 : 28);
     sum.tip2 += all.errors.tip2;
     sum.roll2 += all.errors.roll2;
     sum.count += all.errors.count;
@@ -252,7 +254,6 @@ TEST(BladeTracker, StatesWhatNoiseDoes) {
     known += all.known;
     frames += all.frames;
   }
-  RecordProperty("tip_mm", std::to_string(sum.tip_mm()));
   std::printf("  tip %.2f mm, roll %.1f degrees, %.3f within, %d of %d known\n", sum.tip_mm(), sum.roll_deg(),
               sum.share_within(), known, frames);
   EXPECT_GT(3 * known, frames);
@@ -265,7 +266,7 @@ TEST(BladeTracker, RefusesFourTimesTheNoise) {
   for (const std::uint64_t seed : {1, 2, 3, 4}) {
     if (seed > 1 && !is_long()) break;
     const Followed all =
-        follow(Room({.calibration_px = 1.2, .segmentation_px = 4, .seed = seed}), {}, is_long() ? 30 : 15);
+        follow(Room({.calibration_px = 1.2, .segmentation_px = 4, .seed = seed}), {}, is_long() ? 30 : 8);
     known += all.known;
     frames += all.frames;
   }

@@ -127,17 +127,17 @@ void RunSummary::add_strain(const Simulation& simulation) {
     least_volume[b] = std::min(least_volume[b], simulation.bodies()[b]->strain().smallest_J);
 }
 
-void RunSummary::note(const std::string& status) {
+void RunSummary::note(const std::string& status, Severity severity) {
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
   statuses.push_back(status);
-  log_warning(status);
+  severity == Severity::info ? log_info(status) : log_warning(status);
 }
 
 void RunSummary::note(const Notice& notice) {
   constexpr std::size_t kMost = 1000;
   const auto same = [&](const Notice& n) { return n.code == notice.code && n.text == notice.text; };
   if (notices.size() < kMost && std::none_of(notices.begin(), notices.end(), same)) notices.push_back(notice);
-  note(notice.message());
+  note(notice.message(), notice.severity);
 }
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,

@@ -31,7 +31,7 @@ struct RunSummary {
   /// How far the elements of each body were pressed together.
   void add_strain(const Simulation& simulation);
   /// Keeps a status once.
-  void note(const std::string& status);
+  void note(const std::string& status, Severity severity = Severity::warning);
   void note(const Notice& notice);
 };
 
