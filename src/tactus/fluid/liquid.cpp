@@ -276,7 +276,8 @@ std::vector<float> Liquid::densities_kg_m3(ExecContext& ctx) const {
 
 std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m) {
   const Vec3f edge = box_m.extent();
-  const auto along = [&](float m) { return std::max(1, static_cast<int>(std::lround(m / spacing_m))); };
+  constexpr float kRounding = 1e-3F;  // of an edge of whole spacings
+  const auto along = [&](float m) { return std::max(1, static_cast<int>(m / spacing_m + kRounding)); };
   const Vec3i n{along(edge.x), along(edge.y), along(edge.z)};
   std::vector<LiquidParticle> particles;
   for (Index z = 0; z < n.z; ++z) {

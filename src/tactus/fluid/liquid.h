@@ -124,7 +124,8 @@ class Liquid {
   Buffer<Index> emitter_of_;
 };
 
-/// Particles on a cubic lattice that fill a box, its spacing as near to `spacing_m` as fits.
+/// Particles on a lattice that fill a box, along each edge as many as fit `spacing_m` apart or farther:
+/// nearer, a block would burst.
 std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m);
 
 }  // namespace tactus
