@@ -349,17 +349,18 @@ void Simulation::collect(StepReport& report) {
 /// What was done to one body by one thing in several parts of a frame is one reaction.
 void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
+  const auto name_of = [&](Index owner) {
+    if (owner < kPieces) return std::to_string(surface.pieces.piece[owner].label);
+    if (owner < kOwners)
+      return world_.first().obstacles.names().at(static_cast<std::size_t>(owner - kPieces));
+    return bodies_.at(static_cast<std::size_t>(owner - kOwners))->name();
+  };
+  if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
   for (const auto& body : bodies_) {
     ContactReport contact = body->contact(readback_, static_cast<float>(dt_frame_s), substeps);
     contact.contacts_per_substep *= substeps;
     report.contact.add(contact);
-    for (const OwnerReaction& r : contact.owners) {
-      const bool real = r.owner < kPieces;
-      const std::string piece =
-          real ? std::to_string(surface.pieces.piece[r.owner].label)
-               : world_.first().obstacles.names().at(static_cast<std::size_t>(r.owner - kPieces));
-      add_contact({body->name(), piece, r}, report);
-    }
+    for (const OwnerReaction& r : contact.owners) add_contact({body->name(), name_of(r.owner), r}, report);
     const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
     if (!trouble.empty()) report.notices.push_back({"body.blew_up", Severity::warning, trouble, ""});
   }

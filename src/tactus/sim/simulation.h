@@ -35,9 +35,10 @@ struct BodyContact {
 /// How a frame went.
 struct StepReport {
   HullReport hull;
-  ContactReport contact;              ///< of all bodies with all that is real
-  std::vector<BodyContact> contacts;  ///< of each body with each thing that it touched
-  LiquidReport liquid;                ///< where the scene has one
+  ContactReport contact;                      ///< of all bodies with all that is real
+  std::vector<BodyContact> contacts;          ///< of each body with each thing that it touched
+  LiquidReport liquid;                        ///< where the scene has one
+  std::vector<LiquidReaction> liquid_forces;  ///< on what it touched
   int substeps = 0;
   int settling_substeps = 0;    ///< before the first frame, where 'frame.start' is settled
   double dt_s = 0;              ///< simulated
