@@ -336,6 +336,17 @@ TEST(BladeTracker, TakesItselfOutOfMasks) {
   }
 }
 
+/// A rod of 6 cm is thin, too.
+TEST(BladeTracker, AShortRodIsNoScalpel) {
+  const Room room;
+  TriangleMesh rod = ball({}, 0.005);
+  for (Vec3f& p : rod.positions_m) p = Vec3f{6 * p.x, p.y + 0.5F, p.z};
+  const auto masks = room.see({rod});
+  BladeTracker tracker(built_in_scalpel(), room.believed, {0, 0.5, 0});
+  for (int k = 0; k < 12; ++k)
+    EXPECT_EQ(tracker.update(masks, k > 0 ? kFrame_s : 0).state, BladeState::absent) << k;
+}
+
 /// Half of the handle is in a fist.
 TEST(BladeTracker, AHandHoldsIt) {
   const Room room;

@@ -22,7 +22,8 @@ constexpr double kLeastDifference = 0.002;
 constexpr std::size_t kMostHypotheses = 4;
 constexpr double kExpected = 1.3, kLeastExpected = 0.05;  // more than the last frame's is suspect
 constexpr std::size_t kTriedPoses = 12;
-constexpr int kBeside_px = 3;  // by how much a silhouette may be wider than the tool
+constexpr int kPause_frames = 5;  // before what is thin, and not the tool, is tried again
+constexpr int kBeside_px = 3;     // by how much a silhouette may be wider than the tool
 constexpr double kSeedSearch_px = 8, kMostSearch_px = 16;
 constexpr std::size_t kFramesToSettle = 3;
 
@@ -62,7 +63,10 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
   for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s);
   std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
   drop_worse();
-  if (hypotheses_.empty()) seek(masks, taken);
+  if (hypotheses_.empty() && --pause_frames_ < 0) {
+    const bool has_tried = seek(masks, taken);
+    pause_frames_ = hypotheses_.empty() && has_tried ? kPause_frames : 0;
+  }
   judge();
   return now_;
 }
@@ -120,7 +124,7 @@ void BladeTracker::drop_worse() {
     if (is_worse(hypotheses_[k])) hypotheses_.erase(hypotheses_.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
-void BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken) {
+bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken) {
   const std::span<const Camera> cameras = fitter_.cameras();
   std::vector<std::vector<ThinPart>> parts(cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -162,6 +166,7 @@ void BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask>
   }
   hypotheses_ = std::move(kept);
   frames_ = 0;
+  return !tries.empty();
 }
 
 /// The largest of the edge's points, each by its 3x3 covariance.

@@ -61,7 +61,8 @@ class BladeTracker {
     int lost_frames = 0;
   };
   void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s);
-  void seek(std::span<const BitMask> masks, std::span<const BitMask> taken);
+  /// @returns whether there was anything to try, which takes some 40 ms
+  bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken);
   void drop_worse();
   void judge();
   double two_sigma_m(const Hypothesis& of) const;
@@ -80,6 +81,7 @@ class BladeTracker {
   TrackedBlade now_;
   std::vector<Hypothesis> hypotheses_;  ///< the best first
   int frames_ = 0;                      ///< since one was left
+  int pause_frames_ = 0;
   double since_known_s_ = 0;
   std::vector<Vec3f> last_edge_m_;  ///< when it was known or jumped
 };
