@@ -10,10 +10,10 @@ L0 = {"base"}
 L1 = L0 | {"compute"}
 GEOM = L1 | {"multi_device"}
 L2 = GEOM | {"geom", "frame"}
-SIM = L2 | {"rig", "reconstruct", "tissue", "contact", "fluid"}
+SIM = L2 | {"rig", "reconstruct", "tissue", "contact", "fluid", "track"}
 ALLOWED = {
     "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM, "frame": GEOM,
-    "rig": L2, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2,
+    "rig": L2, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2, "track": L2,
     "sim": SIM, "io": SIM | {"sim"}, "view": L2,
     "cli": SIM | {"sim", "io", "view", "bench"},
 }

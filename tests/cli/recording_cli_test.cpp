@@ -66,6 +66,8 @@ TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
     const Outcome o =
         run_tactus("run " + path("s.yaml") + " --view none --devices cpu --json " + path("r.json") + budget);
     EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_EQ(o.text.find("warning: after frame"), std::string::npos) << o.text;
+    EXPECT_EQ(o.text.find("info: after frame") != std::string::npos, budget == " --budget 0.1ms") << o.text;
     return read_json("r.json");
   };
   const nlohmann::json none = run(""), ample = run(" --budget 10s"), tight = run(" --budget 0.1ms");

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
@@ -156,6 +157,44 @@ TEST_P(DropOnBody, KeepsMomentumAndMakesNoEnergy) {
   EXPECT_LT(simulation.monitors().at(0).momentum_kg_m_s.y, -0.1 * before.all) << "it was hit";
 }
 INSTANTIATE_TEST_SUITE_P(Spacings, DropOnBody, ::testing::Values(0.01, 0.0171, 0.0215));
+
+/// A cube of 6 spacings (with TACTUS_LONG_TESTS=1, 20) under water is lifted by the weight of what it
+/// displaces. Planes count twice beside its edges, which makes it 0.13 d larger on every side: 0.8 d over an
+/// edge. Floor and cube together bear the weight of the liquid, but for what still swings.
+TEST(LiquidScene, LiftsACube) {
+  const int n = std::getenv("TACTUS_LONG_TESTS") != nullptr ? 20 : 6;
+  const double d = 0.01, edge = n * d, half = edge / 2 + 4 * d, depth = edge + 8 * d;
+  Scene scene;
+  scene.reconstruction.resolution = 16;
+  LiquidDescription& pool = scene.fluid.emplace();
+  pool.spacing_m = d;
+  pool.density_kg_m3 = 1000;
+  pool.iterations = 8;
+  pool.box = {{-half, 0, -half}, {half, 1.5 * depth, half}};
+  pool.blocks.push_back({{{-half, 0, -half}, {half, depth, half}}, {}});
+  ObstacleSetting cube;
+  cube.name = "cube";
+  cube.kind = ObstacleShape::box;
+  cube.size_m = {edge, edge, edge};
+  cube.placement.position_m = {0, depth / 2, 0};
+  scene.obstacles.push_back(cube);
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  simulation.step(nullptr, 0);
+  double lift_N = 0, floor_N = 0, particles = 0;
+  const int first = 30, frames = 50;
+  for (int k = 0; k < frames; ++k) {
+    const StepReport report = simulation.step(nullptr, 1.0 / 60);
+    particles = report.liquid.here;
+    for (const LiquidReaction& f : report.liquid_forces) {
+      if (k < first) continue;
+      if (f.on == "cube") lift_N += double{f.force_N.y} / (frames - first);
+      if (f.on == "face -y") floor_N -= double{f.force_N.y} / (frames - first);
+    }
+  }
+  EXPECT_NEAR(lift_N / (1000 * 9.81 * edge * edge * edge), 1, 0.8 / n);
+  EXPECT_NEAR((floor_N - lift_N) / (particles * 1000 * 9.81 * d * d * d), 1, 0.02);
+}
 
 TEST(LiquidScene, RefusesStepsThatAreTooLong) {
   Scene scene = pool_scene();

@@ -130,6 +130,8 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
     material.color = vec_cast<float>(scene_.bodies[b].colour);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
   }
+  for (TriangleMesh& blade : snapshot.blades)
+    view_.meshes.push_back({"blade", std::move(blade), steel_material()});
   view_.liquids.clear();
   if (scene_.fluid) {
     ViewLiquid& liquid =

@@ -81,11 +81,11 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
 }
 
 /// The books of the liquid, frame by frame: placed + emitted = here + taken, exactly.
-nlohmann::json liquid_json(const std::vector<LiquidReport>& frames, const LiquidDescription& liquid) {
+nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& liquid) {
   nlohmann::json json{{"particle_m3", liquid.spacing_m * liquid.spacing_m * liquid.spacing_m}};
   for (const char* key : {"particles", "placed", "emitted", "waiting", "taken", "fastest_m_s", "densest"})
     json[key] = nlohmann::json::array();
-  for (const LiquidReport& r : frames) {
+  for (const LiquidReport& r : summary.liquid) {
     json["particles"].push_back(r.here);
     json["placed"].push_back(r.placed);
     json["emitted"].push_back(r.emitted);
@@ -93,6 +93,12 @@ nlohmann::json liquid_json(const std::vector<LiquidReport>& frames, const Liquid
     json["taken"].push_back(r.taken);
     json["fastest_m_s"].push_back(r.fastest_m_s);
     json["densest"].push_back(r.densest);
+  }
+  json["forces"] = nlohmann::json::array();
+  for (const std::vector<LiquidReaction>& frame : summary.liquid_forces) {
+    nlohmann::json of_frame = nlohmann::json::object();
+    for (const LiquidReaction& f : frame) of_frame[f.on] = {f.force_N.x, f.force_N.y, f.force_N.z};
+    json["forces"].push_back(std::move(of_frame));
   }
   return json;
 }
@@ -110,6 +116,7 @@ void RunSummary::add(const StepReport& report) {
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
   if (report.hull.overflow) ++open_frames;
   liquid.push_back(report.liquid);
+  liquid_forces.push_back(report.liquid_forces);
   contacts.push_back(report.contacts);
   for (const Notice& notice : report.notices) note(notice);
 }
@@ -120,17 +127,17 @@ void RunSummary::add_strain(const Simulation& simulation) {
     least_volume[b] = std::min(least_volume[b], simulation.bodies()[b]->strain().smallest_J);
 }
 
-void RunSummary::note(const std::string& status) {
+void RunSummary::note(const std::string& status, Severity severity) {
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
   statuses.push_back(status);
-  log_warning(status);
+  severity == Severity::info ? log_info(status) : log_warning(status);
 }
 
 void RunSummary::note(const Notice& notice) {
   constexpr std::size_t kMost = 1000;
   const auto same = [&](const Notice& n) { return n.code == notice.code && n.text == notice.text; };
   if (notices.size() < kMost && std::none_of(notices.begin(), notices.end(), same)) notices.push_back(notice);
-  note(notice.message());
+  note(notice.message(), notice.severity);
 }
 
 nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,
@@ -173,7 +180,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
   json["contacts"] = contacts_json(summary.contacts);
-  if (scene.fluid) json["liquid"] = liquid_json(summary.liquid, *scene.fluid);
+  if (scene.fluid) json["liquid"] = liquid_json(summary, *scene.fluid);
   json["recordings"] = simulation.recordings();
   json["notices"] = nlohmann::json::array();
   for (const Notice& n : summary.notices)

@@ -18,6 +18,7 @@ struct RunSummary {
       least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements
   std::vector<std::string> statuses;
   std::vector<LiquidReport> liquid;                                 ///< per frame
+  std::vector<std::vector<LiquidReaction>> liquid_forces;           ///< per frame
   std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
   std::vector<Notice> notices;                                      ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
@@ -30,7 +31,7 @@ struct RunSummary {
   /// How far the elements of each body were pressed together.
   void add_strain(const Simulation& simulation);
   /// Keeps a status once.
-  void note(const std::string& status);
+  void note(const std::string& status, Severity severity = Severity::warning);
   void note(const Notice& notice);
 };
 

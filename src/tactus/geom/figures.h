@@ -56,6 +56,11 @@ class FigureShape {
     return std::span(cones_).subspan(static_cast<std::size_t>(limb.first_cone),
                                      static_cast<std::size_t>(limb.cone_count));
   }
+  /// Those of a limb that is a convex body.
+  std::span<const HalfSpace> planes(const Limb& limb) const {
+    return std::span(planes_).subspan(static_cast<std::size_t>(limb.first_plane),
+                                      static_cast<std::size_t>(limb.plane_count));
+  }
   /// Contains the figure (not the smallest such box).
   Box3f bounds_m() const;
 

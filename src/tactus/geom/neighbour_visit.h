@@ -83,26 +83,60 @@ struct VisitNeighbours {
     const Vec3f x = of.particles[i].x_m;
     Own1 own;
     pair.begin(own, 0, i);
-    Index listed = kUse == ListUse::read ? lists.count[i] : 0;
-    if (kUse == ListUse::read && listed != NearLists::kFull) {
-      for (Index k = 0; k < listed; ++k) {
-        const Index j = lists.of_one(i, k);
-        const Vec3f d = load_constant(among.particles, j).x_m - x;
-        pair.add(own, 0, j, d, dot(d, d), true);
-      }
-      return pair.end(own, 0, i);
+    Index listed = NearLists::kFull;
+    if constexpr (kUse == ListUse::read) listed = lists.count[i];
+    if constexpr (kUse == ListUse::write) {
+      listed = list_alone(x, i);
+      lists.count[i] = listed;
     }
-    among.for_each_candidate(x, [&](Index j) {
-      const SearchParticle other = load_constant(among.particles, j);
-      const Vec3f d = other.x_m - x;
-      const float r2 = dot(d, d);
-      if (!(r2 <= reach_m2)) return;
-      if (kUse == ListUse::write && listed < NearLists::kRoom) lists.of_one(i, listed) = j;
-      ++listed;
-      pair.add(own, 0, j, d, r2, true);
-    });
-    if (kUse == ListUse::write) lists.count[i] = listed <= NearLists::kRoom ? listed : NearLists::kFull;
+    if (kUse != ListUse::none && listed != NearLists::kFull)
+      add_listed_alone(own, x, i, listed);
+    else
+      among.for_each_candidate(x, [&](Index j) {
+        const Vec3f d = load_constant(among.particles, j).x_m - x;
+        const float r2 = dot(d, d);
+        if (r2 <= reach_m2) pair.add(own, 0, j, d, r2, true);
+      });
     pair.end(own, 0, i);
+  }
+  /// So many loads are under way at once. One after the other, a thread would wait for memory each time.
+  static constexpr int kBatch = 4;
+  TACTUS_HD Index list_alone(Vec3f x, Index i) const {
+    Index listed = 0;
+    if (!among.hash.holds(x)) return 0;
+    const Vec3i c = among.hash.cell(x), one{1, 1, 1};
+    among.for_each_run(c - one, c + one, [&](SlotRun run) {
+      for (Index first = run.first; first < run.last; first += kBatch) {
+        SearchParticle other[kBatch];
+        for (int u = 0; u < kBatch; ++u)
+          other[u] = load_constant(among.particles, min(first + u, run.last - 1));
+        for (int u = 0; u < kBatch; ++u) {
+          const Vec3f d = other[u].x_m - x;
+          if (first + u >= run.last || !(dot(d, d) <= reach_m2)) continue;
+          if (listed < NearLists::kRoom) lists.of_one(i, listed) = first + u;
+          ++listed;
+        }
+      }
+    });
+    return listed <= NearLists::kRoom ? listed : NearLists::kFull;
+  }
+  TACTUS_HD void add_listed_alone(Own1& own, Vec3f x, Index i, Index listed) const {
+    Index k = 0;
+    for (; k + kBatch <= listed; k += kBatch) {
+      Index j[kBatch];
+      SearchParticle other[kBatch];
+      for (int u = 0; u < kBatch; ++u) j[u] = lists.of_one(i, k + u);
+      for (int u = 0; u < kBatch; ++u) other[u] = load_constant(among.particles, j[u]);
+      for (int u = 0; u < kBatch; ++u) {
+        const Vec3f d = other[u].x_m - x;
+        pair.add(own, 0, j[u], d, dot(d, d), true);
+      }
+    }
+    for (; k < listed; ++k) {
+      const Index j = lists.of_one(i, k);
+      const Vec3f d = load_constant(among.particles, j).x_m - x;
+      pair.add(own, 0, j, d, dot(d, d), true);
+    }
   }
 
   /// What is out of one lane's reach adds nothing there.

@@ -20,6 +20,12 @@ BodyAssets load_body_assets(const Scene& scene) {
     for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(obstacle.unit_m);
     assets.obstacle_meshes[obstacle.name] = std::move(mesh);
   }
+  for (const BladeDescription& blade : scene.blades) {
+    if (!blade.tracked || blade.tracked->model != BladeShape::mesh) continue;
+    TriangleMesh mesh = read_mesh(blade.tracked->path);
+    for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(blade.tracked->unit_m);
+    assets.blade_meshes[blade.name] = std::move(mesh);
+  }
   return assets;
 }
 

@@ -258,16 +258,43 @@ void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
   for (const char* key : {"path", "unit_m"}) v.only_when(mesh, key, "'kind' is mesh");
 }
 
+void describe_tracked(FieldVisitor& v, TrackedBladeDescription& t) {
+  v.choice({"model", "`scalpel`: 16 cm, as the figure `scalpel` with a `scale` of 0.29; `mesh`: a file"},
+           t.model, {{"scalpel", BladeShape::scalpel}, {"mesh", BladeShape::mesh}});
+  v.path({"path", "closed mesh of the whole tool (.ply .obj .stl .off .gltf .glb)"}, t.path);
+  v.real({"unit_m", "metres per unit of length in the mesh file and of `edge` (0.001: millimetres)"},
+         t.unit_m, positive("m", 1000));
+  v.list({"edge", "its cutting edge as a polyline, from the tip, in the file's coordinates"},
+         [&t]() -> FieldVisitor::Describe {
+           Vec3d& at = t.edge.emplace_back();
+           return [&at](FieldVisitor& in) {
+             in.vector({"at", "a point of the edge", kRequired}, at, {"", -1e6, 1e6});
+           };
+         });
+  v.real_or_auto(
+      {"two_sigma_m",
+       "it cuts only while every point of its edge is known so well (95 %); else a notice says so"},
+      t.two_sigma_m, positive("m", 0.1), "a quarter of the finest `spacing_m` of what it may cut");
+  const bool mesh = t.model == BladeShape::mesh;
+  v.check(!mesh || !t.path.empty(), "path", "the blade lacks the key 'path': the file of its mesh");
+  v.check(!mesh || t.edge.size() >= 2, "edge",
+          "'edge' has " + std::to_string(t.edge.size()) + " points, expected two or more, from the tip");
+  for (const char* key : {"path", "unit_m", "edge"}) v.only_when(mesh, key, "'model' is mesh");
+}
+
 void describe_blade(FieldVisitor& v, BladeDescription& b) {
   describe_name(v, {"name", "unique name, used in results", kRequired}, b.name);
-  v.vector({"from_m", "one end of its straight edge, where no keyframe moves it", kRequired}, b.from_m,
-           kPosition);
-  v.vector({"to_m", "the other end", kRequired}, b.to_m, kPosition);
-  v.list(
-      {"path", "where it goes: keyframes, linear in between; it cuts from the first to the last", kRequired},
-      appender(b.path, describe_blade_key));
+  v.section({"tracked", "a real tool of known shape that the cameras see, instead of keyframes"},
+            [&](FieldVisitor& in) { describe_tracked(in, b.tracked.emplace()); });
+  v.vector({"from_m", "one end of its straight edge, where no keyframe moves it"}, b.from_m, kPosition);
+  v.vector({"to_m", "the other end"}, b.to_m, kPosition);
+  v.list({"path", "where it goes: keyframes, linear in between; it cuts from the first to the last"},
+         appender(b.path, describe_blade_key));
   v.vector({"axis", "of the angles, world axes"}, b.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, b.pivot_m, kPosition, "`from_m`");
+  for (const char* key : {"from_m", "to_m", "path", "axis", "pivot_m"})
+    v.only_when(!b.tracked, key, "the blade is not 'tracked'");
+  if (b.tracked) return;
   v.check(length(b.to_m - b.from_m) > 0, "to_m", "'to_m' is 'from_m': the edge has no length");
   v.check(b.path.size() >= 2, "path",
           "'path' has " + std::to_string(b.path.size()) +
@@ -392,6 +419,10 @@ void check_blades(FieldVisitor& v, const Scene& scene) {
           "there are 'blades', but no body has 'cuttable: true'");
   v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
           "'vtk_every' is for scenes without 'cuttable' bodies");
+  const bool is_wall = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                   [](const BodyDescription& b) { return b.cuttable && b.contact; });
+  v.check(!scene.fluid || !is_wall, "fluid",
+          "a liquid does not feel the walls of a cut yet; expected 'contact: false' of 'cuttable' bodies");
 }
 
 }  // namespace
@@ -405,7 +436,7 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   v.list({"bodies", "the soft bodies"}, appender(scene.bodies, describe_body));
   v.list({"obstacles", "what stands still and is touched: a table, a tray"},
          appender(scene.obstacles, describe_obstacle));
-  v.list({"blades", "edges that follow keyframes and cut bodies that are `cuttable`"},
+  v.list({"blades", "edges that follow keyframes, or real tools, and cut bodies that are `cuttable`"},
          appender(scene.blades, describe_blade));
   v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
             [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });

@@ -1,6 +1,7 @@
 #include "tactus/sim/body_cut.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "tactus/geom/lattice_cut.h"
 #include "tactus/sim/soft_body.h"
@@ -78,25 +79,34 @@ void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) c
 
 cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip) {
   const std::vector<Vec3f> x_m = positions_m(ctx);
+  Trail& trail = trails_[blade];
+  // Points along the edge, as many in every frame of a stroke.
   const auto samples = [&](const std::vector<Vec3f>& edge_m) {
-    const float length_m = length(strip.end_m[1] - strip.end_m[0]);
-    const int n = std::clamp(static_cast<int>(2 * length_m / shape_.lattice.spacing_m), 1, 200);
-    std::vector<Vec3f> points_m;
-    for (int k = 0; k <= n; ++k) {
-      const float t = static_cast<float>(k) / static_cast<float>(n);
-      points_m.push_back(edge_m[0] + t * (edge_m[1] - edge_m[0]));
+    std::vector<Vec3f> points_m{edge_m.front()};
+    for (std::size_t i = 1; i < edge_m.size(); ++i) {
+      const int n = trail.parts[i - 1];
+      for (int k = 1; k <= n; ++k)
+        points_m.push_back(edge_m[i - 1] +
+                           static_cast<float>(k) / static_cast<float>(n) * (edge_m[i] - edge_m[i - 1]));
     }
     return points_m;
   };
-  Trail& trail = trails_[blade];
-  if (trail.frame + 1 != strip.frame) trail = {.last_m = samples(strip.begin_m)};
+  if (trail.frame + 1 != strip.frame || trail.parts.size() + 1 != strip.end_m.size()) {
+    trail = {};
+    for (std::size_t i = 1; i < strip.end_m.size(); ++i) {
+      const float length_m = length(strip.end_m[i] - strip.end_m[i - 1]);
+      trail.parts.push_back(std::clamp(static_cast<int>(2 * length_m / shape_.lattice.spacing_m), 1, 200));
+    }
+    trail.last_m = samples(strip.begin_m);
+  }
   carry(trail.last_m, x_m);
   carry(trail.older_m, x_m);
   const std::vector<Vec3f> now_m = samples(strip.end_m);
   cut::CutReport report;
   if (!trail.older_m.empty()) cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, report);
   cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), report);
-  trail = {std::move(trail.last_m), now_m, strip.frame};
+  trail.older_m = std::exchange(trail.last_m, now_m);
+  trail.frame = strip.frame;
   return report;
 }
 

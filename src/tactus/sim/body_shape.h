@@ -17,6 +17,7 @@ struct BodyAssets {
   std::map<std::string, TriangleMesh> meshes = {};
   std::map<std::string, LabelVolume> labels = {};
   std::map<std::string, TriangleMesh> obstacle_meshes = {};  ///< by the obstacle's name
+  std::map<std::string, TriangleMesh> blade_meshes = {};     ///< by the blade's name
 };
 
 /// A body's shape, placed in the world, and what its cubes are made of.

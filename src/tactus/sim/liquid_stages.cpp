@@ -32,6 +32,7 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                 .updates = {"liquid"},
                 .submit = [this](BlockPlace) { liquid_.end_frame(ctx_); }});
   report_ = readback.add(liquid_.report_view());
+  impulses_ = readback.add(liquid_.wall_impulses_N_s());
 }
 
 }  // namespace tactus

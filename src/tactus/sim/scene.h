@@ -184,9 +184,22 @@ struct FixedRegion {
   HeldAxes axes = kAllAxes;
 };
 
-/// The straight edge of a blade that follows keyframes. It cuts from the first to the last of them.
+enum class BladeShape : std::uint8_t { scalpel, mesh };
+
+/// A tool whose shape is known, followed by what the cameras see of it.
+struct TrackedBladeDescription {
+  BladeShape model = BladeShape::scalpel;
+  std::string path;                   ///< mesh: the file, resolved
+  double unit_m = 1;                  ///< mesh: metres per unit of length in the file, and of the edge
+  std::vector<Vec3d> edge;            ///< mesh: its cutting edge from the tip, in the file's units
+  std::optional<double> two_sigma_m;  ///< it cuts only where its edge is known so well
+};
+
+/// The straight edge of a blade that follows keyframes. It cuts from the first to the last of them. Or a real
+/// one.
 struct BladeDescription {
   std::string name;
+  std::optional<TrackedBladeDescription> tracked;
   Vec3d from_m, to_m;                      ///< its ends where no keyframe moves it, world
   std::vector<MotionKeyDescription> path;  ///< linear between keyframes
   Vec3d axis = {0, 1, 0};                  ///< of the angles, world

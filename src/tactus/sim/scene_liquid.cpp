@@ -1,6 +1,7 @@
 #include "tactus/sim/scene_liquid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tactus/base/error.h"
@@ -195,6 +196,20 @@ LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& 
                            " m/s that its steps are made for, and may be compressed by more than 1 %",
                        "raise 'fluid.max_speed_m_s'"});
   return r;
+}
+
+void SceneLiquid::add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
+                             double dt_frame_s, std::vector<LiquidReaction>& forces) const {
+  constexpr std::array kFaces{"face -x", "face +x", "face -y", "face +y", "face -z", "face +z"};
+  if (!(dt_frame_s > 0)) return;
+  const std::vector<Vec3f> impulses = readback.get<Vec3f>(impulses_);
+  for (std::size_t k = 0; k < impulses.size(); ++k) {
+    if (impulses[k] == Vec3f{}) continue;
+    const std::string on = k < kFaces.size() ? kFaces.at(k) : name_of(static_cast<Index>(k - kFaces.size()));
+    auto of = std::find_if(forces.begin(), forces.end(), [&](const LiquidReaction& f) { return f.on == on; });
+    if (of == forces.end()) of = forces.insert(of, LiquidReaction{on, {}});
+    of->force_N += static_cast<float>(1 / dt_frame_s) * impulses[k];
+  }
 }
 
 std::vector<Vec3f> SceneLiquid::positions_m() const {

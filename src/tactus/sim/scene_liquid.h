@@ -1,5 +1,6 @@
 #pragma once
 /// The liquid of a scene in the frame.
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,6 +18,12 @@ namespace tactus {
 
 /// The speed that a liquid is made for where the scene says none: what falls through its box.
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2);
+
+/// Mean force of the liquid over a frame.
+struct LiquidReaction {
+  std::string on;  ///< "face -y" of the liquid's box, an obstacle's or body's name, or a piece's label
+  Vec3f force_N;
+};
 
 /// Owns the liquid, on the first device, as are bodies that touch it. It moves in every substep. The real
 /// surface and obstacles push it; it and bodies push one another.
@@ -43,6 +50,11 @@ class SceneLiquid {
   /// Over the frame that was waited for. @returns what a user should know
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 
+  /// Adds what the liquid did to walls in the part of a frame that was waited for, as a mean over the frame.
+  /// @param name_of owners of contact (contact/body_points.h), and from kOwners on, bodies
+  void add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
+                  double dt_frame_s, std::vector<LiquidReaction>& forces) const;
+
   const Liquid& liquid() const { return liquid_; }
   /// Of those that are here, by id [m]. Synchronizes.
   std::vector<Vec3f> positions_m() const;
@@ -56,7 +68,7 @@ class SceneLiquid {
   Liquid liquid_;
   std::vector<std::unique_ptr<BodyWalls>> bodies_;
   std::vector<Resource> nodes_;  ///< of those
-  Readback::Place report_;
+  Readback::Place report_, impulses_;
   std::vector<Notice> first_notices_;  ///< of the start
 };
 

@@ -137,6 +137,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
       is_settled_(scene.frame.start == FrameStart::undeformed),
+      tracked_blades_(scene, assets, rig),
       timings_(scene.output.trace) {
   check_settles();
   if (scene.reconstruction.repair_masks)
@@ -238,7 +239,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     begin_savings();
     has_surface_ = true;
     incoming_ = frame;
-    masks_ = silhouettes(*frame, report.notices);
+    masks_ = follow_blades(silhouettes(*frame, report.notices), times.dt_capture_s, report.notices);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
     released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
@@ -348,17 +349,18 @@ void Simulation::collect(StepReport& report) {
 /// What was done to one body by one thing in several parts of a frame is one reaction.
 void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
+  const auto name_of = [&](Index owner) {
+    if (owner < kPieces) return std::to_string(surface.pieces.piece[owner].label);
+    if (owner < kOwners)
+      return world_.first().obstacles.names().at(static_cast<std::size_t>(owner - kPieces));
+    return bodies_.at(static_cast<std::size_t>(owner - kOwners))->name();
+  };
+  if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
   for (const auto& body : bodies_) {
     ContactReport contact = body->contact(readback_, static_cast<float>(dt_frame_s), substeps);
     contact.contacts_per_substep *= substeps;
     report.contact.add(contact);
-    for (const OwnerReaction& r : contact.owners) {
-      const bool real = r.owner < kPieces;
-      const std::string piece =
-          real ? std::to_string(surface.pieces.piece[r.owner].label)
-               : world_.first().obstacles.names().at(static_cast<std::size_t>(r.owner - kPieces));
-      add_contact({body->name(), piece, r}, report);
-    }
+    for (const OwnerReaction& r : contact.owners) add_contact({body->name(), name_of(r.owner), r}, report);
     const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
     if (!trouble.empty()) report.notices.push_back({"body.blew_up", Severity::warning, trouble, ""});
   }
@@ -442,6 +444,7 @@ FrameSnapshot Simulation::snapshot() {
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
   }
+  snapshot.blades = tracked_blades_.meshes();
   if (liquid_) snapshot.liquid_m = liquid_->positions_m();
   return snapshot;
 }

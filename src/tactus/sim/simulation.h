@@ -19,6 +19,7 @@
 #include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/soft_body.h"
 #include "tactus/sim/touching_bodies.h"
+#include "tactus/sim/tracked_blades.h"
 #include "tactus/tissue/substep_choice.h"
 
 namespace tactus {
@@ -34,9 +35,10 @@ struct BodyContact {
 /// How a frame went.
 struct StepReport {
   HullReport hull;
-  ContactReport contact;              ///< of all bodies with all that is real
-  std::vector<BodyContact> contacts;  ///< of each body with each thing that it touched
-  LiquidReport liquid;                ///< where the scene has one
+  ContactReport contact;                      ///< of all bodies with all that is real
+  std::vector<BodyContact> contacts;          ///< of each body with each thing that it touched
+  LiquidReport liquid;                        ///< where the scene has one
+  std::vector<LiquidReaction> liquid_forces;  ///< on what it touched
   int substeps = 0;
   int settling_substeps = 0;    ///< before the first frame, where 'frame.start' is settled
   double dt_s = 0;              ///< simulated
@@ -47,6 +49,7 @@ struct StepReport {
 struct FrameSnapshot {
   TriangleMesh real;                 ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;  ///< in the scene's order
+  std::vector<TriangleMesh> blades;  ///< tracked ones that are seen
   std::vector<Vec3f> liquid_m;       ///< its particles, by id
   std::int64_t tick = 0;             ///< of the images
   double captured_s = 0;             ///< when those came, on the clock of now_s()
@@ -96,6 +99,7 @@ class Simulation {
 
   /// What blades did to bodies so far.
   const std::vector<CutScore>& cuts() const { return cuts_; }
+  const TrackedBlades& tracked_blades() const { return tracked_blades_; }
 
   const Timings& timings() const { return timings_; }
   /// How often the frame was put together for replay.
@@ -129,6 +133,9 @@ class Simulation {
   void note_latency();
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
+  /// The same without tools that are tracked.
+  std::span<const BitMask> follow_blades(std::span<const BitMask> masks, double dt_s,
+                                         std::vector<Notice>& notices);
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
   /// Of a frame: what moves fast would strain bodies far more than at its beginning, so their steps follow
@@ -197,6 +204,7 @@ class Simulation {
   };
   std::vector<PieceSpeed> piece_speeds_;
   int part_ = 0;  ///< of the frame that runs
+  TrackedBlades tracked_blades_;
   std::vector<CutScore> cuts_;
   int cut_frame_ = 0;
   std::set<std::string> told_cuts_;  ///< what was said of blades and bodies

@@ -15,7 +15,8 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
     bool has_changed = false;
     for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
       const BladeDescription& blade = scene_.blades[b];
-      const cut::BladeStrip strip = swept(blade, from_s, to_s, cut_frame_);
+      const cut::BladeStrip strip =
+          blade.tracked ? tracked_blades_.strip(b) : swept(blade, from_s, to_s, cut_frame_);
       if (strip.begin_m.empty()) continue;
       const cut::CutReport cut = body->cut(ctx, b, strip);
       has_changed = has_changed || cut.cut_cubes > 0;
@@ -39,6 +40,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       probe.strain = strain_at_point(body->shape(), probe.point);
     }
   }
+  tracked_blades_.forget_strips();
 }
 
 void Simulation::add_cut(const BladeDescription& blade, const std::string& body, const cut::BladeStrip& strip,

@@ -25,6 +25,13 @@ std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vec
   return repaired_;
 }
 
+std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> masks, double dt_s,
+                                                   std::vector<Notice>& notices) {
+  if (tracked_blades_.empty()) return masks;
+  const StageTimer timer(timings_, "blades");
+  return tracked_blades_.follow(masks, dt_s, notices);
+}
+
 std::vector<Saving> Simulation::savings() const {
   std::vector<Saving> all;
   if (!coarse_surface_) return all;

@@ -180,6 +180,7 @@ class SoftBody {
   struct Trail {
     std::vector<Vec3f> older_m = {}, last_m = {};
     int frame = -1;
+    std::vector<int> parts = {};  ///< of each segment of the edge
   };
   std::map<std::size_t, Trail> trails_;
 };

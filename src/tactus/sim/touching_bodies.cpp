@@ -73,7 +73,13 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
   std::vector<std::vector<EmbeddedPoint>> points;
   std::vector<PairedBody> all;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b]->is_untouched() || bodies[b]->is_cuttable()) continue;
+    if (bodies[b]->is_untouched()) continue;
+    if (bodies[b]->is_cuttable()) {
+      if (contact.self || (contact.bodies && bodies.size() > 1))
+        log_warning("body '" + bodies[b]->name() +
+                    "' is 'cuttable': it touches what is real and obstacles, but no body, nor itself");
+      continue;
+    }
     body_of_.push_back(static_cast<Index>(b));
     nodes_.push_back(bodies[b]->nodes_resource());
   }

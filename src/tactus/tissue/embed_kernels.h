@@ -4,6 +4,7 @@
 
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
+#include "tactus/geom/index_lists.h"
 
 namespace tactus::embed {
 
@@ -41,51 +42,19 @@ struct MoveVertices {
 
 /// Area-weighted unit normals: each vertex gathers its triangles, in ascending order.
 struct GatherNormals {
-  View<const Index> begin, end;  ///< per vertex, into `corners`
+  View<const IndexRange> lists;  ///< per vertex, of entries of `corners`
   View<const Index> corners;     ///< triangle ids
   View<const Index> triangles;   ///< three vertices each
   View<const Vec3f> vertex_x_m;
   View<Vec3f> normal;
   TACTUS_HD void operator()(Index v) const {
     Vec3f sum{};
-    for (Index e = begin[v]; e < end[v]; ++e) {
+    for (Index e = lists[v].begin; e < lists[v].end; ++e) {
       const Index t = 3 * corners[e];
       const Vec3f a = vertex_x_m[triangles[t]];
       sum += cross(vertex_x_m[triangles[t + 1]] - a, vertex_x_m[triangles[t + 2]] - a);
     }
     normal[v] = normalized(sum, Vec3f{0, 1, 0});
-  }
-};
-
-/// What corners of triangles are sorted by.
-struct KeyTriangleCorners {
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  View<const Index> triangles, triangle_count;
-  View<std::uint32_t> vertex;  ///< out
-  View<Index> corner;          ///< out
-  TACTUS_HD void operator()(Index e) const {
-    vertex[e] = e < 3 * triangle_count[0] ? static_cast<std::uint32_t>(triangles[e]) : kNone;
-    corner[e] = e;
-  }
-};
-
-/// Vertices without triangles.
-struct ClearRanges {
-  View<Index> begin, end;
-  TACTUS_HD void operator()(Index v) const { begin[v] = end[v] = 0; }
-};
-
-/// Which triangles each vertex has, from the sorted corners.
-struct FindRanges {
-  View<const std::uint32_t> vertex;
-  View<const Index> corner;
-  View<Index> begin, end, triangle;
-  TACTUS_HD void operator()(Index e) const {
-    const std::uint32_t v = vertex[e];
-    triangle[e] = corner[e] / 3;
-    if (v == KeyTriangleCorners::kNone) return;
-    if (e == 0 || vertex[e - 1] != v) begin[static_cast<Index>(v)] = e;
-    if (e + 1 == vertex.size() || vertex[e + 1] != v) end[static_cast<Index>(v)] = e + 1;
   }
 };
 

@@ -178,44 +178,55 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   triangles_ = to_device(ctx, flat);
   positions_ = to_device(ctx, positions);
   normals_ = Buffer<Vec3f>(ctx.device(), vertices);
-  for (auto* buffer : {&begin_, &end_}) *buffer = Buffer<Index>(ctx.device(), vertices);
-  for (auto* buffer : {&incident_, &corner_, &corner_scratch_})
-    *buffer = Buffer<Index>(ctx.device(), corners);
-  for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = Buffer<std::uint32_t>(ctx.device(), corners);
-  find_triangles(ctx, corner_.size());
+  std::vector<std::vector<Index>> of_vertex(at(vertices));
+  for (Index t = 0; t < counts_[1]; ++t)
+    for (const Index v : mesh.triangles[at(t)]) of_vertex[at(v)].push_back(t);
+  incident_ = IndexLists(ctx, of_vertex, lattice.copies.empty() ? 0 : corners);
   gather_normals(ctx);
   ctx.synchronize();
-  if (lattice.copies.empty()) {
-    for (auto* buffer : {&corner_, &corner_scratch_}) *buffer = {};
-    for (auto* buffer : {&vertex_, &vertex_scratch_}) *buffer = {};
-    return;
-  }
+  if (lattice.copies.empty()) return;
+  host_triangles_ = mesh.triangles;
+  host_triangles_.resize(at(corners) / 3);
+  is_changed_.resize(host_triangles_.size());
   new_anchors_ = Buffer<embed::SetValues<embed::Anchor>::Change>(ctx.device(), vertices);
   new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
   new_cubes_ = Buffer<embed::SetValues<embed::CubeNodes>::Change>(ctx.device(),
                                                                   static_cast<Index>(lattice.copies.size()));
 }
 
-/// @param corners all that there is room for, so that sorting has its memory from the start; or those in use,
-/// which takes a fraction of the time
-void EmbeddedSurface::find_triangles(ExecContext& ctx, Index corners) {
-  const View<std::uint32_t> vertex = vertex_.view().part(0, corners);
-  const View<Index> corner = corner_.view().part(0, corners);
-  ctx.parallel_for("embed/key_corners", corners,
-                   embed::KeyTriangleCorners{triangles_.const_view(), device_counts_.const_view().part(1, 1),
-                                             vertex, corner});
-  ctx.sort_pairs("embed/sort_corners", vertex, corner, vertex_scratch_.view().part(0, corners),
-                 corner_scratch_.view().part(0, corners));
-  ctx.parallel_for("embed/clear_ranges", begin_.size(), embed::ClearRanges{begin_.view(), end_.view()});
-  ctx.parallel_for("embed/find_ranges", corners,
-                   embed::FindRanges{View<const std::uint32_t>(vertex), View<const Index>(corner),
-                                     begin_.view(), end_.view(), incident_.view()});
+/// Of the vertices of triangles that change, which triangles they have: ascending, so sums keep their order.
+void EmbeddedSurface::list_triangles(std::span<const TopologyChange::Triangle> changes) {
+  std::vector<Index> vertices;
+  std::vector<std::pair<Index, Index>> added;  // vertex, triangle
+  for (const TopologyChange::Triangle& change : changes) {
+    auto& now = host_triangles_[at(change.triangle)];
+    is_changed_[at(change.triangle)] = 1;
+    vertices.insert(vertices.end(), now.begin(), now.end());
+    now = change.vertices;
+    if (now[0] == now[1] && now[1] == now[2]) continue;  // not in use
+    for (const Index v : now) added.emplace_back(v, change.triangle);
+    vertices.insert(vertices.end(), now.begin(), now.end());
+  }
+  std::sort(added.begin(), added.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  std::vector<Index> list;
+  auto next = added.begin();
+  for (const Index vertex : vertices) {
+    list.clear();
+    for (const Index t : incident_[vertex])
+      if (is_changed_[at(t)] == 0) list.push_back(t);
+    for (; next != added.end() && next->first == vertex; ++next) list.push_back(next->second);
+    std::sort(list.begin(), list.end());
+    incident_.set(vertex, list);
+  }
+  for (const TopologyChange::Triangle& change : changes) is_changed_[at(change.triangle)] = 0;
 }
 
 void EmbeddedSurface::gather_normals(ExecContext& ctx) {
   ctx.parallel_for("embed/normals", vertices(),
-                   embed::GatherNormals{begin_.const_view(), end_.const_view(), incident_.const_view(),
-                                        triangles_.const_view(), positions_.const_view(), normals_.view()});
+                   embed::GatherNormals{incident_.ranges(), incident_.values(), triangles_.const_view(),
+                                        positions_.const_view(), normals_.view()});
 }
 
 void EmbeddedSurface::update(ExecContext& ctx, const BodyState& state) {
@@ -282,7 +293,8 @@ void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
                    embed::SetValues<embed::Anchor>{of_vertices, anchors_.view()});
   ctx.parallel_for("embed/set_triangles", of_triangles.size(),
                    embed::SetTriangles{of_triangles, triangles_.view()});
-  find_triangles(ctx, 3 * counts_[1]);
+  list_triangles(change.triangles);
+  incident_.upload(ctx);
   ctx.synchronize();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// A triangle mesh that moves with a cube lattice [P 15].
 #include "tactus/geom/boundary_points.h"
+#include "tactus/geom/index_lists.h"
 #include "tactus/geom/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/embed_kernels.h"
@@ -46,9 +47,9 @@ class EmbeddedSurface {
 
   /// Positions and normals of all vertices for these node positions. Asynchronous.
   void update(ExecContext& ctx, const BodyState& state);
-  /// Takes a cut over: vertices that move with other cubes, new vertices and triangles. Which triangles a
-  /// vertex has is found anew on the device. Recordings stay valid. Synchronizes; positions follow with the
-  /// next update(). @throws Error before anything is changed when there is no room, or an id is out of range.
+  /// Takes a cut over: vertices that move with other cubes, new vertices and triangles. Recordings stay
+  /// valid. Synchronizes; positions follow with the next update(). @throws Error before anything is changed
+  /// when there is no room, or an id is out of range.
   void apply(ExecContext& ctx, const TopologyChange& change);
 
   View<const Vec3f> positions_m() const { return positions_.const_view().part(0, vertex_count()); }
@@ -64,7 +65,7 @@ class EmbeddedSurface {
 
  private:
   void check(const TopologyChange& change) const;
-  void find_triangles(ExecContext& ctx, Index corners);
+  void list_triangles(std::span<const TopologyChange::Triangle> changes);
   Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
   void gather_normals(ExecContext& ctx);
 
@@ -72,11 +73,12 @@ class EmbeddedSurface {
   Buffer<Index> device_counts_;
   Buffer<embed::Anchor> anchors_;
   Buffer<embed::CubeNodes> cubes_;
-  Buffer<Index> triangles_, begin_, end_, incident_;
+  Buffer<Index> triangles_;
+  IndexLists incident_;  ///< triangles of each vertex
   Buffer<Vec3f> positions_, normals_;
-  // for sorting corners by vertex, and lists of a change; empty where there is room for none
-  Buffer<std::uint32_t> vertex_, vertex_scratch_;
-  Buffer<Index> corner_, corner_scratch_;
+  // where a cut may add some; else empty
+  std::vector<std::array<Index, 3>> host_triangles_;
+  std::vector<std::uint8_t> is_changed_;  ///< per triangle, while a change is taken over
   Buffer<embed::SetValues<embed::Anchor>::Change> new_anchors_;
   Buffer<embed::SetTriangles::Change> new_triangles_;
   Buffer<embed::SetValues<embed::CubeNodes>::Change> new_cubes_;

@@ -32,6 +32,10 @@ inline Material clay_material() {
 inline Material soft_material() {
   return {.color = {0.66F, 0.10F, 0.17F}, .roughness = 0.24F, .specular = 0.05F, .softness = 0.7F};
 }
+/// What cuts.
+inline Material steel_material() {
+  return {.color = {0.72F, 0.74F, 0.77F}, .roughness = 0.2F, .specular = 0.5F};
+}
 
 /// Photographs that colour a surface fragment by fragment, for whoever looks (Shao et al. 2019, "Texture
 /// mapping"; PhotoChoice has the formula). Surfaces that wear them have normals.

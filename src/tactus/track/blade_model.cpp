@@ -1,0 +1,179 @@
+#include "tactus/track/blade_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/closest_point.h"
+#include "tactus/geom/figures.h"
+#include "tactus/geom/mesh_defects.h"
+
+namespace tactus {
+namespace {
+
+constexpr double kLeast_m = 0.02, kMost_m = 0.6;  // of a tool that a hand holds
+
+/// Where f changes sign between a (negative) and b.
+template <class F>
+double root(double a, double b, const F& f) {
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (a + b);
+    (f(middle) < 0 ? a : b) = middle;
+  }
+  return 0.5 * (a + b);
+}
+
+void append(TriangleMesh& mesh, const TriangleMesh& other) {
+  const auto first = static_cast<Index>(mesh.positions_m.size());
+  mesh.positions_m.insert(mesh.positions_m.end(), other.positions_m.begin(), other.positions_m.end());
+  for (auto t : other.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+/// A body of revolution about the x axis: rings of `sides` corners, of radius[i] at x_m[i], that enclose the
+/// area of a circle; points at both ends.
+TriangleMesh lathe(double begin_m, double end_m, const std::vector<double>& x_m,
+                   const std::vector<double>& radius_m, int sides) {
+  TriangleMesh mesh;
+  const double step = 2 * M_PI / sides, outer = std::sqrt(step / std::sin(step));
+  const auto add = [&](double x, double y, double z) {
+    mesh.positions_m.push_back(vec_cast<float>(Vec3d{x, y, z}));
+  };
+  for (std::size_t i = 0; i < x_m.size(); ++i) {
+    for (int k = 0; k < sides; ++k)
+      add(x_m[i], outer * radius_m[i] * std::cos(k * step), outer * radius_m[i] * std::sin(k * step));
+  }
+  const auto rings = static_cast<Index>(x_m.size());
+  for (Index i = 0; i + 1 < rings; ++i) {
+    for (Index k = 0; k < sides; ++k) {
+      const Index a = i * sides + k, b = i * sides + (k + 1) % sides;
+      mesh.triangles.push_back({a, b, b + sides});
+      mesh.triangles.push_back({a, b + sides, a + sides});
+    }
+  }
+  add(begin_m, 0, 0);
+  add(end_m, 0, 0);
+  for (Index k = 0; k < sides; ++k) {
+    const Index next = (k + 1) % sides, last = (rings - 1) * sides;
+    mesh.triangles.push_back({rings * sides, next, k});
+    mesh.triangles.push_back({rings * sides + 1, last + k, last + next});
+  }
+  return mesh;
+}
+
+/// The convex body that half-spaces have in common; it must be bounded.
+TriangleMesh convex_body(std::span<const HalfSpace> sides, double size_m) {
+  TriangleMesh mesh;
+  const auto vertex = [&](Vec3d p) {
+    for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
+      if (length(vec_cast<double>(mesh.positions_m[i]) - p) < 1e-5 * size_m) return static_cast<Index>(i);
+    }
+    mesh.positions_m.push_back(vec_cast<float>(p));
+    return static_cast<Index>(mesh.positions_m.size()) - 1;
+  };
+  for (const HalfSpace& side : sides) {
+    const Vec3d n = vec_cast<double>(side.normal), middle = static_cast<double>(side.offset_m) * n;
+    const Vec3d u = normalized(cross(std::abs(n.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, n)),
+                v = cross(n, u);
+    std::vector<Vec3d> face;
+    for (const auto& [a, b] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+      face.push_back(middle + (4 * size_m) * (a * u + b * v));
+    for (const HalfSpace& other : sides) {
+      if (&other == &side) continue;
+      std::vector<Vec3d> kept;
+      const auto depth = [&](Vec3d p) {
+        return static_cast<double>(other.offset_m) - dot(vec_cast<double>(other.normal), p);
+      };
+      for (std::size_t i = 0; i < face.size(); ++i) {
+        const Vec3d a = face[i], b = face[(i + 1) % face.size()];
+        if (depth(a) >= 0) kept.push_back(a);
+        if ((depth(a) >= 0) != (depth(b) >= 0))
+          kept.push_back(a + depth(a) / (depth(a) - depth(b)) * (b - a));
+      }
+      face = std::move(kept);
+    }
+    std::vector<Index> corners;
+    for (const Vec3d& p : face) {
+      const Index i = vertex(p);
+      if (corners.empty() || (corners.back() != i && corners.front() != i)) corners.push_back(i);
+    }
+    for (std::size_t i = 2; i < corners.size(); ++i)
+      mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+  }
+  return mesh;
+}
+
+double distance_m(const TriangleMesh& mesh, Vec3f p_m) {
+  float nearest = 1e30F;
+  for (const auto& t : mesh.triangles) {
+    const auto at = [&](int i) {
+      return mesh.positions_m[static_cast<std::size_t>(t[static_cast<std::size_t>(i)])];
+    };
+    nearest = min(nearest, length(closest_point_on_triangle(p_m, at(0), at(1), at(2)) - p_m));
+  }
+  return static_cast<double>(nearest);
+}
+
+std::string mm(double m) { return number_text(std::round(m * 1e5) / 100) + " mm"; }
+
+}  // namespace
+
+void check_blade_model(const BladeModel& model) {
+  const std::string who = "blade model '" + model.name + "'";
+  check_closed(model.mesh, who.c_str());
+  const Box3f box = bounds(model.mesh);
+  const double size_m = static_cast<double>(length(box.extent()));
+  if (!(size_m >= kLeast_m && size_m <= kMost_m)) {
+    const bool is_mm = size_m >= 1000 * kLeast_m && size_m <= 1000 * kMost_m;
+    throw Error(who + " is " + number_text(size_m) + " m long, expected " + number_text(kLeast_m) + " to " +
+                number_text(kMost_m) + (is_mm ? "; it seems to be in mm: say 'unit_m: 0.001'" : ""));
+  }
+  if (model.edge_m.size() < 2)
+    throw Error(who + " has no edge: it has " + std::to_string(model.edge_m.size()) +
+                " points, expected two or more, from the tip");
+  for (std::size_t i = 0; i < model.edge_m.size(); ++i) {
+    const Vec3f p = model.edge_m[i];
+    if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
+      throw Error(who + ": point " + std::to_string(i) + " of its edge is not finite");
+    const double off_m = distance_m(model.mesh, p);
+    if (off_m > 0.02 * size_m)
+      throw Error(who + ": point " + std::to_string(i) + " of its edge is " + mm(off_m) +
+                  " from its mesh, expected at most " + mm(0.02 * size_m) +
+                  "; edge and mesh have one frame and unit");
+    if (i > 0 && !(length(p - model.edge_m[i - 1]) > 0))
+      throw Error(who + ": points " + std::to_string(i - 1) + " and " + std::to_string(i) +
+                  " of its edge are the same");
+  }
+}
+
+BladeModel built_in_scalpel() {
+  const Figure figure = make_figure("scalpel", {.scale = static_cast<float>(kScalpelScale)});
+  const FigureShape shape = figure.at(0);
+  const Rigidf T_world_model = figure.bones(0).front(), T_model_world = inverse(T_world_model);
+  const double s = kScalpelScale;
+  // The handle's axis is x.
+  const auto handle = [&](double x, double r) {
+    return static_cast<double>(shape.distance_m(T_world_model * vec_cast<float>(Vec3d{x, r, 0}), 1U));
+  };
+  const double begin_m = root(0, -0.3 * s, [&](double x) { return handle(x, 0); }),
+               end_m = root(0, 0.5 * s, [&](double x) { return handle(x, 0); });
+  std::vector<double> x_m, radius_m;
+  constexpr int kRings = 26;
+  for (int i = 1; i < kRings; ++i) {  // denser at the round ends
+    const double x = begin_m + (end_m - begin_m) * 0.5 * (1 - std::cos(M_PI * i / kRings));
+    x_m.push_back(x);
+    radius_m.push_back(root(0, 0.1 * s, [&](double r) { return handle(x, r); }));
+  }
+  BladeModel model{"scalpel", lathe(begin_m, end_m, x_m, radius_m, 24), {}};
+  std::vector<HalfSpace> sides;
+  for (const HalfSpace& side : shape.planes(shape.limbs()[1])) {
+    const Vec3f n = T_model_world.R * side.normal;
+    sides.push_back({n, side.offset_m - dot(side.normal, T_world_model.t)});
+  }
+  append(model.mesh, convex_body(sides, 0.5 * s));
+  // Where the back meets the belly; where the belly ends; where the handle holds it.
+  for (const Vec3d p : {Vec3d{-0.24, 0, 0}, Vec3d{-0.2, -0.028, 0}, Vec3d{-0.05, -0.028, 0}})
+    model.edge_m.push_back(vec_cast<float>(s * p));
+  return model;
+}
+
+}  // namespace tactus

@@ -1,0 +1,277 @@
+#include "tactus/track/blade_tracker.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "tactus/geom/mask_growth.h"
+#include "tactus/geom/rasterize.h"
+#include "tactus/geom/rotation.h"
+#include "tactus/geom/symmetric_eigen.h"
+
+namespace tactus {
+namespace {
+
+constexpr double kMostMissing = 0.5;  // of the model's picture
+constexpr int kLeastPoints = 40;      // of outlines
+constexpr int kMostLostFrames = 5;    // in which it is expected to come back where it went
+constexpr double kFarWorse = 1.6;     // than what the best pose gets wrong
+constexpr double kLeastDifference = 0.002;
+constexpr std::size_t kMostHypotheses = 4;
+constexpr double kExpected = 1.3, kLeastExpected = 0.05;  // more than the last frame's is suspect
+constexpr std::size_t kTriedPoses = 12;
+constexpr int kPause_frames = 5;  // before what is thin, and not the tool, is tried again
+constexpr int kBeside_px = 3;     // by how much a silhouette may be wider than the tool
+constexpr double kSeedSearch_px = 8, kMostSearch_px = 16;
+constexpr std::size_t kFramesToSettle = 3;
+
+bool is_other_pose(const Rigidd& a, const Rigidd& b, Vec3d center_m) {
+  const Twist by = twist_between(a, b, center_m);
+  return length(Vec3d{by[0], by[1], by[2]}) > 0.5 || length(Vec3d{by[3], by[4], by[5]}) > 0.02;
+}
+
+template <class Mask>
+auto& word_at(Mask& mask, Index word, Index row) {
+  return mask.words[static_cast<std::size_t>(row) * static_cast<std::size_t>(mask.words_per_row()) +
+                    static_cast<std::size_t>(word)];
+}
+
+}  // namespace
+
+BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> cameras, Vec3d middle_m,
+                           const BladeTrackerSettings& settings)
+    : model_((check_blade_model(model), model)),
+      mesh_(model.mesh, model.name.c_str()),
+      settings_(settings),
+      fitter_(mesh_, cameras, settings.fit) {
+  const double radius_m = long_axis(mesh_).radius_m;
+  for (const Camera& camera : cameras) {
+    const double away_m = std::max(length(camera.center_world() - middle_m), 0.1);
+    radius_px_.push_back(1 + static_cast<int>(std::ceil(radius_m * camera.fx_px / away_m)));
+  }
+}
+
+const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double dt_s,
+                                         std::span<const BitMask> taken) {
+  if (!(dt_s > 0)) {
+    hypotheses_.clear();
+    last_edge_m_.clear();
+  }
+  since_known_s_ += dt_s;
+  for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s);
+  std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
+  drop_worse();
+  if (hypotheses_.empty() && --pause_frames_ < 0) {
+    const bool has_tried = seek(masks, taken);
+    pause_frames_ = hypotheses_.empty() && has_tried ? kPause_frames : 0;
+  }
+  judge();
+  return now_;
+}
+
+void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double dt_s) {
+  h.filter.predict(dt_s);
+  const PosePrior prior = h.filter.prior();
+  const Matrix6 covariance = h.filter.covariance();
+  const double variance_m2 = std::max({covariance(3, 3), covariance(4, 4), covariance(5, 5)});
+  const Camera& camera = h.fitter.cameras().front();
+  const double px_m = camera.fx_px / length(camera.center_world() - h.filter.pose() * mesh_.center_m);
+  const double search_px =
+      std::clamp(2 * std::sqrt(variance_m2) * px_m, settings_.fit.reach_px, kMostSearch_px);
+  // Far off, what is near the tool misleads: first where it is expected.
+  const double expected = kExpected * h.fit.wrong + kLeastExpected;
+  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior);
+  if (h.fit.wrong > expected && search_px > settings_.fit.reach_px) {
+    const PoseFit far = h.fitter.fit(masks, prior.T_world_model, search_px, &prior);
+    if (far.wrong < h.fit.wrong) h.fit = far;
+  }
+  if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) {
+    ++h.lost_frames;
+    return;
+  }
+  h.filter.update(h.fit.T_world_model, h.fit.noise);
+  h.lost_frames = 0;
+  if (hypotheses_.size() > 1) h.wrong.push_back(h.fit.wrong);
+}
+
+/// By the paired differences of what poses get wrong: one goes when the leader is better by three standard
+/// errors of their mean.
+void BladeTracker::drop_worse() {
+  const auto mean = [](const Hypothesis& h) {
+    return std::accumulate(h.wrong.begin(), h.wrong.end(), 0.0) / static_cast<double>(h.wrong.size());
+  };
+  std::stable_sort(hypotheses_.begin(), hypotheses_.end(),
+                   [&](const Hypothesis& a, const Hypothesis& b) { return mean(a) < mean(b); });
+  const auto is_worse = [&](const Hypothesis& h) {
+    const Hypothesis& best = hypotheses_.front();
+    if (&h == &best) return false;
+    if (!is_other_pose(h.filter.pose(), best.filter.pose(), mesh_.center_m)) return true;
+    const std::size_t n = std::min(h.wrong.size(), best.wrong.size());
+    if (n < kFramesToSettle) return false;
+    double sum = 0, squares = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double d = h.wrong[h.wrong.size() - n + k] - best.wrong[best.wrong.size() - n + k];
+      sum += d;
+      squares += d * d;
+    }
+    const auto count = static_cast<double>(n);
+    const double middle = sum / count, variance = std::max(squares / count - middle * middle, 0.0);
+    return middle > 3 * std::sqrt(variance / (count - 1)) + kLeastDifference;
+  };
+  for (std::size_t k = hypotheses_.size(); k-- > 1;)
+    if (is_worse(hypotheses_[k])) hypotheses_.erase(hypotheses_.begin() + static_cast<std::ptrdiff_t>(k));
+}
+
+bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken) {
+  const std::span<const Camera> cameras = fitter_.cameras();
+  std::vector<std::vector<ThinPart>> parts(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (masks[c].words.empty()) continue;
+    BitMask mask = masks[c];
+    for (std::size_t i = 0; i < mask.words.size() && !taken.empty(); ++i) mask.words[i] &= ~taken[c].words[i];
+    parts[c] = thin_parts(mask, radius_px_[c]);
+  }
+  const double tolerance_px = *std::max_element(radius_px_.begin(), radius_px_.end());
+  std::vector<std::pair<double, Rigidd>> tries;  // by what they get wrong
+  for (const SeenLine& line : seen_lines(cameras, parts, tolerance_px))
+    for (const Rigidd& pose : poses_along(mesh_, line)) tries.emplace_back(fitter_.wrong(masks, pose), pose);
+  const auto better = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::sort(tries.begin(), tries.end(), better);
+  if (tries.size() > kTriedPoses) tries.resize(kTriedPoses);
+  for (const auto& [wrong, pose] : tries) {
+    Hypothesis h{
+        PoseFitter(mesh_, cameras, settings_.fit), PoseFilter(mesh_.center_m, settings_.motion), {}, {}};
+    const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px);
+    h.fit = h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px);
+    if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) continue;
+    h.filter.start(h.fit.T_world_model, h.fit.noise);
+    h.wrong.push_back(h.fit.wrong);
+    hypotheses_.push_back(std::move(h));
+  }
+  // The best, and others in its place: elsewhere is another tool.
+  std::sort(hypotheses_.begin(), hypotheses_.end(),
+            [](const Hypothesis& a, const Hypothesis& b) { return a.fit.wrong < b.fit.wrong; });
+  std::vector<Hypothesis> kept;
+  for (Hypothesis& h : hypotheses_) {
+    const bool is_new = std::all_of(kept.begin(), kept.end(), [&](const Hypothesis& k) {
+      return is_other_pose(h.filter.pose(), k.filter.pose(), mesh_.center_m);
+    });
+    const bool is_there = kept.empty() || length(h.filter.pose() * mesh_.center_m -
+                                                 kept[0].filter.pose() * mesh_.center_m) < mesh_.radius_m;
+    if (is_new && is_there && kept.size() < kMostHypotheses &&
+        (kept.empty() || h.fit.wrong < kFarWorse * kept[0].fit.wrong))
+      kept.push_back(std::move(h));
+  }
+  hypotheses_ = std::move(kept);
+  frames_ = 0;
+  return !tries.empty();
+}
+
+/// The largest of the edge's points, each by its 3x3 covariance.
+double BladeTracker::two_sigma_m(const Hypothesis& of) const {
+  const Matrix6 covariance = of.filter.covariance() + of.fit.calibration;
+  double most = 0;
+  for (const Vec3f p : model_.edge_m) {
+    const Vec3d arm_m = of.filter.pose().R * (vec_cast<double>(p) - mesh_.center_m);
+    SmallMatrix<3, 6> by;  // turn x arm + shift
+    const Mat3d cross_arm{{{0, arm_m.z, -arm_m.y}, {-arm_m.z, 0, arm_m.x}, {arm_m.y, -arm_m.x, 0}}};
+    for (int i = 0; i < 3; ++i) {
+      by(i, 3 + i) = 1;
+      for (int j = 0; j < 3; ++j) by(i, j) = cross_arm(i, j);
+    }
+    const SmallMatrix<3> of_point = by * covariance * transpose(by);
+    Mat3d m{};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) m(i, j) = of_point(i, j);
+    most = std::max(most, 2 * std::sqrt(std::max(symmetric_eigen(m).values[0], 0.0)));
+  }
+  return most;
+}
+
+void BladeTracker::judge() {
+  now_.edge_m.clear();
+  now_.state = hypotheses_.empty() ? BladeState::absent : BladeState::ambiguous;
+  if (hypotheses_.size() != 1) return;
+  const Hypothesis& h = hypotheses_.front();
+  now_.T_world_model = h.filter.pose();
+  now_.two_sigma_m = two_sigma_m(h);
+  now_.missing = h.fit.missing;
+  ++frames_;
+  double way_m = 0;
+  for (std::size_t i = 0; i < model_.edge_m.size(); ++i) {
+    now_.edge_m.push_back(vec_cast<float>(now_.T_world_model * vec_cast<double>(model_.edge_m[i])));
+    if (!last_edge_m_.empty())
+      way_m = std::max(way_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
+  }
+  now_.state = BladeState::known;
+  if (h.lost_frames > 0 || frames_ < 3 || now_.two_sigma_m > settings_.two_sigma_m)
+    now_.state = BladeState::unsure;
+  else if (!last_edge_m_.empty() && way_m > settings_.most_m_s * since_known_s_)
+    now_.state = BladeState::jumped;
+  if (now_.state == BladeState::unsure) return;
+  since_known_s_ = 0;
+  last_edge_m_ = now_.edge_m;
+}
+
+BladeTracker::Part BladeTracker::part(std::size_t camera, int around_px) const {
+  Camera of = fitter_.cameras()[camera];
+  TriangleMesh mesh = model_.mesh;
+  const Rigidd& T = hypotheses_.front().filter.pose();
+  Vec2d low{1e9, 1e9}, high{-1e9, -1e9};
+  for (Vec3f& p : mesh.positions_m) {
+    const Vec3d p_m = T * vec_cast<double>(p);
+    p = vec_cast<float>(p_m);
+    const Pixel at = project(of, p_m);
+    if (!(at.z_m > 0)) return {};
+    low = {std::min(low.x, at.u_px), std::min(low.y, at.v_px)};
+    high = {std::max(high.x, at.u_px), std::max(high.y, at.v_px)};
+  }
+  const auto within = [&](double x, Index size) {
+    return static_cast<Index>(std::clamp(x, 0.0, static_cast<double>(size)));
+  };
+  const double around = around_px;
+  Part part{within(low.x - around, of.width_px) / 32, within(low.y - around, of.height_px), {}};
+  of.cx_px -= 32 * part.first_word;
+  of.cy_px -= part.first_row;
+  of.width_px = within(high.x + around, of.width_px) - 32 * part.first_word;
+  of.height_px = within(high.y + around, of.height_px) - part.first_row;
+  if (of.width_px < 1 || of.height_px < 1) return {};
+  grow_mask(render_silhouette(mesh, of), kBeside_px, part.own);
+  return part;
+}
+
+void BladeTracker::add_to(std::span<BitMask> masks) const {
+  if (hypotheses_.empty()) return;
+  tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
+    if (masks[c].words.empty()) return;
+    const Part shown = part(c, kBeside_px + 1);
+    for (Index y = 0; y < shown.own.height_px; ++y)
+      for (Index w = 0; w < shown.own.words_per_row(); ++w)
+        word_at(masks[c], shown.first_word + w, shown.first_row + y) |= word_at(shown.own, w, y);
+  });
+}
+
+void BladeTracker::take_from(std::span<BitMask> masks) const {
+  if (hypotheses_.empty()) return;
+  tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
+    if (masks[c].words.empty()) return;
+    const Part shown = part(c, kBeside_px + 2 * radius_px_[c] + 3);
+    BitMask near(shown.own.width_px, shown.own.height_px);
+    const auto last_bits = near.width_px % 32 == 0 ? ~0U : (1U << (near.width_px % 32)) - 1;
+    for (Index y = 0; y < near.height_px; ++y) {
+      for (Index w = 0; w < near.words_per_row(); ++w)
+        word_at(near, w, y) = word_at(masks[c], shown.first_word + w, shown.first_row + y) &
+                              (w + 1 < near.words_per_row() ? ~0U : last_bits);
+    }
+    if (near.words.empty()) return;
+    const BitMask thin = thin_pixels(near, radius_px_[c]);
+    for (Index y = 0; y < near.height_px; ++y)
+      for (Index w = 0; w < near.words_per_row(); ++w)
+        word_at(masks[c], shown.first_word + w, shown.first_row + y) &=
+            ~(word_at(shown.own, w, y) & word_at(thin, w, y));
+  });
+}
+
+}  // namespace tactus

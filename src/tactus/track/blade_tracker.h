@@ -1,0 +1,89 @@
+#pragma once
+/// A known blade, followed from frame to frame by silhouettes. It says where the edge is only when it knows.
+#include <string>
+
+#include "tactus/track/blade_model.h"
+#include "tactus/track/pose_filter.h"
+#include "tactus/track/pose_seeds.h"
+
+namespace tactus {
+
+struct BladeTrackerSettings {
+  double two_sigma_m = 0.005;  ///< of any point of the edge: above, it is refused
+  double most_m_s = 5;         ///< of the edge: faster is a mistake, not a motion
+  PoseFitSettings fit;
+  PoseFilterSettings motion;
+};
+
+enum class BladeState : std::uint8_t {
+  absent,     ///< not found
+  ambiguous,  ///< found, but two poses explain the masks about as well so far
+  unsure,     ///< followed, but the edge is not known well enough
+  jumped,     ///< the edge moved faster than it can
+  known,
+};
+
+struct TrackedBlade {
+  BladeState state = BladeState::absent;
+  Rigidd T_world_model;
+  double two_sigma_m = 0;     ///< of the edge's least known point, in its least known direction
+  double missing = 1;         ///< share of the model's picture where masks are clear
+  std::vector<Vec3f> edge_m;  ///< world
+  bool is_seen() const { return state >= BladeState::unsure; }
+};
+
+class BladeTracker {
+ public:
+  /// @param middle_m about where tools are: their size in pictures follows from it
+  /// @throws Error as check_blade_model.
+  BladeTracker(const BladeModel& model, std::span<const Camera> cameras, Vec3d middle_m,
+               const BladeTrackerSettings& settings = {});
+  BladeTracker(const BladeTracker&) = delete;
+  BladeTracker& operator=(const BladeTracker&) = delete;
+  /// The next frame. @param dt_s since the last one; 0: the first, or a break
+  /// @param taken of each camera, or none: what other tools show, which this one isn't
+  const TrackedBlade& update(std::span<const BitMask> masks, double dt_s,
+                             std::span<const BitMask> taken = {});
+  const TrackedBlade& now() const { return now_; }
+  const BladeModel& model() const { return model_; }
+  /// Sets the pixels that show it, and those beside them.
+  void add_to(std::span<BitMask> masks) const;
+  /// Clears them where no hand is: in parts of the masks that are as thin as it.
+  void take_from(std::span<BitMask> masks) const;
+
+ private:
+  /// A pose that explains the masks so far.
+  struct Hypothesis {
+    PoseFitter fitter;
+    PoseFilter filter;
+    PoseFit fit;
+    std::vector<double> wrong;  ///< of each frame since it was found
+    int lost_frames = 0;
+  };
+  void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s);
+  /// @returns whether there was anything to try, which takes some 40 ms
+  bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken);
+  void drop_worse();
+  void judge();
+  double two_sigma_m(const Hypothesis& of) const;
+  /// The part of a picture that shows it, with so many pixels around.
+  struct Part {
+    Index first_word = 0, first_row = 0;
+    BitMask own;  ///< what it covers, grown by a few pixels
+  };
+  Part part(std::size_t camera, int around_px) const;
+
+  BladeModel model_;
+  OutlineMesh mesh_;
+  BladeTrackerSettings settings_;
+  PoseFitter fitter_;           ///< of what is tried
+  std::vector<int> radius_px_;  ///< of the tool, per camera
+  TrackedBlade now_;
+  std::vector<Hypothesis> hypotheses_;  ///< the best first
+  int frames_ = 0;                      ///< since one was left
+  int pause_frames_ = 0;
+  double since_known_s_ = 0;
+  std::vector<Vec3f> last_edge_m_;  ///< when it was known or jumped
+};
+
+}  // namespace tactus

@@ -1,0 +1,138 @@
+#include "tactus/track/outline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tactus/geom/mesh_defects.h"
+
+namespace tactus {
+namespace {
+
+constexpr double kNearest_m = 0.02;  // to the camera
+
+double cross2(Vec2d a, Vec2d b) { return a.x * b.y - a.y * b.x; }
+double dot2(Vec2d a, Vec2d b) { return a.x * b.x + a.y * b.y; }
+
+}  // namespace
+
+OutlineMesh::OutlineMesh(const TriangleMesh& mesh, const char* what) {
+  check_closed(mesh, what);
+  for (const Vec3f p : mesh.positions_m) vertices_m.push_back(vec_cast<double>(p));
+  std::map<std::pair<Index, Index>, std::vector<Index>> face_of;  // of each directed edge
+  Vec3d moment{};
+  double volume = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto at = [&](std::size_t i) { return vertices_m[static_cast<std::size_t>(t[i])]; };
+    const Vec3d a = at(0), b = at(1), c = at(2), n = cross(b - a, c - a);
+    const double part = dot(a, cross(b, c));
+    volume += part;
+    moment += (part / 4) * (a + b + c);
+    for (std::size_t i = 0; i < 3; ++i)
+      face_of[{t[i], t[(i + 1) % 3]}].push_back(static_cast<Index>(faces.size()));
+    faces.push_back({n, dot(n, a)});
+  }
+  center_m = moment / volume;
+  for (const Vec3d& p : vertices_m) radius_m = std::max(radius_m, length(p - center_m));
+  for (const auto& [ends, left] : face_of) {
+    if (ends.first > ends.second) continue;
+    const std::vector<Index>& right = face_of[{ends.second, ends.first}];
+    for (std::size_t k = 0; k < left.size(); ++k)
+      edges.push_back({ends.first, ends.second, left[k], right[k]});
+  }
+}
+
+bool OutlineFinder::find(const OutlineMesh& mesh, const Rigidd& T_world_model, const Camera& camera,
+                         double spacing_px, double reach_px) {
+  mesh_ = &mesh;
+  T_world_model_ = T_world_model;
+  reach_px_ = reach_px;
+  segments_.clear();
+  points_.clear();
+  const Rigidd T_cam_model = camera.T_cam_world * T_world_model;
+  camera_m_.resize(mesh.vertices_m.size());
+  for (std::size_t i = 0; i < camera_m_.size(); ++i) {
+    camera_m_[i] = T_cam_model * mesh.vertices_m[i];
+    if (camera_m_[i].z < kNearest_m) return false;
+  }
+  const Vec3d eye_m = inverse(T_cam_model).t;
+  seen_.resize(mesh.faces.size());
+  for (std::size_t f = 0; f < seen_.size(); ++f)
+    seen_[f] = dot(mesh.faces[f].normal, eye_m) > mesh.faces[f].offset_m ? 1 : 0;
+  const auto pixel = [&](Index v) {
+    const Vec3d p = camera_m_[static_cast<std::size_t>(v)];
+    return Vec2d{(camera.fx_px * p.x + camera.skew_px * p.y) / p.z + camera.cx_px,
+                 camera.fy_px * p.y / p.z + camera.cy_px};
+  };
+  for (const OutlineMesh::Edge& e : mesh.edges) {
+    const bool left = seen_[static_cast<std::size_t>(e.left)] != 0,
+               right = seen_[static_cast<std::size_t>(e.right)] != 0;
+    if (left == right) continue;
+    const Index from = left ? e.from : e.to, to = left ? e.to : e.from;
+    segments_.push_back({pixel(from), pixel(to), from, to});
+  }
+  double left_px = 0.5 * spacing_px;
+  for (const Segment& s : segments_) add_points(s, spacing_px, left_px);
+  return true;
+}
+
+/// @param left_px way to the next point, from segment to segment: each pixel of the outline counts the same
+void OutlineFinder::add_points(const Segment& segment, double spacing_px, double& left_px) {
+  const Vec2d along = segment.to_px - segment.from_px;
+  const double length_px = std::sqrt(dot2(along, along));
+  if (!(length_px > 0)) return;
+  // Seen from outside, corners go round to the left, and y points down.
+  const Vec2d normal = (1 / length_px) * Vec2d{-along.y, along.x};
+  const Vec3d a = camera_m_[static_cast<std::size_t>(segment.from)],
+              b = camera_m_[static_cast<std::size_t>(segment.to)];
+  for (; left_px < length_px; left_px += spacing_px) {
+    const double t = left_px / length_px;                      // in the picture
+    const double share = t * a.z / (t * a.z + (1 - t) * b.z);  // in space
+    const Vec3d from_m = mesh_->vertices_m[static_cast<std::size_t>(segment.from)],
+                to_m = mesh_->vertices_m[static_cast<std::size_t>(segment.to)];
+    measure(segment,
+            {.at_m = T_world_model_ * (from_m + share * (to_m - from_m)),
+             .px = segment.from_px + t * along,
+             .normal = normal},
+            reach_px_);
+  }
+  left_px -= length_px;
+}
+
+/// How many layers of the model lie behind a point of the picture is how often all segments go round it. So
+/// along the normal it changes by one where it crosses a segment.
+void OutlineFinder::measure(const Segment& own, OutlinePoint point, double reach_px) {
+  crossings_.clear();
+  int outside = 0;
+  for (const Segment& s : segments_) {
+    const Vec2d a = s.from_px - point.px, b = s.to_px - point.px;
+    const double da = cross2(point.normal, a), db = cross2(point.normal, b);
+    if ((da < 0) == (db < 0) || &s == &own) continue;
+    const double at_px = (da * dot2(point.normal, b) - db * dot2(point.normal, a)) / (da - db);
+    const int change = da < db ? -1 : 1;
+    if (at_px > 0) outside += change;
+    crossings_.push_back({at_px, change});
+  }
+  if (outside != 0) return;  // it lies before or behind other parts
+  std::sort(crossings_.begin(), crossings_.end(),
+            [](const Crossing& a, const Crossing& b) { return a.at_px > b.at_px; });
+  double gap_px = 2 * reach_px;
+  int layers = 1;
+  point.thickness_px = 0;
+  for (const Crossing& c : crossings_) {
+    if (c.at_px > 0) {
+      gap_px = std::min(gap_px, c.at_px);
+      continue;
+    }
+    layers += c.change;
+    if (layers > 0) continue;
+    point.thickness_px = -c.at_px;
+    break;
+  }
+  if (!(point.thickness_px > 0)) return;  // at a corner, to rounding
+  point.inner_px = std::min(0.5 * point.thickness_px, reach_px);
+  point.outer_px = std::min(0.5 * gap_px, reach_px);
+  points_.push_back(point);
+}
+
+}  // namespace tactus

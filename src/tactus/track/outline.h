@@ -1,0 +1,75 @@
+#pragma once
+/// Where the outline of a posed model lies in a picture, exactly: from the edges of its mesh between faces
+/// that look at the camera and faces that don't.
+#include <array>
+#include <vector>
+
+#include "tactus/geom/camera.h"
+#include "tactus/geom/mesh.h"
+
+namespace tactus {
+
+/// A closed mesh, prepared for outlines.
+class OutlineMesh {
+ public:
+  /// @throws Error when it is not closed (check_closed), naming `what`.
+  OutlineMesh(const TriangleMesh& mesh, const char* what);
+
+  struct Face {
+    Vec3d normal;  ///< outward, any length
+    double offset_m;
+  };
+  /// Between the faces `left`, whose corners have `from` before `to`, and `right`.
+  struct Edge {
+    Index from, to, left, right;
+  };
+  std::vector<Vec3d> vertices_m;
+  std::vector<Face> faces;
+  std::vector<Edge> edges;
+  Vec3d center_m;       ///< of the volume
+  double radius_m = 0;  ///< of all vertices about it
+};
+
+/// A point of the outline. The picture there: the model from `inner_px` inside of it to its surface, nothing
+/// of the model up to `outer_px` outside.
+struct OutlinePoint {
+  Vec3d at_m;               ///< of the model's surface, world
+  Vec2d px, normal;         ///< in the picture, pointing out
+  double thickness_px = 0;  ///< of the model behind it, along the normal
+  double inner_px = 0;      ///< half of that, at most the reach
+  double outer_px = 0;      ///< half of the way to the next part of the model, at most the reach
+};
+
+/// Finds outlines; keeps its memory.
+class OutlineFinder {
+ public:
+  /// @param spacing_px of the points @param reach_px how far from the outline pictures are looked at
+  /// @returns whether all of the model is well in front of the camera; else no points
+  bool find(const OutlineMesh& mesh, const Rigidd& T_world_model, const Camera& camera, double spacing_px,
+            double reach_px);
+  const std::vector<OutlinePoint>& points() const { return points_; }
+
+ private:
+  /// An edge of the mesh with one of its faces seen: what is behind it is on its left.
+  struct Segment {
+    Vec2d from_px, to_px;
+    Index from, to;
+  };
+  void add_points(const Segment& segment, double spacing_px, double& left_px);
+  void measure(const Segment& own, OutlinePoint point, double reach_px);
+
+  const OutlineMesh* mesh_ = nullptr;
+  Rigidd T_world_model_;
+  std::vector<std::uint8_t> seen_;
+  std::vector<Vec3d> camera_m_;  ///< vertices in the camera's frame
+  std::vector<Segment> segments_;
+  struct Crossing {
+    double at_px;
+    int change;  ///< of the number of layers, inwards
+  };
+  std::vector<Crossing> crossings_;
+  std::vector<OutlinePoint> points_;
+  double reach_px_ = 0;
+};
+
+}  // namespace tactus

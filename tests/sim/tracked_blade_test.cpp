@@ -1,0 +1,144 @@
+/// A real scalpel that the cameras see cuts a body.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "support/message_of.h"
+#include "tactus/base/error.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/rig/synthetic_noise.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+/// The figure sweeps its edge through a bar along its way.
+constexpr const char* kScene = R"(
+source: {kind: synthetic, figure: scalpel, scale: 0.29, depth_cameras: 0}
+reconstruction: {resolution: 64}
+bodies:
+  - name: bar
+    contact: false
+    cuttable: true
+    cut_room: 2000
+    shape: {kind: box, size_m: [0.06, 0.06, 0.045]}
+    placement: {position_m: [0.1, 0.44, 0]}
+    spacing_m: 0.015
+    material: {model: tled, young_modulus_pa: 30000, poisson_ratio: 0.4}
+    fixed: [{kind: half_space, point_m: [0, -0.02, 0], normal: [0, 1, 0]}]
+blades:
+  - name: scalpel
+    tracked: {model: scalpel}
+)";
+
+struct Played {
+  std::vector<CutScore> cuts;
+  std::vector<Notice> notices;
+  Index most_vertices = 0;
+  int known = 0;
+  double worst_m = 0;      ///< error of the edge
+  float most_moved_m = 0;  ///< of nodes from rest
+};
+
+Played play(const Scene& scene, const NoiseOptions& noise, int frames) {
+  DeviceSet devices("cpu", 3);
+  SyntheticOptions options;
+  options.figure = "scalpel";
+  options.shape = {.moving = true, .scale = 0.29F};
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  Rig rig = source.rig();
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    rig.cameras[c] = miscalibrate(rig.cameras[c], noise, static_cast<int>(c));
+  Simulation simulation(devices, scene, rig, {});
+  const BladeModel model = built_in_scalpel();
+  Played played;
+  const std::vector<Vec3f> rest_m = simulation.bodies()[0]->positions_m(simulation.context());
+  FrameSet frame;
+  for (int k = 0; k < frames; ++k) {
+    source.next(frame);
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+      disturb_mask(frame.silhouettes[c], noise, static_cast<int>(c), k);
+    const StepReport report = simulation.step(frame, k > 0 ? 1.0 / 30 : 0);
+    played.notices.insert(played.notices.end(), report.notices.begin(), report.notices.end());
+    const std::vector<Vec3f> x_m = simulation.bodies()[0]->positions_m(simulation.context());
+    for (std::size_t i = 0; i < rest_m.size() && k <= 25; ++i)
+      played.most_moved_m = std::max(played.most_moved_m, length(x_m[i] - rest_m[i]));
+    if (scene.blades.empty()) continue;
+    const TrackedBlade& now = simulation.tracked_blades().now(0);
+    if (now.is_seen()) played.most_vertices = std::max(played.most_vertices, report.hull.vertices);
+    if (now.state != BladeState::known) continue;
+    ++played.known;
+    const Rigidf T = source.figure().bones(k / 30.0).front();
+    for (std::size_t i = 0; i < model.edge_m.size(); ++i)
+      played.worst_m =
+          std::max(played.worst_m, static_cast<double>(length(now.edge_m[i] - T * model.edge_m[i])));
+  }
+  played.cuts = simulation.cuts();
+  return played;
+}
+
+/// The tool is found, cuts, and leaves no hull that could push.
+TEST(TrackedBlade, CutsABodyByItsSilhouettes) {
+  const Played played = play(parse_scene(kScene, "scenes/x.yaml"), {}, 45);
+  EXPECT_GE(played.known, 38);
+  EXPECT_LT(played.worst_m, 0.003);
+  EXPECT_LT(played.most_vertices, 20);
+  ASSERT_EQ(played.cuts.size(), 1U);
+  EXPECT_GT(played.cuts[0].area_m2, 1e-4);
+}
+
+/// Its pose comes from pictures alone: to the bit.
+TEST(TrackedBlade, TheGridDoesNotMatter) {
+  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  const Played coarse = play(scene, {}, 15);
+  scene.reconstruction.resolution = 160;
+  const Played fine = play(scene, {}, 15);
+  EXPECT_GT(coarse.worst_m, 0);
+  EXPECT_EQ(coarse.worst_m, fine.worst_m);
+  EXPECT_EQ(coarse.known, fine.known);
+}
+
+/// As its fat hull would: blade and handle go through the bar without moving it.
+TEST(TrackedBlade, ItsHullPushesNothing) {
+  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  scene.blades[0].tracked->two_sigma_m = 0.0005;  // never known: it doesn't cut
+  scene.bodies[0].contact = true;
+  scene.gravity_m_s2 = {};
+  scene.reconstruction.resolution = 160;
+  EXPECT_LT(play(scene, {}, 26).most_moved_m, 0.05F * 0.015F);
+  // The same cameras without a tracker: the hull pushes.
+  scene.blades.clear();
+  EXPECT_GT(play(scene, {}, 26).most_moved_m, 0.05F * 0.015F);
+}
+
+TEST(TrackedBlade, RefusesWhatItDoesNotKnow) {
+  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  scene.blades[0].tracked->two_sigma_m = 0.0005;
+  const Played played = play(scene, {}, 25);
+  EXPECT_EQ(played.known, 0);
+  EXPECT_TRUE(played.cuts.empty());
+  EXPECT_EQ(std::count_if(played.notices.begin(), played.notices.end(),
+                          [](const Notice& n) { return n.code == "blade.unsure"; }),
+            1);
+}
+
+TEST(TrackedBlade, IsCheckedByName) {
+  const auto expect = [](const char* instead, const char* part) {
+    std::string text = kScene;
+    text.replace(text.find("{model: scalpel}"), 16, instead);
+    const std::string message =
+        test::message_of([&] { parse_scene(text, "scenes/x.yaml"); }, ErrorKind::usage);
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
+  expect("{model: mesh}", "path");
+  expect("{model: mesh, path: x.ply}", "expected two or more");
+  expect("{model: scalpel, unit_m: 0.001}", "unit_m");
+  expect("{model: scalpel, two_sigma_m: -1}", "two_sigma_m");
+  expect("{model: scalpel}\n    to_m: [1, 0, 0]", "to_m");
+  expect("{model: scalpl}", "scalpel");
+}
+
+}  // namespace
+}  // namespace tactus

@@ -1,0 +1,395 @@
+/// A blade whose shape is known, found and followed by what cameras see of it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include "support/message_of.h"
+#include "tactus/geom/rasterize.h"
+#include "tactus/geom/rotation.h"
+#include "tactus/rig/synthetic_noise.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/track/blade_tracker.h"
+
+namespace tactus {
+namespace {
+
+constexpr double kFrame_s = 1.0 / 30;
+
+bool is_long() { return std::getenv("TACTUS_LONG_TESTS") != nullptr; }
+
+TriangleMesh at_pose(TriangleMesh mesh, const Rigidd& T) {
+  for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(T * vec_cast<double>(p));
+  return mesh;
+}
+
+TriangleMesh ball(Vec3d center_m, double radius_m) {
+  TriangleMesh mesh;
+  constexpr int kSides = 16;
+  for (int i = 1; i < kSides; ++i) {
+    for (int k = 0; k < kSides; ++k) {
+      const double a = M_PI * i / kSides, b = 2 * M_PI * k / kSides;
+      mesh.positions_m.push_back(vec_cast<float>(
+          center_m + radius_m * Vec3d{std::sin(a) * std::cos(b), std::cos(a), std::sin(a) * std::sin(b)}));
+    }
+  }
+  for (Index i = 0; i + 2 < kSides; ++i) {
+    for (Index k = 0; k < kSides; ++k) {
+      const Index p = i * kSides + k, q = i * kSides + (k + 1) % kSides;
+      mesh.triangles.push_back({p, q, q + kSides});
+      mesh.triangles.push_back({p, q + kSides, p + kSides});
+    }
+  }
+  return mesh;
+}
+
+/// Eight cameras, what they see and what they are believed to be.
+struct Room {
+  Rig rig;
+  NoiseOptions noise;
+  std::vector<Camera> believed;
+
+  explicit Room(const NoiseOptions& n = {}, bool full_hd = false) : noise(n) {
+    SyntheticRigOptions options;
+    options.depth_cameras = 0;
+    if (full_hd) {
+      options.width_px = 1920;
+      options.height_px = 1080;
+      options.focal_px = 1350;
+    }
+    rig = make_synthetic_rig(options);
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+      believed.push_back(miscalibrate(rig.cameras[c], noise, static_cast<int>(c)));
+  }
+  std::vector<BitMask> see(const std::vector<TriangleMesh>& meshes, int tick = 0) const {
+    std::vector<BitMask> masks;
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+      BitMask& mask = masks.emplace_back(rig.cameras[c].width_px, rig.cameras[c].height_px);
+      for (const TriangleMesh& mesh : meshes) {
+        const BitMask one = render_silhouette(mesh, rig.cameras[c]);
+        for (std::size_t i = 0; i < mask.words.size(); ++i) mask.words[i] |= one.words[i];
+      }
+      disturb_mask(mask, noise, static_cast<int>(c), tick);
+    }
+    return masks;
+  }
+};
+
+/// Errors of the edge, and of the roll about the model's x axis.
+struct Errors {
+  double tip2 = 0, roll2 = 0;
+  int count = 0, coordinates = 0, within = 0;
+  void add(const Rigidd& found, const Rigidd& truth, const BladeModel& model) {
+    const Vec3d off = found * vec_cast<double>(model.edge_m[0]) - truth * vec_cast<double>(model.edge_m[0]);
+    tip2 += dot(off, off);
+    const double roll = dot(vector_of_rotation(found.R * transpose(truth.R)), truth.R.column(0));
+    roll2 += roll * roll;
+    ++count;
+  }
+  void add_stated(const Twist& error, const Matrix6& covariance) {
+    for (int i = 0; i < 6; ++i) {
+      ++coordinates;
+      within += std::abs(error[static_cast<std::size_t>(i)]) <= 2 * std::sqrt(covariance(i, i)) ? 1 : 0;
+    }
+  }
+  double tip_mm() const { return 1e3 * std::sqrt(tip2 / count); }
+  double roll_deg() const { return 180 / M_PI * std::sqrt(roll2 / count); }
+  double share_within() const { return static_cast<double>(within) / coordinates; }
+};
+
+Rigidd some_pose(std::mt19937& random) {
+  std::normal_distribution<double> g;
+  std::uniform_real_distribution<double> u(-0.1, 0.1);
+  const double w = g(random), x = g(random), y = g(random), z = g(random);
+  return {rotation_from_quaternion(w, x, y, z), {u(random), 0.5 + u(random), u(random)}};
+}
+
+TEST(BladeModel, TheScalpelIsClosedAndOfTrueSize) {
+  const BladeModel model = built_in_scalpel();
+  check_blade_model(model);
+  const Vec3f size = bounds(model.mesh).extent();
+  EXPECT_NEAR(size.x, 0.16F, 0.002F);
+  EXPECT_LT(size.z, 0.015F);
+}
+
+TEST(BladeModel, WhatIsWrongIsNamed) {
+  const BladeModel good = built_in_scalpel();
+  const auto expect = [](const BladeModel& model, const char* part) {
+    const std::string message = test::message_of([&] { check_blade_model(model); });
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_NE(message.find("scalpel"), std::string::npos) << message;
+  };
+  BladeModel bad = good;
+  bad.edge_m.clear();
+  expect(bad, "has no edge");
+  bad = good;
+  bad.mesh.triangles.pop_back();
+  expect(bad, "open edge");
+  bad = good;
+  for (Vec3f& p : bad.mesh.positions_m) p *= 1000.F;
+  for (Vec3f& p : bad.edge_m) p *= 1000.F;
+  expect(bad, "unit_m: 0.001");
+  bad = good;
+  for (Vec3f& p : bad.edge_m) p += Vec3f{0, 0.1F, 0};
+  expect(bad, "from its mesh");
+  bad = good;
+  bad.edge_m[1].x = NAN;
+  expect(bad, "not finite");
+}
+
+/// By the divergence theorem, half of the sum of p·n along the outline is the area of the picture. Its points
+/// stand for a pixel each, so the sum is right to a few of hundreds.
+TEST(Outline, EnclosesTheSilhouette) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  const OutlineMesh mesh(model.mesh, "scalpel");
+  std::mt19937 random(2);
+  OutlineFinder finder;
+  for (int k = 0; k < 10; ++k) {
+    const Rigidd T = some_pose(random);
+    const Camera& camera = room.rig.cameras[static_cast<std::size_t>(k % 8)];
+    ASSERT_TRUE(finder.find(mesh, T, camera, 0.05, 4));
+    double area = 0;
+    const Pixel c = project(camera, T * mesh.center_m);
+    for (const OutlinePoint& p : finder.points())
+      area += 0.05 / 2 * ((p.px.x - c.u_px) * p.normal.x + (p.px.y - c.v_px) * p.normal.y);
+    Camera fine = camera;  // 8 x 8 to a pixel
+    fine.fx_px *= 8;
+    fine.fy_px *= 8;
+    fine.cx_px = 8 * camera.cx_px + 3.5;
+    fine.cy_px = 8 * camera.cy_px + 3.5;
+    fine.width_px *= 8;
+    fine.height_px *= 8;
+    const auto truth = static_cast<double>(render_silhouette(at_pose(model.mesh, T), fine).area_px()) / 64;
+    EXPECT_NEAR(area, truth, 0.01 * truth) << k;
+  }
+}
+
+/// Masks of 2.7 mm a pixel: 0.5 mm and 2 degrees. 95 % of errors within the stated two sigma.
+TEST(PoseFit, ExactMasksGiveTheEdge) {
+  const BladeModel model = built_in_scalpel();
+  const OutlineMesh mesh(model.mesh, "scalpel");
+  std::mt19937 random(3);
+  std::normal_distribution<double> g;
+  for (const bool full_hd : {false, true}) {
+    const Room room({}, full_hd);
+    Errors errors;
+    for (int k = 0; k < (full_hd ? 8 : 30); ++k) {
+      const Rigidd T = some_pose(random);
+      Twist by;
+      for (std::size_t i = 0; i < 6; ++i) by[i] = (i < 3 ? 0.05 : 0.004) * g(random);
+      PoseFitter fitter(mesh, room.believed, {});
+      const PoseFit fit = fitter.fit(room.see({at_pose(model.mesh, T)}), moved(T, mesh.center_m, by), 8);
+      errors.add(fit.T_world_model, T, model);
+      errors.add_stated(twist_between(T, fit.T_world_model, mesh.center_m), fit.noise + fit.calibration);
+    }
+    std::printf("  tip %.2f mm, roll %.2f degrees, %.3f within\n", errors.tip_mm(), errors.roll_deg(),
+                errors.share_within());
+    EXPECT_LT(errors.tip_mm(), full_hd ? 0.4 : 0.5);
+    EXPECT_LT(errors.roll_deg(), full_hd ? 1 : 2);
+    EXPECT_GE(errors.share_within(), 0.95);
+  }
+}
+
+/// A stroke of 5 cm to and fro in 3 s, with a turn.
+Rigidd stroke(const Rigidd& T, double time_s) {
+  const double a = 0.05 * std::sin(2 * M_PI * time_s / 6);
+  return {rotation_from_vector({0, 4 * a, 0}) * T.R, T.t + Vec3d{a, 0, 0.5 * a}};
+}
+
+struct Followed {
+  Errors errors;
+  int frames = 0, known = 0, within = 0;
+  int first_known = -1;
+};
+
+Followed follow(const Room& room, const BladeTrackerSettings& settings, int frames) {
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(room.noise.seed);
+  const Rigidd T0 = some_pose(random);
+  BladeTracker tracker(model, room.believed, {0, 0.5, 0}, settings);
+  Followed all;
+  for (int k = 0; k < frames; ++k) {
+    const Rigidd T = stroke(T0, k * kFrame_s);
+    const TrackedBlade& now = tracker.update(room.see({at_pose(model.mesh, T)}, k), k > 0 ? kFrame_s : 0);
+    ++all.frames;
+    if (now.state != BladeState::known) continue;
+    if (all.first_known < 0) all.first_known = k;
+    ++all.known;
+    if (k < 10) continue;
+    all.errors.add(now.T_world_model, T, model);
+    for (std::size_t i = 0; i < model.edge_m.size(); ++i) {
+      const Vec3d off = vec_cast<double>(now.edge_m[i]) - T * vec_cast<double>(model.edge_m[i]);
+      for (int axis = 0; axis < 3; ++axis) {
+        ++all.errors.coordinates;
+        all.errors.within += std::abs(off[axis]) <= now.two_sigma_m ? 1 : 0;
+      }
+    }
+  }
+  return all;
+}
+
+TEST(BladeTracker, FindsAndFollowsWithExactMasks) {
+  const Followed all = follow(Room({.seed = 5}), {}, 30);
+  EXPECT_LE(all.first_known, 6);  // which way round it is takes three frames, and three more to settle
+  EXPECT_EQ(all.known, 30 - all.first_known);
+  EXPECT_LT(all.errors.tip_mm(), 0.5);
+  EXPECT_LT(all.errors.roll_deg(), 2);
+  EXPECT_GE(all.errors.share_within(), 0.95);
+}
+
+TEST(BladeTracker, StatesWhatNoiseDoes) {
+  Errors sum;
+  int known = 0, frames = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    if (seed > 1 && !is_long()) break;
+    const Followed all =
+        follow(Room({.calibration_px = 0.3, .segmentation_px = 1, .seed = seed}), {}, is_long() ? 90 : 28);
+    sum.tip2 += all.errors.tip2;
+    sum.roll2 += all.errors.roll2;
+    sum.count += all.errors.count;
+    sum.within += all.errors.within;
+    sum.coordinates += all.errors.coordinates;
+    known += all.known;
+    frames += all.frames;
+  }
+  std::printf("  tip %.2f mm, roll %.1f degrees, %.3f within, %d of %d known\n", sum.tip_mm(), sum.roll_deg(),
+              sum.share_within(), known, frames);
+  EXPECT_GT(3 * known, frames);
+  EXPECT_LT(sum.tip_mm(), 1.5);
+  EXPECT_GE(sum.share_within(), 0.95);
+}
+
+TEST(BladeTracker, RefusesFourTimesTheNoise) {
+  int known = 0, frames = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    if (seed > 1 && !is_long()) break;
+    const Followed all =
+        follow(Room({.calibration_px = 1.2, .segmentation_px = 4, .seed = seed}), {}, is_long() ? 30 : 8);
+    known += all.known;
+    frames += all.frames;
+  }
+  EXPECT_LE(known, frames / 100);
+}
+
+TEST(BladeTracker, LeavesAndReturns) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(9);
+  const Rigidd T = some_pose(random);
+  BladeTracker tracker(model, room.believed, {0, 0.5, 0});
+  Rigidd elsewhere = T;
+  elsewhere.t += Vec3d{0.1, 0.05, -0.1};
+  const auto seen = room.see({at_pose(model.mesh, T)}), nothing = room.see({}),
+             again = room.see({at_pose(model.mesh, elsewhere)});
+  std::vector<BladeState> states;
+  for (int k = 0; k < 22; ++k)
+    states.push_back(tracker.update(k < 6 ? seen : k < 14 ? nothing : again, k > 0 ? kFrame_s : 0).state);
+  EXPECT_EQ(states[5], BladeState::known);
+  for (std::size_t k = 6; k < 16; ++k) EXPECT_NE(states[k], BladeState::known) << k;
+  EXPECT_EQ(states[13], BladeState::absent);
+  EXPECT_EQ(states[21], BladeState::known);
+  Errors errors;
+  errors.add(tracker.now().T_world_model, elsewhere, model);
+  EXPECT_LT(errors.tip_mm(), 1);
+}
+
+/// 20 cm from one frame to the next are 6 m/s.
+TEST(BladeTracker, AJumpIsNoMotion) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(10);
+  const Rigidd T = some_pose(random);
+  BladeTrackerSettings settings;
+  settings.most_m_s = 0.05;  // what is followed moves faster
+  BladeTracker tracker(model, room.believed, {0, 0.5, 0}, settings);
+  int jumps = 0;
+  for (int k = 0; k < 12; ++k) {
+    const Rigidd now = stroke(T, k < 6 ? 0 : (k - 5) * 2 * kFrame_s);
+    jumps += tracker.update(room.see({at_pose(model.mesh, now)}), k > 0 ? kFrame_s : 0).state ==
+             BladeState::jumped;
+  }
+  EXPECT_GE(jumps, 4);
+}
+
+/// Of a tool nothing is left, of a fist nearly all.
+TEST(BladeTracker, TakesItselfOutOfMasks) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(11);
+  const Rigidd T = some_pose(random);
+  const TriangleMesh fist = ball(T * Vec3d{0.05, 0, 0}, 0.035);
+  const auto both = room.see({at_pose(model.mesh, T), fist}), hand = room.see({fist});
+  BladeTracker tracker(model, room.believed, {0, 0.5, 0});
+  tracker.update(both, 0);
+  auto left = both;
+  tracker.take_from(left);
+  for (std::size_t c = 0; c < left.size(); ++c) {
+    std::int64_t beside = 0, lost = 0;
+    for (std::size_t i = 0; i < left[c].words.size(); ++i) {
+      beside += __builtin_popcount(left[c].words[i] & ~hand[c].words[i]);
+      lost += __builtin_popcount(hand[c].words[i] & ~left[c].words[i]);
+    }
+    EXPECT_LT(beside, 25) << c;  // where it enters the fist
+    EXPECT_LT(lost, hand[c].area_px() / 50) << c;
+  }
+}
+
+/// A rod of 6 cm is thin, too.
+TEST(BladeTracker, AShortRodIsNoScalpel) {
+  const Room room;
+  TriangleMesh rod = ball({}, 0.005);
+  for (Vec3f& p : rod.positions_m) p = Vec3f{6 * p.x, p.y + 0.5F, p.z};
+  const auto masks = room.see({rod});
+  BladeTracker tracker(built_in_scalpel(), room.believed, {0, 0.5, 0});
+  for (int k = 0; k < 12; ++k)
+    EXPECT_EQ(tracker.update(masks, k > 0 ? kFrame_s : 0).state, BladeState::absent) << k;
+}
+
+/// Half of the handle is in a fist.
+TEST(BladeTracker, AHandHoldsIt) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(11);
+  for (int k = 0; k < 4; ++k) {
+    const Rigidd T = some_pose(random);
+    const TriangleMesh fist = ball(T * Vec3d{0.05, 0, 0}, 0.035);
+    BladeTracker tracker(model, room.believed, {0, 0.5, 0});
+    for (int frame = 0; frame < 6; ++frame)
+      tracker.update(room.see({at_pose(model.mesh, T), fist}), frame > 0 ? kFrame_s : 0);
+    EXPECT_EQ(tracker.now().state, BladeState::known) << k;
+    Errors errors;
+    errors.add(tracker.now().T_world_model, T, model);
+    EXPECT_LT(errors.tip_mm(), 1.5) << k;
+    EXPECT_LT(errors.roll_deg(), 4) << k;
+  }
+}
+
+TEST(BladeTracker, TwoToolsAreTwo) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  std::mt19937 random(12);
+  Rigidd a = some_pose(random), b = some_pose(random);
+  b.t = a.t + Vec3d{0.02, 0.15, 0.1};
+  BladeTracker first(model, room.believed, {0, 0.5, 0}), second(model, room.believed, {0, 0.5, 0});
+  const auto masks = room.see({at_pose(model.mesh, a), at_pose(model.mesh, b)});
+  for (int k = 0; k < 6; ++k) {
+    const double dt_s = k > 0 ? kFrame_s : 0;
+    first.update(masks, dt_s);
+    std::vector<BitMask> taken;
+    for (const BitMask& mask : masks) taken.emplace_back(mask.width_px, mask.height_px);
+    first.add_to(taken);
+    second.update(masks, dt_s, taken);
+  }
+  ASSERT_EQ(first.now().state, BladeState::known);
+  ASSERT_EQ(second.now().state, BladeState::known);
+  const bool swapped = length(first.now().T_world_model.t - a.t) > 0.05;
+  Errors errors;
+  errors.add(first.now().T_world_model, swapped ? b : a, model);
+  errors.add(second.now().T_world_model, swapped ? a : b, model);
+  EXPECT_LT(errors.tip_mm(), 1);
+}
+
+}  // namespace
+}  // namespace tactus
