@@ -217,8 +217,8 @@ TEST(Savings, ThePressedSlabIsTheSameToAVoxel) {
     pressed = std::max(pressed, 0.3 - static_cast<double>(seen[0][i].y));
   }
   EXPECT_GT(pressed, 0.02);
-  // Vertices lie on contours at both resolutions. Triangles have sides of up to 1.42 voxels of 6.25 cm, and so
-  // a circumradius of up to 5.1 cm: in a ball of 15 cm, their middles lie up to 9 mm deep.
+  // Vertices lie on contours at both resolutions. Triangles have sides of up to 1.42 voxels of 6.25 cm, and
+  // so a circumradius of up to 5.1 cm: in a ball of 15 cm, their middles lie up to 9 mm deep.
   EXPECT_LT(largest, 0.009);
 }
 

@@ -10,7 +10,7 @@ namespace tactus {
 /// With `first`, three poses at once: block kFitPoints e + j, e = 0: no motion, 1 and 2: the first guess, on
 /// the fine and on the coarse samples.
 struct FitPoints {
-  static constexpr int kThreads = 32, kCells = 27, kGrain = 8;
+  static constexpr int kThreads = 32, kCells = 27, kOwnCell = 13, kGrain = 8;
   View<const Vec3f> previous_m;
   SamplesView fine, coarse;
   Index first, far;  ///< far != 0: on the coarse samples
@@ -31,24 +31,16 @@ struct FitPoints {
     const bool on_coarse = first != 0 ? evaluation == 2 : far != 0;
     b.on_one_thread([&] { begin(evaluation, j, on_coarse, s); });
     if (s.active == 0) return;
-    b.for_threads(kCells, [&](int t) {
-      const SamplesView& samples = on_coarse ? coarse : fine;
-      const CellGrid& grid = samples.cells.grid;
-      const Vec3i c = grid.cell(s.at);
-      const Index w = grid.wrapped({c.x + t % 3 - 1, c.y + t / 3 % 3 - 1, c.z + t / 9 - 1});
-      Index best = -1;
-      float best_d2 = sqr(s.reach_m);
-      for (Index i = samples.cells.begin[w], end = samples.cells.end[w]; i < end; ++i) {
-        const Vec3f d = s.at - samples.x_m[i];
-        const float d2 = dot(d, d);
-        if (d2 < best_d2 && (s.piece == kAnyPiece || samples.piece[i] == s.piece)) {
-          best_d2 = d2;
-          best = i;
-        }
-      }
-      s.d2[t] = best_d2;
-      s.sample[t] = best;
-    });
+    const SamplesView& samples = on_coarse ? coarse : fine;
+    if constexpr (Block::kIsLoop) {
+      // One after the other, so cells that are farther than what was found can be left out.
+      search_cell(kOwnCell, samples, sqr(s.reach_m), s);
+      const float least2 = s.sample[kOwnCell] < 0 ? sqr(s.reach_m) : s.d2[kOwnCell];
+      for (int t = 0; t < kCells; ++t)
+        if (t != kOwnCell) search_cell(t, samples, least2, s);
+    } else {
+      b.for_threads(kCells, [&](int t) { search_cell(t, samples, sqr(s.reach_m), s); });
+    }
     b.on_one_thread([&] {
       Index best = -1;
       float best_d2 = 1e30F;
@@ -58,7 +50,6 @@ struct FitPoints {
         best = s.sample[t];
       }
       FitSums sums{};
-      const SamplesView& samples = on_coarse ? coarse : fine;
       if (best >= 0) add(sums, s.at, center(j), samples.x_m[best], samples.n[best]);
       points[b.index()] = sums;
     });
@@ -68,6 +59,27 @@ struct FitPoints {
   TACTUS_HD Index piece_of(Index j) const {
     const Index q = j / before[0].share_of(kFitPoints);
     return q < before[0].count ? before[0].piece[q].next : -1;
+  }
+  /// The nearest sample in the t-th of the 27 cells, if it can be nearer than least2 (squared).
+  TACTUS_HD void search_cell(int t, const SamplesView& samples, float least2, Shared& s) const {
+    s.sample[t] = -1;
+    const CellGrid& grid = samples.cells.grid;
+    const Vec3i c = grid.cell(s.at), d{t % 3 - 1, t / 3 % 3 - 1, t / 9 - 1};
+    const Vec3f in = grid.inverse_cell_1_m * s.at - vec_cast<float>(c);  // 0..1
+    const auto away = [](Index to, float from) { return to == 0 ? 0.F : to < 0 ? from : 1.F - from; };
+    const float away2 = sqr(away(d.x, in.x)) + sqr(away(d.y, in.y)) + sqr(away(d.z, in.z));
+    // 1 % for what rounding puts into the next cell.
+    if (0.99F * away2 > sqr(grid.inverse_cell_1_m) * least2) return;
+    const Index w = grid.wrapped({c.x + d.x, c.y + d.y, c.z + d.z});
+    float best_d2 = sqr(s.reach_m);
+    for (Index i = samples.cells.begin[w], end = samples.cells.end[w]; i < end; ++i) {
+      const Vec3f off = s.at - samples.x_m[i];
+      const float d2 = dot(off, off);
+      if (!(d2 < best_d2) || (s.piece != kAnyPiece && samples.piece[i] != s.piece)) continue;
+      best_d2 = d2;
+      s.sample[t] = i;
+    }
+    s.d2[t] = best_d2;
   }
   TACTUS_HD Vec3f center(Index j) const { return state[piece_of(j)].center_m; }
   TACTUS_HD void begin(Index evaluation, Index j, bool on_coarse, Shared& s) const {

@@ -126,7 +126,10 @@ void RealSurface::join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh) {
   triangles.capacity = min(triangles.capacity, mesh.triangles.size());
   ctx.parallel_for("contact/pieces_start", vertices,
                    PieceStart{parent_.view(), piece_samples_.view(), piece_number_.view()});
-  ctx.parallel_for("contact/pieces_hang", triangles, HangOnLowest{mesh.triangles, vertices, parent_.view()});
+  // It shortens paths for threads that wait for memory; what comes out is the same.
+  if (ctx.device().is_cuda())
+    ctx.parallel_for("contact/pieces_hang", triangles,
+                     HangOnLowest{mesh.triangles, vertices, parent_.view()});
   ctx.parallel_for("contact/pieces_join", triangles,
                    JoinCorners{mesh.triangles, vertices, VertexForest{parent_.view()}});
 }
