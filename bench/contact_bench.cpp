@@ -122,12 +122,12 @@ class Touched {
   }
 
   DeviceSet& devices_;
-  HybridSlabs tissue_;
+  BodySolver tissue_;
   SlabPoints points_;
   ContactOnDevices world_;
   FrameOnDevices frame_;
   int every_;
-  HybridStep step_;
+  BodyStep step_;
   Buffer<Vec3f> vertices_;
   Buffer<Vec3i> triangles_;
   DeviceReplay replay_;

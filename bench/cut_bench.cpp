@@ -4,7 +4,7 @@
 #include "tactus/multi_device/device_set.h"
 #include "tactus/sim/body_cut.h"
 #include "tactus/tissue/cut/body_cutter.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus::bench {
 namespace {
@@ -57,7 +57,7 @@ class Block {
   BodyShape shape_;
   EmbeddedSurface surface_;
   cut::BodyCutter cutter_;
-  HybridSlabs body_;
+  BodySolver body_;
 };
 
 nlohmann::json row(const DeviceSet& devices, const char* what, Index size, const std::vector<double>& ms) {

@@ -25,12 +25,12 @@ constexpr double kBytesPerRelaxingElement = kBytesPerElement + 96;
 nlohmann::json row(DeviceSet& devices, const TissueCase& body, double bandwidth_B_s) {
   const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
   // On all devices, also where fewer would be faster.
-  HybridSlabs tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0,
-                     {body.motions, {}, nullptr});
+  BodySolver tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0,
+                    {body.motions, {}, nullptr});
   const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
   const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
-  HybridStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s(),
-                  .matched_every = body.matched_every};
+  BodyStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s(),
+                .matched_every = body.matched_every};
   if (body.frame_s > 0) step.dt_s = body.frame_s / static_cast<float>(count);
   const Index size = body.per_cube ? body.lattice.cube_count() : body.lattice.node_count();
   DeviceReplay substeps;

@@ -1,7 +1,7 @@
 #pragma once
 /// Bodies of the tissue benchmarks.
 #include "bench.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus::bench {
 

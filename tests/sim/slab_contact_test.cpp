@@ -177,7 +177,7 @@ class Player {
     tissue_.begin_frame();
     tissue_.begin_substeps();
     points_.begin_frame(world_);
-    const HybridStep step{.matched_every = case_.matched_every};
+    const BodyStep step{.matched_every = case_.matched_every};
     for (int k = 0; k < case_.substeps; ++k) {
       tissue_.substep(step, k, case_.substeps);
       if (case_.matched_every == 1) {
@@ -198,7 +198,7 @@ class Player {
   DeviceSet& devices_;
   const Case& case_;
   Bar bar_;
-  HybridSlabs tissue_;
+  BodySolver tissue_;
   BodyBoundary boundary_;
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;

@@ -8,7 +8,7 @@
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tled_bodies.h"
 
 namespace tactus {
@@ -74,7 +74,7 @@ struct MovingBody {
   CubeLattice lattice;
   TriangleMesh mesh;
   cut::BodyCutter cutter;
-  HybridSlabs body;
+  BodySolver body;
   int frame = 0;
 };
 

@@ -5,7 +5,7 @@
 
 #include "support/device_sets.h"
 #include "tactus/multi_device/device_replay.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -36,14 +36,14 @@ constexpr FrameOfTest kFrames[] = {{1e-4F, 6, {0, -9.81F, 0}},
                                    {1.1e-4F, 2, {0, 5, 0}},
                                    {0.9e-4F, 8, {0, -2, 0}}};
 
-HybridSlabs make_body(DeviceSet& devices, const ElementMask& elements) {
+BodySolver make_body(DeviceSet& devices, const ElementMask& elements) {
   return {devices, block(), elements, {&kMaterial, 1}, {}, kRelaxing, {.young_Pa = 30000, .half_width = 1},
           0};
 }
 
 std::vector<Vec3f> stepped_by_host(const ElementMask& elements, int matched_every, int odd) {
   DeviceSet cpu("cpu");
-  HybridSlabs body = make_body(cpu, elements);
+  BodySolver body = make_body(cpu, elements);
   for (const FrameOfTest& f : kFrames) {
     body.begin_frame();
     body.step({.dt_s = f.dt_s, .gravity_m_s2 = f.gravity_m_s2, .matched_every = matched_every},
@@ -56,7 +56,7 @@ std::vector<Vec3f> stepped_by_host(const ElementMask& elements, int matched_ever
 /// Blocks of two substeps and of one, recorded once where the device records.
 std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elements, int matched_every,
                                      int odd) {
-  HybridSlabs body = make_body(devices, elements);
+  BodySolver body = make_body(devices, elements);
   FrameOnDevices frame(devices);
   body.follow(frame);
   DeviceReplay begin, pair, single, end;

@@ -26,7 +26,7 @@ struct Beam {
   }
   ExecContext& ctx() { return set.context(0); }
   /// Heights of the middle of the free end, every `every` substeps.
-  std::vector<float> tip_m(int steps, int every, HybridStep step) {
+  std::vector<float> tip_m(int steps, int every, BodyStep step) {
     std::vector<float> z;
     for (int k = 0; k < steps; k += every) {
       model->step(ctx(), body, step, every);

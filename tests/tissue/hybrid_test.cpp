@@ -181,7 +181,7 @@ TEST(Hybrid, AnySplitHasTheSameReaction) {
                   matched(2));
     BodyState body = rest_state(ctx, lattice);
     const float dt = hybrid.stable_step_s();
-    const HybridStep step{dt, {0, 0, -9.81F}, 20};
+    const BodyStep step{dt, {0, 0, -9.81F}, 20};
     hybrid.step(ctx, body, step, static_cast<int>(2.5F / dt));
     hybrid.tled().compute_forces(ctx, body);
     const std::vector<Vec3f> f = hybrid.tled().forces_N(ctx);

@@ -3,7 +3,7 @@
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/tissue/tled/material_laws.h"
 #include "tissue/tled_bodies.h"
 
@@ -136,7 +136,7 @@ TEST_P(RelaxationDevices, SameBitsAsOneCpu) {
     if (both) elements = split_by_ratio(lattice, 0, 6, 4);
     const auto run = [&](const std::string& devices, std::initializer_list<int> pieces) {
       DeviceSet set(devices, 7);
-      HybridSlabs body(set, lattice, elements, {&m, 1}, {}, kRelaxing, {.young_Pa = 3000}, 0);
+      BodySolver body(set, lattice, elements, {&m, 1}, {}, kRelaxing, {.young_Pa = 3000}, 0);
       body.set_state(x, v);
       for (const int count : pieces) body.step({.dt_s = body.stable_step_s()}, count);
       return body.positions_m();

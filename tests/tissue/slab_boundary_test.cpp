@@ -5,7 +5,7 @@
 
 #include "support/device_sets.h"
 #include "tactus/multi_device/device_replay.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -70,14 +70,14 @@ struct Played {
   friend bool operator==(const Played&, const Played&) = default;
 };
 
-Played on_slabs(DeviceSet& devices, const Column& column, const Case& c, HybridSlabs* body = nullptr) {
-  std::optional<HybridSlabs> own;
+Played on_slabs(DeviceSet& devices, const Column& column, const Case& c, BodySolver* body = nullptr) {
+  std::optional<BodySolver> own;
   if (body == nullptr)
     body =
         &own.emplace(devices, column.lattice, c.elements, std::span(&kMaterial, 1),
                      std::span<const std::uint8_t>{}, TledOptions{}, c.matched(), 0.0, column.conditions());
   EXPECT_EQ(body->slab_count() > 1, devices.count() > 1);
-  const HybridStep step{.dt_s = body->stable_step_s(), .matched_every = c.matched_every};
+  const BodyStep step{.dt_s = body->stable_step_s(), .matched_every = c.matched_every};
   DeviceReplay replay;
   Played played;
   for (int frame = 0; frame < kFrames; ++frame) {
@@ -102,7 +102,7 @@ Played on_one_cpu(const Column& column, const Case& c) {
   Hybrid body(ctx, column.lattice, c.elements, {&kMaterial, 1}, {}, {}, c.matched());
   Boundary boundary(ctx, column.lattice, column.conditions(), all_nodes(column.lattice));
   BodyState state = rest_state(ctx, column.lattice);
-  const HybridStep step{.dt_s = body.stable_step_s(), .matched_every = c.matched_every};
+  const BodyStep step{.dt_s = body.stable_step_s(), .matched_every = c.matched_every};
   Played played;
   for (int frame = 0; frame < kFrames; ++frame) {
     boundary.begin_frame(ctx);
@@ -150,8 +150,8 @@ TEST_P(SlabBoundary, WhatIsNotedIsWhatOneCpuNotes) {
   for (const Case& c : all_cases(column)) {
     const auto noted = [&](const std::string& text) {
       DeviceSet devices(text, 12);
-      HybridSlabs body(devices, column.lattice, c.elements, {&kMaterial, 1}, {}, {}, c.matched(), 0,
-                       column.conditions());
+      BodySolver body(devices, column.lattice, c.elements, {&kMaterial, 1}, {}, {}, c.matched(), 0,
+                      column.conditions());
       on_slabs(devices, column, c, &body);
       return std::pair{body.extremes(), body.watched()};
     };
@@ -178,8 +178,8 @@ TEST_P(SlabBoundary, WhatIsTornAwayIsNamed) {
   for (const Index node : {2002, 903}) {
     column.motions[0].nodes = {node, node + 1};
     DeviceSet devices(GetParam(), 13);
-    HybridSlabs body(devices, column.lattice, column.mask(0, 1), {&kMaterial, 1}, {}, {}, {}, 0,
-                     column.conditions());
+    BodySolver body(devices, column.lattice, column.mask(0, 1), {&kMaterial, 1}, {}, {}, {}, 0,
+                    column.conditions());
     body.begin_frame();
     body.step({.dt_s = 1e-3F}, 3);
     body.end_frame(3);
@@ -208,8 +208,8 @@ TEST(SlabBoundary, FramesFollowOneAnother) {
   for (const bool is_free : {true, false}) {
     const auto played = [&](const std::string& text, std::uint64_t seed) {
       DeviceSet devices(text, seed);
-      HybridSlabs body(devices, column.lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0,
-                       is_free ? BoundaryConditions{} : column.conditions());
+      BodySolver body(devices, column.lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0,
+                      is_free ? BoundaryConditions{} : column.conditions());
       for (int frame = 0; frame < kFrames; ++frame) {
         body.begin_frame();
         body.step({.dt_s = body.stable_step_s()}, 5);

@@ -10,7 +10,7 @@
 #include "tactus/geom/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/tissue/embedded_surface.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tled_bodies.h"
 
 namespace tactus {
@@ -71,7 +71,7 @@ struct ScheduledBody {
       schedule.finish(timings);
     }
   }
-  HybridSlabs body;
+  BodySolver body;
   Schedule schedule;
 };
 
@@ -127,8 +127,8 @@ TEST(TopologyChange, CopiesTakeOverWhatHasRelaxed) {
   TledOptions relaxing{.damping_ratio = 0};
   relaxing.relaxation[0] = {.share = 0.5F, .time_s = 0.002F};
   const auto momenta = [&](bool is_cut, bool takes_over) {
-    HybridSlabs body(devices, is_cut && !takes_over ? after : before, {}, {&kMaterial, 1}, {}, relaxing, {},
-                     0);
+    BodySolver body(devices, is_cut && !takes_over ? after : before, {}, {&kMaterial, 1}, {}, relaxing, {},
+                    0);
     std::vector<Vec3f> x = before.rest_positions_m();
     for (Vec3f& p : x) p = {1.2F * p.x, p.y, p.z};
     const std::vector<Vec3f> still(x.size());
@@ -259,11 +259,11 @@ TEST(TopologyChange, RefusesWhatItCannotHold) {
                     after = cut_lattice(
                         whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kRoom);
   DeviceSet devices("cpu");
-  HybridSlabs without_room(devices, whole, {}, {&kMaterial, 1}, {}, {}, {}, 0);
+  BodySolver without_room(devices, whole, {}, {&kMaterial, 1}, {}, {}, {}, 0);
   EXPECT_THROW(without_room.apply(topology_change(before, after)), Error);
   ElementMask matched(before.cubes.size(), 1);
   std::fill_n(matched.begin(), 30, 0);
-  HybridSlabs body(devices, before, matched, {&kMaterial, 1}, {}, {}, {.half_width = 1}, 0);
+  BodySolver body(devices, before, matched, {&kMaterial, 1}, {}, {}, {.half_width = 1}, 0);
   EXPECT_THROW(body.apply(topology_change(before, after)), Error);
   EXPECT_THROW(topology_change(whole, after), Error);
 }

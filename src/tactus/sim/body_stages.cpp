@@ -6,10 +6,10 @@ namespace tactus {
 void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
                           Vec3f gravity_m_s2) {
   ExecContext& ctx = devices_.context(0);
-  const HybridStep step{.gravity_m_s2 = gravity_m_s2,
-                        .drag_per_s = static_cast<float>(description_.material.drag_per_s),
-                        .full_stiffness = full_stiffness_,
-                        .matched_every = matching_every()};
+  const BodyStep step{.gravity_m_s2 = gravity_m_s2,
+                      .drag_per_s = static_cast<float>(description_.material.drag_per_s),
+                      .full_stiffness = full_stiffness_,
+                      .matched_every = matching_every()};
   tissue_.follow(schedule.frame());
   tissue_.add_reports(readback);
   schedule.add({.name = stage("begin"),

@@ -43,7 +43,7 @@ BodyBoundary body_boundary(const CubeLattice& lattice, const TriangleMesh& surfa
   return first;
 }
 
-SlabPoints::SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const BodyBoundary& boundary,
+SlabPoints::SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary,
                        Index room)
     : tissue_(&tissue),
       count_(static_cast<Index>(boundary.points.size())),
@@ -56,7 +56,7 @@ SlabPoints::SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const Bo
 
 /// Where a slab may have a node that a cut will add, that is its own or a copy.
 std::vector<NodeShare> SlabPoints::shares(int s, const CubeLattice& lattice) const {
-  const HybridSlabs::SlabNodes slab = tissue_->slab(s);
+  const BodySolver::SlabNodes slab = tissue_->slab(s);
   std::vector<NodeShare> share(at(slab.count), NodeShare::outside);
   const auto set = [&](Index node, Index layer, NodeShare to) {
     if (const Index i = tissue_->find(s, node, layer); i >= 0) share[at(i)] = to;
@@ -84,7 +84,7 @@ std::optional<EmbeddedPoint> SlabPoints::local(int s, const CubeLattice& lattice
 
 /// In the body's order, so that sums over points are grouped alike.
 void SlabPoints::add_part(int s, const CubeLattice& lattice, std::span<const EmbeddedPoint> points) {
-  const HybridSlabs::SlabNodes slab = tissue_->slab(s);
+  const BodySolver::SlabNodes slab = tissue_->slab(s);
   std::vector<float> mass_kg(at(slab.count));
   for (Index node = 0; node < lattice.node_count(); ++node)
     if (const Index i = tissue_->find(s, node, lattice.nodes[at(node)].z); i >= 0)
@@ -145,7 +145,7 @@ void SlabPoints::apply(const TopologyChange& change, const CubeLattice& lattice,
 }
 
 ContactNodes SlabPoints::nodes(int slab, int k) const {
-  const HybridSlabs::SlabNodes of = tissue_->slab(slab, k);
+  const BodySolver::SlabNodes of = tissue_->slab(slab, k);
   return {of.x_m,  of.v_m_s,   parts_[static_cast<std::size_t>(slab)].mass_kg.const_view(),
           of.held, of.stopped, of.fields};
 }

@@ -5,7 +5,7 @@
 #include "tactus/contact/contact_on_devices.h"
 #include "tactus/frame/readback.h"
 #include "tactus/tissue/embed_kernels.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 
@@ -27,7 +27,7 @@ class SlabPoints {
   /// Nobody touches.
   SlabPoints() = default;
   /// @param tissue shares its nodes; must outlive this @param room for points that cuts add. Synchronizes.
-  SlabPoints(HybridSlabs& tissue, const CubeLattice& lattice, const BodyBoundary& boundary, Index room = 0);
+  SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary, Index room = 0);
 
   /// Of the body, and of those the ones that elements move, which come first.
   Index count() const { return count_; }
@@ -49,7 +49,7 @@ class SlabPoints {
   /// node[0] of the points that touch, as the body counts them. Synchronizes.
   std::vector<Index> touched() const;
   const BodyPoints& points(int slab) const { return parts_[static_cast<std::size_t>(slab)].points; }
-  /// @param k as HybridSlabs::slab
+  /// @param k as BodySolver::slab
   ContactNodes nodes(int slab, int k = -1) const;
 
  private:
@@ -67,7 +67,7 @@ class SlabPoints {
   /// The point, with nodes as a slab counts them; none: it doesn't hold them all.
   std::optional<EmbeddedPoint> local(int slab, const CubeLattice& lattice, EmbeddedPoint point) const;
 
-  HybridSlabs* tissue_ = nullptr;
+  BodySolver* tissue_ = nullptr;
   Index count_ = 0, first_count_ = 0, others_ = 0, room_ = 0;
   std::vector<Part> parts_;
 };

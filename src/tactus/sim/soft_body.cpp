@@ -52,17 +52,17 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   return material;
 }
 
-HybridSlabs make_tissue(DeviceSet& devices, const BodyDescription& body, const BodyShape& shape,
-                        const TledOptions& elements, bool on_first_device) {
+BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const BodyShape& shape,
+                       const TledOptions& elements, bool on_first_device) {
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
   const std::optional<double> least =
       on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
   // Of bodies that touch bodies, those are the second; or the points of shape matching (add_contact_stages).
   const int changes = !body.contact ? 0 : on_first_device || body.matching_every > 1 ? 2 : 1;
   try {
-    return HybridSlabs(
-        devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube, elements, matched,
-        least, {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}, changes);
+    return BodySolver(devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube,
+                      elements, matched, least,
+                      {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}, changes);
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what(), e.kind());
   }

@@ -163,7 +163,7 @@ class SoftBody {
   TledOptions element_options_;
   DeviceSet& devices_;
   bool on_first_device_;
-  HybridSlabs tissue_;
+  BodySolver tissue_;
   bool at_rest_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   WatchRecord watched_;

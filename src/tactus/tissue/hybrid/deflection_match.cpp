@@ -12,7 +12,7 @@ double compliance(ExecContext& ctx, Hybrid& body, const CubeLattice& lattice, Ve
   const float longest = std::max({extent.x, extent.y, extent.z});
   const float dt_s = body.stable_step_s(), speed_m_s = lattice.spacing_m / dt_s;
   const float weight_m_s2 = 3e-4F * speed_m_s * speed_m_s / longest;
-  const HybridStep step{.dt_s = dt_s, .gravity_m_s2 = weight_m_s2 * down};
+  const BodyStep step{.dt_s = dt_s, .gravity_m_s2 = weight_m_s2 * down};
   BodyState state = rest_state(ctx, lattice);
   const std::vector<Vec3f> rest = lattice.rest_positions_m();
   const auto work_J = [&] {

@@ -33,7 +33,7 @@ std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const El
   return material;
 }
 
-FlsmStep matching_step(const HybridStep& step) {
+FlsmStep matching_step(const BodyStep& step) {
   return {.dt_s = step.dt_s,
           .substeps = step.matched_every,
           .gravity_m_s2 = step.gravity_m_s2,
@@ -46,7 +46,7 @@ FlsmStep matching_step(const HybridStep& step) {
 
 }  // namespace
 
-TledStep elements_step(const HybridStep& step) {
+TledStep elements_step(const BodyStep& step) {
   return {.dt_s = step.dt_s,
           .gravity_m_s2 = step.gravity_m_s2,
           .drag_per_s = step.drag_per_s,
@@ -204,7 +204,7 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
   held_ = to_device(ctx, layout.held);
 }
 
-void Hybrid::check_step(const HybridStep& step, int count) const {
+void Hybrid::check_step(const BodyStep& step, int count) const {
   if (has_elements_) tled_.check_step(step.dt_s);
   if (step.matched_every < 1 || count % step.matched_every != 0)
     throw Error("shape matching every " + std::to_string(step.matched_every) + " of " +
@@ -215,7 +215,7 @@ int Hybrid::most_matched_every(float dt_s) const {
   return flsm_ ? std::max(1, static_cast<int>(1 / (flsm_->omega_per_s() * dt_s))) : 1;
 }
 
-void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count) {
+void Hybrid::step(ExecContext& ctx, BodyState& state, const BodyStep& step, int count) {
   check_step(step, count);
   if (!flsm_ && !has_rollers_) return tled_.step(ctx, state, elements_step(step), count);
   for (int k = 0; k < count; ++k) {
@@ -224,7 +224,7 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const HybridStep& step, in
   }
 }
 
-void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k) {
+void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k) {
   if (has_elements_) tled_.compute_forces(ctx, state, step.time());
   if (!flsm_ || k % step.matched_every != 0) return;
   ctx.parallel_for(
@@ -234,12 +234,12 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const HybridSt
   flsm_->compute_goals(ctx, matched_, matching_step(step));
 }
 
-void Hybrid::move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k) {
+void Hybrid::move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k) {
   move_nodes(ctx, state, step, k, window_.own);
   if (window_.patch.count() > 0) move_nodes(ctx, state, step, k, window_.patch);
 }
 
-void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const HybridStep& step, int k, Slab nodes) {
+void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes) {
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
   const auto own = [&](auto view) { return view.part(nodes.begin, nodes.count()); };
   ctx.parallel_for(

@@ -17,7 +17,7 @@ using ElementMask = std::vector<std::uint8_t>;
 /// @throws Error for an axis that is none of the three or shares that are negative or both zero.
 ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements, double matched);
 
-struct HybridStep {
+struct BodyStep {
   float dt_s = 1e-4F;
   Vec3f gravity_m_s2{0, -9.81F, 0};
   float drag_per_s = 0;
@@ -36,7 +36,7 @@ struct HybridStep {
 };
 
 /// What of a step concerns the elements.
-TledStep elements_step(const HybridStep& step);
+TledStep elements_step(const BodyStep& step);
 
 /// Solver of one body, or of some layers of it, on one device. Between two steps anyone may change x and v
 /// (contact does). Either model may be empty.
@@ -53,14 +53,14 @@ class Hybrid {
 
   /// So many substeps; of elements alone, whose nodes stay in cells meanwhile, other roundings than substep
   /// after substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
-  void step(ExecContext& ctx, BodyState& state, const HybridStep& step, int count = 1);
+  void step(ExecContext& ctx, BodyState& state, const BodyStep& step, int count = 1);
   /// @throws Error for what step() would not do.
-  void check_step(const HybridStep& step, int count) const;
+  void check_step(const BodyStep& step, int count) const;
 
   /// Substep k alone, in two pieces for those who exchange nodes with other devices: goals and forces of own
   /// nodes (they read all nodes), then the own nodes move.
-  void sum_forces(ExecContext& ctx, const BodyState& state, const HybridStep& step, int k);
-  void move(ExecContext& ctx, BodyState& state, const HybridStep& step, int k);
+  void sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k);
+  void move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k);
 
   /// The most for which shape matching still has its material's stiffness, at least 1.
   int most_matched_every(float dt_s) const;
@@ -106,7 +106,7 @@ class Hybrid {
   struct Layout;
   Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
          const TledOptions& tled, const FlsmMaterial& flsm);
-  void move_nodes(ExecContext& ctx, BodyState& state, const HybridStep& step, int k, Slab nodes);
+  void move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes);
 
   Tled tled_;
   /// Where this device has a node of the body that lies in its layers.

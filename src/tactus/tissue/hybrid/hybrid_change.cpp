@@ -1,6 +1,6 @@
 // How a solver takes a change of topology over.
 #include "tactus/base/error.h"
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 
@@ -53,7 +53,7 @@ void Hybrid::apply(ExecContext& ctx, const ChangeLists& change) {
                                       .fixed = fixed_.view()});
 }
 
-void HybridSlabs::apply(const TopologyChange& change) {
+void BodySolver::apply(const TopologyChange& change) {
   std::vector<LocalChange> local;
   for (auto& part : parts_) {
     if (!part->change) throw Error("a body without room for copies can't be cut");
@@ -80,8 +80,8 @@ void HybridSlabs::apply(const TopologyChange& change) {
 }
 
 /// On the first device, which needs masses for the body's motion, and owners.
-void HybridSlabs::PatchOfAll::apply(ExecContext& ctx, const TopologyChange& change,
-                                    std::span<const std::unique_ptr<Part>> parts) {
+void BodySolver::PatchOfAll::apply(ExecContext& ctx, const TopologyChange& change,
+                                   std::span<const std::unique_ptr<Part>> parts) {
   LocalChange nodes;
   for (const TopologyChange::Node& n : change.nodes) {
     if (n.node < first) continue;

@@ -1,12 +1,12 @@
 // Nodes of slabs that others change after each substep, as contact does.
 #include <algorithm>
 
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 
 /// Where others find nodes that are in cells, and whether those are fixed.
-void HybridSlabs::keep_places(const CubeLattice& lattice) {
+void BodySolver::keep_places(const CubeLattice& lattice) {
   for (auto& part : parts_) {
     Tled& tled = part->tissue.tled();
     part->cell_of = to_host(part->ctx, tled.cell());
@@ -19,7 +19,7 @@ void HybridSlabs::keep_places(const CubeLattice& lattice) {
   }
 }
 
-HybridSlabs::SlabNodes HybridSlabs::slab(int p, int k) {
+BodySolver::SlabNodes BodySolver::slab(int p, int k) {
   Part& part = *parts_[static_cast<std::size_t>(p)];
   SlabNodes nodes{.ctx = part.ctx,
                   .count = part.tissue.window().count(),
@@ -38,14 +38,14 @@ HybridSlabs::SlabNodes HybridSlabs::slab(int p, int k) {
   return nodes;
 }
 
-Index HybridSlabs::find(int p, Index node, Index layer) const {
+Index BodySolver::find(int p, Index node, Index layer) const {
   const Part& part = *parts_[static_cast<std::size_t>(p)];
   const Index place = part.tissue.find(node, layer);
   return place >= 0 && is_changed_in_cells() ? part.cell_of[static_cast<std::size_t>(place)] : place;
 }
 
 /// What is changed is pulled before that, all layers that changes depend on.
-void HybridSlabs::changed_substep_in_cells(const HybridStep& step, int k) {
+void BodySolver::changed_substep_in_cells(const BodyStep& step, int k) {
   if (k == 0) {
     for_each_slab([&](int p) { changed_cell_halo_->begin(p, cell_nodes(0)); });
     changed_cell_halo_->finish(cell_nodes(0));

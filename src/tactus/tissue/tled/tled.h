@@ -36,7 +36,7 @@ class Tled {
 
   /// @param materials at most 255
   /// @param material_of_cube index into materials, or kNoElement; empty: all 0
-  /// @param own layers of nodes to move; those around follow what moves them elsewhere (HybridSlabs)
+  /// @param own layers of nodes to move; those around follow what moves them elsewhere (BodySolver)
   /// @throws Error naming field or cube for what is out of range.
   Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
        std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {},

@@ -1,5 +1,5 @@
 #pragma once
-/// One body on many devices.
+/// The solver of one body, on one device or many.
 #include <array>
 #include <memory>
 #include <optional>
@@ -21,17 +21,17 @@ namespace tactus {
 ///
 /// Elements that nothing moves or loads stay in their cells, contact or not. Without it, nodes at the cuts
 /// move first, and are pulled for the next substep while the others move.
-class HybridSlabs {
+class BodySolver {
  public:
   /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
   /// @param least_elements as many as these, or matched nodes that cost as much, are in each slab, or there
   /// are fewer; absent: kLeast... on GPUs, none elsewhere
   /// @param changes so many times after each substep others change the nodes, as contact does (SlabNodes)
-  HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
-              std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-              const TledOptions& tled, const FlsmMaterial& flsm,
-              std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {},
-              int changes = 0);
+  BodySolver(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
+             std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
+             const TledOptions& tled, const FlsmMaterial& flsm,
+             std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {},
+             int changes = 0);
   /// With fewer, a second H200 costs more in waiting than it saves. Between rows of bench/results: n million
   /// elements take 3 + 44 n us on one and 12 + 20 n us on two, equal at 0.4; matched nodes 16 + 443 n and 30
   /// + 262 n, equal at 0.07; fig20's bodies of both are equal at 93,000 nodes (7:3) and 36,000 (3:7), which
@@ -49,7 +49,7 @@ class HybridSlabs {
   void begin_substeps();
   /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
   /// matched_every.
-  void substep(const HybridStep& step, int k, int count);
+  void substep(const BodyStep& step, int k, int count);
   /// After substep k of the frame's `count`, or with follow(), of a block: notes which nodes diverged. The
   /// last look is end_frame's.
   void watch(int k, int count);
@@ -61,7 +61,7 @@ class HybridSlabs {
   /// device.
   void end_frame(int count);
   /// begin_substeps, one block, end_substeps; watched if the body is moved or loaded.
-  void step(const HybridStep& step, int count = 1);
+  void step(const BodyStep& step, int count = 1);
 
   /// What end_frame leaves for the host is read back with the frame's other records.
   void add_reports(Readback& readback);
@@ -210,8 +210,8 @@ class HybridSlabs {
   bool stays_in_cells() const { return !has_boundary_ && changes_ <= 1 && !model().flsm(); }
   /// And others change them there.
   bool is_changed_in_cells() const { return stays_in_cells() && changes_ > 0; }
-  void substep_in_cells(const HybridStep& step, int k, int count);
-  void changed_substep_in_cells(const HybridStep& step, int k);
+  void substep_in_cells(const BodyStep& step, int k, int count);
+  void changed_substep_in_cells(const BodyStep& step, int k);
   void keep_places(const CubeLattice& lattice);
   View<const FrameParams> frame_of(std::size_t part) const {
     return frame_ != nullptr ? frame_->view(static_cast<int>(part)) : View<const FrameParams>{};
@@ -219,7 +219,7 @@ class HybridSlabs {
   void look(int k, int every);
   void pull_nodes();
   /// As one device reads it.
-  HybridStep on_part(const HybridStep& step, std::size_t part, int k) const;
+  BodyStep on_part(const BodyStep& step, std::size_t part, int k) const;
   std::vector<Vec3f> all_of(Buffer<Vec3f> BodyState::*field);
 
   DeviceSet& devices_;

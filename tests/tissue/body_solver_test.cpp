@@ -1,4 +1,4 @@
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -38,8 +38,8 @@ std::vector<Vec3f> spin(const CubeLattice& lattice) {
 
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements, int half_width,
                 int substeps, int* slabs = nullptr, int matched_every = 1) {
-  HybridSlabs body(devices, lattice, elements, {&kMaterial, 1}, {}, {},
-                   {.young_Pa = 30000, .half_width = half_width}, 0);
+  BodySolver body(devices, lattice, elements, {&kMaterial, 1}, {}, {},
+                  {.young_Pa = 30000, .half_width = half_width}, 0);
   body.set_state(lattice.rest_positions_m(), spin(lattice));
   if (slabs != nullptr) *slabs = body.slab_count();
   // An odd number, twice: positions ahead begin in the same one of two buffers.
@@ -62,13 +62,13 @@ Motion on_one_cpu(const CubeLattice& lattice, const ElementMask& elements, int h
   return {to_host(ctx, state.x_m.const_view()), to_host(ctx, state.v_m_s.const_view())};
 }
 
-class HybridSlabsDevices : public testing::TestWithParam<std::string> {
+class BodySolverDevices : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
 };
-TACTUS_INSTANTIATE_DEVICES(HybridSlabsDevices);
+TACTUS_INSTANTIATE_DEVICES(BodySolverDevices);
 
-TEST_P(HybridSlabsDevices, ElementsMoveAsOnOneCpu) {
+TEST_P(BodySolverDevices, ElementsMoveAsOnOneCpu) {
   const CubeLattice lattice = bead();
   DeviceSet devices(GetParam(), 5);
   int slabs = 0;
@@ -76,7 +76,7 @@ TEST_P(HybridSlabsDevices, ElementsMoveAsOnOneCpu) {
   EXPECT_EQ(slabs, devices.count());
 }
 
-TEST_P(HybridSlabsDevices, HalvesOfBothModelsMoveAsOnOneCpu) {
+TEST_P(BodySolverDevices, HalvesOfBothModelsMoveAsOnOneCpu) {
   const CubeLattice lattice = bead();
   DeviceSet devices(GetParam(), 6);
   for (const int axis : {0, 2}) {
@@ -85,14 +85,14 @@ TEST_P(HybridSlabsDevices, HalvesOfBothModelsMoveAsOnOneCpu) {
   }
 }
 
-TEST_P(HybridSlabsDevices, ShapesMatchedEveryOtherSubstepMoveAsOnOneCpu) {
+TEST_P(BodySolverDevices, ShapesMatchedEveryOtherSubstepMoveAsOnOneCpu) {
   const CubeLattice lattice = bead();
   DeviceSet devices(GetParam(), 8);
   const ElementMask mask = split_by_ratio(lattice, 1, 6, 4);
   EXPECT_TRUE(on_slabs(devices, lattice, mask, 2, 6, nullptr, 2) == on_one_cpu(lattice, mask, 2, 6, 2));
 }
 
-TEST_P(HybridSlabsDevices, MatchedShapesOfAnyWidthMoveAsOnOneCpu) {
+TEST_P(BodySolverDevices, MatchedShapesOfAnyWidthMoveAsOnOneCpu) {
   const CubeLattice lattice = bead();
   DeviceSet devices(GetParam(), 7);
   const ElementMask none(lattice.cubes.size(), 0);
@@ -106,7 +106,7 @@ TEST_P(HybridSlabsDevices, MatchedShapesOfAnyWidthMoveAsOnOneCpu) {
 
 /// Whatever order the queues run in that their events allow. Halves of the column have an interior that
 /// depends on no other device, quarters have none.
-TEST(HybridSlabs, AnyLegalOrderGivesTheSameBits) {
+TEST(BodySolver, AnyLegalOrderGivesTheSameBits) {
   const CubeLattice lattice = lattice_from_box({0, 0, 0}, {4, 4, 48}, {.spacing_m = 0.005F});
   const ElementMask mask = split_by_ratio(lattice, 1, 1, 1);
   const Motion elements = on_one_cpu(lattice, {}, 1, 4), both = on_one_cpu(lattice, mask, 1, 4);
@@ -120,7 +120,7 @@ TEST(HybridSlabs, AnyLegalOrderGivesTheSameBits) {
 }
 
 /// Devices that can't read each other's memory get copies.
-TEST(HybridSlabs, CopiedNodesGiveTheSameBits) {
+TEST(BodySolver, CopiedNodesGiveTheSameBits) {
   const CubeLattice lattice = bead();
   const ElementMask mask = split_by_ratio(lattice, 1, 1, 1);
   DeviceSet devices("cpu:3", 3, PeerAccess::staged);
@@ -128,7 +128,7 @@ TEST(HybridSlabs, CopiedNodesGiveTheSameBits) {
   EXPECT_TRUE(on_slabs(devices, lattice, mask, 2, 4) == on_one_cpu(lattice, mask, 2, 4));
 }
 
-TEST(HybridSlabs, ThinBodiesAreOnFewerDevices) {
+TEST(BodySolver, ThinBodiesAreOnFewerDevices) {
   DeviceSet devices("cpu:4");
   const CubeLattice lattice = lattice_from_box({0, 0, 0}, {6, 6, 4}, {.spacing_m = 0.01F});
   int slabs = 0;
@@ -138,11 +138,11 @@ TEST(HybridSlabs, ThinBodiesAreOnFewerDevices) {
   EXPECT_EQ(slabs, 1);
 }
 
-TEST(HybridSlabs, SmallBodiesAreOnFewerDevices) {
+TEST(BodySolver, SmallBodiesAreOnFewerDevices) {
   DeviceSet devices("cpu:4");
   const CubeLattice lattice = lattice_from_box({0, 0, 0}, {10, 10, 40}, {.spacing_m = 0.01F});
   const auto slabs = [&](const ElementMask& elements, double least) {
-    return HybridSlabs(devices, lattice, elements, {&kMaterial, 1}, {}, {}, {}, least).slab_count();
+    return BodySolver(devices, lattice, elements, {&kMaterial, 1}, {}, {}, {}, least).slab_count();
   };
   const ElementMask none(lattice.cubes.size(), 0);
   EXPECT_EQ(slabs({}, 1000), 4);  // of 4,000 elements

@@ -1,4 +1,4 @@
-#include "tactus/tissue/hybrid/hybrid_slabs.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 #include <algorithm>
 #include <numeric>
@@ -22,9 +22,9 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
     (element ? has_elements : matches) = true;
   }
   const double all = std::accumulate(cost.begin(), cost.end(), 0.0);
-  const double worthwhile = !matches       ? HybridSlabs::kLeastElements
-                            : has_elements ? HybridSlabs::kLeastOfBoth
-                                           : kMatchedCost * HybridSlabs::kLeastMatched;
+  const double worthwhile = !matches       ? BodySolver::kLeastElements
+                            : has_elements ? BodySolver::kLeastOfBoth
+                                           : kMatchedCost * BodySolver::kLeastMatched;
   const double least_cost = least_elements.value_or(devices.is_cuda() ? worthwhile : 0);
   const int count =
       least_cost > 0
@@ -40,8 +40,8 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
 
 }  // namespace
 
-HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& lattice,
-                        const BoundaryConditions& conditions)
+BodySolver::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& lattice,
+                       const BoundaryConditions& conditions)
     : ctx(context),
       beside(context.device()),
       tissue(std::move(model)),
@@ -56,18 +56,18 @@ HybridSlabs::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& l
   if (!lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(lattice.copies.size()));
 }
 
-std::vector<Vec3f> HybridSlabs::Part::held(std::span<const Vec3f> of_body) const {
+std::vector<Vec3f> BodySolver::Part::held(std::span<const Vec3f> of_body) const {
   std::vector<Vec3f> values(static_cast<std::size_t>(tissue.window().count()));
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = of_body[static_cast<std::size_t>(tissue.window().body_node(static_cast<Index>(i)))];
   return values;
 }
 
-HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
-                         std::span<const ElasticMaterial> materials,
-                         std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
-                         const FlsmMaterial& flsm, std::optional<double> least_elements,
-                         const BoundaryConditions& conditions, int changes)
+BodySolver::BodySolver(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
+                       std::span<const ElasticMaterial> materials,
+                       std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
+                       const FlsmMaterial& flsm, std::optional<double> least_elements,
+                       const BoundaryConditions& conditions, int changes)
     : devices_(devices),
       motion_count_(conditions.motions.size()),
       has_boundary_(!conditions.empty() || lattice.has_rollers()),
@@ -93,8 +93,8 @@ HybridSlabs::HybridSlabs(DeviceSet& devices, const CubeLattice& lattice, const E
   if (is_changed_in_cells()) keep_places(lattice);
 }
 
-HybridSlabs::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
-                                    const std::vector<Slab>& slabs)
+BodySolver::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
+                                   const std::vector<Slab>& slabs)
     : first(lattice.regular_nodes()), motion(ctx, lattice, {first, lattice.node_count()}) {
   for (Index node = first; node < lattice.node_count(); ++node) {
     const Index z = lattice.nodes[static_cast<std::size_t>(node)].z;
@@ -107,8 +107,8 @@ HybridSlabs::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice
 }
 
 /// Copies what a part has of the patch to `to`, where it owns it.
-void HybridSlabs::PatchOfAll::take(ExecContext& ctx, Index part, View<const Vec3f> x_m,
-                                   View<const Vec3f> v_m_s, BodyState& to) {
+void BodySolver::PatchOfAll::take(ExecContext& ctx, Index part, View<const Vec3f> x_m,
+                                  View<const Vec3f> v_m_s, BodyState& to) {
   ctx.copy(x_m, copy[0].view());
   ctx.copy(v_m_s, copy[1].view());
   ctx.parallel_for("hybrid/take_patch", device_owner.size(),
@@ -117,8 +117,8 @@ void HybridSlabs::PatchOfAll::take(ExecContext& ctx, Index part, View<const Vec3
                                      to.v_m_s.view().part(first, device_owner.size())});
 }
 
-void HybridSlabs::add_link(const HaloLink& nodes, std::vector<HaloLink>& node_links,
-                           std::vector<HaloLink>& cell_links) {
+void BodySolver::add_link(const HaloLink& nodes, std::vector<HaloLink>& node_links,
+                          std::vector<HaloLink>& cell_links) {
   node_links.push_back(nodes);
   if (!stays_in_cells()) return;
   const auto cells_in = [&](int part, Index first) {
@@ -132,7 +132,7 @@ void HybridSlabs::add_link(const HaloLink& nodes, std::vector<HaloLink>& node_li
 }
 
 /// Each slab has copies of the nodes before and behind its own.
-void HybridSlabs::link_neighbours() {
+void BodySolver::link_neighbours() {
   std::vector<HaloLink> node_links, cell_links;
   const auto link = [&](std::size_t holder, std::size_t owner, Slab nodes) {
     const auto first_in = [&](std::size_t p) { return nodes.begin - parts_[p]->tissue.window().held.begin; };
@@ -162,7 +162,7 @@ void HybridSlabs::link_neighbours() {
     cell_halo_.emplace(devices_, "hybrid/pull_positions", cell_links);
 }
 
-void HybridSlabs::begin_frame() {
+void BodySolver::begin_frame() {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.boundary.begin_frame(part.ctx, on_part({}, p, 0).frame);
@@ -171,7 +171,7 @@ void HybridSlabs::begin_frame() {
   }
 }
 
-void HybridSlabs::step(const HybridStep& step, int count) {
+void BodySolver::step(const BodyStep& step, int count) {
   for (auto& part : parts_) part->tissue.check_step(step, count);
   begin_substeps();
   for (int k = 0; k < count; ++k) {
@@ -181,8 +181,8 @@ void HybridSlabs::step(const HybridStep& step, int count) {
   end_substeps(count);
 }
 
-HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part, int k) const {
-  HybridStep own = step;
+BodyStep BodySolver::on_part(const BodyStep& step, std::size_t part, int k) const {
+  BodyStep own = step;
   own.in_block = k;
   if (frame_ != nullptr) {
     own.frame = frame_->view(static_cast<int>(part));
@@ -193,12 +193,12 @@ HybridStep HybridSlabs::on_part(const HybridStep& step, std::size_t part, int k)
 }
 
 /// At once: for the beginning of a recording, and for those who read what slabs hold of others.
-void HybridSlabs::pull_nodes() {
+void BodySolver::pull_nodes() {
   for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
   node_halo_->finish(nodes());
 }
 
-void HybridSlabs::begin_substeps() {
+void BodySolver::begin_substeps() {
   if (changes_ > 0) pull_nodes();
   if (stays_in_cells()) {
     for (auto& part : parts_) part->tissue.tled().load(part->ctx, part->state);
@@ -207,7 +207,7 @@ void HybridSlabs::begin_substeps() {
   }
 }
 
-void HybridSlabs::end_substeps(int count) {
+void BodySolver::end_substeps(int count) {
   if (!stays_in_cells()) return;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
@@ -215,7 +215,7 @@ void HybridSlabs::end_substeps(int count) {
   }
 }
 
-void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
+void BodySolver::substep_in_cells(const BodyStep& step, int k, int count) {
   if (parts_.size() == 1) {
     Part& only = *parts_.front();
     const TledStep tled = elements_step(on_part(step, 0, k));
@@ -252,7 +252,7 @@ void HybridSlabs::substep_in_cells(const HybridStep& step, int k, int count) {
   }
 }
 
-void HybridSlabs::substep(const HybridStep& step, int k, int count) {
+void BodySolver::substep(const BodyStep& step, int k, int count) {
   if (is_changed_in_cells()) return changed_substep_in_cells(step, k);
   if (stays_in_cells()) return substep_in_cells(step, k, count);
   if (k == 0)
@@ -261,7 +261,7 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
     node_halo_->finish(nodes());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    const HybridStep own = on_part(step, p, k);
+    const BodyStep own = on_part(step, p, k);
     part.boundary.load(part.ctx, part.state, own.time());
     part.tissue.sum_forces(part.ctx, part.state, own, k);
     node_halo_->await_readers(static_cast<int>(p), nodes());
@@ -274,11 +274,11 @@ void HybridSlabs::substep(const HybridStep& step, int k, int count) {
   for_each_slab([&](int p) { node_halo_->await_readers(p, nodes()); });
 }
 
-void HybridSlabs::look(int k, int every) {
+void BodySolver::look(int k, int every) {
   for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look(k, frame_of(p), every);
 }
 
-void HybridSlabs::watch(int k, int count) {
+void BodySolver::watch(int k, int count) {
   if (stays_in_cells() && changes_ == 0) return;
   // Blocks begin at a multiple of their own length, the longest first: in most it is known who looks.
   const bool looks = (k + 1) % watch_every() == 0;
@@ -287,7 +287,7 @@ void HybridSlabs::watch(int k, int count) {
   for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look_in_cells(k, frame_of(p), watch_every());
 }
 
-void HybridSlabs::end_frame(int count) {
+void BodySolver::end_frame(int count) {
   look(frame_ != nullptr ? 0 : count - 1, 1);
   for (auto& part : parts_) {
     part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
@@ -326,7 +326,7 @@ void HybridSlabs::end_frame(int count) {
   for (auto& part : parts_) part->ctx.wait(stored_);
 }
 
-void HybridSlabs::add_reports(Readback& readback) {
+void BodySolver::add_reports(Readback& readback) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
@@ -338,7 +338,7 @@ void HybridSlabs::add_reports(Readback& readback) {
   if (patch_) patch_->motion_report = readback.add(patch_->motion.sums(), 0);
 }
 
-WatchRecord HybridSlabs::watched(const Readback* readback) {
+WatchRecord BodySolver::watched(const Readback* readback) {
   WatchRecord all;
   const auto found = [&](Part& part, const BodyWatch& watch, const Readback::Place& report) {
     return readback != nullptr ? readback->get<WatchRecord>(report)[0]
@@ -355,7 +355,7 @@ WatchRecord HybridSlabs::watched(const Readback* readback) {
   return all;
 }
 
-tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
+tled::CubeExtremes BodySolver::extremes(const Readback* readback) {
   tled::CubeExtremes worst = tled::FindExtremes::kNone;
   for (auto& part : parts_) {
     const auto own = readback != nullptr ? readback->get<tled::CubeExtremes>(part->extremes_report)[0]
@@ -365,7 +365,7 @@ tled::CubeExtremes HybridSlabs::extremes(const Readback* readback) {
   return worst;
 }
 
-RigidMotion HybridSlabs::rigid_motion(const Readback* readback) {
+RigidMotion BodySolver::rigid_motion(const Readback* readback) {
   std::vector<MotionSums> sums;
   const auto add = [&](ExecContext& ctx, const MotionMeter& meter, const Readback::Place& report) {
     const std::vector<MotionSums> own =
@@ -377,13 +377,13 @@ RigidMotion HybridSlabs::rigid_motion(const Readback* readback) {
   return tactus::rigid_motion(sums);
 }
 
-void HybridSlabs::set_spin(Vec3d spin_rad_s) {
+void BodySolver::set_spin(Vec3d spin_rad_s) {
   if (!is_free_) return;
   spin_rad_s_ = {vec_cast<float>(spin_rad_s)};
   for (auto& part : parts_) part->ctx.upload(std::span<const Vec3f>(spin_rad_s_), part->spin_rad_s.view());
 }
 
-void HybridSlabs::stop() {
+void BodySolver::stop() {
   const Index yes = 1;
   for (auto& part : parts_) {
     part->ctx.upload({&yes, 1}, part->stopped.view());
@@ -391,19 +391,19 @@ void HybridSlabs::stop() {
   }
 }
 
-std::vector<Vec3d> HybridSlabs::motion_forces_N(double dt_frame_s) {
+std::vector<Vec3d> BodySolver::motion_forces_N(double dt_frame_s) {
   std::vector<Vec3d> forces(motion_count_);
   for (auto& part : parts_) part->boundary.driven().add_mean_forces_N(part->ctx, dt_frame_s, forces);
   return forces;
 }
 
-std::vector<Vec3d> HybridSlabs::motion_torques_N_m(double dt_frame_s) {
+std::vector<Vec3d> BodySolver::motion_torques_N_m(double dt_frame_s) {
   std::vector<Vec3d> torques(motion_count_);
   for (auto& part : parts_) part->boundary.driven().add_mean_torques_N_m(part->ctx, dt_frame_s, torques);
   return torques;
 }
 
-void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
+void BodySolver::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
   for (auto& part : parts_) {
     const std::vector<Vec3f> x = part->held(x_m), v = part->held(v_m_s);
     part->ctx.upload(x, part->state.x_m.view());
@@ -417,7 +417,7 @@ void HybridSlabs::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v
   first.synchronize();
 }
 
-std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
+std::vector<Vec3f> BodySolver::all_of(Buffer<Vec3f> BodyState::*field) {
   std::vector<Vec3f> all;
   for (auto& part : parts_) {
     const std::vector<Vec3f> some = to_host(part->ctx, part->own(part->state.*field));
@@ -436,7 +436,7 @@ std::vector<Vec3f> HybridSlabs::all_of(Buffer<Vec3f> BodyState::*field) {
   return all;
 }
 
-void HybridSlabs::archive(StateArchive& a) {
+void BodySolver::archive(StateArchive& a) {
   std::vector<Vec3f> x_m = positions_m(), v_m_s = velocities_m_s();
   a.values("positions", x_m);
   a.values("velocities", v_m_s);
@@ -447,7 +447,7 @@ void HybridSlabs::archive(StateArchive& a) {
   }
 }
 
-std::vector<Vec3f> HybridSlabs::positions_m() { return all_of(&BodyState::x_m); }
-std::vector<Vec3f> HybridSlabs::velocities_m_s() { return all_of(&BodyState::v_m_s); }
+std::vector<Vec3f> BodySolver::positions_m() { return all_of(&BodyState::x_m); }
+std::vector<Vec3f> BodySolver::velocities_m_s() { return all_of(&BodyState::v_m_s); }
 
 }  // namespace tactus
