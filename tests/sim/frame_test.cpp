@@ -1,6 +1,7 @@
 // The frame as a schedule: jittering clocks, frames without images, numbers of substeps that change.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <random>
@@ -108,9 +109,20 @@ double resident_MB() {
   return resident * 4096e-6;
 }
 
+/// That all processes use of all GPUs; 0 where nothing tells. Whole MB, as the driver counts them.
+double used_on_gpus_MB() {
+  double sum = 0;
+  std::FILE* told =
+      popen("nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits 2>/dev/null", "r");
+  if (told == nullptr) return 0;
+  for (double used = 0; std::fscanf(told, "%lf", &used) == 1;) sum += used;
+  pclose(told);
+  return sum;
+}
+
 /// Everything is allocated by the first frames. 0.5 MB: what the heap may fragment into; a record of 100
 /// bytes kept per frame and stage would take 1.3 MB. With TACTUS_LONG_TESTS=1 ten
-/// thousand frames, after as many as timings are kept of.
+/// thousand frames, after as many as timings are kept of; then nothing grows on GPUs, either.
 TEST_P(FrameOnDevices, AThousandFramesTakeNoMoreMemory) {
   DeviceSet devices(GetParam());
   SyntheticOptions options;
@@ -124,9 +136,13 @@ TEST_P(FrameOnDevices, AThousandFramesTakeNoMoreMemory) {
   };
   const bool is_long = std::getenv("TACTUS_LONG_TESTS") != nullptr;
   play_frames(is_long ? 9000 : 50);
-  const double before_MB = resident_MB();
+  const bool on_gpus = is_long && GetParam().starts_with("cuda");
+  const double before_MB = resident_MB(), on_gpus_before_MB = on_gpus ? used_on_gpus_MB() : 0;
   play_frames(is_long ? 10000 : GetParam() == "cpu" ? 1000 : 100);
   EXPECT_LT(resident_MB() - before_MB, 0.5);
+  if (!on_gpus) return;
+  EXPECT_GT(on_gpus_before_MB, 0) << "nvidia-smi tells nothing";
+  EXPECT_EQ(used_on_gpus_MB(), on_gpus_before_MB);
 }
 
 TEST(Frame, TextNamesEveryStageAndWhatItReads) {
