@@ -86,24 +86,33 @@ TEST_P(HullCheckOn, RecallIsTheShareOfTheTilesThatAreCovered) {
   EXPECT_EQ(checked.found.size(), 1U) << findings_text(checked.found);
 }
 
-/// After the first frame, what needs the host is looked at beside the frames that follow.
+/// After the first frame, what needs the host is looked at beside the frames that follow. A run that ends
+/// before is told at its end.
 TEST(HullCheck, ADoubtIsAnsweredEightFramesLater) {
   const std::vector<Camera> cameras = test::ring(8);
   const std::vector<BitMask> well = test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2),
                              wrong = with_twin(cameras, 3);
   DeviceSet set("cpu", 3);
   VisualHull hull(set, cameras, {.workspace_m = kCube, .resolution = 64});
-  HullCheck check(set.context(0), cameras, kCube, hull.voxel_size_m());
-  for (int frame = 0; frame < 20; ++frame) {
-    const std::vector<BitMask>& masks = frame == 1 ? wrong : well;
-    hull.upload(masks);
-    hull.reconstruct();
-    check.submit(set.context(0), hull.mesh(), masks);
-    const std::vector<HullFinding> found = check.news(set.context(0));
-    ASSERT_EQ(found.size(), frame == 9 ? 1U : 0U) << frame << ": " << findings_text(found);
-    if (frame == 9) {
-      EXPECT_EQ(found[0].camera, 3);
+  for (const int frames : {4, 20}) {
+    HullCheck check(set.context(0), cameras, kCube, hull.voxel_size_m());
+    for (int frame = 0; frame < frames; ++frame) {
+      const std::vector<BitMask>& masks = frame == 1 ? wrong : well;
+      hull.upload(masks);
+      hull.reconstruct();
+      check.submit(set.context(0), hull.mesh(), masks);
+      const std::vector<HullFinding> found = check.news(set.context(0));
+      ASSERT_EQ(found.size(), frame == 9 ? 1U : 0U) << frame << ": " << findings_text(found);
+      if (frame == 9) {
+        EXPECT_EQ(found[0].camera, 3);
+      }
     }
+    const std::vector<HullFinding> last = check.last_news();
+    ASSERT_EQ(last.size(), frames == 4 ? 1U : 0U) << findings_text(last);
+    if (frames == 4) {
+      EXPECT_EQ(last[0].camera, 3);
+    }
+    EXPECT_TRUE(check.last_news().empty());
   }
 }
 

@@ -209,6 +209,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     show_progress(summary.frames, total, caption);
   }
+  for (const Notice& notice : simulation.last_notices()) summary.note(notice);
   if (shows_progress()) std::fputc('\n', stderr);
   if (explainer) explainer->finish();
   return summary;

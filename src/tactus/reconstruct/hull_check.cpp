@@ -315,9 +315,9 @@ std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
   return {};
 }
 
-std::vector<HullFinding> HullCheck::news(ExecContext& ctx) {
+std::vector<HullFinding> HullCheck::fresh(const std::vector<HullFinding>& found) {
   std::vector<HullFinding> fresh;
-  for (const HullFinding& f : find(ctx, true)) {
+  for (const HullFinding& f : found) {
     const bool known = std::any_of(told_.begin(), told_.end(), [&](const HullFinding& t) {
       return t.fault == f.fault && t.camera == f.camera;
     });
@@ -325,6 +325,14 @@ std::vector<HullFinding> HullCheck::news(ExecContext& ctx) {
   }
   told_.insert(told_.end(), fresh.begin(), fresh.end());
   return fresh;
+}
+
+std::vector<HullFinding> HullCheck::news(ExecContext& ctx) { return fresh(find(ctx, true)); }
+
+std::vector<HullFinding> HullCheck::last_news() {
+  if (!waiting_) return {};
+  worker_.finish();
+  return fresh(take(*std::exchange(waiting_, nullptr)));
 }
 
 std::string HullCheck::tell(ExecContext& ctx) {

@@ -38,6 +38,8 @@ class HullCheck {
   HullQuality quality(ExecContext& ctx);
   /// Waits, judges, and returns what was not found before since construction: a fault is told once.
   std::vector<HullFinding> news(ExecContext& ctx);
+  /// After the last frame: what the host still looks at is waited for, and returned likewise.
+  std::vector<HullFinding> last_news();
   /// The texts of `news`. @throws Error when one is fatal and no frame before was well: then the rig is
   /// wrong. (Later the object may have left.)
   std::string tell(ExecContext& ctx);
@@ -50,6 +52,8 @@ class HullCheck {
   void find_content();
   bool is_doubtful(const HullQuality& quality) const;
   std::vector<HullFinding> find(ExecContext& ctx, bool in_haste);
+  /// Of these, what was not told before.
+  std::vector<HullFinding> fresh(const std::vector<HullFinding>& found);
   TriangleMesh to_host_mesh(ExecContext& ctx, Index vertices) const;
   BitMask within_workspace(std::size_t camera, BitMask mask) const;
   /// What the host measures of one frame.

@@ -75,6 +75,8 @@ class Simulation {
   /// From the next new images on, frames make these savings and no others. On a GPU, each choice is recorded
   /// in its first frame.
   void save(std::span<const Saving> savings);
+  /// After the last frame: what frames told later than they were made, as the check of masks does.
+  std::vector<Notice> last_notices();
   /// Copies what is to be seen to the host. Synchronizes.
   FrameSnapshot snapshot();
   /// Whoever looks at it has the snapshot of the last frame: counts the latency of live images.

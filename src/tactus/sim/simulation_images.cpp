@@ -32,6 +32,12 @@ std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> mask
   return tracked_blades_.follow(masks, dt_s, notices);
 }
 
+std::vector<Notice> Simulation::last_notices() {
+  const std::vector<HullFinding> found = hull_check_.last_news();
+  if (found.empty()) return {};
+  return {{"hull.check", Severity::warning, findings_text(found), ""}};
+}
+
 std::vector<Saving> Simulation::savings() const {
   std::vector<Saving> all;
   if (!coarse_surface_) return all;
