@@ -287,12 +287,7 @@ void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& nam
   const BodyAssets assets = load_body_assets(scene);
   Simulation simulation(devices, scene, source->rig(), assets);
   RunPictures pictures(scene, source->rig(), assets, simulation, "", 30);
-  if (scene.view.show_models) {
-    std::vector<std::vector<std::uint8_t>> element_triangles;
-    for (const auto& body : simulation.bodies())
-      element_triangles.push_back(body->element_triangles(devices.context(0)));
-    pictures.show_models(std::move(element_triangles));
-  }
+  if (scene.view.show_models) pictures.show_models(element_triangles(simulation));
   FrameSet frame;
   double last_s = 0;
   for (int k = 0; k <= moments.back() && source->next(frame) == NextFrame::success; ++k) {

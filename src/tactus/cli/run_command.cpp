@@ -249,13 +249,6 @@ void write_results(const RunOptions& options, const RunSummary& summary, const S
   write_json_file(options.json_path, json);
 }
 
-void show_models(Simulation& simulation, PictureThread& pictures) {
-  std::vector<std::vector<std::uint8_t>> element_triangles;
-  for (const auto& body : simulation.bodies())
-    element_triangles.push_back(body->element_triangles(simulation.context()));
-  pictures.show_models(std::move(element_triangles));
-}
-
 void run(const RunOptions& options) {
   const Scene scene = scene_of(options);
   std::optional<FolderLock> lock;
@@ -282,7 +275,7 @@ void run(const RunOptions& options) {
                                            std::clamp(source->fps().value_or(30), 1.0, 240.0));  // a film's
     });
 
-  if (pictures && scene.view.show_models) show_models(simulation, *pictures);
+  if (pictures && scene.view.show_models) pictures->show_models(element_triangles(simulation));
 
   RunProgress progress;
   if (!options.restart_path.empty())

@@ -151,4 +151,10 @@ void RunPictures::finish() {
   if (sheet_ && frames_ > 0) write_png(sheet_path_, sheet_->image());
 }
 
+std::vector<std::vector<std::uint8_t>> element_triangles(Simulation& simulation) {
+  std::vector<std::vector<std::uint8_t>> all;
+  for (const auto& body : simulation.bodies()) all.push_back(body->element_triangles(simulation.context()));
+  return all;
+}
+
 }  // namespace tactus

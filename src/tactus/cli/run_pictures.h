@@ -43,4 +43,7 @@ class RunPictures {
   int frames_ = 0;
 };
 
+/// For show_models.
+std::vector<std::vector<std::uint8_t>> element_triangles(Simulation& simulation);
+
 }  // namespace tactus

@@ -7,14 +7,14 @@ namespace tactus {
 
 /// One registered point's share of the normal equations: its distance from the tangent plane of the nearest
 /// sample of this frame; all 0 where none is within reach. Block j: point j; its threads share the cells.
-/// With `first`, three poses at once: block kFitPoints e + j, e = 0: no motion, 1 and 2: the first guess, on
-/// the fine and on the coarse samples.
+/// With `first`, four poses at once: block kFitPoints e + j, e = 0: no motion; 1 and 2: the shift of the
+/// centre [P 19], on the fine and on the coarse samples; 3: had it moved on as before.
 struct FitPoints {
   static constexpr int kThreads = 32, kCells = 27, kOwnCell = 13, kGrain = 8;
   View<const Vec3f> previous_m;
   SamplesView fine, coarse;
   Index first, far;  ///< far != 0: on the coarse samples
-  float spacing_m;   ///< of the fine samples; distances above count less and less
+  float spacing_m;   ///< of the fine samples; distances above half of it count less and less
   View<const SurfacePieces> before, now;
   View<const FitState> state;
   View<FitSums> points;
@@ -153,7 +153,8 @@ struct FitStep {
   }
 };
 
-/// Notes how good no motion is, and how good the first guess [P 19]; then the first step from there.
+/// Notes how good no motion is, and how good the shift of the centre [P 19]; then the first step from there,
+/// unless the motion before explains more.
 struct FirstFitStep {
   static constexpr int kEvaluations = 4;
   View<FitState> state;
@@ -233,6 +234,9 @@ struct ChooseMotion {
   static constexpr int kEvaluations = 1;
   View<FitState> state;
   View<const float> dt_capture_s;  ///< (1) as MatchPieces'
+  /// What is left of a fit may be twice what says that nothing moves: with a sample for each voxel, hulls of
+  /// what turns differ by more than half a spacing.
+  static constexpr float kMostFitRms = 2;
   float good_rms_m, max_speed_m_s;
   View<const SurfacePieces> pieces;
   View<SurfaceMotion> motion;
@@ -251,7 +255,8 @@ struct ChooseMotion {
     const FitQuality fit = quality_of(total, s.previous_points);
     m.residual_m = s.still.rms_m;
     if (s.previous_points > 0 && dt_s > 0.F && s.area_m2 > 0.F) {
-      const bool good = fit.share >= 0.6F && fit.rms_m <= 2 * good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
+      const bool good =
+          fit.share >= 0.6F && fit.rms_m <= kMostFitRms * good_rms_m && tactus::abs(s.rotation.w) > 0.9F;
       const bool moves =
           s.guess.clearly_better_than(s.still) || s.still.share < 0.6F || s.still.rms_m > good_rms_m;
       const FitQuality& simpler = moves ? s.guess : s.still;

@@ -65,7 +65,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       dt_capture_s_(device, 1),
       previous_m_(device, kFitPoints),
       fit_(device, kPieces),
-      fit_points_(device, 4 * kFitPoints),
+      fit_points_(device, FirstFitStep::kEvaluations * kFitPoints),
       piece_parts_(device, kPieces * kPieceParts),
       pieces_(device, 1),
       last_pieces_(device, 1),
