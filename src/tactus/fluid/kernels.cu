@@ -2,6 +2,7 @@
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
+#include "tactus/fluid/wound_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity, tactus::ListUse::write>);
@@ -17,3 +18,9 @@ TACTUS_CUDA_KERNEL(tactus::PlanLayers);
 TACTUS_CUDA_KERNEL(tactus::EmitLayers);
 TACTUS_CUDA_KERNEL(tactus::SumWalls);
 TACTUS_CUDA_KERNEL(tactus::ReportLiquid);
+TACTUS_CUDA_KERNEL(tactus::TryWounds);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindLiquidRound>);
+TACTUS_CUDA_KERNEL(tactus::JudgePlaces);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::BeatPlaces>);
+TACTUS_CUDA_KERNEL(tactus::PlanWounds);
+TACTUS_CUDA_KERNEL(tactus::BleedWounds);

@@ -161,9 +161,7 @@ void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
                                 x_m_.view(), v_m_s_.view(), id_.view(), push_.view()});
   }
   search_.build(ctx, x_m_.const_view(), id_.const_view(), Count(count_.const_view(), id_.size()));
-  ctx.parallel_for("fluid/walls", search_.placed(),
-                   FindBoxWalls{search_.cells().particles, settings_.box_m, settings_.open_faces,
-                                constants_.kernel.reach_m(), near_walls()});
+  find_box_walls(ctx, search_, near_walls());
 }
 
 void Liquid::end_step(ExecContext& ctx, const StepTime& time) {

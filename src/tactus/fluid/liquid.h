@@ -6,6 +6,7 @@
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
+#include "tactus/fluid/wound_kernels.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/neighbour_search.h"
 
@@ -78,6 +79,16 @@ class Liquid {
   void end_step(ExecContext& ctx, const StepTime& time);
   const NeighbourSearch& search() const { return search_; }
   NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
+  /// For those who bring particles between two steps.
+  LiquidArrivals arrivals() {
+    return {counters_.view(), count_.view(), x_m_.view(), v_m_s_.view(), id_.view(), push_.view()};
+  }
+  /// The walls of the box, of others than the liquid's particles; the first that `near` gets.
+  void find_box_walls(ExecContext& ctx, const NeighbourSearch& search, const NearWalls& near) const {
+    ctx.parallel_for("fluid/walls", search.placed(),
+                     FindBoxWalls{search.cells().particles, settings_.box_m, settings_.open_faces,
+                                  constants_.kernel.reach_m(), near});
+  }
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
   void end_frame(ExecContext& ctx);
 

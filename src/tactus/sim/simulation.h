@@ -167,8 +167,9 @@ class Simulation {
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
   /// By blades, after the frame's substeps. @param from_s,to_s of its simulated time
   void cut_bodies(double from_s, double to_s, StepReport& report);
-  void add_cut(const BladeDescription& blade, const std::string& body, const cut::BladeStrip& strip,
-               const cut::CutReport& cut, double from_s, double to_s);
+  CutScore& stroke_of(const std::string& blade, const std::string& body, double from_s);
+  static void add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
+                      CutScore& score);
   static void add_contact(const BodyContact& contact, StepReport& report);
 
   DeviceSet& devices_;

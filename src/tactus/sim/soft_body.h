@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tactus/contact/wall_mesh.h"
+#include "tactus/fluid/wound_kernels.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/body_shape.h"
@@ -14,6 +15,7 @@
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/cut/cut_points.h"
+#include "tactus/tissue/cut/cut_wounds.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -109,8 +111,8 @@ class SoftBody {
   bool is_cuttable() const { return cutter_.has_value(); }
   /// Cuts it by what a straight edge swept since the last frame, between two frames. Where the edge was in
   /// the last two frames goes along with the body, so strips leave no gap in it. Synchronizes.
-  /// @param blade number of the blade
-  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip);
+  /// @param blade number of the blade @param stroke of the body, for wounds
+  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip, Index stroke = 0);
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
@@ -119,6 +121,13 @@ class SoftBody {
   WallChange walls(ExecContext& ctx);
   /// What cuts changed of it since the last call, or since walls().
   WallChange take_wall_change();
+  /// From now on, walls of cuts are wounds of a liquid, if the body bleeds. @param spacing_m of its particles
+  /// @returns the pieces that there will be at most; 0: it doesn't bleed
+  Index keep_wounds(float spacing_m);
+  const std::optional<BleedingDescription>& bleeding() const { return description_.bleeding; }
+  std::vector<WoundPiece> wound_pieces() const;
+  /// Some found no room.
+  bool wounds_are_full() const { return wounds_.is_full(); }
   void forget_wall_change() { wall_changes_ = {}; }
   /// Of a cuttable body: its parts, copies in use, and the volumes that its surface encloses. Synchronizes.
   struct CutState {
@@ -161,7 +170,7 @@ class SoftBody {
   void make_cuttable(ExecContext& ctx);
   void make_points();
   void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
-  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
+  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m, Index stroke,
                  cut::CutReport& sum);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
@@ -182,6 +191,8 @@ class SoftBody {
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
   cut::CutPoints cut_points_;
+  cut::CutWounds wounds_;
+  float wound_spacing_m_ = 0;  ///< 0: nobody asked for wounds
   /// What cuts changed since take_wall_change().
   struct WallChangeIds {
     std::set<Index> vertices, cubes, triangles;
