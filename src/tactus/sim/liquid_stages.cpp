@@ -6,8 +6,8 @@ namespace tactus {
 void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
                              Vec3f gravity_m_s2) {
   const View<const FrameParams> frame = schedule.frame().view(0);
-  std::vector<Resource> moved = nodes_;
-  moved.emplace_back("liquid");
+  std::vector<Resource> moved{"liquid"};
+  for (const Felt& felt : bodies_) moved.push_back(felt.body->nodes_resource());
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
                 .rate = Rate::substep,
@@ -20,10 +20,13 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                                            liquid_.search().cells().particles, liquid_.search().placed(),
                                            liquid_.constants().kernel.reach_m(), Liquid::kFaces, at.substep,
                                            liquid_.near_walls());
-                  for (const auto& body : bodies_)
-                    body->find_walls(ctx_, liquid_.search(), liquid_.near_walls());
+                  for (const Felt& felt : bodies_) {
+                    felt.walls->pose(ctx_);
+                    felt.walls->find_walls(ctx_, liquid_.search(), liquid_.near_walls());
+                  }
                   liquid_.end_step(ctx_, time);
-                  for (const auto& body : bodies_) body->push(ctx_, liquid_.search(), liquid_.near_walls());
+                  for (const Felt& felt : bodies_)
+                    felt.walls->push(ctx_, liquid_.search(), liquid_.near_walls());
                 }});
   schedule.add({.name = "liquid/end",
                 .timed_as = "end",

@@ -55,19 +55,27 @@ class SceneLiquid {
   void add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
+  /// When a body was cut, between frames. Synchronizes.
+  void follow_cut(SoftBody& body, std::vector<Notice>& notices);
+
   const Liquid& liquid() const { return liquid_; }
   /// Of those that are here, by id [m]. Synchronizes.
   std::vector<Vec3f> positions_m() const;
   void archive(StateArchive& a) { liquid_.archive(ctx_, a); }
 
  private:
-  void add_body(const SoftBody& body, Index owner);
+  /// A body that the liquid and it push.
+  struct Felt {
+    SoftBody* body;
+    std::unique_ptr<BodyWalls> walls;
+    bool was_full = false;
+  };
+  void add_body(SoftBody& body, Index owner);
 
   ExecContext& ctx_;
   LiquidDescription description_;
   Liquid liquid_;
-  std::vector<std::unique_ptr<BodyWalls>> bodies_;
-  std::vector<Resource> nodes_;  ///< of those
+  std::vector<Felt> bodies_;
   Readback::Place report_, impulses_;
   std::vector<Notice> first_notices_;  ///< of the start
 };
