@@ -20,7 +20,8 @@ class Wounds : public ::testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(Wounds);
 
-/// Liquid stands on a slab that is held at both ends and fills its box. Two blades cut a plug out of it.
+/// Liquid stands on a slab that is held at both ends and fills its box. Two blades cut a plug out of it,
+/// which nothing holds up: walls that touch would close on particles, which have no room there.
 constexpr const char* kPlug = R"(
 source: {kind: synthetic, figure: sphere, depth_cameras: 0}
 reconstruction: {resolution: 16}
@@ -38,6 +39,7 @@ bodies:
 blades:
   - {name: left, from_m: [-0.031, 0.56, 0.5], to_m: [-0.031, 0.56, 0.7], path: [{time_s: 0.1}, {time_s: 0.2, displacement_m: [0.001, -0.12, 0]}]}
   - {name: right, from_m: [0.032, 0.56, 0.5], to_m: [0.032, 0.56, 0.7], path: [{time_s: 0.1}, {time_s: 0.2, displacement_m: [0, -0.12, 0]}]}
+contact: {cut_walls: false}
 fluid:
   spacing_m: 0.01
   box: {min_m: [-0.1, 0.1, 0.56], max_m: [0.1, 0.7, 0.64]}
@@ -149,15 +151,16 @@ struct Bled {
   double expected_m3 = 0;  ///< rate x area x time
 };
 
-Bled bleed(const Scene& scene, const std::string& devices_text, int frames, double rate_m_s) {
+Bled bleed(const Scene& scene, const std::string& devices_text, int frames, double rate_m_s,
+           double dt_s = 1.0 / 30) {
   DeviceSet devices(devices_text, 5);
   Simulation simulation(devices, scene, make_synthetic_rig(), {});
   Bled bled;
   for (int k = 0; k < frames; ++k) {
     // What was cut until now bleeds in the coming frame, on both sides.
     if (k > 0)
-      for (const CutScore& cut : bled.cuts) bled.expected_m3 += 2 * rate_m_s * cut.area_m2 / 30;
-    bled.liquid = simulation.step(nullptr, 1.0 / 30).liquid;
+      for (const CutScore& cut : bled.cuts) bled.expected_m3 += 2 * rate_m_s * cut.area_m2 * dt_s;
+    bled.liquid = simulation.step(nullptr, dt_s).liquid;
     bled.cuts = simulation.cuts();
     for (const LiquidParticle& p : simulation.liquid()->liquid().particles(simulation.context())) {
       if (p.id < static_cast<Index>(bled.first_m.size())) continue;
@@ -211,8 +214,8 @@ TEST(WoundScene, ARegionHasAFactorAndBleedingFades) {
 }
 
 /// A cut in a block that nothing opens bleeds at its rim alone: half a spacing, 5 mm, above the skin, beside
-/// the cut. What comes from below has no room and waits. Until a particle is seen first, at the end of the
-/// frame, those that came beside it push it aside by a spacing at most.
+/// the cut. What comes from below has no room and waits. Until a particle is seen first, at the end of a
+/// frame of 4 ms, those that came beside it push it aside by less than half a spacing.
 TEST(WoundScene, AShutCutBleedsAtItsRim) {
   const Scene scene = parse_scene(R"(
 source: {kind: synthetic, figure: sphere, depth_cameras: 0}
@@ -235,15 +238,15 @@ fluid:
   max_speed_m_s: 2
 )",
                                   "scenes/x.yaml");
-  const Bled got = bleed(scene, "cpu", 15, 0.02);
+  const Bled got = bleed(scene, "cpu", 120, 0.02, 1.0 / 240);
   ASSERT_EQ(got.cuts.size(), 1U);
   EXPECT_NEAR(got.cuts[0].due_m3, got.expected_m3, 1e-4 * got.expected_m3);
   EXPECT_GT(got.liquid.emitted, 4U);
   EXPECT_GT(got.cuts[0].due_m3 - got.cuts[0].bled_m3, kParticle_m3) << "some of it has no room";
   for (const Vec3f& x : got.first_m) {
     EXPECT_GT(x.y, 0.36F);
-    EXPECT_LT(std::abs(x.x - 0.002F), 0.015F);
-    EXPECT_LT(std::abs(x.z - 0.6F), 0.04F + 0.015F);
+    EXPECT_LT(std::abs(x.x - 0.002F), 0.01F);
+    EXPECT_LT(std::abs(x.z - 0.6F), 0.04F + 0.01F);
   }
 }
 

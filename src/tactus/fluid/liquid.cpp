@@ -11,6 +11,14 @@ namespace {
   throw Error(std::string("liquid: ") + what + " is " + std::to_string(value) + ", must be " + expected);
 }
 
+CarreauLaw thinning_of(const LiquidSettings& s) {
+  const Carreau c = s.carreau.value_or(Carreau{.zero_shear_Pa_s = s.viscosity_Pa_s});
+  return {.zero_m2_s = c.zero_shear_Pa_s / s.density_kg_m3,
+          .infinite_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
+          .relaxation_s = c.relaxation_s,
+          .index = c.index};
+}
+
 LiquidConstants constants_of(const LiquidSettings& s) {
   const float sound = 10 * s.max_speed_m_s, d = s.spacing_m;
   // What is incompressible has no sound to damp, but jiggles.
@@ -21,9 +29,10 @@ LiquidConstants constants_of(const LiquidSettings& s) {
           .density_kg_m3 = s.density_kg_m3,
           .tait_Pa = s.density_kg_m3 * sound * sound / 7,
           .sound_m_s = sound,
-          .shear_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
+          .shear_m2_s = (s.carreau ? s.carreau->zero_shear_Pa_s : s.viscosity_Pa_s) / s.density_kg_m3,
           .damping_m2_s = s.artificial_viscosity * damped_m_s * d,
-          .closest_m = 0.25F * d};
+          .closest_m = 0.25F * d,
+          .thinning = thinning_of(s)};
 }
 
 /// Points d apart on the disc of an emitter.
@@ -48,6 +57,14 @@ LiquidSettings checked(const LiquidSettings& s) {
   if (!(s.spacing_m > 0 && s.spacing_m < 1e3F)) refuse("spacing_m", s.spacing_m, "> 0");
   if (!(s.density_kg_m3 > 0)) refuse("density_kg_m3", s.density_kg_m3, "> 0");
   if (!(s.viscosity_Pa_s >= 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, ">= 0");
+  if (s.carreau) {
+    const Carreau& c = *s.carreau;
+    if (!(c.zero_shear_Pa_s >= s.viscosity_Pa_s))
+      refuse("zero_shear_Pa_s", c.zero_shear_Pa_s,
+             "at least viscosity_Pa_s, which is left at high shear rates");
+    if (!(c.relaxation_s >= 0)) refuse("relaxation_s", c.relaxation_s, ">= 0");
+    if (!(c.index > 0 && c.index <= 1)) refuse("index", c.index, "> 0 and <= 1");
+  }
   if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
   if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
   if (s.iterations < 1) refuse("iterations", static_cast<float>(s.iterations), "> 0");
@@ -80,6 +97,7 @@ Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
       inverse_D_(ctx.device(), settings_.max_particles),
       found_(ctx.device(), settings_.max_particles),
       kd_(ctx.device(), settings_.max_particles),
+      shear_m2_s_(ctx.device(), settings_.carreau ? settings_.max_particles : 0),
       motion_(ctx.device(), settings_.max_particles),
       star_(ctx.device(), settings_.max_particles),
       moved_(ctx.device(), settings_.max_particles),
@@ -167,7 +185,8 @@ void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
 void Liquid::end_step(ExecContext& ctx, const StepTime& time) {
   const LiquidEnds ends{settings_.box_m, settings_.open_faces, sinks_.const_view(),
                         View<std::uint32_t>(&counters_.view().data()->taken, 1)};
-  const LiquidStepped stepped{x_m_.view(), v_m_s_.view(), id_.view(), ends, wall_sums_.view()};
+  const LiquidStepped stepped{x_m_.view(), v_m_s_.view(),     id_.view(),
+                              ends,        wall_sums_.view(), shear_m2_s_.const_view()};
   if (settings_.solver == LiquidSolver::dfsph)
     end_dfsph(ctx, time, stepped);
   else
@@ -182,9 +201,21 @@ void Liquid::end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStep
                         LiquidDensity{constants_, near_walls(), cells.order, v_m_s_.const_view(),
                                       density_kg_m3_.view(), motion_.view()},
                         lists);
-  search_.visit_listed(
-      ctx, "fluid/force",
-      LiquidForce{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped}, lists);
+  const auto force = [&](auto pair) { search_.visit_listed(ctx, "fluid/force", pair, lists); };
+  if (settings_.carreau) {
+    measure_shear(ctx);
+    force(LiquidForce<true>{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped,
+                            shear_m2_s_.const_view()});
+  } else {
+    force(LiquidForce<false>{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped});
+  }
+}
+
+/// Of the velocities in motion_.
+void Liquid::measure_shear(ExecContext& ctx) {
+  search_.visit_listed(ctx, "fluid/shear",
+                       LiquidShear{constants_, near_walls(), motion_.const_view(), shear_m2_s_.view()},
+                       NearLists{list_count_.view(), near_.view()});
 }
 
 void Liquid::end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
@@ -200,8 +231,14 @@ void Liquid::end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepp
       ctx, "fluid/density",
       DfsphDensity{constants_, time, walls, motion, density_kg_m3_.view(), inverse_D_.view(), kd_.view()},
       lists);
-  search_.visit_listed(ctx, "fluid/force",
-                       DfsphForce{constants_, time, walls, motion, kd, star_.view(), moved_.view()}, lists);
+  const auto force = [&](auto pair) { search_.visit_listed(ctx, "fluid/force", pair, lists); };
+  if (settings_.carreau) {
+    measure_shear(ctx);
+    force(DfsphForce<true>{constants_, time, walls, motion, kd, star_.view(), moved_.view(),
+                           shear_m2_s_.const_view()});
+  } else {
+    force(DfsphForce<false>{constants_, time, walls, motion, kd, star_.view(), moved_.view()});
+  }
   for (int k = 1; k <= settings_.iterations; ++k) {
     if (k > 1)
       search_.visit_listed(ctx, "fluid/velocity",

@@ -1,5 +1,6 @@
 #pragma once
 /// A liquid of particles.
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,12 +25,20 @@ enum class LiquidSolver : std::uint8_t {
   dfsph,  ///< incompressible: steps ten times as long, three times as dear
 };
 
+/// What thins when it is sheared (Carreau 1972): of the viscosity at rest, `viscosity_Pa_s` is left at last.
+struct Carreau {
+  float zero_shear_Pa_s = 0.056F;
+  float relaxation_s = 3.313F;  ///< lambda: thinning begins at the shear rate 1 / lambda
+  float index = 0.3568F;        ///< n: viscosity falls as rate^(n - 1)
+};
+
 struct LiquidSettings {
   LiquidSolver solver = LiquidSolver::wcsph;
   int iterations = 4;        ///< dfsph
   float spacing_m = 0.004F;  ///< d: of particles at rest
   float density_kg_m3 = 1060;
   float viscosity_Pa_s = 0.0035F;
+  std::optional<Carreau> carreau = {};
   /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast.
   float max_speed_m_s = 1;
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
@@ -113,6 +122,7 @@ class Liquid {
 
  private:
   void make_emitters(ExecContext& ctx);
+  void measure_shear(ExecContext& ctx);
   void end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
   void end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
 
@@ -123,6 +133,7 @@ class Liquid {
   Buffer<Vec3f> x_m_, v_m_s_;
   Buffer<float> density_kg_m3_;
   Buffer<float> push_, inverse_D_, found_, kd_;  ///< dfsph
+  Buffer<float> shear_m2_s_;                     ///< of what thins
   Buffer<LiquidMotion> motion_, star_, moved_;
   Buffer<NearWall> walls_;
   Buffer<WallSums> wall_sums_;

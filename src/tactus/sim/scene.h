@@ -270,6 +270,8 @@ enum class LiquidLooks : std::uint8_t { blood, water };
 
 enum class LiquidModel : std::uint8_t { wcsph, dfsph };
 
+enum class LiquidViscosity : std::uint8_t { newton, carreau };
+
 struct LiquidDescription {
   LiquidModel solver = LiquidModel::dfsph;
   int iterations = 4;  ///< dfsph
@@ -281,6 +283,8 @@ struct LiquidDescription {
   std::vector<SinkDescription> sinks;
   int max_particles = 40000;
   double density_kg_m3 = 1060, viscosity_pa_s = 0.0035;
+  LiquidViscosity viscosity = LiquidViscosity::newton;
+  double zero_shear_viscosity_pa_s = 0.056, relaxation_s = 3.313, power_index = 0.3568;  ///< carreau: blood
   double artificial_viscosity = 0.05;
   std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
   LiquidLooks looks = LiquidLooks::blood;
@@ -291,9 +295,14 @@ struct ContactDescription {
   double friction = 0.4;                   ///< Coulomb's coefficient
   double restitution = 0;                  ///< 0 (no bounce) .. 1
   ContactResponse response = ContactResponse::exact;
-  bool bodies = true;  ///< bodies touch one another
-  bool self = false;   ///< each body touches itself
+  bool bodies = true;     ///< bodies touch one another
+  bool self = false;      ///< each body touches itself
+  bool cut_walls = true;  ///< of a body that is cut: the walls of an incision, and parts
 };
+/// Whether anything of a body may touch the same body.
+inline bool touches_itself(const ContactDescription& contact, bool cuttable) {
+  return contact.self || (contact.cut_walls && cuttable);
+}
 
 /// How bodies are before the first frame: as built, or at rest under gravity and loads.
 enum class FrameStart : std::uint8_t { undeformed, settled };

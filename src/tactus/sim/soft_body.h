@@ -1,6 +1,7 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -111,8 +112,13 @@ class SoftBody {
   bool is_cuttable() const { return cutter_.has_value(); }
   /// Cuts it by what a straight edge swept since the last frame, between two frames. Where the edge was in
   /// the last two frames goes along with the body, so strips leave no gap in it. Synchronizes.
-  /// @param blade number of the blade @param stroke of the body, for wounds
-  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip, Index stroke = 0);
+  /// @param blade number of the blade @param told of each change, after the body took it over
+  using TellCut = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
+  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
+                     const TellCut& told = {});
+  /// What is cut from now on counts to this stroke, 0, 1, .. of the body.
+  void begin_stroke(Index stroke) { stroke_ = stroke; }
+  const cut::BodyCutter& cutter() const { return *cutter_; }
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
@@ -170,8 +176,8 @@ class SoftBody {
   void make_cuttable(ExecContext& ctx);
   void make_points();
   void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
-  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m, Index stroke,
-                 cut::CutReport& sum);
+  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
+                 const TellCut& told, cut::CutReport& sum);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -192,6 +198,7 @@ class SoftBody {
   std::optional<cut::BodyCutter> cutter_;
   cut::CutPoints cut_points_;
   cut::CutWounds wounds_;
+  Index stroke_ = 0;
   float wound_spacing_m_ = 0;  ///< 0: nobody asked for wounds
   /// What cuts changed since take_wall_change().
   struct WallChangeIds {

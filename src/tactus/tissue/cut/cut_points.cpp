@@ -40,12 +40,13 @@ void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface
     }
   }
   for (const auto& [key, cell] : cells) {
-    double area = 0;
-    const Vec3d middle = middle_part(cell.parts, area).middle;
-    if (!(area > 1e-3)) continue;  // the next cell has a point there
-    for (const Index part : cell.part) {
-      const Index cube = surface.leaf(part, middle);
-      add(cutter, {next_, middle, cube, static_cast<float>(area * unit_m2)});
+    const WallPart wall = middle_part(cell.parts);
+    if (!(wall.area > 1e-3)) continue;  // the next cell has a point there
+    const Vec3f normal = vec_cast<float>(wall.normal);
+    for (const std::size_t side : {0U, 1U}) {
+      const Index cube = surface.leaf(cell.part[side], wall.middle);
+      add(cutter,
+          {next_, wall.middle, cube, static_cast<float>(wall.area * unit_m2), side == 0 ? normal : -normal});
     }
   }
 }
@@ -82,7 +83,10 @@ std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const Cu
   }
   const std::vector<EmbeddedPoint> embedded = embed_points(lattice, points, cube_of, local_of);
   std::vector<PointChange> changes;
-  for (std::size_t k = 0; k < moved.size(); ++k) changes.push_back({points_[moved[k]].place, embedded[k]});
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    const Point& point = points_[moved[k]];
+    changes.push_back({point.place, embedded[k], vec_cast<float>(point.p), point.wall});
+  }
   std::sort(changes.begin(), changes.end(),
             [](const PointChange& a, const PointChange& b) { return a.point < b.point; });
   return changes;

@@ -12,32 +12,28 @@ void CutWounds::update(const LatticeCutter& cutter, const CutSurface& surface, c
   struct Cell {
     std::array<Index, 2> part;
     std::vector<WallPart> parts;
-    Vec3d normal{};
   };
   std::map<std::array<Index, 4>, Cell> cells;  // by cube that fell apart, and place
   for (const CutSurface::NewWall& wall : surface.new_walls()) {
-    const Vec3d normal = cross(wall.corners[1] - wall.corners[0], wall.corners[2] - wall.corners[0]);
     for (const WallPart& part : parts_of(wall.corners)) {
       const auto place = [&](double v) { return static_cast<Index>(std::floor(pieces_per_spacing_ * v)); };
       Cell& cell = cells[{wall.part[0], place(part.middle.x), place(part.middle.y), place(part.middle.z)}];
       cell.part = wall.part;
       cell.parts.push_back(part);
-      cell.normal += part.area * normalized(normal, Vec3d{});
     }
   }
   for (const auto& [key, cell] : cells) {
-    double area = 0;
-    const Vec3d p = middle_part(cell.parts, area).middle;
-    if (!(area > 0)) continue;
+    const WallPart wall = middle_part(cell.parts);
+    if (!(wall.area > 0)) continue;
     WallPiece piece;
-    piece.p = p;
-    piece.area_m2 = static_cast<float>(area * sqr(double{cutter.lattice().spacing_m}));
+    piece.p = wall.middle;
+    piece.area_m2 = static_cast<float>(wall.area * sqr(double{cutter.lattice().spacing_m}));
     piece.stroke = stroke;
-    piece.depth = surface.depth(p);
-    if (is_near_skin(piece)) piece.skin = surface.outward(p);
+    piece.depth = surface.depth(wall.middle);
+    if (is_near_skin(piece)) piece.skin = surface.outward(wall.middle);
     for (const std::size_t side : {0U, 1U}) {
       piece.cube = cell.part.at(side);
-      piece.normal = (side == 0 ? 1.0 : -1.0) * normalized(cell.normal, Vec3d{0, 1, 0});
+      piece.normal = (side == 0 ? 1.0 : -1.0) * wall.normal;
       add(cutter, surface, piece);
     }
   }
