@@ -30,8 +30,8 @@ std::vector<LiquidParticle> ring() {
 
 /// Two cylinders, of which the inner one turns; what closes them above and below is smooth.
 void add_cylinders(Liquid& liquid) {
-  const NeighbourCells cells = liquid.search().cells();
-  const NearWalls walls = liquid.near_walls();
+  const NeighbourCells cells = liquid.search(0).cells();
+  const NearWalls walls = liquid.near_walls(0);
   const float reach_m = liquid.constants().kernel.reach_m();
   for (Index i = 0; i < cells.placed[0]; ++i) {
     const Vec3f x = cells.particles[i].x_m, v = liquid.view().v_m_s[cells.order[i]];
@@ -46,8 +46,8 @@ void add_cylinders(Liquid& liquid) {
 
 /// [N m] on a cylinder, about its axis.
 double torque_N_m(Liquid& liquid, Index owner, float dt_s) {
-  const NeighbourCells cells = liquid.search().cells();
-  const NearWalls walls = liquid.near_walls();
+  const NeighbourCells cells = liquid.search(0).cells();
+  const NearWalls walls = liquid.near_walls(0);
   double sum = 0;
   for (Index i = 0; i < cells.placed[0]; ++i) {
     for (Index k = 0; k < walls.count[i]; ++k) {
@@ -73,7 +73,7 @@ TEST_P(Couette, HasTheProfileAndTheTorqueOfNewton) {
   ExecContext& ctx = set.context(0);
   const std::vector<LiquidParticle> particles = ring();
   const float far = 1.2F * kOuter_m;
-  Liquid liquid(ctx, {.solver = GetParam(),
+  Liquid liquid(set, {.solver = GetParam(),
                       .spacing_m = kSpacing_m,
                       .density_kg_m3 = 1000,
                       .viscosity_Pa_s = 10,
@@ -82,15 +82,15 @@ TEST_P(Couette, HasTheProfileAndTheTorqueOfNewton) {
                       .box_m = {{-far, -far, 0}, {far, far, kHeight_m}},
                       .max_particles = static_cast<Index>(particles.size()),
                       .other_walls = 2});
-  liquid.place(ctx, particles);
+  liquid.place(particles);
   const StepTime time{.dt_s = liquid.largest_step_s(), .gravity_m_s2 = {}};
   double outer_N_m = 0;
   const int steps = static_cast<int>(0.6F / time.dt_s), last = 100;  // gap^2 / (pi^2 nu) = 0.1 s
   for (int i = 0; i < steps; ++i) {
-    liquid.begin_step(ctx, time);
+    liquid.begin_step(time);
     ctx.synchronize();
     add_cylinders(liquid);
-    liquid.end_step(ctx, time);
+    liquid.end_step(time);
     ctx.synchronize();
     if (i < steps - last) continue;
     outer_N_m += torque_N_m(liquid, kOuter, time.dt_s) / last;
@@ -100,7 +100,7 @@ TEST_P(Couette, HasTheProfileAndTheTorqueOfNewton) {
   const double expected_N_m = 4 * M_PI * 10 * B * double{kHeight_m};
   EXPECT_NEAR(outer_N_m / expected_N_m, 1, 0.05);
   double worst = 0;
-  for (const LiquidParticle& p : liquid.particles(ctx)) {
+  for (const LiquidParticle& p : liquid.particles()) {
     const Vec3d x = vec_cast<double>(p.x_m), v = vec_cast<double>(p.v_m_s);
     const double r = std::hypot(x.x, x.y), turns = (x.x * v.y - x.y * v.x) / r;
     worst = std::max(worst, std::abs(turns - (A * r + B / r)));

@@ -50,6 +50,26 @@ struct PoseWallVertices {
   }
 };
 
+/// Thread: vertex. To another device.
+struct CopyWallVertices {
+  View<const PosedVertex> from;
+  View<PosedVertex> posed;
+  View<VertexImpulse> impulse;
+  TACTUS_HD void operator()(Index i) const {
+    posed[i] = from[i];
+    impulse[i] = {};
+  }
+};
+
+/// Thread: vertex. What it got on another device.
+struct AddWallImpulses {
+  View<const VertexImpulse> from;
+  View<VertexImpulse> impulse;
+  TACTUS_HD void operator()(Index i) const {
+    for (int a = 0; a < 3; ++a) impulse[i].sum[a] += from[i].sum[a];
+  }
+};
+
 /// Thread: triangle.
 struct PoseWallTriangles {
   View<const Vec3i> triangles;

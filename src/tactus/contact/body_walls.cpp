@@ -62,22 +62,30 @@ TriangleMesh with_short_edges(const TriangleMesh& mesh, float longest_m) {
   return fine;
 }
 
-BodyWalls::BodyWalls(ExecContext& ctx, const WallSurface& surface, Index owner, float particle_spacing_m,
-                     Index max_particles)
-    : nodes_(surface.nodes),
+BodyWalls::Part::Part(ExecContext& ctx, const WallSurface& surface, float search_reach_m, Index max_particles)
+    : search(ctx.device(),
+             {.max_particles = static_cast<Index>(surface.triangles.size()), .reach_m = search_reach_m}),
+      triangles(to_device(ctx, surface.triangles)),
+      posed(ctx.device(), static_cast<Index>(surface.vertices.size())),
+      impulse(ctx.device(), posed.size()),
+      middle_m(ctx.device(), triangles.size()),
+      radius_m(ctx.device(), triangles.size()),
+      hits(ctx.device(), max_particles) {}
+
+BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner,
+                     float particle_spacing_m, Index max_particles)
+    : devices_(devices),
+      barrier_(devices, parts),
+      nodes_(surface.nodes),
       owner_(owner),
       reach_m_(1.5F * particle_spacing_m),
       crowd_(std::max(1.F, sqr(surface.lattice_spacing_m / particle_spacing_m))),
-      // No point of a triangle is farther from its middle than 0.58 edges; twice that when stretched.
-      search_(ctx.device(), {.max_particles = static_cast<Index>(surface.triangles.size()),
-                             .reach_m = reach_m_ + 1.2F * kLongestEdge * particle_spacing_m}),
-      points_(to_device(ctx, surface.vertices)),
-      triangles_(to_device(ctx, surface.triangles)),
-      posed_(ctx.device(), points_.size()),
-      impulse_(ctx.device(), points_.size()),
-      middle_m_(ctx.device(), triangles_.size()),
-      radius_m_(ctx.device(), triangles_.size()),
-      hits_(ctx.device(), max_particles) {
+      points_(to_device(devices.context(0), surface.vertices)) {
+  ExecContext& ctx = devices.context(0);
+  // No point of a triangle is farther from its middle than 0.58 edges; twice that when stretched.
+  for (int p = 0; p < parts; ++p)
+    parts_.emplace_back(devices.context(p), surface, reach_m_ + 1.2F * kLongestEdge * particle_spacing_m,
+                        max_particles);
   std::map<Index, std::vector<Index>> incident_of;
   for (std::size_t p = 0; p < surface.vertices.size(); ++p) {
     for (Index k = 0; k < 8; ++k) {
@@ -96,25 +104,49 @@ BodyWalls::BodyWalls(ExecContext& ctx, const WallSurface& surface, Index owner, 
   incident_ = to_device(ctx, incident);
 }
 
-void BodyWalls::find_walls(ExecContext& ctx, const NeighbourSearch& particles, const NearWalls& near) {
-  ctx.parallel_for("body walls/vertices", points_.size(),
-                   PoseWallVertices{points_.const_view(), nodes_, crowd_, posed_.view(), impulse_.view()});
+void BodyWalls::pose() {
+  ExecContext& ctx = devices_.context(0);
   ctx.parallel_for(
-      "body walls/triangles", triangles_.size(),
-      PoseWallTriangles{triangles_.const_view(), posed_.const_view(), middle_m_.view(), radius_m_.view()});
-  search_.build(ctx, middle_m_.const_view(), {}, triangles_.size());
-  particles.visit(
-      ctx, "body walls/find", search_,
-      FindBodyWalls{particles.cells().particles, search_.cells().order, triangles_.const_view(),
-                    radius_m_.const_view(), posed_.const_view(), owner_, reach_m_, near, hits_.view()});
+      "body walls/vertices", points_.size(),
+      PoseWallVertices{points_.const_view(), nodes_, crowd_, part(0).posed.view(), part(0).impulse.view()});
+  barrier_.meet();
+  for (std::size_t p = 1; p < parts_.size(); ++p) {
+    ExecContext& there = devices_.context(static_cast<int>(p));
+    there.parallel_for(
+        "body walls/copy", points_.size(),
+        CopyWallVertices{part(0).posed.const_view(), parts_[p].posed.view(), parts_[p].impulse.view()});
+  }
 }
 
-void BodyWalls::push(ExecContext& ctx, const NeighbourSearch& particles, const NearWalls& near) {
-  ctx.parallel_for("body walls/push", particles.placed(),
-                   PushVertices{hits_.const_view(), triangles_.const_view(), near, owner_, impulse_.view()});
+void BodyWalls::find_walls(int p, const NeighbourSearch& particles, const NearWalls& near) {
+  ExecContext& ctx = devices_.context(p);
+  Part& here = part(p);
+  ctx.parallel_for("body walls/triangles", here.triangles.size(),
+                   PoseWallTriangles{here.triangles.const_view(), here.posed.const_view(),
+                                     here.middle_m.view(), here.radius_m.view()});
+  here.search.build(ctx, here.middle_m.const_view(), {}, here.triangles.size());
+  particles.visit(ctx, "body walls/find", here.search,
+                  FindBodyWalls{particles.cells().particles, here.search.cells().order,
+                                here.triangles.const_view(), here.radius_m.const_view(),
+                                here.posed.const_view(), owner_, reach_m_, near, here.hits.view()});
+}
+
+void BodyWalls::push(int p, const NeighbourSearch& particles, const NearWalls& near) {
+  Part& here = part(p);
+  devices_.context(p).parallel_for(
+      "body walls/push", particles.placed(),
+      PushVertices{here.hits.const_view(), here.triangles.const_view(), near, owner_, here.impulse.view()});
+}
+
+void BodyWalls::end_push() {
+  ExecContext& ctx = devices_.context(0);
+  barrier_.meet();
+  for (std::size_t p = 1; p < parts_.size(); ++p)
+    ctx.parallel_for("body walls/add", points_.size(),
+                     AddWallImpulses{parts_[p].impulse.const_view(), part(0).impulse.view()});
   ctx.parallel_for("body walls/nodes", node_.size(),
                    PushNodes{node_.const_view(), first_.const_view(), incident_.const_view(),
-                             points_.const_view(), impulse_.const_view(), nodes_});
+                             points_.const_view(), part(0).impulse.const_view(), nodes_});
 }
 
 }  // namespace tactus

@@ -7,6 +7,7 @@
 #include "tactus/geom/cube_lattice.h"
 #include "tactus/geom/mesh.h"
 #include "tactus/geom/neighbour_search.h"
+#include "tactus/multi_device/device_barrier.h"
 
 namespace tactus {
 
@@ -22,32 +23,45 @@ struct WallSurface {
   ContactNodes nodes;  ///< the views stay valid
 };
 
-/// Owns the surface of one body, on one device. Per step of the liquid: once it sorted its particles,
-/// find_walls; once it told the impulses on walls, push. Asynchronous, may be recorded.
+/// Owns the surface of one body, whose nodes are on the first device, and copies of it on all that particles
+/// are on. Per step of the liquid: once it sorted its particles, pose, then find_walls of each part; once it
+/// told the impulses on walls, push of each part, then end_push. Asynchronous, may be recorded.
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
   static constexpr float kLongestEdge = 1;
   /// @param surface with such edges @param owner of its walls @param particle_spacing_m d of the liquid
-  /// @param max_particles of the liquid. Synchronizes.
-  BodyWalls(ExecContext& ctx, const WallSurface& surface, Index owner, float particle_spacing_m,
+  /// @param parts of the liquid, on the first devices @param max_particles of each. Synchronizes.
+  BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner, float particle_spacing_m,
             Index max_particles);
 
-  void find_walls(ExecContext& ctx, const NeighbourSearch& particles, const NearWalls& near);
-  void push(ExecContext& ctx, const NeighbourSearch& particles, const NearWalls& near);
+  void pose();
+  void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near);
+  void push(int part, const NeighbourSearch& particles, const NearWalls& near);
+  void end_push();
 
  private:
+  /// On one device.
+  struct Part {
+    Part(ExecContext& ctx, const WallSurface& surface, float search_reach_m, Index max_particles);
+    NeighbourSearch search;
+    Buffer<Vec3i> triangles;
+    Buffer<PosedVertex> posed;
+    Buffer<VertexImpulse> impulse;
+    Buffer<Vec3f> middle_m;
+    Buffer<float> radius_m;
+    Buffer<WallHit> hits;
+  };
+  Part& part(int p) { return parts_[static_cast<std::size_t>(p)]; }
+
+  DeviceSet& devices_;
+  DeviceBarrier barrier_;
   ContactNodes nodes_;
   Index owner_;
   float reach_m_, crowd_;
-  NeighbourSearch search_;
+  std::vector<Part> parts_;
+  // On the first device:
   Buffer<EmbeddedPoint> points_;
-  Buffer<Vec3i> triangles_;
-  Buffer<PosedVertex> posed_;
-  Buffer<VertexImpulse> impulse_;
-  Buffer<Vec3f> middle_m_;
-  Buffer<float> radius_m_;
-  Buffer<WallHit> hits_;
   Buffer<Index> node_, first_, incident_;
 };
 

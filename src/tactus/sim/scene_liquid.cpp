@@ -40,7 +40,8 @@ LiquidSettings settings_of(const Scene& scene) {
                    .box_m = to_box(f.box),
                    .open_faces = open_faces(f.open),
                    .max_particles = f.max_particles,
-                   .other_walls = kOwners + static_cast<Index>(scene.bodies.size())};
+                   .other_walls = kOwners + static_cast<Index>(scene.bodies.size()),
+                   .least_particles = f.least_particles};
   for (const EmitterDescription& e : f.emitters) {
     s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
                           .direction = vec_cast<float>(e.direction),
@@ -106,10 +107,14 @@ double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2) {
   return std::max(speed, 0.1);
 }
 
-SceneLiquid::SceneLiquid(ExecContext& ctx, const Scene& scene,
+int SceneLiquid::part_count(const DeviceSet& devices, const Scene& scene) {
+  return scene.fluid ? Liquid::part_count(devices, settings_of(scene)) : 0;
+}
+
+SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                          const std::vector<std::unique_ptr<SoftBody>>& bodies,
                          std::span<const ObstacleDescription> obstacles)
-    : ctx_(ctx), description_(*scene.fluid), liquid_(ctx, settings_of(scene)) {
+    : devices_(devices), description_(*scene.fluid), liquid_(devices, settings_of(scene)) {
   const Solids solids(bodies, obstacles);
   const float d = liquid_.settings().spacing_m;
   std::vector<LiquidParticle> particles;
@@ -143,7 +148,7 @@ SceneLiquid::SceneLiquid(ExecContext& ctx, const Scene& scene,
                                     " m: it may leak through",
                                 "take a thicker obstacle, or a smaller 'fluid.spacing_m'"});
   }
-  liquid_.place(ctx, particles);
+  liquid_.place(particles);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kOwners + static_cast<Index>(b));
 }
@@ -163,7 +168,8 @@ void SceneLiquid::add_body(const SoftBody& body, Index owner) {
   WallSurface surface{
       embed_points(lattice, points, cube, local), {}, lattice.spacing_m, body.contact_nodes()};
   for (const auto& t : fine.triangles) surface.triangles.push_back({t[0], t[1], t[2]});
-  bodies_.push_back(std::make_unique<BodyWalls>(ctx_, surface, owner, d, liquid_.settings().max_particles));
+  bodies_.push_back(std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
+                                                liquid_.settings().max_particles));
   nodes_.push_back(body.nodes_resource());
 }
 
@@ -178,6 +184,12 @@ void SceneLiquid::check_substeps(double dt_s, int substeps) const {
                     std::to_string(least) + " in " + number_text(dt_s) + " s: its largest step is " +
                     number_text(double{liquid_.largest_step_s()}) +
                     " s; say 'auto', or lower 'fluid.max_speed_m_s'");
+}
+
+void SceneLiquid::balance(const Readback& readback) {
+  std::vector<std::vector<Index>> layers;
+  for (const Readback::Place& place : layers_) layers.push_back(readback.get<Index>(place));
+  if (layers.size() > 1) liquid_.balance(layers);
 }
 
 LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& notices) {
@@ -214,7 +226,7 @@ void SceneLiquid::add_forces(const Readback& readback, const std::function<std::
 
 std::vector<Vec3f> SceneLiquid::positions_m() const {
   std::vector<Vec3f> x;
-  for (const LiquidParticle& p : liquid_.particles(ctx_)) x.push_back(p.x_m);
+  for (const LiquidParticle& p : liquid_.particles()) x.push_back(p.x_m);
   return x;
 }
 
