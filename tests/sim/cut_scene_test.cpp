@@ -220,12 +220,6 @@ TEST(CutScene, RefusesBladesAndBodiesByName) {
   expect("{time_s: 0.1}, ", "", "expected two or more");
   expect("to_m: [-0.15, 0.56, 0.7]", "to_m: [-0.15, 0.56, 0.5]", "no length");
   expect("time_s: 0.1}", "time_s: .nan}", "time_s");
-  const std::string liquid = R"(
-fluid: {spacing_m: 0.02, box: {min_m: [-1, 0, -1], max_m: [1, 1, 1]}, blocks: [{min_m: [0, 0, 0], max_m: [0.1, 0.1, 0.1]}]}
-)";
-  const std::string message =
-      test::message_of([&] { parse_scene(kTray + liquid, "scenes/x.yaml"); }, ErrorKind::usage);
-  EXPECT_NE(message.find("does not feel the walls of a cut yet"), std::string::npos) << message;
 }
 
 }  // namespace

@@ -3,10 +3,11 @@
 /// sees the plane at the nearest point of the nearest triangle. So the distance has slope 1 and what depends
 /// on it alone is a potential. What the particle does to that plane the triangle's corners get by the point's
 /// barycentric weights, and nodes by those of the corners: linear momentum is conserved to rounding. Corners
-/// sum integers, in any order.
+/// and nodes sum integers, in any order.
 #include "tactus/compute/atomic.h"
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/surface_triangles.h"
+#include "tactus/contact/wall_mesh.h"
 #include "tactus/geom/near_walls.h"
 #include "tactus/geom/neighbour_visit.h"
 
@@ -22,13 +23,16 @@ struct PosedVertex {
 struct VertexImpulse {
   static constexpr float kUnit = 1.F / (1ULL << 48);
   std::uint64_t sum[3];
+  TACTUS_HD bool is_zero() const { return (sum[0] | sum[1] | sum[2]) == 0; }
+  TACTUS_HD static float newton_seconds(std::uint64_t sum) {
+    return kUnit * static_cast<float>(static_cast<std::int64_t>(sum));
+  }
   TACTUS_HD static std::int64_t units(float N_s) {
     constexpr float kMost = 1.6e4F;  // 2^62 units
     return N_s != N_s ? 0 : static_cast<std::int64_t>(clamp(N_s, -kMost, kMost) / kUnit);
   }
   TACTUS_HD Vec3f value() const {
-    const auto of = [](std::uint64_t u) { return kUnit * static_cast<float>(static_cast<std::int64_t>(u)); };
-    return {of(sum[0]), of(sum[1]), of(sum[2])};
+    return {newton_seconds(sum[0]), newton_seconds(sum[1]), newton_seconds(sum[2])};
   }
 };
 
@@ -44,33 +48,54 @@ struct PoseWallVertices {
     const EmbeddedPoint& p = points[i];
     float give = 0;
     for (int k = 0; k < 8; ++k)
-      if (!nodes.is_held(p.node[k])) give += abs(p.weight[k]) / nodes.mass_kg[p.node[k]];
+      if (p.weight[k] != 0.F && !nodes.is_held(p.node[k]))
+        give += abs(p.weight[k]) / nodes.mass_kg[p.node[k]];
     posed[i] = {nodes.position(p), nodes.velocity(p), nodes.has_stopped() ? 0.F : crowd * give};
     impulse[i] = {};
+  }
+};
+
+/// Thread: vertex that halving added.
+struct PoseAddedVertices {
+  static constexpr int kGrain = 512;
+  View<const WallVertex> added;
+  Index first;  ///< place of the first
+  View<PosedVertex> posed;
+  View<VertexImpulse> impulse;
+  TACTUS_HD void operator()(Index i) const {
+    const WallVertex v = added[i];
+    const PosedVertex p = posed[v.corners.x], q = posed[v.corners.y], r = posed[v.corners.z];
+    const float a = 1.F - v.b - v.c;
+    posed[first + i] = {p.x_m + (v.b * (q.x_m - p.x_m) + v.c * (r.x_m - p.x_m)),
+                        a * p.v_m_s + (v.b * q.v_m_s + v.c * r.v_m_s),
+                        a * p.give_1_kg + (v.b * q.give_1_kg + v.c * r.give_1_kg)};
+    impulse[first + i] = {};
   }
 };
 
 /// Thread: vertex. To another device.
 struct CopyWallVertices {
   View<const PosedVertex> from;
+  Index first;  ///< place of the first
   View<PosedVertex> posed;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
-    posed[i] = from[i];
-    impulse[i] = {};
+    posed[first + i] = from[first + i];
+    impulse[first + i] = {};
   }
 };
 
 /// Thread: vertex. What it got on another device.
 struct AddWallImpulses {
   View<const VertexImpulse> from;
+  Index first;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
-    for (int a = 0; a < 3; ++a) impulse[i].sum[a] += from[i].sum[a];
+    for (int a = 0; a < 3; ++a) impulse[first + i].sum[a] += from[first + i].sum[a];
   }
 };
 
-/// Thread: triangle.
+/// Thread: triangle. One that is not in use is nowhere: the search drops it.
 struct PoseWallTriangles {
   View<const Vec3i> triangles;
   View<const PosedVertex> posed;
@@ -78,6 +103,11 @@ struct PoseWallTriangles {
   View<float> radius_m;  ///< of a ball round it that holds the triangle
   TACTUS_HD void operator()(Index t) const {
     const Vec3i v = triangles[t];
+    if (v.x < 0) {
+      const float nowhere = std::bit_cast<float>(0x7FC00000U);
+      middle_m[t] = {nowhere, nowhere, nowhere};
+      return;
+    }
     const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m,
                 middle = (1.F / 3) * ((a + b) + c);
     const float r2 =
@@ -197,23 +227,62 @@ struct PushVertices {
   }
 };
 
-/// Thread: node that moves with vertices.
-struct PushNodes {
-  static constexpr int kGrain = 256;
-  View<const Index> node, first, incident;  ///< of row r: entries first[r] .. first[r + 1]: 8 vertex + corner
+/// Thread: vertex that halving added. The corners of its triangle get what it got.
+struct PushCorners {
+  static constexpr int kGrain = 512;
+  View<const WallVertex> added;
+  Index first;
+  View<VertexImpulse> impulse;
+  TACTUS_HD void operator()(Index i) const {
+    const VertexImpulse own = impulse[first + i];
+    if (own.is_zero()) return;
+    const WallVertex v = added[i];
+    for (int k = 0; k < 3; ++k) {
+      const float J = VertexImpulse::newton_seconds(own.sum[k]);
+      const auto b = static_cast<std::uint64_t>(VertexImpulse::units(v.b * J)),
+                 c = static_cast<std::uint64_t>(VertexImpulse::units(v.c * J));
+      atomic_add(impulse[v.corners.x].sum[k], own.sum[k] - b - c);
+      atomic_add(impulse[v.corners.y].sum[k], b);
+      atomic_add(impulse[v.corners.z].sum[k], c);
+    }
+  }
+};
+
+/// Thread: vertex of the surface. Its nodes get what it got.
+struct GatherAtNodes {
+  static constexpr int kGrain = 512;
   View<const EmbeddedPoint> points;
   View<const VertexImpulse> impulse;
-  ContactNodes nodes;
-  TACTUS_HD void operator()(Index row) const {
-    if (nodes.has_stopped()) return;
-    const Index at = node[row];
-    Vec3f sum{};
-    for (Index e = first[row]; e < first[row + 1]; ++e) {
-      const Index entry = incident[e];
-      sum += points[entry / 8].weight[entry % 8] * impulse[entry / 8].value();
+  View<VertexImpulse> node_impulse;
+  TACTUS_HD void operator()(Index i) const {
+    const VertexImpulse own = impulse[i];
+    if (own.is_zero()) return;
+    const EmbeddedPoint& p = points[i];
+    for (int a = 0; a < 3; ++a) {
+      const float J = VertexImpulse::newton_seconds(own.sum[a]);
+      std::uint64_t rest = own.sum[a];
+      for (int k = 1; k < 8; ++k) {
+        if (p.weight[k] == 0.F) continue;
+        const auto part = static_cast<std::uint64_t>(VertexImpulse::units(p.weight[k] * J));
+        atomic_add(node_impulse[p.node[k]].sum[a], part);
+        rest -= part;
+      }
+      atomic_add(node_impulse[p.node[0]].sum[a], rest);
     }
-    if (sum.x == 0.F && sum.y == 0.F && sum.z == 0.F) return;
-    nodes.change(at, {}, nodes.free_part(at, (1.F / nodes.mass_kg[at]) * sum));
+  }
+};
+
+/// Thread: node. Takes what vertices gave it.
+struct PushNodes {
+  static constexpr int kGrain = 1024;
+  View<VertexImpulse> node_impulse;
+  ContactNodes nodes;
+  TACTUS_HD void operator()(Index node) const {
+    const VertexImpulse own = node_impulse[node];
+    if (own.is_zero()) return;
+    node_impulse[node] = {};
+    if (nodes.has_stopped()) return;
+    nodes.change(node, {}, nodes.free_part(node, (1.F / nodes.mass_kg[node]) * own.value()));
   }
 };
 

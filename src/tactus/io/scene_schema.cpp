@@ -419,10 +419,6 @@ void check_blades(FieldVisitor& v, const Scene& scene) {
           "there are 'blades', but no body has 'cuttable: true'");
   v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
           "'vtk_every' is for scenes without 'cuttable' bodies");
-  const bool is_wall = std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                                   [](const BodyDescription& b) { return b.cuttable && b.contact; });
-  v.check(!scene.fluid || !is_wall, "fluid",
-          "a liquid does not feel the walls of a cut yet; expected 'contact: false' of 'cuttable' bodies");
 }
 
 }  // namespace

@@ -122,6 +122,9 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
   if (change.copies.empty()) return;
   tissue_.apply(change);
   surface_.apply(ctx, change);
+  for (const TopologyChange::Vertex& v : change.vertices) wall_changes_.vertices.insert(v.vertex);
+  for (const TopologyChange::Copy& copy : change.copies) wall_changes_.cubes.insert(copy.cube);
+  for (const TopologyChange::Triangle& t : change.triangles) wall_changes_.triangles.insert(t.triangle);
   surface_.update(ctx, tissue_.body());
   tactus::apply(change, shape_.lattice);
   for (const TopologyChange::Node& node : change.nodes)
@@ -130,6 +133,58 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
     points_.apply(change, shape_.lattice, cut_points_.update(cutter_->lattice(), cutter_->surface(), change));
   for (const TopologyChange::Copy& copy : change.copies)
     shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
+}
+
+namespace {
+
+/// Vertices of a surface, and who moves them.
+struct AnchoredVertices {
+  std::vector<Index> vertex, cube;
+  std::vector<Vec3f> local;
+  void add(Index v, const embed::Anchor& anchor) {
+    vertex.push_back(v);
+    cube.push_back(anchor.cube);
+    local.push_back(anchor.local);
+  }
+  std::vector<WallChange::Vertex> on(const CubeLattice& lattice) const {
+    const std::vector<EmbeddedPoint> embedded =
+        embed_points(lattice, std::vector<SpreadPoint>(vertex.size()), cube, local);
+    std::vector<WallChange::Vertex> all;
+    for (std::size_t k = 0; k < vertex.size(); ++k) {
+      const Vec3f rest = vec_cast<float>(lattice.cubes[at(cube[k])]) + local[k];
+      all.push_back({vertex[k], embedded[k], lattice.origin_m + lattice.spacing_m * rest});
+    }
+    return all;
+  }
+};
+
+}  // namespace
+
+WallChange SoftBody::walls(ExecContext& ctx) {
+  wall_changes_ = {};
+  AnchoredVertices vertices;
+  Index count = 0;
+  for (const embed::Anchor& anchor : to_host(ctx, surface_.anchors())) vertices.add(count++, anchor);
+  WallChange all{vertices.on(shape_.lattice), {}};
+  for (const auto& t : surface_.to_mesh(ctx).triangles)
+    all.triangles.push_back({static_cast<Index>(all.triangles.size()), t});
+  return all;
+}
+
+/// A vertex changes with the nodes of the cube that moves it, too.
+WallChange SoftBody::take_wall_change() {
+  const WallChangeIds ids = std::exchange(wall_changes_, {});
+  WallChange change;
+  if (ids.vertices.empty() && ids.cubes.empty()) return change;
+  const cut::CutSurface& surface = cutter_->surface();
+  AnchoredVertices vertices;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const embed::Anchor anchor = surface.anchor(cutter_->lattice(), v);
+    if (ids.vertices.contains(v) || ids.cubes.contains(anchor.cube)) vertices.add(v, anchor);
+  }
+  change.vertices = vertices.on(shape_.lattice);
+  for (const Index t : ids.triangles) change.triangles.push_back({t, surface.triangles()[at(t)]});
+  return change;
 }
 
 void SoftBody::follow_cut(BodyPoint& point) const {

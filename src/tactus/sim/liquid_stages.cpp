@@ -7,19 +7,20 @@ void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec
                        int in_block) {
   const StepTime time{.gravity_m_s2 = gravity_m_s2, .in_block = in_block};
   liquid_.begin_step(time, &frame);
-  for (const auto& body : bodies_) body->pose();
+  for (const Felt& felt : bodies_) felt.walls->pose();
   for (int p = 0; p < liquid_.part_count(); ++p) {
     const ContactOnDevices::Part& solid = world.part(p);
     const NeighbourSearch& search = liquid_.search(p);
     solid.contact.find_walls(devices_.context(p), solid.surface, solid.obstacles.view(),
                              search.cells().particles, search.placed(), liquid_.constants().kernel.reach_m(),
                              Liquid::kFaces, in_block, liquid_.near_walls(p));
-    for (const auto& body : bodies_) body->find_walls(p, search, liquid_.near_walls(p));
+    for (const Felt& felt : bodies_) felt.walls->find_walls(p, search, liquid_.near_walls(p));
   }
   liquid_.end_step(time, &frame);
-  for (const auto& body : bodies_) {
-    for (int p = 0; p < liquid_.part_count(); ++p) body->push(p, liquid_.search(p), liquid_.near_walls(p));
-    body->end_push();
+  for (const Felt& felt : bodies_) {
+    for (int p = 0; p < liquid_.part_count(); ++p)
+      felt.walls->push(p, liquid_.search(p), liquid_.near_walls(p));
+    felt.walls->end_push();
   }
 }
 
@@ -27,8 +28,8 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                              Vec3f gravity_m_s2) {
   const FrameOnDevices& frame = schedule.frame();
   const StageDevices devices = liquid_.part_count() > 1 ? StageDevices::all : StageDevices::first;
-  std::vector<Resource> moved = nodes_;
-  moved.emplace_back("liquid");
+  std::vector<Resource> moved{"liquid"};
+  for (const Felt& felt : bodies_) moved.push_back(felt.body->nodes_resource());
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
                 .rate = Rate::substep,

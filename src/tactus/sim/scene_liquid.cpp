@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "tactus/base/error.h"
 #include "tactus/geom/point_in_mesh.h"
-#include "tactus/tissue/embedded_surface.h"
+#include "tactus/sim/body_cut.h"
 
 namespace tactus {
 namespace {
@@ -153,24 +154,30 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
     if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kOwners + static_cast<Index>(b));
 }
 
-void SceneLiquid::add_body(const SoftBody& body, Index owner) {
-  const float d = liquid_.settings().spacing_m;
-  const CubeLattice& lattice = body.shape().lattice;
-  const TriangleMesh fine = with_short_edges(body.shape().surface_m, BodyWalls::kLongestEdge * d);
-  std::vector<SpreadPoint> points;
-  std::vector<Index> cube;
-  std::vector<Vec3f> local;
-  for (const embed::Anchor& anchor : anchor_points(lattice, fine.positions_m, 1)) {
-    cube.push_back(anchor.cube);
-    local.push_back(anchor.local);
+void SceneLiquid::add_body(SoftBody& body, Index owner) {
+  const float d = liquid_.settings().spacing_m, h = body.shape().lattice.spacing_m;
+  WallSurface surface{body.walls(devices_.context(0)), {}, h, body.contact_nodes()};
+  if (const auto copies = static_cast<Index>(body.shape().lattice.copies.size()); copies > 0) {
+    // A copy has a wall of some 1.2 h^2, in triangles of 0.2 d^2, or in a few, and pieces of the surface.
+    const Index each = 30 + static_cast<Index>(10 * sqr(h / d));
+    surface.room = {surface_room(body.shape().lattice, body.shape().surface_m).vertices, each * copies,
+                    each * copies};
   }
-  for (const Vec3f& x : fine.positions_m) points.push_back({x, 0});
-  WallSurface surface{
-      embed_points(lattice, points, cube, local), {}, lattice.spacing_m, body.contact_nodes()};
-  for (const auto& t : fine.triangles) surface.triangles.push_back({t[0], t[1], t[2]});
-  bodies_.push_back(std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
-                                                liquid_.settings().max_particles));
-  nodes_.push_back(body.nodes_resource());
+  bodies_.push_back({&body, std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
+                                                        liquid_.settings().max_particles)});
+}
+
+void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
+  const auto known =
+      std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
+  if (known == bodies_.end()) return body.forget_wall_change();
+  known->walls->apply(body.take_wall_change());
+  if (known->walls->is_full() && !std::exchange(known->was_full, true))
+    notices.push_back({"liquid.cut_full", Severity::warning,
+                       "body '" + body.name() +
+                           "': there is no room for more of its walls in the liquid, which "
+                           "flows through the rest",
+                       "raise 'cut_room' of the body, or 'fluid.spacing_m'"});
 }
 
 int SceneLiquid::substeps_for(double dt_s) const {

@@ -58,6 +58,9 @@ class SceneLiquid {
   void add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
+  /// When a body was cut, between frames. Synchronizes.
+  void follow_cut(SoftBody& body, std::vector<Notice>& notices);
+
   /// Evens out the work of devices, after a frame that was waited for.
   void balance(const Readback& readback);
 
@@ -67,14 +70,19 @@ class SceneLiquid {
   void archive(StateArchive& a) { liquid_.archive(a); }
 
  private:
-  void add_body(const SoftBody& body, Index owner);
+  /// A body that the liquid and it push.
+  struct Felt {
+    SoftBody* body;
+    std::unique_ptr<BodyWalls> walls;
+    bool was_full = false;
+  };
+  void add_body(SoftBody& body, Index owner);
   void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2, int in_block);
 
   DeviceSet& devices_;
   LiquidDescription description_;
   Liquid liquid_;
-  std::vector<std::unique_ptr<BodyWalls>> bodies_;
-  std::vector<Resource> nodes_;  ///< of those
+  std::vector<Felt> bodies_;
   Readback::Place report_, impulses_;
   std::vector<Readback::Place> layers_;  ///< per part
   std::vector<Notice> first_notices_;    ///< of the start

@@ -34,6 +34,10 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
     }
     body->remember_nodes(ctx);
     if (!has_changed) continue;
+    if (liquid_)
+      liquid_->follow_cut(*body, report.notices);
+    else
+      body->forget_wall_change();
     for (Probe& probe : probes_) {
       if (bodies_[probe.body] != body) continue;
       body->follow_cut(probe.point);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
+#include "tactus/contact/wall_mesh.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/body_shape.h"
@@ -113,6 +115,11 @@ class SoftBody {
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
   void remember_nodes(ExecContext& ctx) { last_x_m_ = positions_m(ctx); }
+  /// Its surface as a liquid feels it, all of it. Synchronizes.
+  WallChange walls(ExecContext& ctx);
+  /// What cuts changed of it since the last call, or since walls().
+  WallChange take_wall_change();
+  void forget_wall_change() { wall_changes_ = {}; }
   /// Of a cuttable body: its parts, copies in use, and the volumes that its surface encloses. Synchronizes.
   struct CutState {
     int parts = 1;
@@ -175,6 +182,11 @@ class SoftBody {
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
   cut::CutPoints cut_points_;
+  /// What cuts changed since take_wall_change().
+  struct WallChangeIds {
+    std::set<Index> vertices, cubes, triangles;
+  };
+  WallChangeIds wall_changes_;
   std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
   /// Where a blade's edge was in the last two frames, moved with the body.
   struct Trail {

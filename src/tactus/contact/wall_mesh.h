@@ -1,0 +1,82 @@
+#pragma once
+/// A body's surface in triangles that are small beside the particles of a liquid, as the body is cut.
+#include <array>
+#include <span>
+#include <vector>
+
+#include "tactus/geom/boundary_points.h"
+
+namespace tactus {
+
+/// A vertex inside of a triangle of the surface, or on its edge: x = (1 - b - c) x_0 + b x_1 + c x_2.
+struct WallVertex {
+  Vec3i corners;
+  float b = 0, c = 0;
+};
+
+/// What a cut changes of a surface: vertices and triangles that are new, or others from now on.
+struct WallChange {
+  struct Vertex {
+    Index vertex = 0;
+    EmbeddedPoint to;
+    Vec3f rest_m{};
+  };
+  struct Triangle {
+    Index triangle = 0;
+    std::array<Index, 3> vertices{};  ///< all the same: it is not in use
+  };
+  std::vector<Vertex> vertices;
+  std::vector<Triangle> triangles;
+};
+
+/// Triangles whose edges are too long at rest are halved at their longest edge, again and again. Each moves
+/// with its corners alone, so pieces of one triangle stay flat, and those of two neighbours meet where these
+/// do.
+class WallMesh {
+ public:
+  /// Vertices, vertices that halving adds, and triangles that there is room for.
+  struct Room {
+    Index vertices = 0, added = 0, triangles = 0;
+  };
+  WallMesh() = default;
+  /// @throws Error for a length that is not positive.
+  WallMesh(float longest_m, Room room);
+
+  void apply(const WallChange& change);
+  /// Some triangles found no room.
+  bool is_full() const { return is_full_; }
+
+  const std::vector<EmbeddedPoint>& vertices() const { return points_; }
+  /// Their numbers begin at room().vertices.
+  const std::vector<WallVertex>& added() const { return added_; }
+  /// Of vertices; (-1, -1, -1): not in use.
+  const std::vector<Vec3i>& triangles() const { return fine_; }
+  const Room& room() const { return room_; }
+
+ private:
+  struct Corner {
+    Index vertex;
+    float b, c;
+  };
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  void divide(Index triangle);
+  void drop(Index triangle);
+  Index add_vertex(Index triangle, float b, float c);
+  void add_triangle(Index triangle, const std::array<Corner, 3>& corners);
+
+  float longest_m_ = 0;
+  Room room_;
+  std::vector<EmbeddedPoint> points_;
+  std::vector<Vec3f> rest_m_;
+  std::vector<std::array<Index, 3>> coarse_;
+  struct Parts {
+    std::vector<Index> triangles, added;
+  };
+  std::vector<Parts> parts_;  ///< of each triangle of the surface
+  std::vector<WallVertex> added_;
+  std::vector<Vec3i> fine_;
+  std::vector<Index> free_added_, free_fine_;
+  bool is_full_ = false;
+};
+
+}  // namespace tactus
