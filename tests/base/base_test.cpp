@@ -28,6 +28,15 @@ TEST(Math, ExpMatchesLibm) {
   }
 }
 
+TEST(Math, LogMatchesLibm) {
+  // |a| <= 0.172: truncation 2 a^11 / 11 = 7e-10, and some ulp of the terms.
+  for (float x = 1e-30F; x < 1e30F; x *= 1.0173F) {
+    const double truth = std::log(static_cast<double>(x));
+    EXPECT_NEAR(log(x), truth, 2e-7 * (1 + std::abs(truth))) << x;
+  }
+  EXPECT_EQ(log(1.F), 0);
+}
+
 TEST(Math, FloorToIntOnBothSidesOfZero) {
   EXPECT_EQ(floor_to_int(-0.5F), -1);
   EXPECT_EQ(floor_to_int(-2.F), -2);

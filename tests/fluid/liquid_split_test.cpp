@@ -15,7 +15,7 @@ namespace {
 constexpr Vec3f kGravity{0, -9.81F, 0};
 constexpr float kSpacing = 0.01F;
 
-/// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2.
+/// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2. Some thin.
 LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
   LiquidSettings s{.solver = solver,
                    .iterations = 3,
@@ -26,6 +26,7 @@ LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
                    .emitters = {{.position_m = {0.1F, 0.25F, 0.03F}, .radius_m = 0.02F, .until_s = 0.3}},
                    .sinks_m = {{{0.45F, -1, 0}, {0.6F, 1, 1}}},
                    .least_particles = 1};
+  if (solver == LiquidSolver::wcsph || axis == 2) s.carreau = Carreau{};
   if (axis == 0) return s;
   std::swap(s.box_m.max.x, s.box_m.max.z);
   std::swap(s.emitters[0].position_m.x, s.emitters[0].position_m.z);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <string>
 
 #include "support/data_folder.h"
@@ -41,15 +42,20 @@ void for_lattice(int lowest, F&& f) {
 
 TEST(SmoothingKernel, IsNormalisedAndEnds) {
   // Midpoint rule with 2000 steps: its error is below (2/2000)^2 / 24 times a second derivative of order 10.
-  double integral = 0, area = 0;
+  double integral = 0, viscous = 0, friction = 0;
   const int n = 2000;
   for (int i = 0; i < n; ++i) {
-    const double q = (i + 0.5) * 2 / n;
+    const double q = (i + 0.5) * 2 / n, r2 = q * q;
+    const double G =
+        double{SmoothingKernel{}.slope_scale_1_m5()} * double{ViscousKernel::kWeight} * q * (2 - q) * (2 - q);
     integral += 4 * M_PI * q * q * w(q) * 2 / n;
-    if (q > 0.5) area += 2 * M_PI * q * w(q) * 2 / n;
+    viscous += 4 * M_PI * r2 * r2 * G * 2 / n;
+    friction += double{ViscousKernel::friction(static_cast<float>(q))} * 2 / n;
   }
   EXPECT_NEAR(integral, 1, 1e-4);
-  EXPECT_NEAR(SmoothingKernel{}.area_1_m(0.5F), area, 1e-4);
+  EXPECT_NEAR(viscous, 3, 3e-4);
+  EXPECT_NEAR(friction, 1, 1e-4);
+  EXPECT_NEAR(ViscousKernel::behind(0), 0.5F, 1e-6F);
   EXPECT_EQ(w(2), 0);
   EXPECT_EQ(slope(2), 0);
   for (const double q :
@@ -78,6 +84,26 @@ TEST(SmoothingKernel, WallStandsForTheMissingLayer) {
   EXPECT_EQ(kernel.fill(1), 0);
 }
 
+/// Sums over what is behind a plane, in spherical shells of 400 radii and 400 polar angles: 1e-3 of the
+/// values at the plane, as the midpoint rule jumps at the plane by a cell of 1/400.
+TEST(ViscousKernel, KnowsWhatIsBehindAWall) {
+  for (const double s : {0.25, 0.5, 1.0, 1.6}) {
+    double friction = 0, behind = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double r = (i + 0.5) / 200, G = 63 / (128 * M_PI) * r * (2 - r) * (2 - r);
+      for (int k = 0; k < 400; ++k) {
+        const double up = (k + 0.5) / 400, y = up * r;
+        if (y < s) continue;
+        const double along2 = 0.5 * (1 - up * up), volume = 2 * M_PI * r * r / 200 / 400;
+        friction += 10 * G * y * along2 * volume;
+        behind += 5 * G * y * y * along2 * volume;
+      }
+    }
+    EXPECT_NEAR(ViscousKernel::friction(static_cast<float>(s)), friction, 2e-3) << s;
+    EXPECT_NEAR(ViscousKernel::behind(static_cast<float>(s)), behind, 1e-3) << s;
+  }
+}
+
 LiquidSettings pool_settings(float d, Vec3f size_m) {
   return {.spacing_m = d,
           .max_speed_m_s = std::sqrt(2 * 9.81F * size_m.y),
@@ -104,20 +130,21 @@ constexpr LiquidSolver kSolvers[] = {LiquidSolver::wcsph, LiquidSolver::dfsph};
 
 /// The same particles, bit by bit, as on the CPU after a splash.
 TEST_P(LiquidOn, HasTheSameBits) {
-  const auto splash = [](const std::string& devices, LiquidSolver solver) {
+  const auto splash = [](const std::string& devices, LiquidSolver solver, std::optional<Carreau> carreau) {
     DeviceSet set(devices, 5);
     const float d = 0.01F;
     LiquidSettings settings = pool_settings(d, {0.12F, 0.1F, 0.08F});
     settings.solver = solver;
     settings.least_particles = 1;
+    settings.carreau = carreau;
     Liquid liquid(set, settings);
     liquid.place(fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.08F}}, d));
     for (int i = 0; i < (solver == LiquidSolver::dfsph ? 60 : 300); ++i)
       liquid.step({.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
     return std::pair{liquid.particles(), wall_impulses_N_s(set.context(0), liquid)};
   };
-  for (const LiquidSolver solver : kSolvers) {
-    const auto expected = splash("cpu", solver), got = splash(GetParam(), solver);
+  const auto compare = [&](LiquidSolver solver, std::optional<Carreau> carreau) {
+    const auto expected = splash("cpu", solver, carreau), got = splash(GetParam(), solver, carreau);
     ASSERT_EQ(got.first.size(), 6U * 10 * 8);
     ASSERT_EQ(got.first.size(), expected.first.size());
     for (std::size_t i = 0; i < got.first.size(); ++i) {
@@ -125,6 +152,10 @@ TEST_P(LiquidOn, HasTheSameBits) {
       ASSERT_EQ(got.first[i].v_m_s, expected.first[i].v_m_s) << i;
     }
     EXPECT_EQ(got.second, expected.second);
+  };
+  for (const LiquidSolver solver : kSolvers) {
+    compare(solver, {});
+    compare(solver, Carreau{});
   }
 }
 
@@ -312,6 +343,12 @@ TEST(Liquid, RefusesWhatCannotBe) {
   EXPECT_EQ(refusal([](LiquidSettings& s) { s.spacing_m = 0; }),
             "liquid: spacing_m is 0.000000, must be > 0");
   EXPECT_NE(refusal([](LiquidSettings& s) { s.viscosity_Pa_s = -1; }).find("viscosity_Pa_s"),
+            std::string::npos);
+  EXPECT_NE(refusal([](LiquidSettings& s) {
+              s.carreau = Carreau{.zero_shear_Pa_s = 0.001F};
+            }).find("zero_shear_Pa_s is 0.001000, must be at least viscosity_Pa_s"),
+            std::string::npos);
+  EXPECT_NE(refusal([](LiquidSettings& s) { s.carreau = Carreau{.index = 1.2F}; }).find("index is 1.2"),
             std::string::npos);
   EXPECT_NE(refusal([](LiquidSettings& s) { s.density_kg_m3 = 0; }).find("density_kg_m3"), std::string::npos);
   EXPECT_NE(refusal([](LiquidSettings& s) { s.box_m.max.y = 0; }).find("box_m"), std::string::npos);

@@ -84,4 +84,15 @@ TACTUS_HD inline float exp(float x) {
   return fma(r, p, 1.F) * scale;
 }
 
+/// The natural logarithm of what is positive and not denormal (error < 1e-7 (1 + |log x|)).
+TACTUS_HD inline float log(float x) {
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
+  // x = 2^k m with m from 1/sqrt(2) to sqrt(2); log m = 2 artanh((m - 1) / (m + 1)).
+  const int k = static_cast<int>(bits - 0x3f3504f3U) >> 23;
+  const float m = std::bit_cast<float>(bits - (static_cast<std::uint32_t>(k) << 23));
+  const float a = (m - 1) / (m + 1), a2 = a * a;
+  const float series = a * fma(a2, fma(a2, fma(a2, fma(a2, 2.F / 9, 2.F / 7), 2.F / 5), 2.F / 3), 2.F);
+  return fma(static_cast<float>(k), 0.69314718F, series);
+}
+
 }  // namespace tactus

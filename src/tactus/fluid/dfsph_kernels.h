@@ -9,6 +9,7 @@
 ///
 /// The second is a fixed number of Jacobi iterations that begin with the last step's k, and go on by half of
 /// their last change (Nesterov 1983): two in place of three.
+#include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/geom/neighbour_visit.h"
 
@@ -127,10 +128,11 @@ struct DfsphDensity {
 
 /// v* = v + dt (viscosity, artificial viscosity, gravity), with what kd do; and the velocity of the first k.
 /// What walls do because of kd comes with k's, so that they get it.
+template <bool kThins>
 struct DfsphForce {
   template <int kLanes>
   struct Own {
-    float vx[kLanes], vy[kLanes], vz[kLanes], kd[kLanes], k[kLanes];
+    float vx[kLanes], vy[kLanes], vz[kLanes], kd[kLanes], k[kLanes], nu[kThins ? kLanes : 1];
     float ax[kLanes], ay[kLanes], az[kLanes], x[kLanes], y[kLanes], z[kLanes];
   };
   LiquidConstants liquid;
@@ -139,6 +141,7 @@ struct DfsphForce {
   View<const LiquidMotion> motion;
   View<const float> kd;
   View<LiquidMotion> star, moved;
+  View<const float> shear_m2_s = {};  ///< kThins
 
   TACTUS_HD void load() {
     time.load();
@@ -150,24 +153,24 @@ struct DfsphForce {
     own.vx[t] = m.v_m_s.x, own.vy[t] = m.v_m_s.y, own.vz[t] = m.v_m_s.z;
     own.kd[t] = kd[i];
     own.k[t] = m.push;
+    if constexpr (kThins) own.nu[t] = shear_m2_s[i];
     own.ax[t] = own.ay[t] = own.az[t] = own.x[t] = own.y[t] = own.z[t] = 0;
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
     const LiquidMotion m = load_constant(motion, j);
-    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
-    const float slope =
-        SmoothingKernel::slope(r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, inverse_r * liquid.spacing_m);
-    const float weight = near ? slope : 0.F;
+    const PairViscosity pair = PairViscosity::of(liquid, r2_m2);
     const float x = m.v_m_s.x - own.vx[t], y = m.v_m_s.y - own.vy[t], z = m.v_m_s.z - own.vz[t];
-    const float approach = min(0.F, fma(x, d.x, fma(y, d.y, z * d.z))) * (inverse_r * inverse_r);
-    const float along =
-        weight * (time.dt_s * liquid.damping_m2_s * approach - liquid.density_kg_m3 * (own.kd[t] + kd[j]));
-    const float drag = weight * (2 * liquid.shear_m2_s) * time.dt_s;
-    const float push = weight * (own.k[t] + m.push);
-    own.ax[t] += fma(along, d.x, drag * x);
-    own.ay[t] += fma(along, d.y, drag * y);
-    own.az[t] += fma(along, d.z, drag * z);
+    const float apart = fma(x, d.x, fma(y, d.y, z * d.z)) * (pair.inverse_r * pair.inverse_r);
+    float nu = liquid.shear_m2_s;
+    if constexpr (kThins) nu = 0.5F * (own.nu[t] + shear_m2_s[j]);
+    const float viscous =
+        time.dt_s * fma(pair.slope * liquid.damping_m2_s, min(0.F, apart), nu * pair.weight * apart);
+    const float all = fma(pair.slope, -liquid.density_kg_m3 * (own.kd[t] + kd[j]), viscous);
+    const float along = near ? all : 0.F, push = near ? pair.slope * (own.k[t] + m.push) : 0.F;
+    own.ax[t] = fma(along, d.x, own.ax[t]);
+    own.ay[t] = fma(along, d.y, own.ay[t]);
+    own.az[t] = fma(along, d.z, own.az[t]);
     own.x[t] = fma(push, d.x, own.x[t]);
     own.y[t] = fma(push, d.y, own.y[t]);
     own.z[t] = fma(push, d.z, own.z[t]);

@@ -6,9 +6,12 @@
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity, tactus::ListUse::write>);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidForce, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidForce<false>, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidForce<true>, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidShear, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphDensity, tactus::ListUse::write>);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<false>, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<true>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<true>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphPressure, tactus::ListUse::read>);

@@ -13,6 +13,14 @@ namespace {
   throw Error(std::string("liquid: ") + what + " is " + std::to_string(value) + ", must be " + expected);
 }
 
+CarreauLaw thinning_of(const LiquidSettings& s) {
+  const Carreau c = s.carreau.value_or(Carreau{.zero_shear_Pa_s = s.viscosity_Pa_s});
+  return {.zero_m2_s = c.zero_shear_Pa_s / s.density_kg_m3,
+          .infinite_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
+          .relaxation_s = c.relaxation_s,
+          .index = c.index};
+}
+
 LiquidConstants constants_of(const LiquidSettings& s) {
   const float sound = 10 * s.max_speed_m_s, d = s.spacing_m;
   // What is incompressible has no sound to damp, but jiggles.
@@ -23,9 +31,10 @@ LiquidConstants constants_of(const LiquidSettings& s) {
           .density_kg_m3 = s.density_kg_m3,
           .tait_Pa = s.density_kg_m3 * sound * sound / 7,
           .sound_m_s = sound,
-          .shear_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
+          .shear_m2_s = (s.carreau ? s.carreau->zero_shear_Pa_s : s.viscosity_Pa_s) / s.density_kg_m3,
           .damping_m2_s = s.artificial_viscosity * damped_m_s * d,
-          .closest_m = 0.25F * d};
+          .closest_m = 0.25F * d,
+          .thinning = thinning_of(s)};
 }
 
 /// Points d apart on the disc of an emitter.
@@ -58,6 +67,14 @@ LiquidSettings checked(const LiquidSettings& s) {
   if (!(s.spacing_m > 0 && s.spacing_m < 1e3F)) refuse("spacing_m", s.spacing_m, "> 0");
   if (!(s.density_kg_m3 > 0)) refuse("density_kg_m3", s.density_kg_m3, "> 0");
   if (!(s.viscosity_Pa_s >= 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, ">= 0");
+  if (s.carreau) {
+    const Carreau& c = *s.carreau;
+    if (!(c.zero_shear_Pa_s >= s.viscosity_Pa_s))
+      refuse("zero_shear_Pa_s", c.zero_shear_Pa_s,
+             "at least viscosity_Pa_s, which is left at high shear rates");
+    if (!(c.relaxation_s >= 0)) refuse("relaxation_s", c.relaxation_s, ">= 0");
+    if (!(c.index > 0 && c.index <= 1)) refuse("index", c.index, "> 0 and <= 1");
+  }
   if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
   if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
   if (s.iterations < 1) refuse("iterations", static_cast<float>(s.iterations), "> 0");
@@ -100,6 +117,7 @@ Liquid::Liquid(DeviceSet& devices, const LiquidSettings& settings)
   make_emitters();
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.sinks = to_device(ctx, settings_.sinks_m);
+    if (settings_.carreau) part.shear_m2_s = Buffer<float>(ctx.device(), settings_.max_particles);
     ctx.fill_bytes(part.wall_sums.view(), 0);
   });
   place({});
@@ -218,10 +236,24 @@ void Liquid::begin_step(const StepTime& time, const FrameOnDevices* frame) {
 }
 
 LiquidStepped Liquid::stepped(LiquidPart& part) const {
-  return {part.x_m.view(), part.v_m_s.view(), part.id.view(),
+  return {part.x_m.view(),
+          part.v_m_s.view(),
+          part.id.view(),
           LiquidEnds{settings_.box_m, settings_.open_faces, part.sinks.const_view(),
                      View<std::uint32_t>(&part.counters.view().data()->taken, 1)},
-          part.wall_sums.view()};
+          part.wall_sums.view(),
+          part.shear_m2_s.const_view()};
+}
+
+/// Of the velocities in `motion`.
+void Liquid::measure_shear() {
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(
+        ctx, "fluid/shear",
+        LiquidShear{constants_, part.near_walls(), part.motion.const_view(), part.shear_m2_s.view()},
+        part.near_lists());
+  });
+  split_.update("fluid/copy shear", &LiquidPart::shear_m2_s);
 }
 
 void Liquid::end_step(const StepTime& time, const FrameOnDevices* frame) {
@@ -247,12 +279,19 @@ void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy motion", &LiquidPart::motion);
+  if (settings_.carreau) measure_shear();
   each([&](ExecContext& ctx, LiquidPart& part) {
-    part.search.visit_listed(
-        ctx, "fluid/force",
-        LiquidForce{constants_, of_part(time, frame, part.number), part.near_walls(),
-                    part.search.cells().particles, part.motion.const_view(), stepped(part)},
-        part.near_lists());
+    const auto force = [&](auto pair) {
+      part.search.visit_listed(ctx, "fluid/force", pair, part.near_lists());
+    };
+    const StepTime here = of_part(time, frame, part.number);
+    const View<const SearchParticle> particles = part.search.cells().particles;
+    if (settings_.carreau)
+      force(LiquidForce<true>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
+                              stepped(part), part.shear_m2_s.const_view()});
+    else
+      force(LiquidForce<false>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
+                               stepped(part)});
   });
 }
 
@@ -271,12 +310,18 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy kd", &LiquidPart::kd);
+  if (settings_.carreau) measure_shear();
   each([&](ExecContext& ctx, LiquidPart& part) {
-    part.search.visit_listed(
-        ctx, "fluid/force",
-        DfsphForce{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
-                   part.kd.const_view(), part.star.view(), part.moved.view()},
-        part.near_lists());
+    const auto force = [&](auto pair) {
+      part.search.visit_listed(ctx, "fluid/force", pair, part.near_lists());
+    };
+    if (settings_.carreau)
+      force(DfsphForce<true>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+                             part.kd.const_view(), part.star.view(), part.moved.view(),
+                             part.shear_m2_s.const_view()});
+    else
+      force(DfsphForce<false>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+                              part.kd.const_view(), part.star.view(), part.moved.view()});
   });
   for (int k = 1; k <= settings_.iterations; ++k) {
     if (k > 1) {

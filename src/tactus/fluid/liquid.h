@@ -24,12 +24,20 @@ enum class LiquidSolver : std::uint8_t {
   dfsph,  ///< incompressible: steps ten times as long, three times as dear
 };
 
+/// What thins when it is sheared (Carreau 1972): of the viscosity at rest, `viscosity_Pa_s` is left at last.
+struct Carreau {
+  float zero_shear_Pa_s = 0.056F;
+  float relaxation_s = 3.313F;  ///< lambda: thinning begins at the shear rate 1 / lambda
+  float index = 0.3568F;        ///< n: viscosity falls as rate^(n - 1)
+};
+
 struct LiquidSettings {
   LiquidSolver solver = LiquidSolver::wcsph;
   int iterations = 4;        ///< dfsph
   float spacing_m = 0.004F;  ///< d: of particles at rest
   float density_kg_m3 = 1060;
   float viscosity_Pa_s = 0.0035F;
+  std::optional<Carreau> carreau = {};
   /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast.
   float max_speed_m_s = 1;
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
@@ -135,6 +143,7 @@ class Liquid {
   }
   void make_emitters();
   void emit(const StepTime& time);
+  void measure_shear();
   void end_weakly(const StepTime& time, const FrameOnDevices* frame);
   void end_dfsph(const StepTime& time, const FrameOnDevices* frame);
   LiquidStepped stepped(LiquidPart& part) const;

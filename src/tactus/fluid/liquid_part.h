@@ -29,6 +29,7 @@ struct LiquidPart {
   Buffer<Vec3f> x_m, v_m_s;
   Buffer<float> density_kg_m3, push;
   Buffer<float> inverse_D, found, kd;  ///< dfsph
+  Buffer<float> shear_m2_s;            ///< of what thins
   Buffer<LiquidMotion> motion, star, moved;
   Buffer<NearWall> walls;
   Buffer<WallSums> wall_sums, wall_totals;

@@ -1,6 +1,7 @@
 #pragma once
 /// What kernels see of a liquid.
 #include "tactus/fluid/smoothing_kernel.h"
+#include "tactus/fluid/viscosity.h"
 #include "tactus/frame/frame_params.h"
 #include "tactus/geom/near_walls.h"
 
@@ -20,9 +21,10 @@ struct LiquidConstants {
   float density_kg_m3 = 0;
   float tait_Pa = 0;       ///< rho0 c^2 / 7
   float sound_m_s = 0;     ///< c
-  float shear_m2_s = 0;    ///< kinematic viscosity
+  float shear_m2_s = 0;    ///< kinematic viscosity; the largest, where it depends on the shear rate
   float damping_m2_s = 0;  ///< alpha c d of the artificial viscosity
   float closest_m = 0;     ///< no particle's middle is nearer to a wall
+  CarreauLaw thinning;     ///< where viscosity depends on the shear rate
 };
 
 /// What all walls near a particle bring to its density, over that at rest. Two walls at an edge overlap:

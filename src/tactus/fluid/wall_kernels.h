@@ -89,6 +89,7 @@ struct LiquidStepped {
   View<Index> id;
   LiquidEnds ends;
   View<WallSums> wall_sums;
+  View<const float> shear_m2_s = {};  ///< by slot of the search; empty: that of all
 
   /// @param push dt p / rho^2 @param before the velocity at the begin of the step @param v at its end,
   /// without what walls do
@@ -109,9 +110,14 @@ struct LiquidStepped {
       NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
       const float s = max(wall.distance_m, liquid.closest_m);
+      float shear = liquid.shear_m2_s;
+      if (!shear_m2_s.empty())
+        shear = 0.5F * (shear_m2_s[i] + liquid.thinning.at(dot(slide, slide) / sqr(s)));
       // Friction must not turn the velocity round. What gives way takes its share of a blow.
       const float yields = liquid.mass_kg * wall.give_1_kg,
-                  drag = min(dt_s * 2 * liquid.shear_m2_s * liquid.kernel.area_1_m(s) / s, 1.F);
+                  drag = min(dt_s * shear * ViscousKernel::friction(s * liquid.kernel.inverse_d_1_m) /
+                                 (s * liquid.spacing_m),
+                             1.F);
       const float push_m_s = liquid.density_kg_m3 * push * share.slope_1_m[k];
       Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
       v += kick;

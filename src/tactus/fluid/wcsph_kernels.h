@@ -1,5 +1,6 @@
 #pragma once
 /// Weakly compressible SPH (Becker & Teschner 2007): density and pressure, then forces and the step.
+#include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/geom/neighbour_visit.h"
 
@@ -45,19 +46,24 @@ struct LiquidDensity {
 ///   - sum_j m (p_i / rho_i^2 + p_j / rho_j^2) grad W              pressure (Monaghan 1992)
 ///   + sum_j m alpha c d / rho0 min(v_ij . x_ij, 0) / r^2 grad W   artificial viscosity (Monaghan & Gingold
 ///   1983)
-///   + sum_j m 2 nu / rho0 (-W' / r) (v_j - v_i)                   viscosity (Morris et al. 1997)
+///   + sum_j m 10 nu / rho0 G (v_j - v_i) . x_ij / r^2 x_ij        viscosity (ViscousKernel)
 ///
 /// and of a wall at distance s with normal n, whose fill has the slope -f, and on which the liquid does not
-/// slip: behind it the velocity goes on linearly, and the integral of the viscosity is one of the area A(s):
+/// slip:
 ///
-///   + rho0 p_i / rho_i^2 f n - 2 nu A / s (v_i - v_wall)_t
+///   + rho0 p_i / rho_i^2 f n - nu friction(s / d) / (s d) (v_i - v_wall)_t
+///
+/// v_wall is that of the wall if it reached to the particle: what turns with its wall isn't sheared.
 ///
 /// Velocities are stepped first, then positions with the new ones: LiquidStepped.
+///
+/// @tparam kThins nu is (nu_i + nu_j) / 2
+template <bool kThins>
 struct LiquidForce {
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], push[kLanes];
-    float ax[kLanes], ay[kLanes], az[kLanes];
+    float ax[kLanes], ay[kLanes], az[kLanes], nu[kThins ? kLanes : 1];
   };
   LiquidConstants liquid;
   StepTime time;
@@ -65,6 +71,7 @@ struct LiquidForce {
   View<const SearchParticle> particles;
   View<const LiquidMotion> motion;
   LiquidStepped stepped;
+  View<const float> shear_m2_s = {};  ///< kThins
 
   TACTUS_HD void load() {
     time.load();
@@ -76,22 +83,23 @@ struct LiquidForce {
     own.vx[t] = m.v_m_s.x, own.vy[t] = m.v_m_s.y, own.vz[t] = m.v_m_s.z;
     own.push[t] = m.push;
     own.ax[t] = own.ay[t] = own.az[t] = 0;
+    if constexpr (kThins) own.nu[t] = shear_m2_s[i];
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
     const LiquidMotion m = load_constant(motion, j);
-    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
-    const float q = r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m;
-    const float slope = SmoothingKernel::slope(q, inverse_r * liquid.spacing_m);
+    const PairViscosity pair = PairViscosity::of(liquid, r2_m2);
     const float x = m.v_m_s.x - own.vx[t], y = m.v_m_s.y - own.vy[t], z = m.v_m_s.z - own.vz[t];
-    const float approach = min(0.F, fma(x, d.x, fma(y, d.y, z * d.z))) * (inverse_r * inverse_r);
-    const float weight = near ? slope : 0.F;
-    const float along =
-        weight * (liquid.damping_m2_s * approach - liquid.density_kg_m3 * (own.push[t] + m.push));
-    const float drag = weight * (2 * liquid.shear_m2_s);
-    own.ax[t] += fma(along, d.x, drag * x);
-    own.ay[t] += fma(along, d.y, drag * y);
-    own.az[t] += fma(along, d.z, drag * z);
+    const float apart = fma(x, d.x, fma(y, d.y, z * d.z)) * (pair.inverse_r * pair.inverse_r);
+    float nu = liquid.shear_m2_s;
+    if constexpr (kThins) nu = 0.5F * (own.nu[t] + shear_m2_s[j]);
+    const float all = fma(
+        pair.slope, fma(liquid.damping_m2_s, min(0.F, apart), -liquid.density_kg_m3 * (own.push[t] + m.push)),
+        nu * pair.weight * apart);
+    const float along = near ? all : 0.F;
+    own.ax[t] = fma(along, d.x, own.ax[t]);
+    own.ay[t] = fma(along, d.y, own.ay[t]);
+    own.az[t] = fma(along, d.z, own.az[t]);
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {

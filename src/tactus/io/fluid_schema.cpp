@@ -54,7 +54,17 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.integer({"max_particles", "room; emitters wait where there is none"}, f.max_particles, {"", 1, 50000000});
   v.real({"density_kg_m3", "mass per volume; blood 1060, water 1000"}, f.density_kg_m3,
          positive("kg/m^3", 30000));
-  v.real({"viscosity_pa_s", "blood 0.0035, water 0.001, honey 10"}, f.viscosity_pa_s, {"Pa s", 0, 1000});
+  v.real({"viscosity_pa_s",
+          "blood 0.0035, water 0.001, honey 10; of `carreau`, what is left at high shear rates"},
+         f.viscosity_pa_s, {"Pa s", 0, 1000});
+  v.choice({"viscosity",
+            "`newton`: the same at all shear rates; `carreau`: thins, the defaults are those of blood"},
+           f.viscosity, {{"newton", LiquidViscosity::newton}, {"carreau", LiquidViscosity::carreau}});
+  v.real({"zero_shear_viscosity_pa_s", "carreau: at rest"}, f.zero_shear_viscosity_pa_s, {"Pa s", 0, 1000});
+  v.real({"relaxation_s", "carreau: thinning begins at a shear rate of 1 over this"}, f.relaxation_s,
+         {"s", 0, 1e6});
+  v.real({"power_index", "carreau: n, viscosity falls as the shear rate to the power of n - 1"},
+         f.power_index, {"", 0.01, 1});
   v.real({"artificial_viscosity", "alpha of Monaghan: damps what approaches, and so sound"},
          f.artificial_viscosity, {"", 0, 1});
   v.real_or_auto(
@@ -64,6 +74,13 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
   v.only_when(f.solver == LiquidModel::dfsph, "iterations", "'solver' is dfsph");
+  const bool carreau = f.viscosity == LiquidViscosity::carreau;
+  for (const char* key : {"zero_shear_viscosity_pa_s", "relaxation_s", "power_index"})
+    v.only_when(carreau, key, "'viscosity' is carreau");
+  v.check(!carreau || f.zero_shear_viscosity_pa_s >= f.viscosity_pa_s, "zero_shear_viscosity_pa_s",
+          "'zero_shear_viscosity_pa_s' is " + number_text(f.zero_shear_viscosity_pa_s) +
+              ", expected at least 'viscosity_pa_s', " + number_text(f.viscosity_pa_s) +
+              ": what is sheared fast is thinner");
   const Vec3d edge = f.box.max_m - f.box.min_m;
   v.check(
       min(edge.x, min(edge.y, edge.z)) >= 2 * f.spacing_m, "spacing_m",

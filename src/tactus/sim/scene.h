@@ -262,6 +262,8 @@ enum class LiquidLooks : std::uint8_t { blood, water };
 
 enum class LiquidModel : std::uint8_t { wcsph, dfsph };
 
+enum class LiquidViscosity : std::uint8_t { newton, carreau };
+
 struct LiquidDescription {
   LiquidModel solver = LiquidModel::dfsph;
   int iterations = 4;  ///< dfsph
@@ -273,6 +275,8 @@ struct LiquidDescription {
   std::vector<SinkDescription> sinks;
   int max_particles = 40000;
   double density_kg_m3 = 1060, viscosity_pa_s = 0.0035;
+  LiquidViscosity viscosity = LiquidViscosity::newton;
+  double zero_shear_viscosity_pa_s = 0.056, relaxation_s = 3.313, power_index = 0.3568;  ///< carreau: blood
   double artificial_viscosity = 0.05;
   std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
   LiquidLooks looks = LiquidLooks::blood;

@@ -43,6 +43,10 @@ LiquidSettings settings_of(const Scene& scene) {
                    .max_particles = f.max_particles,
                    .other_walls = kOwners + static_cast<Index>(scene.bodies.size()),
                    .least_particles = f.least_particles};
+  if (f.viscosity == LiquidViscosity::carreau)
+    s.carreau = {.zero_shear_Pa_s = static_cast<float>(f.zero_shear_viscosity_pa_s),
+                 .relaxation_s = static_cast<float>(f.relaxation_s),
+                 .index = static_cast<float>(f.power_index)};
   for (const EmitterDescription& e : f.emitters) {
     s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
                           .direction = vec_cast<float>(e.direction),
