@@ -113,7 +113,7 @@ fluid:
   const auto momentum = [&](double& all) {
     all = 0;
     Vec3d sum = simulation.monitors().at(0).momentum_kg_m_s;
-    for (const LiquidParticle& p : simulation.liquid()->liquid().particles(simulation.context())) {
+    for (const LiquidParticle& p : simulation.liquid()->liquid().particles()) {
       sum += 1e-3 * vec_cast<double>(p.v_m_s);
       all += 1e-3 * double{length(p.v_m_s)};
     }
@@ -162,7 +162,7 @@ Bled bleed(const Scene& scene, const std::string& devices_text, int frames, doub
       for (const CutScore& cut : bled.cuts) bled.expected_m3 += 2 * rate_m_s * cut.area_m2 * dt_s;
     bled.liquid = simulation.step(nullptr, dt_s).liquid;
     bled.cuts = simulation.cuts();
-    for (const LiquidParticle& p : simulation.liquid()->liquid().particles(simulation.context())) {
+    for (const LiquidParticle& p : simulation.liquid()->liquid().particles()) {
       if (p.id < static_cast<Index>(bled.first_m.size())) continue;
       bled.first_m.resize(static_cast<std::size_t>(p.id) + 1);
       bled.first_m.back() = p.x_m;

@@ -261,7 +261,7 @@ struct LiquidArrivals {
   View<Vec3f> x_m, v_m_s;
   View<Index> id;
   View<float> push;
-  TACTUS_HD Index room() const { return id.size(); }
+  Index room;  ///< for particles
 };
 
 /// One block. Per stroke, of the places that have room those that wish most get a slot, as many as there are
@@ -311,7 +311,7 @@ struct PlanWounds {
       b.on_one_thread([&] {
         open[0] += s.total;
         const Index waiting = books[stroke].waiting() > 1000000U ? 1000000 : Index(books[stroke].waiting());
-        s.wanted = min(min(s.total, waiting), liquid.room() - liquid.count[0]);
+        s.wanted = min(min(s.total, waiting), liquid.room - liquid.count[0]);
         s.least = 0;
       });
       if (s.wanted <= 0) continue;

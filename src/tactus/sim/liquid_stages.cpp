@@ -5,9 +5,31 @@
 
 namespace tactus {
 
+void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2,
+                       int in_block) {
+  const StepTime time{.gravity_m_s2 = gravity_m_s2, .in_block = in_block};
+  liquid_.begin_step(time, &frame);
+  for (const Felt& felt : bodies_) felt.walls->pose();
+  for (int p = 0; p < liquid_.part_count(); ++p) {
+    const ContactOnDevices::Part& solid = world.part(p);
+    const NeighbourSearch& search = liquid_.search(p);
+    solid.contact.find_walls(devices_.context(p), solid.surface, solid.obstacles.view(),
+                             search.cells().particles, search.placed(), liquid_.constants().kernel.reach_m(),
+                             Liquid::kFaces, in_block, liquid_.near_walls(p));
+    for (const Felt& felt : bodies_) felt.walls->find_walls(p, search, liquid_.near_walls(p));
+  }
+  liquid_.end_step(time, &frame);
+  for (const Felt& felt : bodies_) {
+    for (int p = 0; p < liquid_.part_count(); ++p)
+      felt.walls->push(p, liquid_.search(p), liquid_.near_walls(p));
+    felt.walls->end_push();
+  }
+}
+
 void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
                              Vec3f gravity_m_s2) {
-  const View<const FrameParams> frame = schedule.frame().view(0);
+  const FrameOnDevices& frame = schedule.frame();
+  const StageDevices devices = liquid_.part_count() > 1 ? StageDevices::all : StageDevices::first;
   std::vector<Resource> moved{"liquid"};
   for (const Felt& felt : bodies_) moved.push_back(felt.body->nodes_resource());
   const bool bleeds =
@@ -18,39 +40,29 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                   .rate = Rate::before,
                   .updates = moved,
                   .reads = {"contact/poses"},
-                  .submit = [this, &world, frame](BlockPlace) {
-                    for (const Felt& felt : bodies_) felt.walls->pose(ctx_);
+                  .submit = [this, &world, &frame](BlockPlace) {
+                    for (const Felt& felt : bodies_) felt.walls->pose();
                     for (Felt& felt : bodies_)
-                      if (felt.wounds) bleed(felt, world.part(0), frame);
+                      if (felt.wounds) bleed(felt, world.part(0), frame.view(0));
                   }});
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
                 .rate = Rate::substep,
+                .devices = devices,
                 .updates = moved,
-                .submit = [this, &world, frame, gravity_m_s2](BlockPlace at) {
-                  const StepTime time{.gravity_m_s2 = gravity_m_s2, .frame = frame, .in_block = at.substep};
-                  const ContactOnDevices::Part& solid = world.part(0);
-                  liquid_.begin_step(ctx_, time);
-                  solid.contact.find_walls(ctx_, solid.surface, solid.obstacles.view(),
-                                           liquid_.search().cells().particles, liquid_.search().placed(),
-                                           liquid_.constants().kernel.reach_m(), Liquid::kFaces, at.substep,
-                                           liquid_.near_walls());
-                  for (const Felt& felt : bodies_) {
-                    felt.walls->pose(ctx_);
-                    felt.walls->find_walls(ctx_, liquid_.search(), liquid_.near_walls());
-                  }
-                  liquid_.end_step(ctx_, time);
-                  for (const Felt& felt : bodies_)
-                    felt.walls->push(ctx_, liquid_.search(), liquid_.near_walls());
+                .submit = [this, &world, &frame, gravity_m_s2](BlockPlace at) {
+                  step(world, frame, gravity_m_s2, at.substep);
                 }});
   schedule.add({.name = "liquid/end",
                 .timed_as = "end",
                 .rate = Rate::after,
+                .devices = devices,
                 .writes = {report_resource()},
                 .updates = {"liquid"},
-                .submit = [this](BlockPlace) { liquid_.end_frame(ctx_); }});
+                .submit = [this](BlockPlace) { liquid_.end_frame(); }});
   report_ = readback.add(liquid_.report_view());
   impulses_ = readback.add(liquid_.wall_impulses_N_s());
+  for (int p = 0; p < liquid_.part_count(); ++p) layers_.push_back(readback.add(liquid_.layers(p), p));
   for (Felt& felt : bodies_)
     if (felt.wounds) felt.books = readback.add(felt.wounds->books());
 }
@@ -58,14 +70,15 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
 void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame) {
   const ContactNodes nodes = felt.body->contact_nodes();
   Wounds& wounds = *felt.wounds;
-  wounds.try_places(ctx_, frame, View<const Vec3f>(nodes.x_m), View<const Vec3f>(nodes.v_m_s));
-  liquid_.find_box_walls(ctx_, wounds.search(), wounds.near_walls());
-  solid.contact.find_walls(ctx_, solid.surface, solid.obstacles.view(), wounds.search().cells().particles,
+  ExecContext& ctx = devices_.context(0);
+  wounds.try_places(ctx, frame, View<const Vec3f>(nodes.x_m), View<const Vec3f>(nodes.v_m_s));
+  liquid_.find_box_walls(ctx, wounds.search(), wounds.near_walls());
+  solid.contact.find_walls(ctx, solid.surface, solid.obstacles.view(), wounds.search().cells().particles,
                            wounds.search().placed(), liquid_.constants().kernel.reach_m(), Liquid::kFaces, 0,
                            wounds.near_walls());
   for (const Felt& other : bodies_)
-    other.walls->find_walls(ctx_, wounds.search(), wounds.near_walls(), felt.hits.view());
-  wounds.bleed(ctx_, liquid_.search(), liquid_.arrivals());
+    other.walls->find_walls(0, wounds.search(), wounds.near_walls(), felt.hits.view());
+  wounds.bleed(ctx, liquid_.search(), liquid_.arrivals());
 }
 
 }  // namespace tactus
