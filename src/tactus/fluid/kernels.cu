@@ -1,6 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
@@ -14,6 +15,10 @@ TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<true>, tactus::Lis
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<true>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphPressure, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindSurface, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::SmoothNormals, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindCurvature, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::PullSurface, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::TakeMotion);
 TACTUS_CUDA_KERNEL(tactus::KeepCount);
 TACTUS_CUDA_KERNEL(tactus::PlanLayers);

@@ -20,9 +20,12 @@ CarreauLaw thinning_of(const LiquidSettings& s) {
 }
 
 LiquidConstants constants_of(const LiquidSettings& s) {
-  const float sound = 10 * s.max_speed_m_s, d = s.spacing_m;
+  // The surface's shortest waves are fast, however slow the liquid is.
+  const float d = s.spacing_m,
+              speed_m_s = std::max(s.max_speed_m_s, std::sqrt(s.surface_tension_N_m / (s.density_kg_m3 * d))),
+              sound = 10 * speed_m_s;
   // What is incompressible has no sound to damp, but jiggles.
-  const float damped_m_s = s.solver == LiquidSolver::dfsph ? 4 * s.max_speed_m_s : sound;
+  const float damped_m_s = s.solver == LiquidSolver::dfsph ? 4 * speed_m_s : sound;
   return {.kernel = {1.F / d},
           .spacing_m = d,
           .mass_kg = s.density_kg_m3 * d * d * d,
@@ -32,6 +35,9 @@ LiquidConstants constants_of(const LiquidSettings& s) {
           .shear_m2_s = (s.carreau ? s.carreau->zero_shear_Pa_s : s.viscosity_Pa_s) / s.density_kg_m3,
           .damping_m2_s = s.artificial_viscosity * damped_m_s * d,
           .closest_m = 0.25F * d,
+          .tension_N_m = s.surface_tension_N_m,
+          .contact_cos = std::cos(s.contact_angle_deg * kPi / 180),
+          .contact_sin = std::sin(s.contact_angle_deg * kPi / 180),
           .thinning = thinning_of(s)};
 }
 
@@ -65,6 +71,9 @@ LiquidSettings checked(const LiquidSettings& s) {
     if (!(c.relaxation_s >= 0)) refuse("relaxation_s", c.relaxation_s, ">= 0");
     if (!(c.index > 0 && c.index <= 1)) refuse("index", c.index, "> 0 and <= 1");
   }
+  if (!(s.surface_tension_N_m >= 0)) refuse("surface_tension_N_m", s.surface_tension_N_m, ">= 0");
+  if (!(s.contact_angle_deg >= 0 && s.contact_angle_deg <= 180))
+    refuse("contact_angle_deg", s.contact_angle_deg, "from 0 to 180");
   if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
   if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
   if (s.iterations < 1) refuse("iterations", static_cast<float>(s.iterations), "> 0");
@@ -101,6 +110,9 @@ Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
       motion_(ctx.device(), settings_.max_particles),
       star_(ctx.device(), settings_.max_particles),
       moved_(ctx.device(), settings_.max_particles),
+      surface_(ctx.device(), settings_.surface_tension_N_m > 0 ? settings_.max_particles : 0),
+      smooth_(ctx.device(), surface_.size()),
+      curvature_(ctx.device(), surface_.size()),
       walls_(ctx.device(), std::int64_t{kNearWalls} * settings_.max_particles),
       wall_sums_(ctx.device(), std::int64_t{kFaces + settings_.other_walls} * WallSums::kCopies),
       wall_impulse_(ctx.device(), kFaces + settings_.other_walls),
@@ -203,6 +215,7 @@ void Liquid::end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStep
                         LiquidDensity{constants_, near_walls(), cells.order, v_m_s_.const_view(),
                                       density_kg_m3_.view(), motion_.view()},
                         lists);
+  pull_surface(ctx, time);
   const auto force = [&](auto pair) { search_.visit_listed(ctx, "fluid/force", pair, lists); };
   if (settings_.carreau) {
     measure_shear(ctx);
@@ -211,6 +224,20 @@ void Liquid::end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStep
   } else {
     force(LiquidForce<false>{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped});
   }
+}
+
+/// Adds to the velocities in motion_.
+void Liquid::pull_surface(ExecContext& ctx, const StepTime& time) {
+  if (surface_.empty()) return;
+  const NearLists lists{list_count_.view(), near_.view()};
+  search_.visit_listed(ctx, "fluid/surface", FindSurface{constants_, near_walls(), surface_.view()}, lists);
+  search_.visit_listed(ctx, "fluid/normals",
+                       SmoothNormals{constants_, near_walls(), surface_.const_view(), smooth_.view()}, lists);
+  search_.visit_listed(ctx, "fluid/curvature",
+                       FindCurvature{constants_, smooth_.const_view(), curvature_.view()}, lists);
+  search_.visit_listed(
+      ctx, "fluid/tension",
+      PullSurface{constants_, time, smooth_.const_view(), curvature_.const_view(), motion_.view()}, lists);
 }
 
 /// Of the velocities in motion_.
@@ -233,6 +260,7 @@ void Liquid::end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepp
       ctx, "fluid/density",
       DfsphDensity{constants_, time, walls, motion, density_kg_m3_.view(), inverse_D_.view(), kd_.view()},
       lists);
+  pull_surface(ctx, time);
   const auto force = [&](auto pair) { search_.visit_listed(ctx, "fluid/force", pair, lists); };
   if (settings_.carreau) {
     measure_shear(ctx);
@@ -274,6 +302,9 @@ float Liquid::largest_step_s() const {
                                : constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity);
   float step = 0.4F * d / signal_m_s;
   if (constants_.shear_m2_s > 0) step = std::min(step, d * d / (8 * constants_.shear_m2_s));
+  if (settings_.surface_tension_N_m > 0)
+    step = std::min(
+        step, std::sqrt(settings_.density_kg_m3 * d * d * d / (8 * kPi * settings_.surface_tension_N_m)));
   return step;
 }
 

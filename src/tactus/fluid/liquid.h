@@ -6,6 +6,7 @@
 
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/neighbour_search.h"
@@ -38,7 +39,10 @@ struct LiquidSettings {
   float density_kg_m3 = 1060;
   float viscosity_Pa_s = 0.0035F;
   std::optional<Carreau> carreau = {};
-  /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast.
+  float surface_tension_N_m = 0;
+  float contact_angle_deg = 90;  ///< of its surface on walls, in the liquid; < 90 wets
+  /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast, or ten times as fast as
+  /// (sigma / (rho d))^(1/2), the speed of the surface's shortest waves.
   float max_speed_m_s = 1;
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
   Box3f box_m;                         ///< the world of the liquid
@@ -90,8 +94,9 @@ class Liquid {
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
   void end_frame(ExecContext& ctx);
 
-  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of dfsph, with the largest speed
-  /// in place of c (1 + 0.6 alpha).
+  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu), (rho d^3 / (8 pi sigma))^(1/2));
+  /// of dfsph, with the largest speed in place of c (1 + 0.6 alpha). The last is half the time that the
+  /// shortest wave of the surface takes to the next particle (Brackbill, Kothe & Zemach 1992).
   float largest_step_s() const;
   /// Of dfsph, from the next step on, at least 1.
   void set_iterations(int iterations) { settings_.iterations = iterations; }
@@ -112,6 +117,7 @@ class Liquid {
  private:
   void make_emitters(ExecContext& ctx);
   void measure_shear(ExecContext& ctx);
+  void pull_surface(ExecContext& ctx, const StepTime& time);
   void end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
   void end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
 
@@ -124,6 +130,8 @@ class Liquid {
   Buffer<float> push_, inverse_D_, found_, kd_;  ///< dfsph
   Buffer<float> shear_m2_s_;                     ///< of what thins
   Buffer<LiquidMotion> motion_, star_, moved_;
+  Buffer<LiquidNormal> surface_, smooth_;  ///< with surface tension
+  Buffer<float> curvature_;
   Buffer<NearWall> walls_;
   Buffer<WallSums> wall_sums_;
   Buffer<Vec3f> wall_impulse_;

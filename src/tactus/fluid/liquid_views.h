@@ -24,7 +24,9 @@ struct LiquidConstants {
   float shear_m2_s = 0;    ///< kinematic viscosity; the largest, where it depends on the shear rate
   float damping_m2_s = 0;  ///< alpha c d of the artificial viscosity
   float closest_m = 0;     ///< no particle's middle is nearer to a wall
-  CarreauLaw thinning;     ///< where viscosity depends on the shear rate
+  float tension_N_m = 0;   ///< sigma
+  float contact_cos = 0, contact_sin = 1;
+  CarreauLaw thinning;  ///< where viscosity depends on the shear rate
 };
 
 /// What all walls near a particle bring to its density, over that at rest. Two walls at an edge overlap:
