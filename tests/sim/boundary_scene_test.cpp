@@ -220,7 +220,9 @@ TEST(BoundaryScene, WhyABodyIsOnOneDeviceIsSaid) {
   scene.bodies[0].contact = true;
   EXPECT_EQ(text(scene), "stepped by 2 of 2 devices");
   scene.contact.self = true;
-  EXPECT_EQ(text(scene), "on one device of 2, as it may touch bodies ('contact.bodies', 'contact.self')");
+  EXPECT_EQ(
+      text(scene),
+      "on one device of 2, as it may touch bodies ('contact.bodies', 'contact.self', 'contact.cut_walls')");
   scene = free_scene(TissueModel::flsm);
   scene.bodies[0].shape.size_m = {0.1, 0.1, 0.1};
   scene.bodies[0].fixed.clear();

@@ -1,153 +1,37 @@
 #include "tactus/contact/body_pairs.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <set>
-
-#include "tactus/contact/pair_find_kernels.h"
+#include "tactus/contact/pair_cut_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 
 namespace tactus {
 namespace {
 
-constexpr Index kPatchEdge = 4;  ///< in cubes
-
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 
-/// Where a point rests, in spacings of the lattice.
-Vec3f rest_of(const CubeLattice& lattice, const EmbeddedPoint& p) {
-  Vec3f sum{};
-  for (int k = 0; k < 8; ++k) sum += p.weight[k] * vec_cast<float>(lattice.nodes[at(p.node[k])]);
-  return sum;
+/// Room for the longest that lists may become.
+Index list_room(const std::vector<std::vector<Index>>& lists, Index room) {
+  Index sum = 0;
+  for (const auto& list : lists) sum += size_of(list);
+  return room > 0 ? sum + room : 0;
 }
 
-std::array<Index, 3> patch_key(Vec3f p) {
-  const auto of = [](float u) { return static_cast<Index>(std::floor(u / kPatchEdge)); };
-  return {of(p.z), of(p.y), of(p.x)};
-}
+IndexListsView view(const IndexLists& lists) { return {lists.ranges(), lists.values()}; }
 
 }  // namespace
-
-/// All bodies' patches, cubes, points and rows, one body after the other.
-struct BodyPairs::Builder {
-  std::vector<PairBody> bodies;
-  std::vector<CubePatch> patches;
-  std::vector<SolidCube> cubes;
-  std::vector<float> samples;
-  std::vector<PointGroup> groups;
-  std::vector<EmbeddedPoint> points;
-  std::vector<Vec3f> rest;
-  std::vector<Index> patch_nodes, rows;
-  std::vector<PairNode> nodes;
-  std::vector<Index> incident_points, incident_cubes;
-  float smallest_mass_kg = 1e30F;
-
-  void add(const PairedBody& b) {
-    const auto body = size_of(bodies);
-    PairBody& out = bodies.emplace_back();
-    out.nodes = b.nodes;
-    out.spacing_m = b.lattice.spacing_m;
-    out.touches_itself = b.touches_itself ? 1 : 0;
-    out.first_patch = size_of(patches);
-    out.first_point = size_of(points);
-    const Index first_cube = size_of(cubes);
-    add_patches(b, body);
-    bodies[at(body)].end_patch = size_of(patches);
-    bodies[at(body)].end_point = size_of(points);
-    add_rows(b, body, first_cube);
-    for (const float m : b.lattice.node_mass_kg) smallest_mass_kg = std::min(smallest_mass_kg, m);
-  }
-
- private:
-  struct Patch {
-    std::vector<std::size_t> cubes;  ///< of the solid
-    std::vector<std::size_t> points;
-  };
-  void add_patches(const PairedBody& b, Index body) {
-    const RestSolid solid = rest_solid(b.lattice, b.surface, b.fill);
-    std::map<std::array<Index, 3>, Patch> of_key;
-    for (std::size_t c = 0; c < solid.cubes.size(); ++c)
-      of_key[patch_key(vec_cast<float>(b.lattice.cubes[at(solid.cubes[c])]))].cubes.push_back(c);
-    for (std::size_t p = 0; p < b.points.size(); ++p)
-      of_key[patch_key(rest_of(b.lattice, b.points[p]))].points.push_back(p);
-    for (const auto& [key, patch] : of_key) add_patch(b, body, solid, patch);
-  }
-  void add_patch(const PairedBody& b, Index body, const RestSolid& solid, const Patch& patch) {
-    std::set<Index> of_patch;
-    CubePatch& out = patches.emplace_back();
-    out.body = body;
-    out.first_cube = size_of(cubes);
-    for (const std::size_t c : patch.cubes) {
-      SolidCube& cube = cubes.emplace_back();
-      const auto& corners = b.lattice.cube_nodes[at(solid.cubes[c])];
-      cube.body = body;
-      cube.cell = b.lattice.cubes[at(solid.cubes[c])];
-      std::copy(corners.begin(), corners.end(), cube.node);
-      of_patch.insert(corners.begin(), corners.end());
-      const auto first = solid.sample_m.begin() + static_cast<std::ptrdiff_t>(c * CubeSamples::kCount);
-      samples.insert(samples.end(), first, first + CubeSamples::kCount);
-    }
-    out.end_cube = size_of(cubes);
-    for (std::size_t k = 0; k < patch.points.size(); ++k) {
-      if (k % kGroupPoints == 0) groups.push_back({body, size_of(patches) - 1, size_of(points), 0});
-      ++groups.back().count;
-      const EmbeddedPoint& p = b.points[patch.points[k]];
-      points.push_back(p);
-      rest.push_back(rest_of(b.lattice, p));
-      for (int n = 0; n < 8; ++n) {
-        if (p.weight[n] != 0) of_patch.insert(p.node[n]);
-      }
-    }
-    out.first_node = size_of(patch_nodes);
-    patch_nodes.insert(patch_nodes.end(), of_patch.begin(), of_patch.end());
-    out.end_node = size_of(patch_nodes);
-  }
-  /// A row for each node with points or cubes.
-  void add_rows(const PairedBody& b, Index body, Index first_cube) {
-    const auto count = b.lattice.nodes.size();
-    std::vector<std::vector<Index>> of_points(count), of_cubes(count);
-    for (Index p = bodies[at(body)].first_point; p < size_of(points); ++p) {
-      for (int k = 0; k < 8; ++k) {
-        if (points[at(p)].weight[k] != 0) of_points[at(points[at(p)].node[k])].push_back(8 * p + k);
-      }
-    }
-    for (Index c = first_cube; c < size_of(cubes); ++c) {
-      for (int k = 0; k < 8; ++k) of_cubes[at(cubes[at(c)].node[k])].push_back(8 * c + k);
-    }
-    std::vector<Index> row(count);
-    for (std::size_t n = 0; n < count; ++n) {
-      if (of_points[n].empty() && of_cubes[n].empty()) continue;
-      row[n] = size_of(nodes);
-      PairNode& node = nodes.emplace_back();
-      node.body = body;
-      node.node = static_cast<Index>(n);
-      node.first_point = size_of(incident_points);
-      incident_points.insert(incident_points.end(), of_points[n].begin(), of_points[n].end());
-      node.end_point = size_of(incident_points);
-      node.first_cube = size_of(incident_cubes);
-      incident_cubes.insert(incident_cubes.end(), of_cubes[n].begin(), of_cubes[n].end());
-      node.end_cube = size_of(incident_cubes);
-    }
-    for (Index p = bodies[at(body)].first_point; p < size_of(points); ++p) {
-      for (const Index node : points[at(p)].node) rows.push_back(row[at(node)]);
-    }
-    for (Index c = first_cube; c < size_of(cubes); ++c) {
-      for (int k = 0; k < 8; ++k) cubes[at(c)].row[k] = row[at(cubes[at(c)].node[k])];
-    }
-  }
-};
 
 BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings,
                      bool touch_others)
     : settings_(checked(settings)), touch_others_(touch_others) {
-  Builder all;
+  auto made = std::make_unique<PairModel>();
+  PairModel& all = *made;
+  Index room = 0;  // cubes that may come
   for (const PairedBody& body : bodies) {
     first_point_.push_back(size_of(all.points));
     all.add(body);
+    if (body.cuttable) room += body.lattice.cube_count();
   }
   first_point_.push_back(size_of(all.points));
   smallest_mass_kg_ = all.smallest_mass_kg;
@@ -159,10 +43,14 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   points_ = to_device(ctx, all.points);
   rest_ = to_device(ctx, all.rest);
   nodes_ = to_device(ctx, all.nodes);
-  patch_nodes_ = to_device(ctx, all.patch_nodes);
+  part_ = to_device(ctx, all.part);
   rows_ = to_device(ctx, all.rows);
-  incident_points_ = to_device(ctx, all.incident_points);
-  incident_cubes_ = to_device(ctx, all.incident_cubes);
+  // A cube has eight nodes; points that come are as many per cube at most, of eight nodes each.
+  patch_nodes_ = IndexLists(ctx, all.patch_nodes, list_room(all.patch_nodes, 16 * room));
+  patch_cubes_ = IndexLists(ctx, all.patch_cubes, list_room(all.patch_cubes, room));
+  incident_points_ =
+      IndexLists(ctx, all.row_points, list_room(all.row_points, room > 0 ? 8 * size_of(all.points) : 0));
+  incident_cubes_ = IndexLists(ctx, all.row_cubes, list_room(all.row_cubes, 8 * room));
   contact_ = to_device(ctx, std::vector<PairContact>(all.points.size()));
   const auto zeros = [&](std::size_t n) { return to_device(ctx, std::vector<std::uint32_t>(n)); };
   group_active_ = zeros(all.groups.size());
@@ -173,7 +61,7 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
   patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
-  last_x_ = to_device(ctx, std::vector<Vec3f>(all.patch_nodes.size()));
+  last_x_ = to_device(ctx, std::vector<Vec3f>(at(patch_nodes_.room())));
   self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
   group_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.groups.size()));
   point_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.points.size()));
@@ -181,23 +69,83 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   records_ = Buffer<ContactRecord>(ctx.device(), size_of(all.points));
   totals_ = to_device(ctx, std::vector<OwnerTotals>(bodies.size() * bodies.size()));
   moved_on_ = to_device(ctx, std::vector<ReactionSums>(bodies.size() * bodies.size()));
+  if (room > 0) {
+    all.samples = {};
+    model_ = std::move(made);
+    staged_places_ = Buffer<Index>(ctx.device(), size_of(all.cubes));
+    staged_cubes_ = Buffer<SolidCube>(ctx.device(), size_of(all.cubes));
+    staged_samples_ = Buffer<float>(ctx.device(), samples_.size());
+    staged_points_ = Buffer<PairPointChange>(ctx.device(), size_of(all.points));
+  }
   begin_frame(ctx);
   ctx.synchronize();
 }
 
+void BodyPairs::apply(ExecContext& ctx, Index body, const SolidChange& change) {
+  if (!model_) throw Error("contact: no body is cuttable");
+  model_->apply(body, change);
+  upload_changes(ctx, change);
+  const PairTable t = table();
+  const PairState s = state();
+  std::vector<Index> gone = model_->changed().gone;
+  std::sort(gone.begin(), gone.end());
+  const View<Index> staged = staged_places_.view().part(0, size_of(gone));
+  ctx.upload(gone, staged);
+  ctx.parallel_for("contact/end pairs", points_.size(),
+                   EndPairContacts{View<const Index>(staged), contact_.view()});
+  ctx.fill_bytes(row_weight_.view(), 0);
+  ctx.parallel_for("contact/weigh pairs", points_.size(), WeighPairs{t, s});
+  ctx.parallel_for("contact/start patches", patches_.size(), StartPatches{t, s});
+  ctx.fill_bytes(group_sleep_.view(), 0);
+  ctx.fill_bytes(point_sleep_.view(), 0);
+  ctx.synchronize();
+}
+
+void BodyPairs::upload_changes(ExecContext& ctx, const SolidChange& change) {
+  const PairModel& m = *model_;
+  const PairModel::Changed& changed = m.changed();
+  for (const Index patch : changed.patches) {
+    patch_nodes_.set(patch, m.patch_nodes[at(patch)]);
+    patch_cubes_.set(patch, m.patch_cubes[at(patch)]);
+  }
+  for (const Index row : changed.rows) {
+    incident_points_.set(row, m.row_points[at(row)]);
+    incident_cubes_.set(row, m.row_cubes[at(row)]);
+  }
+  for (IndexLists* lists : {&patch_nodes_, &patch_cubes_, &incident_points_, &incident_cubes_})
+    lists->upload(ctx);
+  std::vector<SolidCube> cubes;
+  for (const Index cube : changed.cubes) cubes.push_back(m.cubes[at(cube)]);
+  std::vector<PairPointChange> points;
+  for (const Index point : changed.points) {
+    points.push_back({point, m.points[at(point)], m.rest[at(point)], {}});
+    for (Index k = 0; k < 8; ++k) points.back().rows[k] = m.rows[at(8 * point + k)];
+  }
+  const View<Index> places = staged_places_.view().part(0, size_of(cubes));
+  const View<SolidCube> staged = staged_cubes_.view().part(0, size_of(cubes));
+  const View<float> samples = staged_samples_.view().part(0, size_of(change.sample_m));
+  const View<PairPointChange> staged_points = staged_points_.view().part(0, size_of(points));
+  ctx.upload(changed.cubes, places);
+  ctx.upload(cubes, staged);
+  ctx.upload(change.sample_m, samples);
+  ctx.upload(points, staged_points);
+  ctx.upload(m.bodies, bodies_.view());
+  ctx.upload(m.groups, groups_.view());
+  ctx.upload(m.part, part_.view());
+  ctx.parallel_for("contact/set cubes", places.size(),
+                   SetSolidCubes{View<const Index>(places), View<const SolidCube>(staged),
+                                 View<const float>(samples), cubes_.view(), samples_.view()});
+  ctx.parallel_for(
+      "contact/set pair points", staged_points.size(),
+      SetPairPoints{View<const PairPointChange>(staged_points), points_.view(), rest_.view(), rows_.view()});
+  ctx.synchronize();
+}
+
 PairTable BodyPairs::table() const {
-  return {bodies_.const_view(),
-          patches_.const_view(),
-          patch_nodes_.const_view(),
-          cubes_.const_view(),
-          {samples_.const_view()},
-          groups_.const_view(),
-          points_.const_view(),
-          rows_.const_view(),
-          rest_.const_view(),
-          nodes_.const_view(),
-          incident_points_.const_view(),
-          incident_cubes_.const_view()};
+  return {bodies_.const_view(),   patches_.const_view(),   view(patch_nodes_),   view(patch_cubes_),
+          cubes_.const_view(),    {samples_.const_view()}, groups_.const_view(), points_.const_view(),
+          rows_.const_view(),     rest_.const_view(),      nodes_.const_view(),  part_.const_view(),
+          view(incident_points_), view(incident_cubes_)};
 }
 
 PairState BodyPairs::state() {

@@ -1,23 +1,13 @@
 #pragma once
 /// Contact of soft bodies with one another and with themselves.
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "tactus/contact/contact.h"
-#include "tactus/contact/pair_views.h"
-#include "tactus/contact/rest_solid.h"
+#include "tactus/contact/pair_model.h"
 
 namespace tactus {
-
-/// A body that touches others.
-struct PairedBody {
-  const CubeLattice& lattice;
-  const TriangleMesh& surface;  ///< closed, where the lattice rests
-  MeshFill fill = MeshFill::closed;
-  std::span<const EmbeddedPoint> points;  ///< of its surface, that touch
-  ContactNodes nodes;                     ///< the views stay valid
-  bool touches_itself = false;
-};
 
 /// What a body did to another over one frame.
 struct PairReaction {
@@ -32,12 +22,19 @@ struct PairReaction {
 ///
 /// The response is that of Contact: a positional push to the surface, a change of velocity with restitution
 /// and friction. Both sides take part with the masses of their nodes; nodes that are held don't move.
+///
+/// A body that is cut goes on with apply(), between frames. The walls of a cut touch each other, however near
+/// they are at rest: a point on a wall may touch what lies beyond that wall.
 class BodyPairs {
  public:
   /// Synchronizes. @param touch_others false: each touches itself alone
   /// @throws Error naming the setting that is out of range.
   BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings = {},
             bool touch_others = true);
+
+  /// Takes a cut of a cuttable body over, between frames; masses of its nodes have changed. Synchronizes.
+  /// @throws Error for a body that is not cuttable, an id that is out of range, or where there is no room.
+  void apply(ExecContext& ctx, Index body, const SolidChange& change);
 
   void begin_frame(ExecContext& ctx);
   /// @param poses of the real surface: moments are about its centre
@@ -50,23 +47,25 @@ class BodyPairs {
   View<const OwnerTotals> totals() const { return totals_.const_view(); }
 
  private:
-  struct Builder;
+  void upload_changes(ExecContext& ctx, const SolidChange& change);
   PairTable table() const;
   PairState state();
 
   ContactSettings settings_;
   bool touch_others_ = true;
   float smallest_mass_kg_ = 0;
-  std::vector<Index> first_point_;  ///< (bodies + 1)
+  std::vector<Index> first_point_;    ///< (bodies + 1)
+  std::unique_ptr<PairModel> model_;  ///< where a body may be cut
   Buffer<PairBody> bodies_;
   Buffer<CubePatch> patches_;
   Buffer<SolidCube> cubes_;
   Buffer<float> samples_;
   Buffer<PointGroup> groups_;
   Buffer<EmbeddedPoint> points_;
-  Buffer<Vec3f> rest_;
+  Buffer<PointRest> rest_;
   Buffer<PairNode> nodes_;
-  Buffer<Index> patch_nodes_, rows_, incident_points_, incident_cubes_, recorded_;
+  Buffer<Index> rows_, part_, recorded_;
+  IndexLists patch_nodes_, patch_cubes_, incident_points_, incident_cubes_;
   Buffer<PatchBox> patch_box_, body_box_;
   Buffer<float> patch_way_;
   Buffer<Vec3f> last_x_;
@@ -77,6 +76,10 @@ class BodyPairs {
   Buffer<ContactRecord> records_;
   Buffer<OwnerTotals> totals_;
   Buffer<ReactionSums> moved_on_;
+  Buffer<Index> staged_places_;
+  Buffer<SolidCube> staged_cubes_;
+  Buffer<float> staged_samples_;
+  Buffer<PairPointChange> staged_points_;
 };
 
 /// Of each pair of bodies that touched, both ways; what one did to the other is what that one did to it, with

@@ -4,6 +4,7 @@
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/near_wall_kernels.h"
+#include "tactus/contact/pair_cut_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 #include "tactus/contact/paper_kernels.h"
@@ -57,6 +58,11 @@ TACTUS_CUDA_KERNEL(tactus::BoundPatches);
 TACTUS_CUDA_KERNEL(tactus::BoundBodies);
 TACTUS_CUDA_KERNEL(tactus::FindPairs);
 TACTUS_CUDA_KERNEL(tactus::PairImpulses);
+TACTUS_CUDA_KERNEL(tactus::SetSolidCubes);
+TACTUS_CUDA_KERNEL(tactus::SetPairPoints);
+TACTUS_CUDA_KERNEL(tactus::EndPairContacts);
+TACTUS_CUDA_KERNEL(tactus::WeighPairs);
+TACTUS_CUDA_KERNEL(tactus::StartPatches);
 TACTUS_CUDA_KERNEL(tactus::MovePairs);
 TACTUS_CUDA_KERNEL(tactus::PaperVolumes);
 TACTUS_CUDA_KERNEL(tactus::PaperContact);

@@ -23,15 +23,15 @@ struct BoundPatches {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const CubePatch& patch = table.patches[b.index()];
     const ContactNodes& nodes = table.bodies[patch.body].nodes;
-    const bool is_self = table.bodies[patch.body].touches_itself != 0;
+    const bool is_self = table.bodies[patch.body].self != SelfTouch::none;
     const Vec3f shift = state.self_motion[patch.body].shift_m;
-    const Index count = patch.end_node - patch.first_node;
-    const int lanes = min(Index(kThreads), count);
+    const IndexRange own = table.patch_nodes.ranges[b.index()], cubes = table.patch_cubes.ranges[b.index()];
+    const int lanes = min(Index(kThreads), own.end - own.begin);
     b.for_threads(lanes, [&](int t) {
-      PatchBox box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+      PatchBox box = PatchBox::empty();
       float way2 = 0;
-      for (Index k = patch.first_node + t; k < patch.end_node; k += kThreads) {
-        const Vec3f x = nodes.x_m[table.patch_nodes[k]];
+      for (Index k = own.begin + t; k < own.end; k += kThreads) {
+        const Vec3f x = nodes.x_m[table.patch_nodes.values[k]];
         box = {min(box.min_m, x), max(box.max_m, x)};
         if (!is_self) continue;
         const Vec3f way = x - state.last_x_m[k] - shift;
@@ -40,12 +40,13 @@ struct BoundPatches {
       }
       s.of_thread[t] = box;
       s.way2_m2[t] = way2;
-      for (Index c = patch.first_cube + t; c < patch.end_cube; c += lanes) state.cube_list[c] = 0;
+      for (Index c = cubes.begin + t; c < cubes.end; c += lanes)
+        state.cube_list[table.patch_cubes.values[c]] = 0;
     });
     b.on_one_thread([&] {
-      PatchBox box = s.of_thread[0];
-      float way2 = s.way2_m2[0];
-      for (int t = 1; t < lanes; ++t) {
+      PatchBox box = PatchBox::empty();
+      float way2 = 0;
+      for (int t = 0; t < lanes; ++t) {
         box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
         way2 = max(way2, s.way2_m2[t]);
       }
@@ -68,7 +69,7 @@ struct BoundBodies {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const PairBody& body = table.bodies[b.index()];
     b.for_each_thread([&](int t) {
-      PatchBox box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+      PatchBox box = PatchBox::empty();
       float way = 0;
       for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
         way = max(way, state.patch_way_m[p]);
@@ -95,6 +96,25 @@ struct BoundBodies {
   }
 };
 
+TACTUS_HD inline std::uint32_t signed_units(float weight, int sign) {
+  const std::uint32_t units = PointWeights::quantized(weight);
+  return sign > 0 ? units : 0U - units;
+}
+TACTUS_HD inline void add_row_weight(const PairState& state, Index row, std::uint32_t units) {
+  if (units != 0U) atomic_add(state.row_weight[row], units);
+}
+/// Of a point and of where it touches, to their rows.
+TACTUS_HD inline void add_pair_weights(const PairTable& table, const PairState& state, Index i,
+                                       const PairContact& contact, int sign) {
+  const EmbeddedPoint& point = table.points[i];
+  const SolidCube& cube = table.cubes[contact.cube];
+  for (int k = 0; k < 8; ++k) {
+    if (point.weight[k] != 0.F)
+      add_row_weight(state, table.rows[8 * i + k], signed_units(point.weight[k], sign));
+    add_row_weight(state, cube.row[k], signed_units(CubeMap::weight(contact.q, k), sign));
+  }
+}
+
 /// Block: group of points.
 struct FindPairs {
   static constexpr int kThreads = kGroupPoints, kGrain = 4;
@@ -114,15 +134,20 @@ struct FindPairs {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const PointGroup group = table.groups[b.index()];
+    if (group.count == 0) return;  // room
     const PatchBox box = state.patch_box[group.patch];
     const Index bodies = table.bodies.size();
     const bool is_self = may_meet_itself(b.index());
-    Index others = 0;
-    for (Index body = 0; body < bodies; ++body) others += may_meet(group, box, body) ? 1 : 0;
+    Index others = 0, cut = 0;
+    for (Index body = 0; body < bodies; ++body) {
+      if (!may_meet(group, box, body)) continue;
+      ++others;
+      cut += table.bodies[body].is_cut;
+    }
     if (others == 0 && !is_self && state.group_active[b.index()] == 0U) return;
     b.on_one_thread([&] { s.active = 0; });
     // A point that is in a cube of the only body in question is in no other cube.
-    const bool is_one = others == 1 && !is_self;
+    const bool is_one = others == 1 && cut == 0 && !is_self;
     b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
     if (is_self) search_itself(b, s, group, box);
     for (Index body = 0; body < bodies; ++body) {
@@ -153,16 +178,16 @@ struct FindPairs {
   }
   TACTUS_HD bool may_meet_itself(Index group) const {
     const Index body = table.groups[group].body;
-    return table.bodies[body].touches_itself != 0 &&
+    return table.bodies[body].self != SelfTouch::none &&
            state.self_motion[body].may_wake(state.group_sleep[group], table.bodies[body].spacing_m);
   }
   /// Squared: no point of a cube of the patch is farther from the cube's middle.
   TACTUS_HD float largest_cube2_m2(Index patch) const {
-    const CubePatch& p = table.patches[patch];
-    const ContactNodes& nodes = table.bodies[p.body].nodes;
+    const IndexRange cubes = table.patch_cubes.ranges[patch];
+    const ContactNodes& nodes = table.bodies[table.patches[patch].body].nodes;
     float most = 0;
-    for (Index c = p.first_cube; c < p.end_cube; ++c) {
-      const SolidCube& cube = table.cubes[c];
+    for (Index c = cubes.begin; c < cubes.end; ++c) {
+      const SolidCube& cube = table.cubes[table.patch_cubes.values[c]];
       const Vec3f middle = middle_of(nodes, cube);
       for (int k = 0; k < 7; ++k) {
         const Vec3f d = nodes.x_m[cube.node[k]] - middle;
@@ -172,10 +197,19 @@ struct FindPairs {
     return 1.001F * most;
   }
   TACTUS_HD bool is_apart(Index point, Index group_body, const SolidCube& cube, Vec3f q) const {
-    if (cube.body != group_body) return true;
-    const Vec3f apart = vec_cast<float>(cube.cell) + q - table.rest[point];
-    return dot(apart, apart) > sqr(kSelfSpacings);
+    return cube.body != group_body || may_touch(point, cube, q, 0.F);
   }
+  /// Whether a point may touch its own body there, or anywhere within `slack` spacings.
+  TACTUS_HD bool may_touch(Index point, const SolidCube& cube, Vec3f q, float slack) const {
+    const PointRest& rest = table.rest[point];
+    const Vec3f apart = vec_cast<float>(cube.cell) + q - rest.p;
+    const PairBody& body = table.bodies[cube.body];
+    if (body.self == SelfTouch::all && dot(apart, apart) > sqr(kSelfSpacings - slack)) return true;
+    return body.is_cut != 0 && (dot(apart, rest.wall) > kBeyondWall - slack * length(rest.wall) ||
+                                table.part[table.rows[8 * point]] != table.part[cube.row[0]]);
+  }
+  /// A point is in its own material, to rounding, and must not touch it.
+  static constexpr float kBeyondWall = 1e-3F;
 
   /// Most points are in the cube in which they were.
   TACTUS_HD void look(const PointGroup& group, int t, bool is_one, Shared& s) const {
@@ -200,10 +234,11 @@ struct FindPairs {
     for (int n = 0; n < s.near_count && s.cube[t] < 0; ++n) {
       const Index p = first + s.near[n];
       if (!state.patch_box[p].holds(x)) continue;
-      const CubePatch& patch = table.patches[p];
-      const ContactNodes& nodes = table.bodies[patch.body].nodes;
+      const IndexRange cubes = table.patch_cubes.ranges[p];
+      const ContactNodes& nodes = table.bodies[table.patches[p].body].nodes;
       const Vec3f middle{0.5F, 0.5F, 0.5F};
-      for (Index c = patch.first_cube; c < patch.end_cube; ++c) {
+      for (Index k = cubes.begin; k < cubes.end; ++k) {
+        const Index c = table.patch_cubes.values[k];
         const SolidCube& cube = table.cubes[c];
         const Vec3f d = x - middle_of(nodes, cube);
         if (!(dot(d, d) <= s.reach2_m2[n])) continue;
@@ -232,24 +267,29 @@ struct FindPairs {
         if (s.free_m[t] > 0.F) search_itself(group, t, first, s);
       });
     }
+    const float least_m = body.is_cut != 0 ? kWallSleep * body.spacing_m : 0.F;
     b.for_threads(group.count, [&](int t) {
-      if (s.free_m[t] >= 0.F) state.point_sleep[group.first + t] = {motion.moved, s.free_m[t]};
+      if (s.free_m[t] >= 0.F) state.point_sleep[group.first + t] = {motion.moved, max(s.free_m[t], least_m)};
     });
   }
+  /// What lies on a wall has the other wall beside it always. It is looked for again once nodes have moved by
+  /// half of that, in spacings.
+  static constexpr float kWallSleep = 0.01F;
   /// No more is asked of how far the point's own body is.
   TACTUS_HD static float farthest_m(const PairBody& body) { return 1.5F * body.spacing_m; }
   TACTUS_HD void search_itself(const PointGroup& group, int t, Index first, Shared& s) const {
-    const Vec3f x = s.x_m[t], rest = table.rest[group.first + t], middle{0.5F, 0.5F, 0.5F};
+    const Vec3f x = s.x_m[t], middle{0.5F, 0.5F, 0.5F};
     const ContactNodes& nodes = table.bodies[group.body].nodes;
     for (int n = 0; n < s.near_count; ++n) {
       const Index p = first + s.near[n];
       const float reach = tactus::sqrt(s.reach2_m2[n]);
       if (state.patch_box[p].distance2_m2(x) > sqr(s.free_m[t])) continue;
-      for (Index c = table.patches[p].first_cube; c < table.patches[p].end_cube; ++c) {
+      const IndexRange cubes = table.patch_cubes.ranges[p];
+      for (Index k = cubes.begin; k < cubes.end; ++k) {
+        const Index c = table.patch_cubes.values[k];
         const SolidCube& cube = table.cubes[c];
         // No point of the cube is farther from its middle than 0.87.
-        const Vec3f apart = vec_cast<float>(cube.cell) + middle - rest;
-        if (dot(apart, apart) < sqr(kSelfSpacings - 0.87F)) continue;
+        if (!may_touch(group.first + t, cube, middle, 0.87F)) continue;
         const Vec3f d = x - middle_of(nodes, cube);
         const float d2 = dot(d, d);
         if (d2 >= sqr(s.free_m[t] + reach)) continue;
@@ -346,26 +386,15 @@ struct FindPairs {
     return false;
   }
   TACTUS_HD void add_weights(Index i, const PairContact& contact, int sign) const {
-    const EmbeddedPoint& point = table.points[i];
-    const SolidCube& cube = table.cubes[contact.cube];
-    for (int k = 0; k < 8; ++k) {
-      if (point.weight[k] != 0.F) add_weight(table.rows[8 * i + k], signed_units(point.weight[k], sign));
-      add_weight(cube.row[k], signed_units(CubeMap::weight(contact.q, k), sign));
-    }
+    add_pair_weights(table, state, i, contact, sign);
   }
   /// What touches in the same cube as before hardly moves there, most often.
   TACTUS_HD void shift_weights(const PairContact& contact, Vec3f q) const {
     const SolidCube& cube = table.cubes[contact.cube];
     for (int k = 0; k < 8; ++k)
-      add_weight(cube.row[k],
-                 signed_units(CubeMap::weight(q, k), 1) + signed_units(CubeMap::weight(contact.q, k), -1));
-  }
-  TACTUS_HD static std::uint32_t signed_units(float weight, int sign) {
-    const std::uint32_t units = PointWeights::quantized(weight);
-    return sign > 0 ? units : 0U - units;
-  }
-  TACTUS_HD void add_weight(Index row, std::uint32_t units) const {
-    if (units != 0U) atomic_add(state.row_weight[row], units);
+      add_row_weight(
+          state, cube.row[k],
+          signed_units(CubeMap::weight(q, k), 1) + signed_units(CubeMap::weight(contact.q, k), -1));
   }
 };
 

@@ -98,13 +98,14 @@ struct MovePairs {
     if (nodes.is_held(at.node) || nodes.has_stopped()) return;
     const float inverse = 1.F / state.smallest_mass_kg;
     PairSum sum;
-    for (Index e = at.first_point; e < at.end_point; ++e) {
-      const Index entry = table.incident_points[e], i = entry / 8;
+    const IndexRange points = table.incident_points.ranges[row], cubes = table.incident_cubes.ranges[row];
+    for (Index e = points.begin; e < points.end; ++e) {
+      const Index entry = table.incident_points.values[e], i = entry / 8;
       if (state.contact[i].touching == 1)
         sum.add(table.points[i].weight[entry % 8], state.contact[i], inverse);
     }
-    for (Index e = at.first_cube; e < at.end_cube; ++e) {
-      const Index entry = table.incident_cubes[e];
+    for (Index e = cubes.begin; e < cubes.end; ++e) {
+      const Index entry = table.incident_cubes.values[e];
       for (std::uint32_t i = state.cube_list[entry / 8]; i != 0U;
            i = state.next[static_cast<Index>(i - 1U)]) {
         const PairContact& contact = state.contact[static_cast<Index>(i - 1U)];

@@ -2,11 +2,19 @@
 /// What contact between bodies, and of a body with itself, knows on the device.
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/cube_map.h"
+#include "tactus/geom/index_lists.h"
 
 namespace tactus {
 
 /// Points that are nearer than that at rest, in spacings, don't touch one another.
 inline constexpr float kSelfSpacings = 3;
+
+/// Points of a body's own that a point may touch, beside those of other parts of a body that was cut.
+enum class SelfTouch : std::uint8_t {
+  none,
+  walls,  ///< a point on a wall: what lies beyond that wall at rest
+  all     ///< likewise, and any point: what is kSelfSpacings from it at rest
+};
 
 /// One body of many.
 struct PairBody {
@@ -14,7 +22,8 @@ struct PairBody {
   Index first_patch = 0, end_patch = 0;
   Index first_point = 0, end_point = 0;
   float spacing_m = 0;
-  Index touches_itself = 0;
+  SelfTouch self = SelfTouch::none;
+  Index is_cut = 0;  ///< cubes overlap, and points are in several
 };
 
 /// A cube next to a body's surface.
@@ -27,8 +36,6 @@ struct SolidCube {
 /// Cubes that lie together at rest, with the points of the surface there.
 struct CubePatch {
   Index body = 0;
-  Index first_cube = 0, end_cube = 0;
-  Index first_node = 0, end_node = 0;  ///< of `patch_nodes`
 };
 
 /// Points that are worked on together: some of a patch.
@@ -40,6 +47,7 @@ inline constexpr Index kGroupPoints = 128;
 /// Box in the world.
 struct PatchBox {
   Vec3f min_m, max_m;
+  TACTUS_HD static PatchBox empty() { return {{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}}; }
   TACTUS_HD bool meets(const PatchBox& b, float slack_m) const {
     return min_m.x - slack_m <= b.max_m.x && b.min_m.x - slack_m <= max_m.x &&
            min_m.y - slack_m <= b.max_m.y && b.min_m.y - slack_m <= max_m.y &&
@@ -58,23 +66,45 @@ struct PatchBox {
 /// A node that moves with points or cubes, of all bodies: a row each.
 struct PairNode {
   Index body = 0, node = 0;
-  Index first_point = 0, end_point = 0;  ///< of `incident_points`: 8 point + corner
-  Index first_cube = 0, end_cube = 0;    ///< of `incident_cubes`: 8 cube + corner
 };
 
-/// What never changes. Bodies, patches, cubes, points and rows are counted through all bodies.
+/// Where a point of a surface rests.
+struct PointRest {
+  Vec3f p;     ///< in spacings of its lattice
+  Vec3f wall;  ///< of the wall of a cut, the normal away from its material; 0: it is on none
+};
+
+/// A point that is new, or moves with other nodes.
+struct PairPointChange {
+  Index place = 0;
+  EmbeddedPoint point;
+  PointRest rest;
+  Index rows[8] = {};
+};
+
+/// Lists of indices, on the device.
+struct IndexListsView {
+  View<const IndexRange> ranges;
+  View<const Index> values;
+};
+
+/// What changes where bodies are cut alone. Bodies, patches, cubes, points and rows are counted through all
+/// bodies.
 struct PairTable {
   View<const PairBody> bodies;
   View<const CubePatch> patches;
-  View<const Index> patch_nodes;  ///< of their body
+  IndexListsView patch_nodes;  ///< per patch, as its body counts them
+  IndexListsView patch_cubes;  ///< per patch
   View<const SolidCube> cubes;
   CubeSamples samples;
   View<const PointGroup> groups;
   View<const EmbeddedPoint> points;
-  View<const Index> rows;  ///< at 8 point + corner
-  View<const Vec3f> rest;  ///< of points, in spacings of their lattice
+  View<const Index> rows;      ///< at 8 point + corner
+  View<const PointRest> rest;  ///< of points
   View<const PairNode> nodes;
-  View<const Index> incident_points, incident_cubes;
+  View<const Index> part;          ///< per row: of the body, which the node hangs together with
+  IndexListsView incident_points;  ///< per row: 8 point + corner
+  IndexListsView incident_cubes;   ///< per row: 8 cube + corner
 };
 
 /// What a point of one body wants that is inside of another, or of its own.
@@ -112,7 +142,7 @@ struct SelfMotion {
 struct PairState {
   View<PatchBox> patch_box, body_box;
   View<float> patch_way_m;       ///< how far its nodes moved since the last correction, less the body's shift
-  View<Vec3f> last_x_m;          ///< of patch_nodes
+  View<Vec3f> last_x_m;          ///< of patch_nodes' values
   View<SelfMotion> self_motion;  ///< of bodies
   View<SelfSleep> group_sleep, point_sleep;
   View<std::uint32_t> group_active;  ///< != 0: has points that touch, or did a moment ago

@@ -30,6 +30,8 @@ struct EmbeddedPoint {
 struct PointChange {
   Index point = 0;
   EmbeddedPoint to;
+  Vec3f rest{};  ///< where it rests, in spacings from node (0, 0, 0)
+  Vec3f wall{};  ///< of the wall of a cut, the normal away from its material; 0: it is on none
 };
 
 /// @param cube_of the cube that holds each point, or is nearest to it @param local_of where in that cube, in

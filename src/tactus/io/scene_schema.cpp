@@ -323,6 +323,10 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
              "whether each body touches itself, where its parts are 3 spacings apart at rest; it costs "
              "time, so say it for bodies that fold"},
             c.self);
+  v.boolean({"cut_walls",
+             "whether the walls of an incision touch each other, and the parts of a body that was cut; such "
+             "bodies are on one device"},
+            c.cut_walls);
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {

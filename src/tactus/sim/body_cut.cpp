@@ -77,7 +77,8 @@ void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) c
   }
 }
 
-cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip) {
+cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
+                             const TellCut& told) {
   const std::vector<Vec3f> x_m = positions_m(ctx);
   Trail& trail = trails_[blade];
   // Points along the edge, as many in every frame of a stroke.
@@ -103,15 +104,17 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
   carry(trail.older_m, x_m);
   const std::vector<Vec3f> now_m = samples(strip.end_m);
   cut::CutReport report;
-  if (!trail.older_m.empty()) cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, report);
-  cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), report);
+  if (!trail.older_m.empty())
+    cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, told, report);
+  cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), told,
+            report);
   trail.older_m = std::exchange(trail.last_m, now_m);
   trail.frame = strip.frame;
   return report;
 }
 
 void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
-                         cut::CutReport& sum) {
+                         const TellCut& told, cut::CutReport& sum) {
   TopologyChange change;
   const cut::CutReport report = cutter_->cut(strip, x_m, change);
   sum.cut_cubes += report.cut_cubes;
@@ -129,10 +132,14 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
   tactus::apply(change, shape_.lattice);
   for (const TopologyChange::Node& node : change.nodes)
     if (node.from >= 0) last_x_m_[at(node.node)] = last_x_m_[at(node.from)];
-  if (points_.count() > 0)
-    points_.apply(change, shape_.lattice, cut_points_.update(cutter_->lattice(), cutter_->surface(), change));
+  std::vector<PointChange> points;
+  if (points_.count() > 0) {
+    points = cut_points_.update(cutter_->lattice(), cutter_->surface(), change);
+    points_.apply(change, shape_.lattice, points);
+  }
   for (const TopologyChange::Copy& copy : change.copies)
     shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
+  if (told) told(change, points);
 }
 
 namespace {

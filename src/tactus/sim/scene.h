@@ -288,9 +288,14 @@ struct ContactDescription {
   double friction = 0.4;                   ///< Coulomb's coefficient
   double restitution = 0;                  ///< 0 (no bounce) .. 1
   ContactResponse response = ContactResponse::exact;
-  bool bodies = true;  ///< bodies touch one another
-  bool self = false;   ///< each body touches itself
+  bool bodies = true;     ///< bodies touch one another
+  bool self = false;      ///< each body touches itself
+  bool cut_walls = true;  ///< of a body that is cut: the walls of an incision, and parts
 };
+/// Whether anything of a body may touch the same body.
+inline bool touches_itself(const ContactDescription& contact, bool cuttable) {
+  return contact.self || (contact.cut_walls && cuttable);
+}
 
 /// How bodies are before the first frame: as built, or at rest under gravity and loads.
 enum class FrameStart : std::uint8_t { undeformed, settled };

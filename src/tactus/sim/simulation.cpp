@@ -83,7 +83,8 @@ std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const
 bool touches_bodies(const Scene& scene, const BodyDescription& body) {
   const auto count = std::count_if(scene.bodies.begin(), scene.bodies.end(),
                                    [](const BodyDescription& b) { return b.contact; });
-  return body.contact && (scene.fluid || scene.contact.self || (scene.contact.bodies && count > 1));
+  return body.contact &&
+         (scene.fluid || touches_itself(scene.contact, body.cuttable) || (scene.contact.bodies && count > 1));
 }
 
 /// The first so many, as bodies that may be touched take them.

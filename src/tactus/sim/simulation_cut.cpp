@@ -10,15 +10,19 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
   const StageTimer timer(timings_, "cut");
   ExecContext& ctx = devices_.context(0);
   ++cut_frame_;
-  for (auto& body : bodies_) {
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const auto& body = bodies_[k];
     if (!body->is_cuttable() || body->at_rest()) continue;
+    const auto touch = [&](const TopologyChange& change, std::span<const PointChange> points) {
+      touching_.apply(static_cast<Index>(k), body->cutter(), change, points);
+    };
     bool has_changed = false;
     for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
       const BladeDescription& blade = scene_.blades[b];
       const cut::BladeStrip strip =
           blade.tracked ? tracked_blades_.strip(b) : swept(blade, from_s, to_s, cut_frame_);
       if (strip.begin_m.empty()) continue;
-      const cut::CutReport cut = body->cut(ctx, b, strip);
+      const cut::CutReport cut = body->cut(ctx, b, strip, touch);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
       if (cut.is_full && told_cuts_.insert(who + "full").second)

@@ -103,7 +103,8 @@ std::string SoftBody::devices_text() const {
            " devices";
   std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
-  if (on_first_device_) return one + ", as it may touch bodies ('contact.bodies', 'contact.self')";
+  if (on_first_device_)
+    return one + ", as it may touch bodies ('contact.bodies', 'contact.self', 'contact.cut_walls')";
   return one + ", as it is too small to be cut, or for more to pay";
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// One virtual body of a scene: its lattice, its solver, the surface that is seen and the nodes that touch.
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -109,8 +110,11 @@ class SoftBody {
   bool is_cuttable() const { return cutter_.has_value(); }
   /// Cuts it by what a straight edge swept since the last frame, between two frames. Where the edge was in
   /// the last two frames goes along with the body, so strips leave no gap in it. Synchronizes.
-  /// @param blade number of the blade
-  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip);
+  /// @param blade number of the blade @param told of each change, after the body took it over
+  using TellCut = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
+  cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
+                     const TellCut& told = {});
+  const cut::BodyCutter& cutter() const { return *cutter_; }
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
@@ -162,7 +166,7 @@ class SoftBody {
   void make_points();
   void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
   void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
-                 cut::CutReport& sum);
+                 const TellCut& told, cut::CutReport& sum);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;

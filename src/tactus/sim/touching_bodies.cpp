@@ -74,30 +74,45 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
   std::vector<PairedBody> all;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (bodies[b]->is_untouched()) continue;
-    if (bodies[b]->is_cuttable()) {
-      if (contact.self || (contact.bodies && bodies.size() > 1))
-        log_warning("body '" + bodies[b]->name() +
-                    "' is 'cuttable': it touches what is real and obstacles, but no body, nor itself");
-      continue;
-    }
     body_of_.push_back(static_cast<Index>(b));
     nodes_.push_back(bodies[b]->nodes_resource());
   }
-  if (body_of_.empty() || !(contact.self || (contact.bodies && body_of_.size() > 1))) return;
+  const bool touch_themselves = std::any_of(body_of_.begin(), body_of_.end(), [&](Index b) {
+    return touches_itself(contact, bodies[static_cast<std::size_t>(b)]->is_cuttable());
+  });
+  if (!touch_themselves && !(contact.bodies && body_of_.size() > 1)) return;
+  std::vector<RestSolid> solids(body_of_.size());
   for (const Index b : body_of_) points.push_back(bodies[static_cast<std::size_t>(b)]->contact_points(ctx));
   for (std::size_t k = 0; k < body_of_.size(); ++k) {
     SoftBody& body = *bodies[static_cast<std::size_t>(body_of_[k])];
-    all.push_back({.lattice = body.shape().lattice,
-                   .surface = body.shape().surface_m,
+    const BodyShape& shape = body.shape();
+    solid_.emplace_back();
+    if (body.is_cuttable()) {
+      solids[k] = rest_solid(shape.lattice, shape.surface_m, body.fill());
+      solid_.back().emplace(shape.lattice, solids[k]);
+    }
+    all.push_back({.lattice = shape.lattice,
+                   .surface = shape.surface_m,
                    .fill = body.fill(),
                    .points = points[k],
                    .nodes = body.contact_nodes(),
-                   .touches_itself = contact.self});
+                   .touches_itself = contact.self,
+                   .cuttable = body.is_cuttable(),
+                   .walls_touch = contact.cut_walls,
+                   .solid = body.is_cuttable() ? &solids[k] : nullptr});
   }
   pairs_ = std::make_unique<BodyPairs>(ctx, all,
                                        ContactSettings{.restitution = static_cast<float>(contact.restitution),
                                                        .friction = static_cast<float>(contact.friction)},
                                        contact.bodies);
+}
+
+void TouchingBodies::apply(Index body, const cut::BodyCutter& cutter, const TopologyChange& change,
+                           std::span<const PointChange> points) {
+  const auto known = std::find(body_of_.begin(), body_of_.end(), body);
+  if (!pairs_ || known == body_of_.end()) return;
+  const auto number = static_cast<std::size_t>(known - body_of_.begin());
+  pairs_->apply(ctx_, static_cast<Index>(number), solid_[number]->update(cutter, change, points));
 }
 
 void TouchingBodies::add_stages(Schedule& schedule, Readback& readback, const Contact& contact) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tactus/contact/body_pairs.h"
+#include "tactus/sim/cut_solid.h"
 #include "tactus/sim/soft_body.h"
 
 namespace tactus {
@@ -26,6 +27,10 @@ class TouchingBodies {
                  const ContactDescription& contact);
   /// After the stages of the bodies. `contact` and this must outlive the schedule's runs.
   void add_stages(Schedule& schedule, Readback& readback, const Contact& contact);
+  /// Takes a cut of a body over, between frames: its walls touch each other and other bodies. Synchronizes.
+  /// @param body place in the scene @param points as the body's contact points count them
+  void apply(Index body, const cut::BodyCutter& cutter, const TopologyChange& change,
+             std::span<const PointChange> points);
   /// What contact keeps from frame to frame. Synchronizes. @throws Error.
   void archive(StateArchive& a) {
     if (pairs_) pairs_->archive(ctx_, a);
@@ -40,6 +45,7 @@ class TouchingBodies {
   std::vector<Index> body_of_;   ///< in the scene's order
   std::vector<Resource> nodes_;  ///< of those
   std::unique_ptr<BodyPairs> pairs_;
+  std::vector<std::optional<CutSolid>> solid_;  ///< of cuttable ones
   Readback::Place report_;
 };
 

@@ -11,6 +11,7 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 struct Piece {
   Vec3d middle;
   double area;
+  Vec3d normal;  ///< to side 1
 };
 
 /// Pieces whose edges are an eighth of a spacing at most.
@@ -18,13 +19,14 @@ std::vector<Piece> pieces_of(const std::array<Vec3d, 3>& triangle) {
   const Vec3d a = triangle[0], ab = triangle[1] - a, ac = triangle[2] - a;
   const double longest = std::max({length(ab), length(ac), length(ac - ab)});
   const int k = std::max(1, static_cast<int>(std::ceil(8 * longest)));
-  const double area = 0.5 * length(cross(ab, ac)) / (k * k);
+  const Vec3d normal = cross(ab, ac);
+  const double area = 0.5 * length(normal) / (k * k);
   std::vector<Piece> pieces;
   for (int i = 0; i < k; ++i)
     for (int j = 0; i + j < k; ++j) {
       const auto at_share = [&](double u, double v) { return a + (u / k) * ab + (v / k) * ac; };
-      pieces.push_back({at_share(i + 1.0 / 3, j + 1.0 / 3), area});
-      if (i + j + 1 < k) pieces.push_back({at_share(i + 2.0 / 3, j + 2.0 / 3), area});
+      pieces.push_back({at_share(i + 1.0 / 3, j + 1.0 / 3), area, normal});
+      if (i + j + 1 < k) pieces.push_back({at_share(i + 2.0 / 3, j + 2.0 / 3), area, normal});
     }
   return pieces;
 }
@@ -60,18 +62,24 @@ void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface
     }
   }
   for (const auto& [key, cell] : cells) {
-    Vec3d sum{};
+    Vec3d sum{}, to_1{};
     double area = 0;
-    for (const Piece& piece : cell.pieces) sum += piece.area * piece.middle, area += piece.area;
+    for (const Piece& piece : cell.pieces) {
+      sum += piece.area * piece.middle;
+      to_1 += piece.area * normalized(piece.normal);
+      area += piece.area;
+    }
     if (!(area > 1e-3)) continue;  // the next cell has a point there
     const Vec3d middle = sum / area;
     const auto nearest =
         std::min_element(cell.pieces.begin(), cell.pieces.end(), [&](const Piece& a, const Piece& b) {
           return dot(a.middle - middle, a.middle - middle) < dot(b.middle - middle, b.middle - middle);
         });
-    for (const Index part : cell.part) {
-      const Index cube = surface.leaf(part, nearest->middle);
-      add(cutter, {next_, nearest->middle, cube, static_cast<float>(area * unit_m2)});
+    const Vec3f wall = vec_cast<float>(normalized(to_1));
+    for (const std::size_t side : {0U, 1U}) {
+      const Index cube = surface.leaf(cell.part[side], nearest->middle);
+      add(cutter,
+          {next_, nearest->middle, cube, static_cast<float>(area * unit_m2), side == 0 ? wall : -wall});
     }
   }
 }
@@ -108,7 +116,10 @@ std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const Cu
   }
   const std::vector<EmbeddedPoint> embedded = embed_points(lattice, points, cube_of, local_of);
   std::vector<PointChange> changes;
-  for (std::size_t k = 0; k < moved.size(); ++k) changes.push_back({points_[moved[k]].place, embedded[k]});
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    const Point& point = points_[moved[k]];
+    changes.push_back({point.place, embedded[k], vec_cast<float>(point.p), point.wall});
+  }
   std::sort(changes.begin(), changes.end(),
             [](const PointChange& a, const PointChange& b) { return a.point < b.point; });
   return changes;

@@ -28,6 +28,7 @@ class CutPoints {
     Vec3d p;         ///< at rest, in lattice coordinates
     Index cube = 0;  ///< or copy
     float area_m2 = 0;
+    Vec3f wall{};  ///< as PointChange
   };
   void add_walls(const LatticeCutter& cutter, const CutSurface& surface, double area_of_unit_m2);
   void add(const LatticeCutter& cutter, const Point& point);

@@ -174,9 +174,14 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
     Split made{split, regular, Wall(lattice.cubes[index(regular)], split.sides, place), point, {}};
     find_reference(cutter, made);
     const std::size_t number = s.splits.size();
-    for (const Wall::Triangle& t : made.wall.triangles())
+    const std::size_t first = next_split_walls_.size();
+    for (const Wall::Triangle& t : made.wall.triangles()) {
       s.walls.push_back(
           {{point[index(t.pair[0])], point[index(t.pair[1])], point[index(t.pair[2])]}, number, t.tet});
+      const auto& p = s.walls.back().point;
+      next_split_walls_.push_back({at(p[0]), at(p[1]), at(p[2])});
+    }
+    next_splits_.push_back({split, first, next_split_walls_.size()});
     s.splits.push_back(std::move(made));
     if (const auto bin = bins_.find(regular); bin != bins_.end())
       s.near.insert(s.near.end(), bin->second.begin(), bin->second.end());

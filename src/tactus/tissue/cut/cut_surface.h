@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <unordered_map>
 #include <utility>
 
@@ -58,6 +59,19 @@ class CutSurface {
   };
   /// Of the last update().
   const std::vector<NewWall>& new_walls() const { return new_walls_; }
+  /// A cube that fell in two, with its whole wall.
+  struct NewSplit {
+    CubeSplit split;
+    std::size_t first = 0, end = 0;  ///< of the walls' triangles
+  };
+  /// Of the last update(), in the order in which they were made.
+  const std::vector<NewSplit>& new_splits() const { return new_splits_; }
+  /// In lattice coordinates, with their normals to part[1].
+  std::span<const std::array<Vec3d, 3>> triangles_of(const NewSplit& split) const {
+    return std::span(split_walls_).subspan(split.first, split.end - split.first);
+  }
+  /// On which side of its wall a cube that was cut has a point: that of part[0] or part[1].
+  int side(Index parent, Vec3d p) const { return parted_.at(parent).wall.side(p); }
   /// Triangles that close what rounding left open, in all.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
@@ -223,6 +237,8 @@ class CutSurface {
   std::unique_ptr<PointInMesh> solid_;
   std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
   std::vector<NewWall> new_walls_, next_walls_;
+  std::vector<NewSplit> new_splits_, next_splits_;
+  std::vector<std::array<Vec3d, 3>> split_walls_, next_split_walls_;
   /// Below the original surface.
   struct Depth {
     Vec3d p{};

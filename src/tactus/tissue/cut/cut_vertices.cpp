@@ -242,6 +242,8 @@ void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vect
                         TopologyChange& change) {
   const std::vector<Index> triangles = near_splits(cutter, stages);
   new_walls_ = std::exchange(next_walls_, {});
+  new_splits_ = std::exchange(next_splits_, {});
+  split_walls_ = std::exchange(next_split_walls_, {});
   new_anchors_.clear();
   new_triangles_.clear();
   drop_fills(triangles);

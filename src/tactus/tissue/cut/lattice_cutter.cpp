@@ -471,7 +471,7 @@ void LatticeCutter::add_node(Index node, Index old, TopologyChange& change) {
                           .fixed = lattice_.fixed[at(old)]});
 }
 
-int LatticeCutter::part_count() const {
+std::vector<Index> LatticeCutter::part_of_nodes() const {
   std::vector<Index> parent(lattice_.nodes.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index i) {
@@ -480,14 +480,24 @@ int LatticeCutter::part_count() const {
   };
   for (Index c = 0; c < next_copy_; ++c) {
     if (!lattice_.has_cube(at(c))) continue;
-    const Index first = root(lattice_.cube_nodes[at(c)][0]);
-    for (const Index i : lattice_.cube_nodes[at(c)]) parent[at(root(i))] = first;
+    Index lowest = root(lattice_.cube_nodes[at(c)][0]);
+    for (const Index i : lattice_.cube_nodes[at(c)]) {
+      const Index other = root(i);
+      parent[at(std::max(lowest, other))] = std::min(lowest, other);
+      lowest = std::min(lowest, other);
+    }
   }
+  for (Index i = 0; i < lattice_.node_count(); ++i) parent[at(i)] = parent[at(parent[at(i)])];
+  return parent;
+}
+
+int LatticeCutter::part_count() const {
+  const std::vector<Index> part = part_of_nodes();
   int count = 0;
-  std::vector<std::uint8_t> seen(parent.size());
+  std::vector<std::uint8_t> seen(part.size());
   for (Index c = 0; c < next_copy_; ++c) {
     if (!lattice_.has_cube(at(c))) continue;
-    std::uint8_t& is_known = seen[at(root(lattice_.cube_nodes[at(c)][0]))];
+    std::uint8_t& is_known = seen[at(part[at(lattice_.cube_nodes[at(c)][0])])];
     count += is_known == 0 ? 1 : 0;
     is_known = 1;
   }

@@ -73,6 +73,8 @@ class LatticeCutter {
   /// Corners whose material is a cube's own.
   std::uint8_t corners(Index cube) const;
   Index copies_in_use() const { return next_copy_ - lattice_.regular_cubes(); }
+  /// Per node, which nodes hang together: the lowest of them. Looks at all cubes.
+  std::vector<Index> part_of_nodes() const;
   /// Bodies that nodes hold together. Looks at all cubes.
   int part_count() const;
 

@@ -1,0 +1,197 @@
+/// Walls of incisions and parts of cut bodies that touch each other, and other bodies.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <set>
+
+#include "tactus/io/scene_file.h"
+#include "tactus/rig/synthetic_source.h"
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+/// A block of 8 x 8 x 8 cubes between y = 0.5 and 0.7 m, and a blade that goes through it at y = 0.604 m.
+constexpr const char* kBlock = R"(
+source: {kind: synthetic, figure: sphere, depth_cameras: 0}
+reconstruction: {resolution: 16}
+bodies:
+  - name: block
+    cuttable: true
+    cut_room: 600
+    shape: {kind: box, size_m: [0.2, 0.2, 0.2]}
+    placement: {position_m: [0, 0.6, 0.6]}
+    spacing_m: 0.025
+    material: {model: tled, young_modulus_pa: 20000, poisson_ratio: 0.3, damping: 0.5}
+    FIXED
+blades:
+  - name: slicer
+    from_m: [-0.15, 0.604, 0.45]
+    to_m: [-0.15, 0.604, 0.75]
+    path: [{time_s: 0.1}, {time_s: 0.4, displacement_m: [WAY, 0, 0]}]
+)";
+constexpr const char* kOnFloor = "fixed: [{kind: half_space, point_m: [0, -0.09, 0], normal: [0, 1, 0]}]";
+constexpr const char* kHanging = "fixed: [{kind: half_space, point_m: [0, 0.09, 0], normal: [0, -1, 0]}]";
+constexpr double kSpacing_m = 0.025;
+
+std::string block(const char* fixed, const char* way) {
+  std::string text = kBlock;
+  text.replace(text.find("FIXED"), 5, fixed);
+  text.replace(text.find("WAY"), 3, way);
+  return text;
+}
+
+struct Played {
+  std::vector<Vec3f> x_m;
+  SoftBody::CutState state;
+  /// Of pairs of points of both walls that coincide at rest: how far the upper one is above the lower one,
+  /// and how far they are apart sideways [spacings].
+  double widest = -1e9, narrowest = 1e9, mean = 0, sideways = 0;
+  int pairs = 0;
+};
+
+void see_gaps(const Simulation& simulation, Played& played) {
+  const SoftBody& body = *simulation.bodies()[0];
+  const TriangleMesh rest = body.cutter().mesh(body.cutter().lattice().lattice().rest_positions_m()),
+                     now = body.cutter().mesh(played.x_m);
+  const cut::CutSurface& surface = body.cutter().surface();
+  std::map<std::array<float, 3>, std::set<std::size_t>> at;
+  std::vector<Vec3f> normal(rest.positions_m.size());
+  for (Index t = 0; t < surface.triangle_count(); ++t) {
+    if (!surface.is_wall(t)) continue;
+    const auto& vertices = surface.triangles()[static_cast<std::size_t>(t)];
+    const auto p = [&](std::size_t k) { return rest.positions_m[static_cast<std::size_t>(vertices[k])]; };
+    const Vec3f n = cross(p(1) - p(0), p(2) - p(0));
+    for (std::size_t k = 0; k < 3; ++k) {
+      normal[static_cast<std::size_t>(vertices[k])] += n;
+      at[{p(k).x, p(k).y, p(k).z}].insert(static_cast<std::size_t>(vertices[k]));
+    }
+  }
+  for (const auto& [place, vertices] : at) {
+    // The normals of slivers are rounding.
+    if (vertices.size() != 2 || !(std::abs(normal[*vertices.begin()].y) > 1e-3F * sqr(kSpacing_m))) continue;
+    const bool first_is_upper = normal[*vertices.begin()].y < 0;
+    const Vec3f upper = now.positions_m[first_is_upper ? *vertices.begin() : *vertices.rbegin()],
+                lower = now.positions_m[first_is_upper ? *vertices.rbegin() : *vertices.begin()];
+    const double gap = double{upper.y - lower.y} / kSpacing_m;
+    played.widest = std::max(played.widest, gap);
+    played.narrowest = std::min(played.narrowest, gap);
+    played.sideways = std::max(played.sideways,
+                               double{length(Vec3f{upper.x - lower.x, 0, upper.z - lower.z})} / kSpacing_m);
+    played.mean += gap;
+    ++played.pairs;
+  }
+  played.mean /= std::max(played.pairs, 1);
+}
+
+Played play(const std::string& text, const char* devices_text, int frames) {
+  const Scene scene = parse_scene(text, "scenes/x.yaml");
+  DeviceSet devices(devices_text, 3);
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  Simulation simulation(devices, scene, source.rig(), {});
+  for (int k = 0; k < frames; ++k) simulation.step(nullptr, 1.0 / 30);
+  Played played;
+  played.x_m = simulation.bodies()[0]->positions_m(simulation.context());
+  played.state = simulation.bodies()[0]->cut_state(simulation.context());
+  see_gaps(simulation, played);
+  std::printf("%d pairs, gap %.4f .. %.4f, mean %.4f, sideways %.4f spacings\n", played.pairs,
+              played.narrowest, played.widest, played.mean, played.sideways);
+  return played;
+}
+
+/// Friction and contact hold what lies: without `cut_walls` the upper part falls through the lower one by 460
+/// spacings. The bar is 0.1 spacings; a blade that is straight leaves 0.01 of rounding and sagging.
+TEST(CutContact, ASeveredPartLiesOnTheOther) {
+  const Played played = play(block(kOnFloor, "0.3"), "cpu", 60);
+  EXPECT_EQ(played.state.parts, 2);
+  EXPECT_GT(played.pairs, 50);
+  EXPECT_GT(played.narrowest, -0.1);
+  EXPECT_LT(played.widest, 0.1);
+  EXPECT_LT(played.sideways, 0.1);
+  for (const char* devices : {"cpu:2", "cpu:3"})
+    EXPECT_TRUE(played.x_m == play(block(kOnFloor, "0.3"), devices, 60).x_m) << devices;
+}
+
+TEST(CutContact, ASlitUnderPressureStaysShut) {
+  const Played played = play(block(kOnFloor, "0.19"), "cpu", 60);
+  EXPECT_EQ(played.state.parts, 1);
+  EXPECT_GT(played.pairs, 50);
+  EXPECT_GT(played.narrowest, -0.1);
+  EXPECT_LT(played.widest, 0.1);
+}
+
+TEST(CutContact, WhatIsShutStaysShutFor60Seconds) {
+  if (std::getenv("TACTUS_LONG_TESTS") == nullptr) GTEST_SKIP() << "60 s of scenes: set TACTUS_LONG_TESTS=1";
+  for (const char* way : {"0.19", "0.3"}) {
+    const Played played = play(block(kOnFloor, way), "cpu", 60 * 30);
+    EXPECT_GT(played.pairs, 50);
+    EXPECT_GT(played.narrowest, -0.1) << way;
+    EXPECT_LT(played.sideways, 0.1) << way;
+  }
+}
+
+/// Walls that are drawn apart feel nothing of each other, so the slit opens as far as without contact. What
+/// contact did while the blade was on its way has faded after 2 s: 1e-3 of the gape.
+TEST(CutContact, ASlitUnderTensionGapes) {
+  const Played played = play(block(kHanging, "0.13"), "cpu", 60),
+               alone = play(block(kHanging, "0.13") + "contact: {cut_walls: false}\n", "cpu", 60);
+  EXPECT_EQ(played.state.parts, 1);
+  EXPECT_GT(played.widest, 1);
+  EXPECT_GT(played.narrowest, -0.1);
+  EXPECT_NEAR(played.widest, alone.widest, 1e-3 * alone.widest);
+}
+
+/// What a blade cuts off a hanging block falls onto another soft body, and lies there with its weight.
+TEST(CutContact, APartLiesOnAnotherBody) {
+  const std::string text = block(kHanging, "0.3") + R"(
+obstacles:
+  - {name: table, kind: plane, placement: {position_m: [0, 0.36, 0]}}
+)";
+  Scene scene = parse_scene(text, "scenes/x.yaml");
+  BodyDescription pad = scene.bodies[0];
+  pad.name = "pad";
+  pad.cuttable = false;
+  pad.cut_room = {};
+  pad.fixed.clear();
+  pad.shape.size_m = {0.3, 0.08, 0.3};
+  pad.placement.position_m = {0, 0.405, 0.6};
+  scene.bodies.push_back(pad);
+  DeviceSet devices("cpu");
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  Simulation simulation(devices, scene, source.rig(), {});
+  double force_N = 0, depth_m = 0;
+  for (int k = 0; k < 120; ++k) {
+    const StepReport report = simulation.step(nullptr, 1.0 / 30);
+    for (const BodyContact& touch : report.contacts) {
+      if (touch.body != "block" || touch.piece != "pad" || k < 110) continue;
+      force_N -= double{touch.reaction.force_N.y} / 10;
+      depth_m = std::max(depth_m, double{touch.reaction.max_depth_m});
+    }
+  }
+  const SoftBody& block = *simulation.bodies()[0];
+  const std::vector<Vec3f> x_m = block.positions_m(simulation.context());
+  double mass_kg = 0;
+  float lowest_m = 1;
+  for (std::size_t i = 0; i < x_m.size(); ++i) {
+    const float m = block.cutter().lattice().lattice().node_mass_kg[i];
+    if (m == 0 || x_m[i].y > 0.57F) continue;
+    mass_kg += double{m};
+    lowest_m = std::min(lowest_m, x_m[i].y);
+  }
+  EXPECT_GT(mass_kg, 1);
+  EXPECT_GT(lowest_m, 0.40F);
+  // Over frames in which it lies still, impulses are its weight; what still swings is the tolerance.
+  EXPECT_NEAR(force_N, 9.81 * mass_kg, 0.02 * 9.81 * mass_kg);
+  EXPECT_LT(depth_m, 0.1 * kSpacing_m);
+}
+
+}  // namespace
+}  // namespace tactus
