@@ -57,4 +57,14 @@ struct WallShare {
   }
 };
 
+/// dt p / rho^2 with which a wall pushes a particle that has `push` itself: p is that at the wall, a distance
+/// s deeper or higher in a liquid that rests, p_i - rho g . n s. (The missing layer's pressure would be p_i -
+/// 2 rho g . n s, and the wall stands for both sides of its pairs.)
+/// @param falls_m_s dt g
+TACTUS_HD inline float push_at_wall(const LiquidConstants& liquid, const NearWall& wall, float push,
+                                    Vec3f falls_m_s) {
+  const float deeper = -dot(falls_m_s, wall.n) * max(wall.distance_m, liquid.closest_m);
+  return max(0.F, push + deeper / liquid.density_kg_m3);
+}
+
 }  // namespace tactus
