@@ -58,12 +58,12 @@ double kinetic_J(const std::vector<LiquidParticle>& particles, double particle_k
 }
 
 /// Mean pressure of what is deep in a drop [Pa], from the densities that the step found.
-double pressure_Pa(ExecContext& ctx, const Liquid& liquid) {
-  const std::vector<float> rho = liquid.densities_kg_m3(ctx);
-  const std::vector<Vec3f> x = to_host(ctx, liquid.view().x_m);
+double pressure_Pa(const Liquid& liquid) {
+  const std::vector<float> rho = liquid.densities_kg_m3();
+  const std::vector<LiquidParticle> particles = liquid.particles();
   double sum = 0, inside = 0;
   for (std::size_t i = 0; i < rho.size(); ++i) {
-    if (length(x[i]) > 0.6F * kRadius_m) continue;
+    if (length(particles[i].x_m) > 0.6F * kRadius_m) continue;
     sum += std::max(
         0.0, double{liquid.constants().tait_Pa} * (std::pow(double{rho[i]} / double{kDensity}, 7) - 1));
     ++inside;
@@ -79,10 +79,9 @@ double pressure_Pa(ExecContext& ctx, const Liquid& liquid) {
 /// period.
 TEST_P(Drop, SwingsAsLambSaysWithThePressureOfLaplace) {
   DeviceSet set("cpu");
-  ExecContext& ctx = set.context(0);
-  Liquid liquid(ctx, settings_of(GetParam()));
+  Liquid liquid(set, settings_of(GetParam()));
   std::vector<LiquidParticle> particles = ball(1.1F);
-  liquid.place(ctx, particles);
+  liquid.place(particles);
   const double R = std::cbrt(3 * static_cast<double>(particles.size()) / (4 * M_PI)) * double{kSpacing_m};
   const double sigma = double{kTension_N_m};
   const double period_s = 2 * M_PI * std::sqrt(double{kDensity} * R * R * R / (8 * sigma));
@@ -91,15 +90,15 @@ TEST_P(Drop, SwingsAsLambSaysWithThePressureOfLaplace) {
   std::vector<double> crossings, samples_Pa;
   double last = 1, most_J[2] = {};
   for (int k = 0; k < steps; ++k) {
-    liquid.step(ctx, {.dt_s = dt_s, .gravity_m_s2 = {}});
+    liquid.step({.dt_s = dt_s, .gravity_m_s2 = {}});
     if (k % every != 0) continue;
-    particles = liquid.particles(ctx);
+    particles = liquid.particles();
     const double t = k / (2.0 / 3 * steps), now = longer(particles);  // in periods
     if (now * last < 0) crossings.push_back(k * double{dt_s});
     last = now;
     double& most = most_J[t < 1 ? 0 : 1];
     most = std::max(most, kinetic_J(particles, double{liquid.constants().mass_kg}));
-    if (t > 1) samples_Pa.push_back(pressure_Pa(ctx, liquid));
+    if (t > 1) samples_Pa.push_back(pressure_Pa(liquid));
   }
   ASSERT_EQ(crossings.size(), 3U) << "a frozen drop doesn't turn round";
   EXPECT_NEAR((crossings[2] - crossings[0]) / period_s, 1, 0.1);
@@ -125,24 +124,23 @@ TEST_P(Drop, MeetsAWallAtItsAngle) {
     GTEST_SKIP() << "the same forces as with dfsph, in three times as many steps: set TACTUS_LONG_TESTS=1";
   for (const float angle_deg : {60.F, 120.F}) {
     DeviceSet set("cpu");
-    ExecContext& ctx = set.context(0);
     LiquidSettings settings = settings_of(GetParam());
     settings.box_m.min.y = 0;
     settings.contact_angle_deg = angle_deg;
     settings.viscosity_Pa_s = 0.02F;
-    Liquid liquid(ctx, settings);
+    Liquid liquid(set, settings);
     std::vector<LiquidParticle> particles;
     const float r = 7 * kSpacing_m;
     for (const LiquidParticle& p : fill_box({{-r, 0, -r}, {r, r, r}}, kSpacing_m))
       if (length(p.x_m) < r) particles.push_back(p);
-    liquid.place(ctx, particles);
+    liquid.place(particles);
     const float dt_s = liquid.largest_step_s();
     const int steps = static_cast<int>(0.5F / dt_s), from = steps / 2, every = 20;
     double middle_m = 0, samples = 0;
     for (int k = 0; k < steps; ++k) {
-      liquid.step(ctx, {.dt_s = dt_s, .gravity_m_s2 = {}});
+      liquid.step({.dt_s = dt_s, .gravity_m_s2 = {}});
       if (k < from || k % every != 0) continue;
-      particles = liquid.particles(ctx);
+      particles = liquid.particles();
       for (const LiquidParticle& p : particles)
         middle_m += double{p.x_m.y} / static_cast<double>(particles.size());
       ++samples;

@@ -40,6 +40,8 @@ TACTUS_CUDA_KERNEL(tactus::FindContacts);
 TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
 TACTUS_CUDA_KERNEL(tactus::PoseWallVertices);
 TACTUS_CUDA_KERNEL(tactus::PoseAddedVertices);
+TACTUS_CUDA_KERNEL(tactus::CopyWallVertices);
+TACTUS_CUDA_KERNEL(tactus::AddWallImpulses);
 TACTUS_CUDA_KERNEL(tactus::PoseWallTriangles);
 TACTUS_CUDA_KERNEL(tactus::NodeMasses);
 TACTUS_CUDA_KERNEL(tactus::SetPoints);
