@@ -17,7 +17,7 @@ constexpr Vec3f kGravity{0, -9.81F, 0};
 constexpr float kSpacing = 0.01F;
 
 /// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2.
-/// Some thin.
+/// Some thin, or have a surface tension.
 LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
   LiquidSettings s{.solver = solver,
                    .iterations = 3,
@@ -29,6 +29,7 @@ LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
                    .sinks_m = {{{0.45F, -1, 0}, {0.6F, 1, 1}}},
                    .least_particles = 1};
   if (solver == LiquidSolver::wcsph || axis == 2) s.carreau = Carreau{};
+  if (axis == 2) s.surface_tension_N_m = 0.06F;
   if (axis == 0) return s;
   std::swap(s.box_m.max.x, s.box_m.max.z);
   std::swap(s.emitters[0].position_m.x, s.emitters[0].position_m.z);
