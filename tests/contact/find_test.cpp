@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 #include "contact/contact_scene.h"
 #include "tactus/contact/contact.h"
@@ -14,9 +15,8 @@ namespace {
 constexpr float kSpacing = 0.01F, kSubstep = 1e-3F;
 constexpr int kSubsteps = 24;
 
-/// A block as a GPU works on it, on the host: a search is shared by the lanes of a group, and no block
-/// sleeps.
-struct LaneBlock : CpuBlock<FindContacts::kThreads> {
+/// A block as a GPU works on it, on the host: lanes share a search.
+struct LaneBlock : CpuBlock<SearchContacts::kThreads> {
   static constexpr bool kIsLoop = false;
   using CpuBlock::CpuBlock;
 };
@@ -35,16 +35,20 @@ struct Searcher {
     }
     points = BodyPoints(ctx, single, count, kSpacing);
   }
-  void find(ExecContext& ctx, FindContacts kernel) {
+  void find(ExecContext& ctx, ContactFinder finder) {
     if (how == How::anew) ctx.fill_bytes(points.state().searched, 0xff);
     if (how == How::anew) ctx.fill_bytes(points.blocks().pose, 0xff);
-    kernel.body.table = points.table();
-    kernel.body.state = points.state();
-    kernel.blocks = points.blocks();
-    if (how != How::lanes) return ctx.parallel_for("find", points.block_count(), kernel);
+    finder.body.table = points.table();
+    finder.body.state = points.state();
+    ctx.parallel_for("wake", points.block_count(), WakePoints{finder, points.blocks()});
+    const PointState& state = finder.body.state;
+    ctx.parallel_for("find", std::exchange(state.awake.count[0], 0), FindContacts{finder});
+    SearchContacts kernel{finder};
+    const Index lost = std::exchange(state.lost.count[0], 0);
+    if (how != How::lanes) return ctx.parallel_for("search", lost, kernel);
     kernel.load();
-    FindContacts::Shared shared;
-    for (Index b = 0; b < points.block_count(); ++b) kernel(LaneBlock(b), shared);
+    SearchContacts::Shared shared;
+    for (Index b = 0; b < lost; ++b) kernel(LaneBlock(b), shared);
   }
 };
 
@@ -113,18 +117,18 @@ TEST(FindContacts, WhatIsKeptChangesNothing) {
   for (int k = 0; k < kSubsteps; ++k) {
     for (std::size_t i = 0; i < x.size(); ++i) x[i] += kSubstep * v[i];
     ctx.upload(x, dx.view());
-    FindContacts kernel{};
-    kernel.boundaries = {around.surface.triangles(), around.surface.coarse_samples(),
+    ContactFinder finder{};
+    finder.boundaries = {around.surface.triangles(), around.surface.coarse_samples(),
                          around.poses.const_view(), around.obstacles.view()};
-    kernel.body.nodes = {dx.view(), dv.view(), mass.const_view(), {}};
-    kernel.body.reach_m = 2 * kSpacing;
-    kernel.friction = 0.5F;
-    kernel.margin_m = 0.125F * kSpacing;
-    kernel.now = {.substep = k, .steps = 1, .dt_s = kSubstep};
+    finder.body.nodes = {dx.view(), dv.view(), mass.const_view(), {}};
+    finder.body.reach_m = 2 * kSpacing;
+    finder.friction = 0.5F;
+    finder.margin_m = 0.125F * kSpacing;
+    finder.now = {.substep = k, .steps = 1, .dt_s = kSubstep};
     std::vector<std::vector<Index>> touching;
     std::vector<std::vector<PointContact>> contact;
     for (Searcher& s : all) {
-      s.find(ctx, kernel);
+      s.find(ctx, finder);
       touching.push_back(to_host(ctx, s.points.touching()));
       contact.push_back(to_host(ctx, View<const PointContact>(s.points.state().contact)));
     }

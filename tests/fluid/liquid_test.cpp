@@ -113,11 +113,11 @@ LiquidSettings pool_settings(float d, Vec3f size_m) {
 
 /// On the owners of walls, since the last call.
 std::vector<Vec3f> wall_impulses_N_s(ExecContext& ctx, Liquid& liquid) {
-  liquid.end_frame(ctx);
+  liquid.end_frame();
   return to_host(ctx, liquid.wall_impulses_N_s());
 }
 LiquidReport report_of(ExecContext& ctx, Liquid& liquid) {
-  liquid.end_frame(ctx);
+  liquid.end_frame();
   return to_host(ctx, liquid.report_view())[0];
 }
 
@@ -132,16 +132,16 @@ constexpr LiquidSolver kSolvers[] = {LiquidSolver::wcsph, LiquidSolver::dfsph};
 TEST_P(LiquidOn, HasTheSameBits) {
   const auto splash = [](const std::string& devices, LiquidSolver solver, std::optional<Carreau> carreau) {
     DeviceSet set(devices, 5);
-    ExecContext& ctx = set.context(set.count() - 1);
     const float d = 0.01F;
     LiquidSettings settings = pool_settings(d, {0.12F, 0.1F, 0.08F});
     settings.solver = solver;
+    settings.least_particles = 1;
     settings.carreau = carreau;
-    Liquid liquid(ctx, settings);
-    liquid.place(ctx, fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.08F}}, d));
+    Liquid liquid(set, settings);
+    liquid.place(fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.08F}}, d));
     for (int i = 0; i < (solver == LiquidSolver::dfsph ? 60 : 300); ++i)
-      liquid.step(ctx, {.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
-    return std::pair{liquid.particles(ctx), wall_impulses_N_s(ctx, liquid)};
+      liquid.step({.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
+    return std::pair{liquid.particles(), wall_impulses_N_s(set.context(0), liquid)};
   };
   const auto compare = [&](LiquidSolver solver, std::optional<Carreau> carreau) {
     const auto expected = splash("cpu", solver, carreau), got = splash(GetParam(), solver, carreau);
@@ -170,18 +170,17 @@ TEST_P(LiquidPool, Rests) {
   ExecContext& ctx = set.context(0);
   LiquidSettings settings = pool_settings(d, size_m);
   settings.solver = GetParam();
-  Liquid liquid(ctx, settings);
-  liquid.place(ctx, fill_box({{0, 0, 0}, size_m}, d));
+  Liquid liquid(set, settings);
+  liquid.place(fill_box({{0, 0, 0}, size_m}, d));
   const float dt_s = liquid.largest_step_s();
   double excess = 0;  // of volume, summed up over every tenth step
   int samples = 0;
   const auto run = [&](float seconds) {
     const int steps = static_cast<int>(seconds / dt_s);
     for (int i = 0; i < steps; ++i) {
-      liquid.step(ctx, {.dt_s = dt_s, .gravity_m_s2 = kGravity});
+      liquid.step({.dt_s = dt_s, .gravity_m_s2 = kGravity});
       if (i % 10 != 0) continue;
-      for (const float rho : liquid.densities_kg_m3(ctx))
-        excess += std::max(0.0, double{rho} / 1060 - 1) / 1200;
+      for (const float rho : liquid.densities_kg_m3()) excess += std::max(0.0, double{rho} / 1060 - 1) / 1200;
       ++samples;
     }
     return static_cast<float>(steps) * dt_s;
@@ -192,12 +191,12 @@ TEST_P(LiquidPool, Rests) {
   wall_impulses_N_s(ctx, liquid);
   const auto momentum_N_s = [&] {
     double sum = 0;
-    for (const LiquidParticle& p : liquid.particles(ctx)) sum += double{p.v_m_s.y};
+    for (const LiquidParticle& p : liquid.particles()) sum += double{p.v_m_s.y};
     return sum * double{liquid.constants().mass_kg};
   };
   const double before_N_s = momentum_N_s();
   const float time_s = run(long_tests() ? 0.5F : 0.3F);
-  const std::vector<LiquidParticle> particles = liquid.particles(ctx);
+  const std::vector<LiquidParticle> particles = liquid.particles();
   ASSERT_EQ(particles.size(), 1200U) << "no particle comes or goes";
   float level_m = 0;
   double y = 0, speed2 = 0;
@@ -216,10 +215,9 @@ TEST_P(LiquidPool, Rests) {
   // Below the first two layers, which lack neighbours above, the liquid is as dense as its own weight presses
   // it: rho g h / (rho c^2) <= 0.5 %; and particles that left the lattice differ by about as much.
   double sum = 0, most = 0, inside = 0;
-  const std::vector<float> rho = liquid.densities_kg_m3(ctx);
-  const std::vector<Vec3f> x = to_host(ctx, liquid.view().x_m);
+  const std::vector<float> rho = liquid.densities_kg_m3();
   for (std::size_t i = 0; i < rho.size(); ++i) {
-    if (x[i].y > 9 * d) continue;
+    if (particles[i].x_m.y > 9 * d) continue;
     sum += double{rho[i]} / 1060;
     const double over = double{rho[i]} / 1060 - 1;
     most = std::max(most, is_dfsph ? over : std::abs(over));
@@ -240,13 +238,12 @@ TEST(Liquid, LeavesThroughAnOpenFace) {
   ExecContext& ctx = set.context(0);
   LiquidSettings settings = pool_settings(d, {0.08F, 0.1F, 0.04F});
   settings.open_faces = 1 << 1;
-  Liquid liquid(ctx, settings);
-  liquid.place(ctx, fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.04F}}, d));
+  Liquid liquid(set, settings);
+  liquid.place(fill_box({{0, 0, 0}, {0.06F, 0.1F, 0.04F}}, d));
   std::size_t before = 240;
   for (int k = 0; k < 10; ++k) {
-    for (int i = 0; i < 150; ++i)
-      liquid.step(ctx, {.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
-    const std::size_t here = liquid.particles(ctx).size();
+    for (int i = 0; i < 150; ++i) liquid.step({.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
+    const std::size_t here = liquid.particles().size();
     EXPECT_LE(here, before);
     EXPECT_EQ(here + report_of(ctx, liquid).taken, 240U);
     before = here;
@@ -266,17 +263,18 @@ TEST_P(LiquidOn, KeepsItsBooks) {
       {.position_m = {0.05F, 0.2F, 0.05F}, .radius_m = 0.02F, .speed_m_s = 0.5F, .until_s = tenths / 16.0});
   settings.sinks_m.push_back({{0, -1, 0}, {0.1F, 0.03F, 0.1F}});
   settings.max_particles = 260;
-  Liquid liquid(ctx, settings);
-  liquid.place(ctx, fill_box({{0, 0.04F, 0}, {0.1F, 0.06F, 0.1F}}, d));
+  settings.least_particles = 1;
+  Liquid liquid(set, settings);
+  liquid.place(fill_box({{0, 0.04F, 0}, {0.1F, 0.06F, 0.1F}}, d));
   const int layer = 9;  // points of a lattice within 1.75 d of a node
   for (int k = 1; k <= tenths; ++k) {
     const int steps = static_cast<int>(0.1F / liquid.largest_step_s()) + 1;
     for (int i = 0; i < steps; ++i)
-      liquid.step(ctx, {.dt_s = 0.1F / static_cast<float>(steps), .gravity_m_s2 = kGravity});
+      liquid.step({.dt_s = 0.1F / static_cast<float>(steps), .gravity_m_s2 = kGravity});
     const LiquidReport r = report_of(ctx, liquid);
     EXPECT_EQ(r.placed, 200U);
     EXPECT_EQ(r.placed + r.emitted, static_cast<std::uint32_t>(r.here) + r.taken);
-    EXPECT_EQ(static_cast<std::size_t>(r.here), liquid.particles(ctx).size());
+    EXPECT_EQ(static_cast<std::size_t>(r.here), liquid.particles().size());
     // 0.5 m/s over 0.01 m is 50 layers a second, the first at once.
     EXPECT_NEAR(r.emitted + r.waiting, layer * std::min(5 * k, 50 * tenths / 16), layer);
   }
@@ -295,25 +293,24 @@ TEST(Liquid, DamBreaks) {
   std::getline(table, line);
   const float d = long_tests() ? 1.F / 40 : 1.F / 20, width = 4 * d;
   DeviceSet set("cpu");
-  ExecContext& ctx = set.context(0);
-  Liquid liquid(ctx, {.spacing_m = d,
+  Liquid liquid(set, {.spacing_m = d,
                       .density_kg_m3 = 1000,
                       .viscosity_Pa_s = 0.001F,
                       .max_speed_m_s = 4.5F,
                       .box_m = {{0, 0, 0}, {6, 4, width}},
                       .max_particles = 20000});
-  liquid.place(ctx, fill_box({{0, 0, 0}, {1, 2, width}}, d));
+  liquid.place(fill_box({{0, 0, 0}, {1, 2, width}}, d));
   constexpr float kGate_s = 0.05F;
   float now_s = 0, measured_s = 0, measured_m = 0, first_s = 0, first_m = 0, first_measured_m = 0, tip_m = 0;
   while (table >> measured_s >> measured_m && measured_s < 0.72F) {
     const float until_s = measured_s - kGate_s;
     const int steps = static_cast<int>((until_s - now_s) / liquid.largest_step_s()) + 1;
     for (int i = 0; i < steps; ++i)
-      liquid.step(ctx, {.dt_s = (until_s - now_s) / static_cast<float>(steps), .gravity_m_s2 = kGravity});
+      liquid.step({.dt_s = (until_s - now_s) / static_cast<float>(steps), .gravity_m_s2 = kGravity});
     now_s = until_s;
     if (measured_s < 0.4F) continue;
     tip_m = 0.5F * d;
-    for (const LiquidParticle& p : liquid.particles(ctx)) tip_m = std::max(tip_m, p.x_m.x + 0.5F * d);
+    for (const LiquidParticle& p : liquid.particles()) tip_m = std::max(tip_m, p.x_m.x + 0.5F * d);
     EXPECT_NEAR(tip_m / measured_m, 1, 0.05) << "at " << measured_s << " s";
     if (first_s == 0) first_s = measured_s, first_m = tip_m, first_measured_m = measured_m;
   }
@@ -338,11 +335,10 @@ TEST(Liquid, ABlockNeverBeginsPressed) {
 
 TEST(Liquid, RefusesWhatCannotBe) {
   DeviceSet set("cpu");
-  ExecContext& ctx = set.context(0);
   const auto refusal = [&](auto&& change) {
     LiquidSettings s = pool_settings(0.01F, {0.1F, 0.1F, 0.1F});
     change(s);
-    return message_of([&] { const Liquid liquid(ctx, s); });
+    return message_of([&] { const Liquid liquid(set, s); });
   };
   EXPECT_EQ(refusal([](LiquidSettings& s) { s.spacing_m = 0; }),
             "liquid: spacing_m is 0.000000, must be > 0");
@@ -356,11 +352,10 @@ TEST(Liquid, RefusesWhatCannotBe) {
             std::string::npos);
   EXPECT_NE(refusal([](LiquidSettings& s) { s.density_kg_m3 = 0; }).find("density_kg_m3"), std::string::npos);
   EXPECT_NE(refusal([](LiquidSettings& s) { s.box_m.max.y = 0; }).find("box_m"), std::string::npos);
-  Liquid liquid(ctx, pool_settings(0.01F, {0.1F, 0.1F, 0.1F}));
-  EXPECT_NE(message_of([&] {
-              liquid.step(ctx, {.dt_s = 0.01F, .gravity_m_s2 = kGravity});
-            }).find("largest stable step"),
-            std::string::npos);
+  Liquid liquid(set, pool_settings(0.01F, {0.1F, 0.1F, 0.1F}));
+  EXPECT_NE(
+      message_of([&] { liquid.step({.dt_s = 0.01F, .gravity_m_s2 = kGravity}); }).find("largest stable step"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ Turned turn(LiquidSolver solver, float viscosity_Pa_s, std::optional<Carreau> ca
   ExecContext& ctx = set.context(0);
   const std::vector<LiquidParticle> particles = ring();
   const float far = 1.2F * kOuter_m;
-  Liquid liquid(ctx, {.solver = solver,
+  Liquid liquid(set, {.solver = solver,
                       .spacing_m = kSpacing_m,
                       .density_kg_m3 = 1000,
                       .viscosity_Pa_s = viscosity_Pa_s,
@@ -86,21 +86,21 @@ Turned turn(LiquidSolver solver, float viscosity_Pa_s, std::optional<Carreau> ca
                       .box_m = {{-far, -far, 0}, {far, far, kHeight_m}},
                       .max_particles = static_cast<Index>(particles.size()),
                       .other_walls = 2});
-  liquid.place(ctx, particles);
+  liquid.place(particles);
   const StepTime time{.dt_s = liquid.largest_step_s(), .gravity_m_s2 = {}};
   Turned result;
   const int steps = static_cast<int>(0.6F / time.dt_s), last = 100;  // gap^2 / (pi^2 nu) = 0.1 s
   for (int i = 0; i < steps; ++i) {
-    liquid.begin_step(ctx, time);
+    liquid.begin_step(time);
     ctx.synchronize();
     add_cylinders(liquid);
-    liquid.end_step(ctx, time);
+    liquid.end_step(time);
     ctx.synchronize();
     if (i < steps - last) continue;
     result.inner_N_m -= torque_N_m(liquid, kInner, time.dt_s) / last;
     result.outer_N_m += torque_N_m(liquid, kOuter, time.dt_s) / last;
   }
-  result.particles = liquid.particles(ctx);
+  result.particles = liquid.particles();
   return result;
 }
 
@@ -184,7 +184,6 @@ TEST_P(Couette, HasTheProfileAndTheTorqueOfCarreau) {
 /// turn: friction that braked what turns would take 2 nu t / d of its outer layer's in that time, all of it.
 TEST_P(Couette, WhatSpinsFreelyKeepsItsAngularMomentum) {
   DeviceSet set("cpu");
-  ExecContext& ctx = set.context(0);
   const float d = kSpacing_m, spin_rad_s = 2;
   std::vector<LiquidParticle> particles;
   for (LiquidParticle p : fill_box({{-5 * d, -5 * d, -5 * d}, {5 * d, 5 * d, 5 * d}}, d)) {
@@ -192,14 +191,14 @@ TEST_P(Couette, WhatSpinsFreelyKeepsItsAngularMomentum) {
     p.v_m_s = spin_rad_s * Vec3f{-p.x_m.y, p.x_m.x, 0};
     particles.push_back(p);
   }
-  Liquid liquid(ctx, {.solver = GetParam(),
+  Liquid liquid(set, {.solver = GetParam(),
                       .spacing_m = d,
                       .density_kg_m3 = 1000,
                       .viscosity_Pa_s = 1,
                       .max_speed_m_s = 0.2F,
                       .box_m = {{-1, -1, -1}, {1, 1, 1}},
                       .max_particles = static_cast<Index>(particles.size())});
-  liquid.place(ctx, particles);
+  liquid.place(particles);
   const auto angular = [](const std::vector<LiquidParticle>& all) {
     double sum = 0;
     for (const LiquidParticle& p : all) {
@@ -210,9 +209,8 @@ TEST_P(Couette, WhatSpinsFreelyKeepsItsAngularMomentum) {
   };
   const double before = angular(particles);
   const float dt_s = liquid.largest_step_s();
-  for (int k = 0; k < static_cast<int>(1.5F / dt_s); ++k)
-    liquid.step(ctx, {.dt_s = dt_s, .gravity_m_s2 = {}});
-  EXPECT_NEAR(angular(liquid.particles(ctx)) / before, 1, 1e-5);
+  for (int k = 0; k < static_cast<int>(1.5F / dt_s); ++k) liquid.step({.dt_s = dt_s, .gravity_m_s2 = {}});
+  EXPECT_NEAR(angular(liquid.particles()) / before, 1, 1e-5);
 }
 
 }  // namespace

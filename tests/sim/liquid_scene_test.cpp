@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
@@ -29,6 +30,7 @@ Scene pool_scene() {
   pool.box = {{-0.4, 0, -0.14}, {0.3, 0.6, 0.14}};
   pool.blocks.push_back({{{-0.4, 0, -0.14}, {0.3, 0.1, 0.14}}, {}});
   pool.max_speed_m_s = 2;
+  pool.least_particles = 1;
   ObstacleSetting block;
   block.name = "block";
   block.kind = ObstacleShape::box;
@@ -98,6 +100,98 @@ TEST_P(LiquidScenes, ABallWadesThroughAPool) {
   EXPECT_GT(highest_m, 0.13F) << "it makes a wave";
 }
 
+struct Flood {
+  std::vector<LiquidParticle> liquid;
+  std::vector<Vec3f> surface_m;
+  std::vector<LiquidReaction> forces;
+  BodyMonitors body;
+  std::vector<std::size_t> of_part;  ///< particles on each device
+};
+
+/// Along 60 cm, liquid falls on a soft body that lies on blocks, and on a jet from below.
+Flood flood(const std::string& devices_text, std::uint64_t seed, LiquidModel solver) {
+  Scene scene;
+  scene.reconstruction.resolution = 16;
+  BodyDescription bed;
+  bed.name = "bed";
+  bed.shape.size_m = {0.5, 0.04, 0.08};
+  bed.placement.position_m = {0, 0.1, 0};
+  bed.spacing_m = 0.02;
+  bed.material.model = TissueModel::tled;
+  bed.material.young_modulus_pa = 5000;
+  bed.material.damping = 0.1;
+  scene.bodies.push_back(bed);
+  for (const double x : {-0.2, 0.2}) {
+    ObstacleSetting block;
+    block.name = x < 0 ? "left" : "right";
+    block.kind = ObstacleShape::box;
+    block.size_m = {0.05, 0.08, 0.2};
+    block.placement.position_m = {x, 0.04, 0};
+    scene.obstacles.push_back(block);
+  }
+  LiquidDescription& water = scene.fluid.emplace();
+  water.solver = solver;
+  water.spacing_m = 0.02;
+  water.box = {{-0.3, 0, -0.08}, {0.3, 0.4, 0.08}};
+  water.blocks.push_back({{{-0.3, 0.14, -0.08}, {0.1, 0.22, 0.08}}, {0.5, -0.5, 0}});
+  EmitterDescription& jet = water.emitters.emplace_back();
+  jet.position_m = {0.2, 0.3, 0};
+  jet.radius_m = 0.03;
+  water.max_particles = 900;
+  water.max_speed_m_s = 2.5;
+  water.least_particles = 1;
+  DeviceSet devices(devices_text, seed);
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  Flood result;
+  simulation.step(nullptr, 0);
+  const int frames = solver == LiquidModel::dfsph ? 12 : 3;
+  for (int k = 0; k < frames; ++k) result.forces = simulation.step(nullptr, 1.0 / 60).liquid_forces;
+  const Liquid& liquid = simulation.liquid()->liquid();
+  result.liquid = liquid.particles();
+  result.surface_m = simulation.snapshot().bodies.at(0).positions_m;
+  result.body = simulation.monitors().at(0);
+  for (Index p = 0; p < liquid.part_count(); ++p)
+    result.of_part.push_back(static_cast<std::size_t>(std::count_if(
+        result.liquid.begin(), result.liquid.end(),
+        [&](const LiquidParticle& particle) { return liquid.slabs().owner(particle.x_m) == p; })));
+  return result;
+}
+
+void expect_same(const Flood& got, const Flood& expected) {
+  ASSERT_EQ(got.liquid.size(), expected.liquid.size());
+  for (std::size_t i = 0; i < got.liquid.size(); ++i) {
+    ASSERT_EQ(got.liquid[i].x_m, expected.liquid[i].x_m) << i;
+    ASSERT_EQ(got.liquid[i].v_m_s, expected.liquid[i].v_m_s) << i;
+  }
+  EXPECT_TRUE(got.surface_m == expected.surface_m);
+  EXPECT_EQ(got.body.momentum_kg_m_s, expected.body.momentum_kg_m_s);
+  ASSERT_EQ(got.forces.size(), expected.forces.size());
+  for (std::size_t k = 0; k < got.forces.size(); ++k) {
+    EXPECT_EQ(got.forces[k].on, expected.forces[k].on);
+    EXPECT_EQ(got.forces[k].force_N, expected.forces[k].force_N) << got.forces[k].on;
+  }
+}
+
+/// A body, obstacles and an emitter on all sides of the cuts: the same bits of liquid, body and forces.
+TEST_P(LiquidScenes, FloodsABodyWithTheSameBits) {
+  for (const LiquidModel solver : {LiquidModel::dfsph, LiquidModel::wcsph}) {
+    const Flood on_cpu = flood("cpu", 0, solver), got = flood(GetParam(), 5, solver);
+    expect_same(got, on_cpu);
+    std::set<std::string> pushed;
+    for (const LiquidReaction& f : on_cpu.forces) pushed.insert(f.on);
+    EXPECT_TRUE(pushed.contains("bed")) << "the body was hit";
+    for (const std::size_t part : got.of_part) EXPECT_GT(part, 50U);
+  }
+}
+
+TEST(LiquidScene, FloodsABodyWithTheSameBitsInAnyOrder) {
+  const Flood on_cpu = flood("cpu", 0, LiquidModel::dfsph);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    expect_same(flood("cpu:3", seed, LiquidModel::dfsph), on_cpu);
+    ASSERT_FALSE(HasFailure()) << "seed " << seed;
+  }
+}
+
 /// What liquid and a body have together, and the sum of what each part has, in a weightless world.
 struct Motion {
   Vec3d momentum;
@@ -105,7 +199,7 @@ struct Motion {
 };
 Motion motion_of(Simulation& simulation, double particle_kg) {
   Motion m;
-  for (const LiquidParticle& p : simulation.liquid()->liquid().particles(simulation.context())) {
+  for (const LiquidParticle& p : simulation.liquid()->liquid().particles()) {
     const Vec3d v = vec_cast<double>(p.v_m_s);
     m.momentum += particle_kg * v;
     m.all += particle_kg * length(v);

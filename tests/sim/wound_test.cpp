@@ -112,7 +112,7 @@ fluid:
   const auto momentum = [&](double& all) {
     all = 0;
     Vec3d sum = simulation.monitors().at(0).momentum_kg_m_s;
-    for (const LiquidParticle& p : simulation.liquid()->liquid().particles(simulation.context())) {
+    for (const LiquidParticle& p : simulation.liquid()->liquid().particles()) {
       sum += 1e-3 * vec_cast<double>(p.v_m_s);
       all += 1e-3 * double{length(p.v_m_s)};
     }

@@ -20,7 +20,7 @@ void TimeStamp::take(ExecContext& ctx) {
   Impl& m = *impl_;
   if (!ctx.device().is_cuda()) return ctx.on_host("time", [at = m.host_s] { *at = now_s(); });
   if (m.cuda_event == nullptr) m.cuda_event = cuda::create_timing_event(ctx.device().ordinal());
-  cuda::record_timing_event(ctx.device().ordinal(), m.cuda_event, ctx.cuda_stream(), ctx.is_recording());
+  cuda::record_timing_event(ctx.device().ordinal(), m.cuda_event, ctx.cuda_stream());
 }
 
 double TimeStamp::seconds_since(const TimeStamp& earlier) const {

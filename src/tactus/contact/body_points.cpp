@@ -43,6 +43,10 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
   touching_ = Buffer<Index>(ctx.device(), n);
   recorded_ = Buffer<Index>(ctx.device(), n);
   searched_ = Buffer<Index>(ctx.device(), n);
+  awake_ = Buffer<Index>(ctx.device(), n);
+  lost_ = Buffer<Index>(ctx.device(), n);
+  list_counts_ = Buffer<Index>(ctx.device(), 2);
+  mass_kg_ = Buffer<float>(ctx.device(), n);
   neighbours_ = Buffer<PointNeighbours>(ctx.device(), n);
   near_ = Buffer<std::uint32_t>(ctx.device(), n * kNearTriangles);
   contact_ = Buffer<PointContact>(ctx.device(), n);
@@ -199,6 +203,7 @@ void BodyPoints::reset(ExecContext& ctx) {
   ctx.fill_bytes(node_weight_.view(), 0);
   ctx.fill_bytes(moved_on_.view(), 0);
   ctx.fill_bytes(owner_used_.view(), 0);
+  ctx.fill_bytes(list_counts_.view(), 0);
   ctx.fill_bytes(totals_.view(), 0);
 }
 
@@ -228,8 +233,20 @@ PointTable BodyPoints::table() const {
 }
 
 PointState BodyPoints::state() {
-  return {touching_.view(), contact_.view(),  node_weight_.view(), searched_.view(), neighbours_.view(),
-          near_.view(),     recorded_.view(), records_.view(),     moved_on_.view(), owner_used_.view()};
+  const View<Index> counts = list_counts_.view();
+  return {touching_.view(),
+          contact_.view(),
+          node_weight_.view(),
+          searched_.view(),
+          neighbours_.view(),
+          near_.view(),
+          recorded_.view(),
+          records_.view(),
+          moved_on_.view(),
+          owner_used_.view(),
+          mass_kg_.view(),
+          {awake_.view(), counts.part(0, 1)},
+          {lost_.view(), counts.part(1, 1)}};
 }
 
 PointBlocks BodyPoints::blocks() {

@@ -183,6 +183,16 @@ struct PointNeighbours {
   Index count;           ///< of triangles
 };
 
+/// Points in any order: what is done for one doesn't depend on the others. Empty between corrections.
+struct PointList {
+  View<Index> points;
+  View<Index> count;  ///< (1)
+  TACTUS_HD void add(Index i) const {
+    points[static_cast<Index>(atomic_fetch_add(reinterpret_cast<std::uint32_t&>(count[0]), 1U))] = i;
+  }
+  Count used() const { return {count, points.size()}; }
+};
+
 /// What contact keeps of one body.
 struct PointState {
   View<Index> touching;        ///< per point: 1 while it touches; 2 .. kLingering: so many corrections after
@@ -195,6 +205,9 @@ struct PointState {
   View<ContactRecord> records;     ///< per point
   View<ReactionSums> moved_on;     ///< (kOwners) of points that went on to another owner
   View<std::uint32_t> owner_used;  ///< (kOwners) != 0: it has records
+  View<float> mass_kg;  ///< per point that touches: what its impulse moves, with those of all others
+  PointList awake;      ///< points that may touch something
+  PointList lost;       ///< those round which is to be searched
 };
 
 /// Weights as integers, so that their sums don't depend on the order in which they come. Rounded up: the sum
@@ -304,9 +317,9 @@ class BodyPoints {
   Buffer<EmbeddedPoint> points_;
   IndexLists incident_, block_nodes_;
   Buffer<IndexRange> blocks_;
-  Buffer<Index> nodes_, rows_, touching_, recorded_, searched_, block_pose_;
+  Buffer<Index> nodes_, rows_, touching_, recorded_, searched_, block_pose_, awake_, lost_, list_counts_;
   Buffer<SetPoints::Change> changes_;
-  Buffer<float> sleep_m_;
+  Buffer<float> sleep_m_, mass_kg_;
   Buffer<Vec3f> block_x_m_;
   Buffer<PointNeighbours> neighbours_;
   Buffer<std::uint32_t> near_;

@@ -73,6 +73,28 @@ struct PoseAddedVertices {
   }
 };
 
+/// Thread: vertex. To another device.
+struct CopyWallVertices {
+  View<const PosedVertex> from;
+  Index first;  ///< place of the first
+  View<PosedVertex> posed;
+  View<VertexImpulse> impulse;
+  TACTUS_HD void operator()(Index i) const {
+    posed[first + i] = from[first + i];
+    impulse[first + i] = {};
+  }
+};
+
+/// Thread: vertex. What it got on another device.
+struct AddWallImpulses {
+  View<const VertexImpulse> from;
+  Index first;
+  View<VertexImpulse> impulse;
+  TACTUS_HD void operator()(Index i) const {
+    for (int a = 0; a < 3; ++a) impulse[first + i].sum[a] += from[first + i].sum[a];
+  }
+};
+
 /// Thread: triangle. One that is not in use is nowhere: the search drops it.
 struct PoseWallTriangles {
   View<const Vec3i> triangles;

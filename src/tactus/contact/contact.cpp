@@ -30,6 +30,19 @@ TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, c
   return {nodes, points.table(), points.state(), reach_m, 2 * points.lattice_spacing_m() + reach_m};
 }
 
+void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& blocks, Index first_block,
+          Index end_block) {
+  ctx.parallel_for("contact/wake", end_block - first_block, WakePoints{finder, blocks, first_block});
+  ctx.parallel_for("contact/find", finder.body.state.awake.used(), FindContacts{finder});
+  ctx.parallel_for("contact/search", finder.body.state.lost.used(), SearchContacts{finder});
+}
+
+void apply(ExecContext& ctx, const ApplyContacts& kernel) {
+  ctx.parallel_for("contact/weigh", kernel.end_point - kernel.body.first,
+                   WeighPoints{kernel.body, kernel.times});
+  ctx.parallel_for("contact/apply", ApplyContacts::blocks(kernel.body.table.moved), kernel);
+}
+
 }  // namespace
 
 ContactSettings checked(const ContactSettings& s) {
@@ -69,8 +82,7 @@ void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& p
                               surface.samples(),
                               body,
                               4 * body.reach_m});
-  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
-                   ApplyContacts{body, points.count(), poses, 1, times_});
+  apply(ctx, {body, points.count(), poses, 1, times_});
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
@@ -78,6 +90,7 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
   check(points, nodes);
   const View<const SurfacePoses> poses = poses_.const_view();
   TouchingPoints body = touching_points(surface, points, nodes);
+  if (body.table.moved == 0) return;  // no point here moves anything
   const bool skips = part == PointPart::rest, all = part != PointPart::first;
   const Index first_block = skips ? points.first_blocks() : 0,
               end_block = all ? points.block_count() : points.first_blocks(),
@@ -97,17 +110,15 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
                                   lattice_m * lattice_m * lattice_m,
                                   now});
   else
-    ctx.parallel_for("contact/find", end_block - first_block,
-                     FindContacts{{surface.triangles(), surface.coarse_samples(), poses, obstacles},
-                                  body,
-                                  points.blocks(),
-                                  first_block,
-                                  settings_.restitution,
-                                  settings_.friction,
-                                  kListMargin * spacing_m,
-                                  now});
-  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
-                   ApplyContacts{body, end, poses, 0, times_});
+    find(ctx,
+         {{surface.triangles(), surface.coarse_samples(), poses, obstacles},
+          body,
+          settings_.restitution,
+          settings_.friction,
+          kListMargin * spacing_m,
+          now},
+         points.blocks(), first_block, end_block);
+  apply(ctx, {body, end, poses, 0, times_});
 }
 
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,

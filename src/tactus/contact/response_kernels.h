@@ -147,7 +147,7 @@ struct TouchingPoints {
 /// substep now and then, by rounding or because it swings, and must not creep with each time.
 inline constexpr Index kLingering = 8;
 
-/// Moves the nodes of a body by what its touching points want.
+/// Thread: point. What the impulse of a touching point moves.
 ///
 /// A point that is a mean of nodes, u = sum w_k v_k, changes by sum w_k²/m_k J under an impulse J on it.
 /// Points share nodes, so all of them together change a point's velocity by more than its own impulse does:
@@ -156,6 +156,33 @@ inline constexpr Index kLingering = 8;
 /// impulses J = D^-1 (change wanted) change the kinetic energy by u^T J + J^T A J / 2 <= u^T J + J^T D J / 2,
 /// which for a reflection with e <= 1 and friction is never above 0, and what all points want alike they get
 /// in one go.
+struct WeighPoints {
+  TouchingPoints body;
+  ContactTimes times;
+  TACTUS_HD void load() { times.load(); }
+  TACTUS_HD void operator()(Index thread) const {
+    if (thread == 0) body.state.awake.count[0] = body.state.lost.count[0] = 0;
+    if (times.substeps == 0 || body.nodes.has_stopped()) return;
+    const Index i = body.first + thread;
+    if (body.state.touching[i] == 1) body.state.mass_kg[i] = 1.F / inverse_mass(i);
+  }
+
+ private:
+  /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
+  /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
+  /// Without branches: all is read at once.
+  TACTUS_HD float inverse_mass(Index i) const {
+    const EmbeddedPoint& p = body.table.points[i];
+    float sum = 0;
+    for (int k = 0; k < 8; ++k) {
+      sum += abs(p.weight[k]) * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
+             body.nodes.mass_kg[p.node[k]];
+    }
+    return sum;
+  }
+};
+
+/// Moves the nodes of a body by what its touching points want.
 /// Block: kNodes nodes, each with kLanes threads that share its points.
 struct ApplyContacts {
   static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
@@ -191,7 +218,7 @@ struct ApplyContacts {
   TACTUS_HD void add_point(Index entry, bool records, Vec3f& impulse, Vec3f& push) const {
     const Index i = entry / 8, corner = entry % 8;
     if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
-    const float mass = 1.F / inverse_mass(i), share = mass * body.table.points[i].weight[corner];
+    const float mass = body.state.mass_kg[i], share = mass * body.table.points[i].weight[corner];
     const PointContact& contact = body.state.contact[i];
     impulse += share * contact.kick_m_s;
     push += share * contact.push_m;
@@ -208,18 +235,6 @@ struct ApplyContacts {
     const float inverse = 1.F / body.nodes.mass_kg[node];
     body.nodes.change(node, body.nodes.free_part(node, inverse * push),
                       body.nodes.free_part(node, inverse * impulse));
-  }
-  /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
-  /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
-  /// Without branches: all is read at once.
-  TACTUS_HD float inverse_mass(Index i) const {
-    const EmbeddedPoint& p = body.table.points[i];
-    float sum = 0;
-    for (int k = 0; k < 8; ++k) {
-      sum += abs(p.weight[k]) * PointWeights::value(body.state.node_weight[body.table.rows[8 * i + k]]) /
-             body.nodes.mass_kg[p.node[k]];
-    }
-    return sum;
   }
   TACTUS_HD void note(Index i, const PointContact& contact, Vec3f impulse_N_s) const {
     const bool moved = dot(contact.push_m, contact.push_m) > 0.F;

@@ -48,10 +48,9 @@ struct DecidingTriangles {
   }
 };
 
-/// A search round one point for the triangles of one owner, by all lanes of a group.
+/// A search round one point for the triangles of one owner, by all lanes of a block.
 struct TriangleSearch {
-  static constexpr int kLanes = 32, kCells = 27, kOwnCell = 13, kCandidates = 32;
-  Index point;  ///< of the block
+  static constexpr int kLanes = 128, kCells = 27, kOwnCell = 13, kCandidates = 32;
   MeetingPoint at;
   float way_m;  ///< since the last correction, at most the reach
   Index begin[kCells], end[kCells];
@@ -67,6 +66,16 @@ struct TriangleSearch {
   float within_m;              ///< so near are the triangles that are listed; < 0: none are
   DecidingTriangles deciding;  ///< where they are too many for a list
   static constexpr float kNone = 1e30F;
+
+  /// Lanes of a block that search together, and f(lane) on each of them.
+  template <class Block>
+  static constexpr int lanes() {
+    return Block::kIsLoop ? 1 : kLanes;
+  }
+  template <class Block, class F>
+  TACTUS_HD static void for_lanes(const Block& b, F&& f) {
+    b.for_threads(lanes<Block>(), f);
+  }
 
   TACTUS_HD void find_cell(const SurfaceTrianglesView& mesh, int c) {
     begin[c] = end[c] = 0;
@@ -224,29 +233,20 @@ struct TriangleSearch {
   }
 };
 
-/// The gaps of points with too many triangles for a list, by all lanes of a group each: one thread alone
-/// takes half a millisecond. tell(point, gap) for the searches g < n where select(g).
-template <class Block, class S, class F>
-TACTUS_HD void find_gaps(const Block& b, TriangleSearch* searches, int n, const S& select,
-                         const SurfaceTrianglesView& mesh, Index own, float reach_m, F&& tell) {
-  constexpr int kEach = TriangleSearch::kLanes;
+/// The gap of a point with too many triangles for a list, by all lanes of a block: one thread alone takes
+/// half a millisecond. tell(gap)
+template <class Block, class F>
+TACTUS_HD void find_gap_together(const Block& b, TriangleSearch& q, const SurfaceTrianglesView& mesh,
+                                 Index own, float reach_m, F&& tell) {
   const auto for_each_seen = [&](auto&& f) {
-    b.template for_groups<kEach>(n, select, [&](int g, int lane) {
-      TriangleSearch& q = searches[g];
-      q.for_each_seen(mesh, own, reach_m, lane, kEach,
-                      [&](Index slot, const SeenTriangle& t) { f(q.deciding, slot, t); });
-    });
+    TriangleSearch::for_lanes(
+        b, [&](int lane) { q.for_each_seen(mesh, own, reach_m, lane, TriangleSearch::lanes<Block>(), f); });
   };
-  const auto once = [&](auto&& f) {
-    b.for_threads(n, [&](int g) {
-      if (select(g)) f(searches[g]);
-    });
-  };
-  once([&](TriangleSearch& q) { q.begin_gap(mesh, reach_m); });
-  for_each_seen([](DecidingTriangles& d, Index, const SeenTriangle& t) { d.see(t); });
-  once([](TriangleSearch& q) { q.narrow_gap(); });
-  for_each_seen([](DecidingTriangles& d, Index slot, const SeenTriangle& t) { d.take(t, slot); });
-  once([&](TriangleSearch& q) { tell(q.point, q.gap(mesh, own, reach_m)); });
+  b.on_one_thread([&] { q.begin_gap(mesh, reach_m); });
+  for_each_seen([&](Index, const SeenTriangle& t) { q.deciding.see(t); });
+  b.on_one_thread([&] { q.narrow_gap(); });
+  for_each_seen([&](Index slot, const SeenTriangle& t) { q.deciding.take(t, slot); });
+  b.on_one_thread([&] { tell(q.gap(mesh, own, reach_m)); });
 }
 
 }  // namespace tactus

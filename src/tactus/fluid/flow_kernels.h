@@ -12,6 +12,17 @@ struct LiquidReport {
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
   float densest = 0;  ///< largest density over that at rest
+  /// What another part of the liquid has. The order of sums of integers and maxima doesn't matter.
+  TACTUS_HD void add(const LiquidReport& part) {
+    here += part.here;
+    placed += part.placed;
+    emitted += part.emitted;
+    taken += part.taken;
+    waiting += part.waiting;
+    fast += part.fast;
+    fastest_m_s = max(fastest_m_s, part.fastest_m_s);
+    densest = max(densest, part.densest);
+  }
 };
 
 /// The counters of that which the device goes on with.
@@ -20,11 +31,14 @@ struct LiquidCounters {
   std::uint32_t placed = 0, emitted = 0, taken = 0;
 };
 
-/// So many particles go on.
+/// So many particles go on, and so many of them aren't copies of what another device has.
 struct KeepCount {
-  View<const Index> placed;
-  View<Index> count;
-  TACTUS_HD void operator()(Index) const { count[0] = placed[0]; }
+  View<const Index> placed, ghosts;
+  View<Index> count, own;
+  TACTUS_HD void operator()(Index) const {
+    count[0] = placed[0];
+    own[0] = placed[0] - ghosts[0];
+  }
 };
 
 /// A disc from which particles come, a layer of them whenever the last one has moved by d.
@@ -47,10 +61,12 @@ struct PlanLayers {
   View<Index> count;
   View<EmitterState> emitters;
   Index room;
+  View<const Index> elsewhere;  ///< (1) particles on other devices; empty: none
   TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index) const {
     LiquidCounters c = counters[0];
     Index used = count[0];
+    const Index room_here = room - (elsewhere.empty() ? 0 : elsewhere[0]);
     for (Index k = 0; k < emitters.size(); ++k) {
       EmitterState e = emitters[k];
       if (!time.settles()) e.time_s += static_cast<double>(time.dt_s);
@@ -61,7 +77,7 @@ struct PlanLayers {
         e.next_s += static_cast<double>(e.layer_s);
         ++e.waiting;
       }
-      if (e.waiting > 0 && used + e.points <= room) {
+      if (e.waiting > 0 && used + e.points <= room_here) {
         if (!is_due) e.age_s = 0;
         --e.waiting;
         e.slot = used;
@@ -96,10 +112,9 @@ struct EmitLayers {
   }
 };
 
-/// What walls got since the frame began, added up and emptied. Thread: owner.
+/// What walls got since the frame began, from one part, added up and emptied. Thread: owner.
 struct SumWalls {
-  View<WallSums> sums;
-  View<Vec3f> impulse_N_s;
+  View<WallSums> sums, totals;
   TACTUS_HD void operator()(Index owner) const {
     WallSums total{};
     for (Index c = owner * WallSums::kCopies; c < (owner + 1) * WallSums::kCopies; ++c) {
@@ -108,11 +123,11 @@ struct SumWalls {
         sums[c].impulse[a] = 0;
       }
     }
-    impulse_N_s[owner] = total.value();
+    totals[owner] = total;
   }
 };
 
-/// One block. The order of maxima and sums of integers doesn't matter.
+/// Of one part. One block.
 struct ReportLiquid {
   static constexpr int kThreads = 256;
   View<const Index> count;
@@ -141,12 +156,7 @@ struct ReportLiquid {
     });
     b.on_one_thread([&] {
       LiquidReport r = s.of[0];
-      for (int t = 1; t < kThreads; ++t) {
-        r.here += s.of[t].here;
-        r.fast += s.of[t].fast;
-        r.fastest_m_s = max(r.fastest_m_s, s.of[t].fastest_m_s);
-        r.densest = max(r.densest, s.of[t].densest);
-      }
+      for (int t = 1; t < kThreads; ++t) r.add(s.of[t]);
       r.placed = counters[0].placed;
       r.emitted = counters[0].emitted;
       r.taken = counters[0].taken;

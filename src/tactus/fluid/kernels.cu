@@ -1,6 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/split_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
@@ -20,3 +21,16 @@ TACTUS_CUDA_KERNEL(tactus::PlanLayers);
 TACTUS_CUDA_KERNEL(tactus::EmitLayers);
 TACTUS_CUDA_KERNEL(tactus::SumWalls);
 TACTUS_CUDA_KERNEL(tactus::ReportLiquid);
+TACTUS_CUDA_KERNEL(tactus::ListLeavers);
+TACTUS_CUDA_KERNEL(tactus::ListGhosts);
+TACTUS_CUDA_KERNEL(tactus::PlanImport);
+TACTUS_CUDA_KERNEL(tactus::TakeOver);
+TACTUS_CUDA_KERNEL(tactus::InvertOrder);
+TACTUS_CUDA_KERNEL(tactus::FindOriginals);
+TACTUS_CUDA_KERNEL(tactus::PullGhosts<float>);
+TACTUS_CUDA_KERNEL(tactus::PullGhosts<tactus::LiquidMotion>);
+TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<float>);
+TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<tactus::LiquidMotion>);
+TACTUS_CUDA_KERNEL(tactus::CountElsewhere);
+TACTUS_CUDA_KERNEL(tactus::CountLayers);
+TACTUS_CUDA_KERNEL(tactus::MergeParts);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <string>
 
 namespace tactus {
@@ -51,6 +53,14 @@ std::vector<Vec3f> layer_of(const LiquidEmitter& e, float d) {
   return points;
 }
 
+/// A little more than the reach: positions and cuts are rounded.
+constexpr float kCopiedReach = 1.F + 1.F / 256;
+
+StepTime of_part(StepTime time, const FrameOnDevices* frame, Index part) {
+  if (frame != nullptr) time.frame = frame->view(part);
+  return time;
+}
+
 }  // namespace
 
 LiquidSettings checked(const LiquidSettings& s) {
@@ -80,39 +90,41 @@ LiquidSettings checked(const LiquidSettings& s) {
   return s;
 }
 
-Liquid::Liquid(ExecContext& ctx, const LiquidSettings& settings)
-    : settings_(checked(settings)),
-      constants_(constants_of(settings_)),
-      search_(ctx.device(),
-              {.max_particles = settings_.max_particles, .reach_m = constants_.kernel.reach_m()}),
-      count_(ctx.device(), 1),
-      id_(ctx.device(), settings_.max_particles),
-      wall_count_(ctx.device(), settings_.max_particles),
-      list_count_(ctx.device(), settings_.max_particles),
-      near_(ctx.device(), NearLists::size(settings_.max_particles)),
-      x_m_(ctx.device(), settings_.max_particles),
-      v_m_s_(ctx.device(), settings_.max_particles),
-      density_kg_m3_(ctx.device(), settings_.max_particles),
-      push_(ctx.device(), settings_.max_particles),
-      inverse_D_(ctx.device(), settings_.max_particles),
-      found_(ctx.device(), settings_.max_particles),
-      kd_(ctx.device(), settings_.max_particles),
-      shear_m2_s_(ctx.device(), settings_.carreau ? settings_.max_particles : 0),
-      motion_(ctx.device(), settings_.max_particles),
-      star_(ctx.device(), settings_.max_particles),
-      moved_(ctx.device(), settings_.max_particles),
-      walls_(ctx.device(), std::int64_t{kNearWalls} * settings_.max_particles),
-      wall_sums_(ctx.device(), std::int64_t{kFaces + settings_.other_walls} * WallSums::kCopies),
-      wall_impulse_(ctx.device(), kFaces + settings_.other_walls),
-      counters_(ctx.device(), 1),
-      report_(ctx.device(), 1),
-      sinks_(to_device(ctx, settings_.sinks_m)) {
-  make_emitters(ctx);
-  ctx.fill_bytes(wall_sums_.view(), 0);
-  place(ctx, {});
+int Liquid::part_count(const DeviceSet& devices, const LiquidSettings& settings) {
+  if (!devices.reads_peers()) return 1;
+  const Index least =
+      std::max(settings.least_particles.value_or(devices.is_cuda() ? kLeastParticles : 1), Index{1});
+  return std::clamp(settings.max_particles / least, 1, std::min(devices.count(), kMostLiquidParts));
 }
 
-void Liquid::make_emitters(ExecContext& ctx) {
+Liquid::Liquid(DeviceSet& devices, const LiquidSettings& settings)
+    : devices_(devices),
+      settings_(checked(settings)),
+      constants_(constants_of(settings_)),
+      parts_([&] {
+        std::vector<LiquidPart> parts;
+        const int count = part_count(devices, settings_);
+        for (int p = 0; p < count; ++p)
+          parts.emplace_back(devices.device(p), settings_.max_particles, constants_.kernel.reach_m(),
+                             kFaces + settings_.other_walls, p, count);
+        return parts;
+      }()),
+      split_(devices, parts_),
+      balance_(settings_.box_m, part_count()),
+      wall_impulse_(devices.device(0), kFaces + settings_.other_walls),
+      report_(devices.device(0), 1),
+      elsewhere_(devices.device(0), part_count() > 1 ? 1 : 0) {
+  make_emitters();
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.sinks = to_device(ctx, settings_.sinks_m);
+    if (settings_.carreau) part.shear_m2_s = Buffer<float>(ctx.device(), settings_.max_particles);
+    ctx.fill_bytes(part.wall_sums.view(), 0);
+  });
+  place({});
+}
+
+void Liquid::make_emitters() {
+  ExecContext& ctx = devices_.context(0);
   std::vector<EmitterState> states;
   std::vector<Vec3f> points;
   std::vector<Index> of;
@@ -133,138 +145,255 @@ void Liquid::make_emitters(ExecContext& ctx) {
   emitter_of_ = to_device(ctx, of);
 }
 
-void Liquid::place(ExecContext& ctx, std::span<const LiquidParticle> particles) {
+void Liquid::place(std::span<const LiquidParticle> particles) {
   if (particles.size() > static_cast<std::size_t>(settings_.max_particles)) {
     throw Error("liquid: " + std::to_string(particles.size()) + " particles, but max_particles is " +
                 std::to_string(settings_.max_particles));
   }
-  const auto room = static_cast<std::size_t>(settings_.max_particles);
-  std::vector<Vec3f> x(room), v(room);
-  std::vector<Index> id(room);
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    x[i] = particles[i].x_m;
-    v[i] = particles[i].v_m_s;
-    id[i] = static_cast<Index>(i);
-  }
+  std::vector<Kept> kept;
+  for (const LiquidParticle& p : particles)
+    kept.push_back({.particle = {p.x_m, p.v_m_s, static_cast<Index>(kept.size())}});
   const auto n = static_cast<Index>(particles.size());
-  const std::vector<Index> count{n};
-  const std::vector<LiquidCounters> counters{{.next_id = n, .placed = static_cast<std::uint32_t>(n)}};
-  ctx.upload(x, x_m_.view());
-  ctx.upload(v, v_m_s_.view());
-  ctx.upload(id, id_.view());
-  ctx.upload(count, count_.view());
-  ctx.upload(counters, counters_.view());
-  ctx.fill_bytes(density_kg_m3_.view(), 0);
-  ctx.fill_bytes(push_.view(), 0);
-  ctx.synchronize();
-  end_frame(ctx);
-  ctx.synchronize();
+  put(kept, n, {.next_id = n, .placed = static_cast<std::uint32_t>(n)});
 }
 
-void Liquid::step(ExecContext& ctx, const StepTime& time) {
+void Liquid::put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters) {
+  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  const auto room = static_cast<std::size_t>(parts_[0].id.size());
+  std::vector<Vec3f> x(room, {kNowhere, kNowhere, kNowhere}), v(room);
+  std::vector<float> push(room);
+  std::vector<Index> id(room), layers(LiquidLayers::kCounts);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    x[i] = particles[i].particle.x_m;
+    v[i] = particles[i].particle.v_m_s;
+    id[i] = particles[i].particle.id;
+    push[i] = particles[i].push;
+    for (Index axis = 0; axis < 3; ++axis) ++layers[at(LiquidLayers{settings_.box_m}.at(x[i], axis))];
+  }
+  const std::vector<Index> none{0}, all{count};
+  const std::vector<LiquidCounters> no_counters(1), all_counters{counters};
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    const bool is_first = part.number == 0;
+    ctx.upload(is_first ? all : none, part.count.view());
+    ctx.upload(is_first ? all : none, part.own.view());
+    ctx.upload(none, part.ghost_count.view());
+    ctx.upload(is_first ? all_counters : no_counters, part.counters.view());
+    ctx.fill_bytes(part.density_kg_m3.view(), 0);
+    if (!is_first) return;
+    ctx.upload(x, part.x_m.view());
+    ctx.upload(v, part.v_m_s.view());
+    ctx.upload(id, part.id.view());
+    ctx.upload(push, part.push.view());
+  });
+  balance_.begin(layers);
+  split_.send_slabs(balance_.slabs());
+  devices_.synchronize();
+  end_frame();
+  devices_.synchronize();
+}
+
+void Liquid::step(const StepTime& time) {
   if (time.frame.empty() && !(time.dt_s <= largest_step_s())) {
     throw Error("liquid: a step of " + std::to_string(time.dt_s) + " s, but the largest stable step is " +
                 std::to_string(largest_step_s()) + " s");
   }
-  begin_step(ctx, time);
-  end_step(ctx, time);
+  begin_step(time);
+  end_step(time);
 }
 
-void Liquid::begin_step(ExecContext& ctx, const StepTime& time) {
-  if (!emitters_.empty()) {
-    ctx.parallel_for("fluid/layers", 1,
-                     PlanLayers{time, counters_.view(), count_.view(), emitters_.view(), id_.size()});
-    ctx.parallel_for("fluid/emit", layer_points_.size(),
-                     EmitLayers{emitters_.const_view(), layer_points_.const_view(), emitter_of_.const_view(),
-                                x_m_.view(), v_m_s_.view(), id_.view(), push_.view()});
-  }
-  search_.build(ctx, x_m_.const_view(), id_.const_view(), Count(count_.const_view(), id_.size()));
-  ctx.parallel_for("fluid/walls", search_.placed(),
-                   FindBoxWalls{search_.cells().particles, settings_.box_m, settings_.open_faces,
-                                constants_.kernel.reach_m(), near_walls()});
+/// On the first device; from there they go where they belong.
+void Liquid::emit(const StepTime& time) {
+  if (emitters_.empty()) return;
+  ExecContext& ctx = devices_.context(0);
+  LiquidPart& part = parts_[0];
+  if (split_.is_split())
+    ctx.parallel_for("fluid/elsewhere", 1,
+                     CountElsewhere{part.shown_by.const_view(), part.count.const_view(), elsewhere_.view()});
+  ctx.parallel_for("fluid/layers", 1,
+                   PlanLayers{time, part.counters.view(), part.count.view(), emitters_.view(),
+                              settings_.max_particles, elsewhere_.const_view()});
+  ctx.parallel_for("fluid/emit", layer_points_.size(),
+                   EmitLayers{emitters_.const_view(), layer_points_.const_view(), emitter_of_.const_view(),
+                              part.x_m.view(), part.v_m_s.view(), part.id.view(), part.push.view()});
 }
 
-void Liquid::end_step(ExecContext& ctx, const StepTime& time) {
-  const LiquidEnds ends{settings_.box_m, settings_.open_faces, sinks_.const_view(),
-                        View<std::uint32_t>(&counters_.view().data()->taken, 1)};
-  const LiquidStepped stepped{x_m_.view(), v_m_s_.view(),     id_.view(),
-                              ends,        wall_sums_.view(), shear_m2_s_.const_view()};
+void Liquid::begin_step(const StepTime& time, const FrameOnDevices* frame) {
+  emit(of_part(time, frame, 0));
+  split_.migrate();
+  split_.add_ghosts(kCopiedReach * constants_.kernel.reach_m());
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.build(ctx, part.x_m.const_view(), part.id.const_view(), part.given(), part.first_copy());
+    ctx.parallel_for("fluid/count", 1,
+                     KeepCount{part.search.cells().placed, part.ghost_count.const_view(), part.count.view(),
+                               part.own.view()});
+  });
+  split_.link_ghosts();
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    ctx.parallel_for("fluid/walls", part.search.placed(),
+                     FindBoxWalls{part.search.cells().particles, settings_.box_m, settings_.open_faces,
+                                  constants_.kernel.reach_m(), part.near_walls()});
+  });
+}
+
+LiquidStepped Liquid::stepped(LiquidPart& part) const {
+  return {part.x_m.view(),
+          part.v_m_s.view(),
+          part.id.view(),
+          LiquidEnds{settings_.box_m, settings_.open_faces, part.sinks.const_view(),
+                     View<std::uint32_t>(&part.counters.view().data()->taken, 1)},
+          part.wall_sums.view(),
+          part.shear_m2_s.const_view()};
+}
+
+/// Of the velocities in `motion`.
+void Liquid::measure_shear() {
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(
+        ctx, "fluid/shear",
+        LiquidShear{constants_, part.near_walls(), part.motion.const_view(), part.shear_m2_s.view()},
+        part.near_lists());
+  });
+  split_.update("fluid/copy shear", &LiquidPart::shear_m2_s);
+}
+
+void Liquid::end_step(const StepTime& time, const FrameOnDevices* frame) {
   if (settings_.solver == LiquidSolver::dfsph)
-    end_dfsph(ctx, time, stepped);
+    end_dfsph(time, frame);
   else
-    end_weakly(ctx, time, stepped);
-  ctx.parallel_for("fluid/count", 1, KeepCount{search_.cells().placed, count_.view()});
+    end_weakly(time, frame);
 }
 
-void Liquid::end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
-  const NeighbourCells cells = search_.cells();
-  const NearLists lists{list_count_.view(), near_.view()};
-  search_.visit_listing(ctx, "fluid/density",
-                        LiquidDensity{constants_, near_walls(), cells.order, v_m_s_.const_view(),
-                                      density_kg_m3_.view(), motion_.view()},
-                        lists);
-  const auto force = [&](auto pair) { search_.visit_listed(ctx, "fluid/force", pair, lists); };
-  if (settings_.carreau) {
-    measure_shear(ctx);
-    force(LiquidForce<true>{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped,
-                            shear_m2_s_.const_view()});
-  } else {
-    force(LiquidForce<false>{constants_, time, near_walls(), cells.particles, motion_.const_view(), stepped});
-  }
+/// Once in what is recorded together.
+bool Liquid::is_timed(const StepTime& time) const {
+  return split_.is_split() && devices_.is_cuda() && time.in_block == 0;
 }
 
-/// Of the velocities in motion_.
-void Liquid::measure_shear(ExecContext& ctx) {
-  search_.visit_listed(ctx, "fluid/shear",
-                       LiquidShear{constants_, near_walls(), motion_.const_view(), shear_m2_s_.view()},
-                       NearLists{list_count_.view(), near_.view()});
+void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    if (is_timed(time)) part.timed_begin.take(ctx);
+    part.search.visit_listing(
+        ctx, "fluid/density",
+        LiquidDensity{constants_, part.near_walls(), part.search.cells().order, part.v_m_s.const_view(),
+                      part.density_kg_m3.view(), part.motion.view()},
+        part.near_lists());
+    if (is_timed(time)) part.timed_end.take(ctx);
+  });
+  split_.update("fluid/copy motion", &LiquidPart::motion);
+  if (settings_.carreau) measure_shear();
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    const auto force = [&](auto pair) {
+      part.search.visit_listed(ctx, "fluid/force", pair, part.near_lists());
+    };
+    const StepTime here = of_part(time, frame, part.number);
+    const View<const SearchParticle> particles = part.search.cells().particles;
+    if (settings_.carreau)
+      force(LiquidForce<true>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
+                              stepped(part), part.shear_m2_s.const_view()});
+    else
+      force(LiquidForce<false>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
+                               stepped(part)});
+  });
 }
 
-void Liquid::end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped) {
-  const NeighbourCells cells = search_.cells();
-  const NearLists lists{list_count_.view(), near_.view()};
-  const NearWalls walls = near_walls();
-  const View<const LiquidMotion> motion = motion_.const_view(), star = star_.const_view();
-  const View<const float> kd = kd_.const_view();
-  ctx.parallel_for(
-      "fluid/take", search_.placed(),
-      TakeMotion{cells.order, v_m_s_.const_view(), push_.const_view(), motion_.view(), found_.view()});
-  search_.visit_listing(
-      ctx, "fluid/density",
-      DfsphDensity{constants_, time, walls, motion, density_kg_m3_.view(), inverse_D_.view(), kd_.view()},
-      lists);
-  const auto force = [&](auto pair) { search_.visit_listed(ctx, "fluid/force", pair, lists); };
-  if (settings_.carreau) {
-    measure_shear(ctx);
-    force(DfsphForce<true>{constants_, time, walls, motion, kd, star_.view(), moved_.view(),
-                           shear_m2_s_.const_view()});
-  } else {
-    force(DfsphForce<false>{constants_, time, walls, motion, kd, star_.view(), moved_.view()});
-  }
+void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
+  const auto time_of = [&](const LiquidPart& part) { return of_part(time, frame, part.number); };
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    ctx.parallel_for("fluid/take", part.search.placed(),
+                     TakeMotion{part.search.cells().order, part.v_m_s.const_view(), part.push.const_view(),
+                                part.motion.view(), part.found.view()});
+    if (is_timed(time)) part.timed_begin.take(ctx);
+    part.search.visit_listing(
+        ctx, "fluid/density",
+        DfsphDensity{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+                     part.density_kg_m3.view(), part.inverse_D.view(), part.kd.view()},
+        part.near_lists());
+    if (is_timed(time)) part.timed_end.take(ctx);
+  });
+  split_.update("fluid/copy kd", &LiquidPart::kd);
+  if (settings_.carreau) measure_shear();
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    const auto force = [&](auto pair) {
+      part.search.visit_listed(ctx, "fluid/force", pair, part.near_lists());
+    };
+    if (settings_.carreau)
+      force(DfsphForce<true>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+                             part.kd.const_view(), part.star.view(), part.moved.view(),
+                             part.shear_m2_s.const_view()});
+    else
+      force(DfsphForce<false>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+                              part.kd.const_view(), part.star.view(), part.moved.view()});
+  });
   for (int k = 1; k <= settings_.iterations; ++k) {
-    if (k > 1)
-      search_.visit_listed(ctx, "fluid/velocity",
-                           DfsphVelocity<false>{constants_, time, walls, kd, star, moved_.view()}, lists);
-    search_.visit_listed(
-        ctx, "fluid/pressure",
-        DfsphPressure{constants_, time, walls, kd, moved_.const_view(), density_kg_m3_.const_view(),
-                      inverse_D_.const_view(), found_.view(), star_.view(), k == settings_.iterations},
-        lists);
+    if (k > 1) {
+      each([&](ExecContext& ctx, LiquidPart& part) {
+        part.search.visit_listed(
+            ctx, "fluid/velocity",
+            DfsphVelocity<false>{constants_, time_of(part), part.near_walls(), part.kd.const_view(),
+                                 part.star.const_view(), part.moved.view()},
+            part.near_lists());
+      });
+    }
+    split_.update("fluid/copy moved", &LiquidPart::moved);
+    each([&](ExecContext& ctx, LiquidPart& part) {
+      part.search.visit_listed(
+          ctx, "fluid/pressure",
+          DfsphPressure{constants_, time_of(part), part.near_walls(), part.kd.const_view(),
+                        part.moved.const_view(), part.density_kg_m3.const_view(), part.inverse_D.const_view(),
+                        part.found.view(), part.star.view(), k == settings_.iterations},
+          part.near_lists());
+    });
+    split_.update("fluid/copy star", &LiquidPart::star);
   }
-  search_.visit_listed(
-      ctx, "fluid/step",
-      DfsphVelocity<true>{
-          constants_, time, walls, kd, star, {}, cells.particles, motion, stepped, push_.view()},
-      lists);
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(ctx, "fluid/step",
+                             DfsphVelocity<true>{constants_,
+                                                 time_of(part),
+                                                 part.near_walls(),
+                                                 part.kd.const_view(),
+                                                 part.star.const_view(),
+                                                 {},
+                                                 part.search.cells().particles,
+                                                 part.motion.const_view(),
+                                                 stepped(part),
+                                                 part.push.view()},
+                             part.near_lists());
+  });
 }
 
-void Liquid::end_frame(ExecContext& ctx) {
-  ctx.parallel_for("fluid/wall sums", wall_impulse_.size(),
-                   SumWalls{wall_sums_.view(), wall_impulse_.view()});
-  ctx.parallel_for("fluid/report", 1,
-                   ReportLiquid{count_.const_view(), x_m_.const_view(), v_m_s_.const_view(),
-                                density_kg_m3_.const_view(), counters_.const_view(), emitters_.const_view(),
-                                settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, report_.view()});
+void Liquid::end_frame() {
+  split_.barrier().meet();  // the first device read what the last frame left
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    ctx.parallel_for("fluid/wall sums", part.wall_totals.size(),
+                     SumWalls{part.wall_sums.view(), part.wall_totals.view()});
+    ctx.parallel_for(
+        "fluid/report", 1,
+        ReportLiquid{part.count.const_view(), part.x_m.const_view(), part.v_m_s.const_view(),
+                     part.density_kg_m3.const_view(), part.counters.const_view(),
+                     part.number == 0 ? emitters_.const_view() : View<const EmitterState>{},
+                     settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, part.report.view()});
+    if (!split_.is_split()) return;
+    ctx.fill_bytes(part.layers.view(), 0);
+    ctx.parallel_for("fluid/count layers", part.given(),
+                     CountLayers{{settings_.box_m}, part.x_m.const_view(), part.layers.view()});
+  });
+  split_.barrier().meet();
+  devices_.context(0).parallel_for(
+      "fluid/merge", wall_impulse_.size(),
+      MergeParts{parts_[0].shown_by.const_view(), wall_impulse_.view(), report_.view()});
+}
+
+void Liquid::balance(std::span<const std::vector<Index>> layers) {
+  if (!split_.is_split()) return;
+  std::vector<Index> all(LiquidLayers::kCounts), particles;
+  std::vector<double> seconds;
+  for (int p = 0; p < part_count(); ++p) {
+    const std::vector<Index>& own = layers[at(p)];
+    for (std::size_t k = 0; k < all.size(); ++k) all[k] += own[k];
+    particles.push_back(std::accumulate(own.begin(), own.begin() + LiquidLayers::kLayers, Index{0}));
+    if (devices_.is_cuda())
+      seconds.push_back(parts_[at(p)].timed_end.seconds_since(parts_[at(p)].timed_begin));
+  }
+  if (balance_.move(all, particles, seconds)) split_.send_slabs(balance_.slabs());
 }
 
 float Liquid::largest_step_s() const {
@@ -277,38 +406,71 @@ float Liquid::largest_step_s() const {
   return step;
 }
 
-LiquidView Liquid::view() const {
-  return {Count(count_.const_view(), id_.size()), x_m_.const_view(), v_m_s_.const_view(), id_.const_view()};
+LiquidView Liquid::view(int part) const {
+  const LiquidPart& p = parts_[at(part)];
+  return {Count(p.count.const_view(), settings_.max_particles), p.x_m.const_view(), p.v_m_s.const_view(),
+          p.id.const_view()};
 }
 
-void Liquid::archive(ExecContext& ctx, StateArchive& a) {
+void Liquid::archive(StateArchive& a) {
+  ExecContext& ctx = devices_.context(0);
+  std::vector<Kept> particles = kept();
+  LiquidCounters counters;
+  Index count = 0;
+  each([&](ExecContext& there, LiquidPart& part) {
+    const LiquidCounters c = to_host(there, part.counters.view())[0];
+    counters.next_id = std::max(counters.next_id, c.next_id);
+    counters.placed += c.placed;
+    counters.emitted += c.emitted;
+    counters.taken += c.taken;
+    count += to_host(there, part.own.view())[0];
+  });
   a.set_owner("liquid");
-  a.buffer(ctx, "count", count_);
-  a.buffer(ctx, "ids", id_);
-  a.buffer(ctx, "positions", x_m_);
-  a.buffer(ctx, "velocities", v_m_s_);
-  a.buffer(ctx, "pressures", push_);
-  a.buffer(ctx, "counters", counters_);
-  a.buffer(ctx, "emitters", emitters_);
-  const Index count = to_host(ctx, count_.view())[0];
-  a.check(count >= 0 && count <= id_.size(), "count");
+  auto here = static_cast<Index>(particles.size());
+  a.value("count", count);
+  a.value("here", here);
+  a.check(here >= 0 && here <= count && count <= settings_.max_particles, "count");
+  particles.resize(static_cast<std::size_t>(settings_.max_particles));
+  a.values("particles", particles);
+  a.value("counters", counters);
+  std::vector<EmitterState> emitters = to_host(ctx, emitters_.const_view());
+  for (EmitterState& e : emitters) e.slot = -1;  // where the layer of the last step went
+  a.values("emitters", emitters);
+  if (!a.reads()) return;
+  ctx.upload(emitters, emitters_.view());
+  particles.resize(static_cast<std::size_t>(here));
+  put(particles, count, counters);
 }
 
-std::vector<LiquidParticle> Liquid::particles(ExecContext& ctx) const {
-  const Index count = to_host(ctx, count_.view())[0];
-  const std::vector<Vec3f> x = to_host(ctx, x_m_.view().part(0, count)),
-                           v = to_host(ctx, v_m_s_.view().part(0, count));
-  const std::vector<Index> id = to_host(ctx, id_.view().part(0, count));
-  std::vector<LiquidParticle> all;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (std::isfinite(x[i].x)) all.push_back({x[i], v[i], id[i]});
+std::vector<Liquid::Kept> Liquid::kept() const {
+  std::vector<Kept> all;
+  for (int p = 0; p < part_count(); ++p) {
+    ExecContext& ctx = devices_.context(p);
+    const LiquidPart& part = parts_[at(p)];
+    const Index count = to_host(ctx, part.count.view())[0];
+    const std::vector<Vec3f> x = to_host(ctx, part.x_m.view().part(0, count)),
+                             v = to_host(ctx, part.v_m_s.view().part(0, count));
+    const std::vector<float> push = to_host(ctx, part.push.view().part(0, count)),
+                             density = to_host(ctx, part.density_kg_m3.view().part(0, count));
+    const std::vector<Index> id = to_host(ctx, part.id.view().part(0, count));
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (std::isfinite(x[i].x)) all.push_back({{x[i], v[i], id[i]}, push[i], density[i]});
   }
-  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  std::sort(all.begin(), all.end(),
+            [](const Kept& a, const Kept& b) { return a.particle.id < b.particle.id; });
   return all;
 }
 
-std::vector<float> Liquid::densities_kg_m3(ExecContext& ctx) const {
-  return to_host(ctx, density_kg_m3_.view().part(0, to_host(ctx, count_.view())[0]));
+std::vector<LiquidParticle> Liquid::particles() const {
+  std::vector<LiquidParticle> all;
+  for (const Kept& k : kept()) all.push_back(k.particle);
+  return all;
+}
+
+std::vector<float> Liquid::densities_kg_m3() const {
+  std::vector<float> all;
+  for (const Kept& k : kept()) all.push_back(k.density_kg_m3);
+  return all;
 }
 
 std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m) {

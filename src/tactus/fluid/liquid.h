@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "tactus/fluid/dfsph_kernels.h"
-#include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/liquid_split.h"
 #include "tactus/fluid/wcsph_kernels.h"
+#include "tactus/frame/frame_on_devices.h"
 #include "tactus/frame/state_archive.h"
-#include "tactus/geom/neighbour_search.h"
 
 namespace tactus {
 
@@ -47,6 +47,8 @@ struct LiquidSettings {
   std::vector<LiquidEmitter> emitters = {};
   std::vector<Box3f> sinks_m = {};
   Index other_walls = 0;  ///< owners of walls beside the faces of the box: kFaces, kFaces + 1, ..
+  /// That a device has room for at least; absent: Liquid::kLeastParticles on GPUs, none elsewhere.
+  std::optional<Index> least_particles = {};
 };
 
 /// @throws Error naming the setting that is out of range.
@@ -66,29 +68,41 @@ struct LiquidParticle {
   Index id = 0;
 };
 
-/// Owns the particles. Call `place` before the first step. A step is asynchronous and may be recorded:
-/// nothing is allocated or read back there. Where other walls are near, it is begin_step, then whoever knows
-/// them adds them to near_walls() of the particles in search(), then end_step, after which walls know their
-/// impulses. docs/concepts/liquid.md has the equations.
+/// Owns the particles, in slabs on the first devices of a set: the same bits whatever the set. Call `place`
+/// before the first step. A step is asynchronous and may be recorded: nothing is allocated or read back
+/// there. Where other walls are near, it is begin_step, then whoever knows them adds them, for each part, to
+/// near_walls() of the particles in search(), then end_step, after which walls know their impulses.
+/// docs/concepts/liquid.md has the equations.
 class Liquid {
  public:
   static constexpr Index kFaces = FindBoxWalls::kFaces;
+  /// On GPUs, a part has room for as many: of fewer, exchanging costs more than is won. See part_count.
+  static constexpr Index kLeastParticles = 250000;
 
   /// Synchronizes. @throws Error naming the setting that is out of range.
-  Liquid(ExecContext& ctx, const LiquidSettings& settings);
+  Liquid(DeviceSet& devices, const LiquidSettings& settings);
+  Liquid(const Liquid&) = delete;
+  Liquid& operator=(const Liquid&) = delete;
+
+  /// How many devices take part: all, but no more than have max_particles / least_particles each, and one
+  /// where devices can't read each other's memory.
+  static int part_count(const DeviceSet& devices, const LiquidSettings& settings);
+  int part_count() const { return static_cast<int>(parts_.size()); }
 
   /// These particles and no others; ids are numbers. Synchronizes. @throws Error when they are too many.
-  void place(ExecContext& ctx, std::span<const LiquidParticle> particles);
+  void place(std::span<const LiquidParticle> particles);
 
   /// One step in a box alone. @throws Error when `time.dt_s` is above largest_step_s(); with `time.frame`,
   /// the caller sees to that.
-  void step(ExecContext& ctx, const StepTime& time);
-  void begin_step(ExecContext& ctx, const StepTime& time);
-  void end_step(ExecContext& ctx, const StepTime& time);
-  const NeighbourSearch& search() const { return search_; }
-  NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
-  /// After the steps of a frame: makes wall_impulses_N_s() and report_view().
-  void end_frame(ExecContext& ctx);
+  void step(const StepTime& time);
+  /// @param frame what `time` is on each device; none: as the host gives it
+  void begin_step(const StepTime& time, const FrameOnDevices* frame = nullptr);
+  void end_step(const StepTime& time, const FrameOnDevices* frame = nullptr);
+  /// Of a part: its particles, and copies of others' that are near. What copies do to walls is nothing.
+  const NeighbourSearch& search(int part = 0) const { return parts_[at(part)].search; }
+  NearWalls near_walls(int part = 0) { return parts_[at(part)].near_walls(); }
+  /// After the steps of a frame: makes wall_impulses_N_s() and report_view(), on the first device.
+  void end_frame();
 
   /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of dfsph, with the largest speed
   /// in place of c (1 + 0.6 alpha).
@@ -97,42 +111,59 @@ class Liquid {
   void set_iterations(int iterations) { settings_.iterations = iterations; }
   const LiquidSettings& settings() const { return settings_; }
   const LiquidConstants& constants() const { return constants_; }
-  LiquidView view() const;
-  View<const float> density_kg_m3() const { return density_kg_m3_.const_view(); }
+  /// Of a part. Copies are nowhere.
+  LiquidView view(int part = 0) const;
   /// (kFaces + other_walls) What the liquid did to each owner in the last frame.
   View<const Vec3f> wall_impulses_N_s() const { return wall_impulse_.const_view(); }
   View<const LiquidReport> report_view() const { return report_.const_view(); }
 
+  /// (LiquidLayers::kCounts) Of a part, at the end of the last frame, for balance(); of one part, empty.
+  View<const Index> layers(int part) const { return parts_[at(part)].layers.const_view(); }
+  /// Between frames, once devices were waited for: moves the cuts between parts, so that devices are done at
+  /// the same time. @param layers of all parts
+  void balance(std::span<const std::vector<Index>> layers);
+  const LiquidSlabs& slabs() const { return balance_.slabs(); }
+
   /// All that the next steps depend on. Synchronizes. @throws Error.
-  void archive(ExecContext& ctx, StateArchive& a);
-  /// Synchronize.
-  std::vector<LiquidParticle> particles(ExecContext& ctx) const;  ///< by id
-  std::vector<float> densities_kg_m3(ExecContext& ctx) const;     ///< by slot
+  void archive(StateArchive& a);
+  /// Of those that are here, by id. Synchronize.
+  std::vector<LiquidParticle> particles() const;
+  std::vector<float> densities_kg_m3() const;
 
  private:
-  void make_emitters(ExecContext& ctx);
-  void measure_shear(ExecContext& ctx);
-  void end_weakly(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
-  void end_dfsph(ExecContext& ctx, const StepTime& time, const LiquidStepped& stepped);
+  /// On the host.
+  struct Kept {
+    LiquidParticle particle;
+    float push = 0, density_kg_m3 = 0;
+  };
+  static std::size_t at(int part) { return static_cast<std::size_t>(part); }
+  template <class F>
+  void each(F&& body) {
+    for (int p = 0; p < part_count(); ++p) body(devices_.context(p), parts_[at(p)]);
+  }
+  void make_emitters();
+  void emit(const StepTime& time);
+  void measure_shear();
+  void end_weakly(const StepTime& time, const FrameOnDevices* frame);
+  void end_dfsph(const StepTime& time, const FrameOnDevices* frame);
+  LiquidStepped stepped(LiquidPart& part) const;
+  bool is_timed(const StepTime& time) const;
+  std::vector<Kept> kept() const;
+  /// All on the first part. @param count with those that left in the last step
+  void put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters);
 
+  DeviceSet& devices_;
   LiquidSettings settings_;
   LiquidConstants constants_;
-  NeighbourSearch search_;
-  Buffer<Index> count_, id_, wall_count_, list_count_, near_;
-  Buffer<Vec3f> x_m_, v_m_s_;
-  Buffer<float> density_kg_m3_;
-  Buffer<float> push_, inverse_D_, found_, kd_;  ///< dfsph
-  Buffer<float> shear_m2_s_;                     ///< of what thins
-  Buffer<LiquidMotion> motion_, star_, moved_;
-  Buffer<NearWall> walls_;
-  Buffer<WallSums> wall_sums_;
+  std::vector<LiquidPart> parts_;
+  LiquidSplit split_;
+  LiquidBalance balance_;
+  // On the first device:
   Buffer<Vec3f> wall_impulse_;
-  Buffer<LiquidCounters> counters_;
   Buffer<LiquidReport> report_;
-  Buffer<Box3f> sinks_;
   Buffer<EmitterState> emitters_;
   Buffer<Vec3f> layer_points_;
-  Buffer<Index> emitter_of_;
+  Buffer<Index> emitter_of_, elsewhere_;
 };
 
 /// Particles on a lattice that fill a box, along each edge as many as fit `spacing_m` apart or farther:

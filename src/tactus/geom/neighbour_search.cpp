@@ -20,14 +20,16 @@ CellHash checked_hash(const NeighbourSearchOptions& options) {
   return {1.F / (kCellOverReach * options.reach_m), options.ids};
 }
 
+Index given(const NeighbourSearchOptions& options) { return max(options.max_given, options.max_particles); }
+
 }  // namespace
 
 NeighbourSearch::NeighbourSearch(Device& device, const NeighbourSearchOptions& options)
     : hash_(checked_hash(options)),
       reach_m_(options.reach_m),
-      cell_(device, options.max_particles),
-      arrival_(device, options.max_particles),
-      begin_(device, CellHash::table_size(options.max_particles) + 1),
+      cell_(device, given(options)),
+      arrival_(device, given(options)),
+      begin_(device, CellHash::table_size(given(options)) + 1),
       table_size_(device, 1),
       placed_(device, 1),
       groups_(device, 1),
@@ -36,13 +38,15 @@ NeighbourSearch::NeighbourSearch(Device& device, const NeighbourSearchOptions& o
       particles_(device, options.max_particles + kVisitLanes),
       scan_(device, begin_.size() - 1) {}
 
-void NeighbourSearch::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count) {
-  const Index room = min(max_particles(), id.empty() ? x_m.size() : min(x_m.size(), id.size()));
+void NeighbourSearch::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count,
+                            View<const Index> first_copy) {
+  const Index room = min(cell_.size(), id.empty() ? x_m.size() : min(x_m.size(), id.size()));
   if (count.capacity > room) {
     throw Error("neighbour search: " + std::to_string(count.capacity) + " particles, but room for " +
-                std::to_string(max_particles()) + ", " + std::to_string(x_m.size()) + " positions and " +
+                std::to_string(cell_.size()) + ", " + std::to_string(x_m.size()) + " positions and " +
                 (id.empty() ? "no" : std::to_string(id.size())) + " ids");
   }
+  first_copy_ = first_copy;
   const Index room_cells = CellHash::table_size(count.capacity);
   ctx.parallel_for("search/clear", room_cells / kScanTile,
                    ClearCells{count, begin_.view(), table_size_.view(), groups_.view()});

@@ -14,6 +14,7 @@ struct NeighbourSearchOptions {
   Index max_particles = 0;
   float reach_m = 0;  ///< largest distance between neighbours [m]: the support of a smoothing kernel
   CellIds ids = CellIds::linear;
+  Index max_given = 0;  ///< to `build`, with those that have no position; 0: max_particles
 };
 
 /// Sorts particles by cells of unbounded space. Owns the sorted positions, ids and order. Call `build`
@@ -29,8 +30,12 @@ class NeighbourSearch {
   NeighbourSearch(Device& device, const NeighbourSearchOptions& options);
 
   /// Sorts the first `count` particles. Those whose position is not finite get no slot: see placed().
-  /// @param id unique among them; empty: a particle's number. @throws Error when there are more than room.
-  void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count);
+  /// @param id unique among them; empty: a particle's number
+  /// @param first_copy (1) particles given from that number on are copies of what others have: they are
+  /// found, but visit_listing and visit_listed leave them out. Empty: none are
+  /// @throws Error when there are more than room.
+  void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count,
+             View<const Index> first_copy = {});
 
   Index max_particles() const { return order_.size(); }
   float reach_m() const { return reach_m_; }
@@ -70,13 +75,15 @@ class NeighbourSearch {
   /// As visit, and lists what is near, for the visits that follow until the next build.
   template <class Pair>
   void visit_listing(ExecContext& ctx, const char* name, const Pair& pair, const NearLists& lists) const {
-    ctx.parallel_for(name, groups(),
-                     VisitNeighbours<Pair, ListUse::write>{cells(), cells(), sqr(reach_m_), pair, lists});
+    ctx.parallel_for(
+        name, groups(),
+        VisitNeighbours<Pair, ListUse::write>{cells(), cells(), sqr(reach_m_), pair, lists, first_copy_});
   }
   template <class Pair>
   void visit_listed(ExecContext& ctx, const char* name, const Pair& pair, const NearLists& lists) const {
-    ctx.parallel_for(name, groups(),
-                     VisitNeighbours<Pair, ListUse::read>{cells(), cells(), sqr(reach_m_), pair, lists});
+    ctx.parallel_for(
+        name, groups(),
+        VisitNeighbours<Pair, ListUse::read>{cells(), cells(), sqr(reach_m_), pair, lists, first_copy_});
   }
   /// How many groups of particles VisitNeighbours visits together.
   Count groups() const { return Count(groups_.const_view(), ceil_div(max_particles(), kVisitLanes)); }
@@ -88,6 +95,7 @@ class NeighbourSearch {
   Buffer<Index> begin_, table_size_, placed_, groups_, cell_ids_, order_;
   Buffer<SearchParticle> particles_;  ///< and room to read eight at once
   TileScan scan_;
+  View<const Index> first_copy_;
 };
 
 }  // namespace tactus

@@ -48,6 +48,8 @@ struct VisitNeighbours {
   float reach_m2;
   Pair pair;
   NearLists lists = {};
+  /// (1), or empty: particles of `of` that were given from that number on are copies, and are left out.
+  View<const Index> first_copy = {};
 
   TACTUS_HD void load() requires LoadingKernel<Pair> { pair.load(); }
   template <class Block>
@@ -79,7 +81,10 @@ struct VisitNeighbours {
     TACTUS_HD Row(int first) : begin(first), end(first + 1) {}
   };
 
+  TACTUS_HD bool is_copy(Index i) const { return !first_copy.empty() && of.order[i] >= first_copy[0]; }
+
   TACTUS_HD void visit_alone(Index i) const {
+    if (is_copy(i)) return;
     const Vec3f x = of.particles[i].x_m;
     Own1 own;
     pair.begin(own, 0, i);
@@ -174,7 +179,8 @@ struct VisitNeighbours {
       }
       if (kUse == ListUse::write) lists.count[first] = listed;
     }
-    for (int t = 0; t < lanes; ++t) pair.end(own, t, first + t);
+    for (int t = 0; t < lanes; ++t)
+      if (!is_copy(first + t)) pair.end(own, t, first + t);
   }
 
   TACTUS_HD Row row_from(const Vec3i* cell, int a, int lanes) const {

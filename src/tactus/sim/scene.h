@@ -280,6 +280,7 @@ struct LiquidDescription {
   double artificial_viscosity = 0.05;
   std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
   LiquidLooks looks = LiquidLooks::blood;
+  std::optional<int> least_particles;  ///< LiquidSettings'; in no file: results don't depend on it
 };
 
 struct ContactDescription {

@@ -41,7 +41,8 @@ LiquidSettings settings_of(const Scene& scene) {
                    .box_m = to_box(f.box),
                    .open_faces = open_faces(f.open),
                    .max_particles = f.max_particles,
-                   .other_walls = kOwners + static_cast<Index>(scene.bodies.size())};
+                   .other_walls = kOwners + static_cast<Index>(scene.bodies.size()),
+                   .least_particles = f.least_particles};
   if (f.viscosity == LiquidViscosity::carreau)
     s.carreau = {.zero_shear_Pa_s = static_cast<float>(f.zero_shear_viscosity_pa_s),
                  .relaxation_s = static_cast<float>(f.relaxation_s),
@@ -111,10 +112,14 @@ double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2) {
   return std::max(speed, 0.1);
 }
 
-SceneLiquid::SceneLiquid(ExecContext& ctx, const Scene& scene,
+int SceneLiquid::part_count(const DeviceSet& devices, const Scene& scene) {
+  return scene.fluid ? Liquid::part_count(devices, settings_of(scene)) : 0;
+}
+
+SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                          const std::vector<std::unique_ptr<SoftBody>>& bodies,
                          std::span<const ObstacleDescription> obstacles)
-    : ctx_(ctx), description_(*scene.fluid), liquid_(ctx, settings_of(scene)) {
+    : devices_(devices), description_(*scene.fluid), liquid_(devices, settings_of(scene)) {
   const Solids solids(bodies, obstacles);
   const float d = liquid_.settings().spacing_m;
   std::vector<LiquidParticle> particles;
@@ -148,29 +153,29 @@ SceneLiquid::SceneLiquid(ExecContext& ctx, const Scene& scene,
                                     " m: it may leak through",
                                 "take a thicker obstacle, or a smaller 'fluid.spacing_m'"});
   }
-  liquid_.place(ctx, particles);
+  liquid_.place(particles);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kOwners + static_cast<Index>(b));
 }
 
 void SceneLiquid::add_body(SoftBody& body, Index owner) {
   const float d = liquid_.settings().spacing_m, h = body.shape().lattice.spacing_m;
-  WallSurface surface{body.walls(ctx_), {}, h, body.contact_nodes()};
+  WallSurface surface{body.walls(devices_.context(0)), {}, h, body.contact_nodes()};
   if (const auto copies = static_cast<Index>(body.shape().lattice.copies.size()); copies > 0) {
     // A copy has a wall of some 1.2 h^2, in triangles of 0.2 d^2, or in a few, and pieces of the surface.
     const Index each = 30 + static_cast<Index>(10 * sqr(h / d));
     surface.room = {surface_room(body.shape().lattice, body.shape().surface_m).vertices, each * copies,
                     each * copies};
   }
-  bodies_.push_back(
-      {&body, std::make_unique<BodyWalls>(ctx_, surface, owner, d, liquid_.settings().max_particles)});
+  bodies_.push_back({&body, std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
+                                                        liquid_.settings().max_particles)});
 }
 
 void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
   const auto known =
       std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
   if (known == bodies_.end()) return body.forget_wall_change();
-  known->walls->apply(ctx_, body.take_wall_change());
+  known->walls->apply(body.take_wall_change());
   if (known->walls->is_full() && !std::exchange(known->was_full, true))
     notices.push_back({"liquid.cut_full", Severity::warning,
                        "body '" + body.name() +
@@ -190,6 +195,12 @@ void SceneLiquid::check_substeps(double dt_s, int substeps) const {
                     std::to_string(least) + " in " + number_text(dt_s) + " s: its largest step is " +
                     number_text(double{liquid_.largest_step_s()}) +
                     " s; say 'auto', or lower 'fluid.max_speed_m_s'");
+}
+
+void SceneLiquid::balance(const Readback& readback) {
+  std::vector<std::vector<Index>> layers;
+  for (const Readback::Place& place : layers_) layers.push_back(readback.get<Index>(place));
+  if (layers.size() > 1) liquid_.balance(layers);
 }
 
 LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& notices) {
@@ -226,7 +237,7 @@ void SceneLiquid::add_forces(const Readback& readback, const std::function<std::
 
 std::vector<Vec3f> SceneLiquid::positions_m() const {
   std::vector<Vec3f> x;
-  for (const LiquidParticle& p : liquid_.particles(ctx_)) x.push_back(p.x_m);
+  for (const LiquidParticle& p : liquid_.particles()) x.push_back(p.x_m);
   return x;
 }
 

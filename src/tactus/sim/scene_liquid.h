@@ -25,16 +25,19 @@ struct LiquidReaction {
   Vec3f force_N;
 };
 
-/// Owns the liquid, on the first device, as are bodies that touch it. It moves in every substep. The real
-/// surface and obstacles push it; it and bodies push one another.
+/// Owns the liquid, on the first part_count() devices; bodies that touch it are on the first. It moves in
+/// every substep. The real surface and obstacles push it; it and bodies push one another.
 class SceneLiquid {
  public:
   /// Fills the blocks, but for what lies in bodies and obstacles. Synchronizes.
   /// @throws Error naming what can't be.
-  SceneLiquid(ExecContext& ctx, const Scene& scene, const std::vector<std::unique_ptr<SoftBody>>& bodies,
+  SceneLiquid(DeviceSet& devices, const Scene& scene, const std::vector<std::unique_ptr<SoftBody>>& bodies,
               std::span<const ObstacleDescription> obstacles);
 
-  /// After the stages of the bodies. `world` and this must outlive the schedule's runs.
+  /// How many devices the liquid of a scene is on; 0 when it has none.
+  static int part_count(const DeviceSet& devices, const Scene& scene);
+  /// After the stages of the bodies. `world`, which is on as many devices, and this must outlive the
+  /// schedule's runs.
   void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
   static Resource report_resource() { return "liquid/report"; }
 
@@ -58,10 +61,13 @@ class SceneLiquid {
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);
 
+  /// Evens out the work of devices, after a frame that was waited for.
+  void balance(const Readback& readback);
+
   const Liquid& liquid() const { return liquid_; }
   /// Of those that are here, by id [m]. Synchronizes.
   std::vector<Vec3f> positions_m() const;
-  void archive(StateArchive& a) { liquid_.archive(ctx_, a); }
+  void archive(StateArchive& a) { liquid_.archive(a); }
 
  private:
   /// A body that the liquid and it push.
@@ -71,13 +77,15 @@ class SceneLiquid {
     bool was_full = false;
   };
   void add_body(SoftBody& body, Index owner);
+  void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2, int in_block);
 
-  ExecContext& ctx_;
+  DeviceSet& devices_;
   LiquidDescription description_;
   Liquid liquid_;
   std::vector<Felt> bodies_;
   Readback::Place report_, impulses_;
-  std::vector<Notice> first_notices_;  ///< of the start
+  std::vector<Readback::Place> layers_;  ///< per part
+  std::vector<Notice> first_notices_;    ///< of the start
 };
 
 }  // namespace tactus

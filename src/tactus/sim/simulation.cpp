@@ -127,7 +127,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
-      world_(devices, devices_that_touch(bodies_),
+      world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
              surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
               .friction = static_cast<float>(scene.contact.friction),
@@ -151,8 +151,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   if (scene.fluid)
-    liquid_ = std::make_unique<SceneLiquid>(devices.context(0), scene, bodies_,
-                                            obstacle_descriptions(scene, assets));
+    liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
   add_stages();
   schedule_.close();
   devices_.synchronize();
@@ -287,6 +286,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
     hull_check_.prepare(incoming_->silhouettes);  // while the devices work
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
+  if (liquid_) liquid_->balance(readback_);
   if (has_new_images)
     meshed_s_ = begin_run_s +
                 1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));

@@ -21,7 +21,7 @@ void wait_event(int, void*, void*) { absent(); }
 void synchronize(int, void*) { absent(); }
 void synchronize_event(int, void*) { absent(); }
 void* create_timing_event(int) { absent(); }
-void record_timing_event(int, void*, void*, bool) { absent(); }
+void record_timing_event(int, void*, void*) { absent(); }
 double elapsed_ms(void*, void*) { absent(); }
 void copy(int, void*, const void*, std::size_t, void*) { absent(); }
 void fill(int, void*, unsigned char, std::size_t, void*) { absent(); }

@@ -140,14 +140,22 @@ void* create_timing_event(int ordinal) {
   TACTUS_CUDA_CHECK(cudaEventCreate(&event));
   return event;
 }
-void record_timing_event(int ordinal, void* event, void* stream, bool in_graph) {
+void record_timing_event(int ordinal, void* event, void* stream) {
   use(ordinal);
-  TACTUS_CUDA_CHECK(cudaEventRecordWithFlags(as_event(event), as_stream(stream),
-                                             in_graph ? cudaEventRecordExternal : cudaEventRecordDefault));
+  cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;  // of any stream that a recording includes
+  TACTUS_CUDA_CHECK(cudaStreamIsCapturing(as_stream(stream), &status));
+  TACTUS_CUDA_CHECK(cudaEventRecordWithFlags(
+      as_event(event), as_stream(stream),
+      status == cudaStreamCaptureStatusNone ? cudaEventRecordDefault : cudaEventRecordExternal));
 }
 double elapsed_ms(void* from, void* to) {
   float ms = 0;
-  TACTUS_CUDA_CHECK(cudaEventElapsedTime(&ms, as_event(from), as_event(to)));
+  const cudaError_t status = cudaEventElapsedTime(&ms, as_event(from), as_event(to));
+  if (status == cudaErrorInvalidResourceHandle) {  // one is in a recording that never ran
+    cudaGetLastError();
+    return 0;
+  }
+  TACTUS_CUDA_CHECK(status);
   return static_cast<double>(ms);
 }
 void synchronize_event(int ordinal, void* event) {

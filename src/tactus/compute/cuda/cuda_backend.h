@@ -29,7 +29,8 @@ void synchronize(int ordinal, void* stream);
 void synchronize_event(int ordinal, void* event);
 void* create_timing_event(int ordinal);
 /// @param in_graph the stream is being recorded: each launch of the graph takes the time anew
-void record_timing_event(int ordinal, void* event, void* stream, bool in_graph);
+/// Also in a recording.
+void record_timing_event(int ordinal, void* event, void* stream);
 double elapsed_ms(void* from, void* to);
 void copy(int ordinal, void* to, const void* from, std::size_t bytes, void* stream);
 void fill(int ordinal, void* what, unsigned char byte, std::size_t bytes, void* stream);

@@ -1,0 +1,391 @@
+#pragma once
+/// What one point of a body touches: its list of triangles that are near, the search that makes the list, and
+/// what is to be done to the point.
+#include "tactus/base/bits.h"
+#include "tactus/contact/response_kernels.h"
+#include "tactus/contact/triangle_search.h"
+
+namespace tactus {
+
+/// A triangle in a point's list: whose it is, and its slot there.
+struct NearTriangle {
+  static constexpr int kSlotBits = 26;
+  static_assert(kOwners <= 1 << (32 - kSlotBits));
+  Index owner, slot;
+  TACTUS_HD std::uint32_t packed() const {
+    return static_cast<std::uint32_t>(owner) << kSlotBits | static_cast<std::uint32_t>(slot);
+  }
+  TACTUS_HD static NearTriangle of(std::uint32_t packed) {
+    return {static_cast<Index>(packed >> kSlotBits), static_cast<Index>(packed & ((1U << kSlotBits) - 1U))};
+  }
+};
+
+/// The deepest of what a point is in.
+struct Deepest {
+  float gap_m = 0;
+  Vec3f n, velocity_m_s;
+  Index owner = -1;
+  TACTUS_HD void see(float gap, Vec3f normal, Vec3f velocity, Index who) {
+    if (!(gap < gap_m)) return;
+    gap_m = gap;
+    n = normal;
+    velocity_m_s = velocity;
+    owner = who;
+  }
+};
+
+/// What is being found for one point.
+struct PointFinding {
+  enum class Now : Index { nothing, lost, listed, done };
+  Now now;
+  Vec3f x_m, v_m_s;
+  float moved_m;  ///< since the search
+  float sleep_m;  ///< so far a node of it may move before it touches anything
+  PointNeighbours near;
+  std::uint32_t to_search, crowded;  ///< owners, as bits
+  SurfaceGap gap;  ///< to what has too many triangles for a list, where all lanes looked for it
+  Index gap_owner;
+  SeenTriangle* seen = nullptr;  ///< (kNearTriangles) of its list
+};
+
+/// Finds what points touch at the end of a substep, and how their positions and velocities are to change.
+/// Works in the coordinates of each piece of the surface at its capture: a point is taken back by the piece's
+/// motion, so triangles and cells stay as they were made however fast the surface moves.
+struct ContactFinder {
+  Boundaries boundaries;
+  TouchingPoints body;
+  float restitution, friction;
+  float margin_m;  ///< what is nearer than that is listed
+  SubstepsTo now;
+  float dt_s = 0;  ///< since the last correction
+  Index pose = 0;
+  TACTUS_HD void load() {
+    now.load();
+    dt_s = now.dt_s * static_cast<float>(now.steps);
+    pose = now.substep + now.steps - 1;
+  }
+
+  TACTUS_HD const SurfacePoses& poses() const { return boundaries.poses[pose]; }
+  TACTUS_HD Index own(Index owner) const { return owner < kPieces ? poses().own(owner) : kAnyPiece; }
+  TACTUS_HD Vec3f velocity_of(Index owner, Vec3f x) const {
+    return owner < kPieces ? poses().piece[owner].velocity_at(x) : Vec3f{};
+  }
+  TACTUS_HD MeetingPoint meet(Index owner, Vec3f x, Vec3f v, Vec3f facing) const {
+    if (owner >= kPieces) return {x, x - dt_s * v, facing};
+    const SurfacePose& surface = poses().piece[owner];
+    const Mat3f back = transpose(surface.turn);
+    const Vec3f p = surface.to_capture(x);
+    return {p, p - dt_s * (back * (v - surface.velocity_at(x))), back * facing};
+  }
+  TACTUS_HD Vec3f facing(Index i) const {
+    return body.state.touching[i] != 0 ? body.state.contact[i].n : Vec3f{};
+  }
+  /// Squared: how far a point moved at most relative to anything since the pose `then`, at which it was at
+  /// from_m. For points that are means of others, no more than the most of those.
+  TACTUS_HD float moved2_m2(Vec3f from_m, Index then, Vec3f x_m) const {
+    const SurfacePoses &before = boundaries.poses[then], &all = poses();
+    Vec3f moved = x_m - from_m;
+    float most = boundaries.obstacles.empty() ? 0.F : dot(moved, moved);
+    for (Index k = 0; k < all.count; ++k) {
+      moved = all.piece[k].to_capture(x_m) - before.piece[k].to_capture(from_m);
+      most = max(most, dot(moved, moved));
+    }
+    return most;
+  }
+
+  /// Where point i is, and whether its list may do.
+  TACTUS_HD void look(Index i, PointFinding& p) const {
+    const EmbeddedPoint& point = body.table.points[i];
+    const Vec3f x = body.position(point);
+    const Index searched = body.state.searched[i];
+    const PointNeighbours near = body.state.neighbours[i];
+    const float moved = searched < 0 ? 0.F : tactus::sqrt(moved2_m2(near.x_m, searched, x));
+    // A list of nothing is that of a point which has too many triangles for one.
+    const bool lost = searched < 0 || !(moved < near.free_m) || near.listed_m == 0.F;
+    p.x_m = x;
+    p.now = PointFinding::Now::nothing;
+    p.sleep_m = 0.999F * (near.free_m - moved) / body.spread(point);
+    if (body.state.touching[i] != 0) p.sleep_m = 0;
+    if (!lost && near.listed_m < 0.F) return;
+    p.sleep_m = 0;
+    if (!body.moves(point)) {  // in this frame, nothing can be done to it
+      p.sleep_m = 1e30F;
+      return;
+    }
+    p.v_m_s = body.velocity(point);
+    p.moved_m = moved;
+    p.near = near;
+    p.crowded = 0;
+    p.gap_owner = -1;
+    p.now = PointFinding::Now::listed;
+    if (!lost) return;
+    lose(p);
+    if (p.to_search == 0U) keep(i, p);
+  }
+  /// What is to be searched round a point whose list is of no use: all that isn't clearly far.
+  TACTUS_HD void lose(PointFinding& p) const {
+    const Vec3f x = p.x_m, v = p.v_m_s;
+    const SurfacePoses& all = poses();
+    PointNeighbours near{x, 1e30F, -1, 0, 0};
+    std::uint32_t to_search = 0;
+    for (Index k = 0; k < all.count; ++k) {
+      if (all.piece[k].motion.source == MotionSource::too_fast) continue;
+      const Vec3f there = all.piece[k].to_capture(x);
+      const float sure = boundaries.surface.sure_reach_m(), out = all.piece[k].piece.outside_m(there);
+      // Samples bound the box of a piece. A triangle's parts may stick out by less than 3 spacings.
+      if (out > 3 * body.reach_m)
+        near.free_m = min(near.free_m, out - 1.5F * body.reach_m);
+      else if (!boundaries.surface.may_be_near(there))
+        near.free_m = min(near.free_m, sure);
+      else
+        to_search |= 1U << k;
+    }
+    for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
+      const Obstacle& o = boundaries.obstacles[k];
+      if (o.kind == ObstacleKind::mesh) {
+        if (o.mesh.may_be_near(x))
+          to_search |= 1U << (kPieces + k);
+        else
+          near.free_m = min(near.free_m, o.mesh.sure_reach_m());
+      } else if (const float out = o.distance_m(x); out > max(margin_m, dt_s * length(v))) {
+        near.free_m = min(near.free_m, out);
+      } else {
+        near.listed_m = 1e30F;  // a shape without triangles is always looked at
+      }
+    }
+    p.near = near;
+    p.moved_m = 0;
+    p.to_search = to_search;
+    p.crowded = 0;
+    p.now = PointFinding::Now::lost;
+  }
+  /// Keeps what was found.
+  TACTUS_HD void keep(Index i, PointFinding& p) const {
+    p.now = p.near.listed_m < 0.F ? PointFinding::Now::nothing : PointFinding::Now::listed;
+    p.sleep_m = p.near.listed_m < 0.F && body.state.touching[i] == 0
+                    ? 0.999F * p.near.free_m / body.spread(body.table.points[i])
+                    : 0.F;
+    body.state.neighbours[i] = p.near;
+    body.state.searched[i] = pose;
+  }
+
+  /// Searches round point i, which is lost, with all lanes of a block. @param lists whether triangles are to
+  /// be listed @param surface boundaries.surface: what kernels are given has no address on a GPU
+  template <class Block>
+  TACTUS_HD void search(const Block& b, Index i, const SurfaceTrianglesView& surface, PointFinding& p,
+                        TriangleSearch& q, bool lists) const {
+    for (std::uint32_t left = p.to_search; left != 0U; left &= left - 1U) {
+      const auto owner = static_cast<Index>(lowest_bit(left));
+      b.on_one_thread([&] { begin_search(q, owner, i, p); });
+      search_owner(b, i, owner, mesh_of(owner, surface), p, q, lists);
+    }
+    b.on_one_thread([&] {
+      if (p.crowded != 0U) p.near.count = 0, p.near.listed_m = 0;
+      keep(i, p);
+    });
+  }
+  /// Triangle e of the list of point i.
+  TACTUS_HD void see(Index i, Index e, const SurfaceTrianglesView& surface, PointFinding& p) const {
+    const NearTriangle near = listed(i, e);
+    const MeetingPoint at = meet(near.owner, p.x_m, p.v_m_s, facing(i));
+    const SurfaceTrianglesView& mesh = mesh_of(near.owner, surface);
+    p.seen[e] =
+        SeenTriangle::of(mesh.corners[near.slot], at.p_m, at.before_m, at.facing, mesh.slack_m(body.reach_m));
+  }
+  /// What is to be done to a point, or that its list is too short.
+  TACTUS_HD void conclude(Index i, const SurfaceTrianglesView& surface, bool may_search,
+                          PointFinding& p) const {
+    const Vec3f x = p.x_m, v = p.v_m_s;
+    Deepest deepest;
+    for (std::uint32_t left = p.near.owners; left != 0U; left &= left - 1U) {
+      const auto owner = static_cast<Index>(lowest_bit(left));
+      SurfaceGap g;
+      if (!find_gap(i, owner, surface, may_search, p, g)) return lose(p);
+      if (!g.inside) continue;
+      const Vec3f n = owner < kPieces ? poses().piece[owner].turn * g.n : g.n;
+      deepest.see(g.gap_m, n, velocity_of(owner, x), owner);
+    }
+    for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
+      if (boundaries.obstacles[k].kind == ObstacleKind::mesh) continue;
+      const SurfaceGap g = boundaries.obstacles[k].shape_gap(x, x - dt_s * v, facing(i));
+      if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
+    }
+    if (deepest.owner < 0) {
+      p.now = PointFinding::Now::nothing;
+      return;
+    }
+    p.now = PointFinding::Now::done;
+    const Index touching = body.state.touching[i];
+    touch(i, x, v, touching, deepest);
+    body.set_touching(i, body.table.points[i], 1);
+  }
+  /// What touches nothing now, but did a moment ago, is still held.
+  TACTUS_HD void let_go(Index i) const {
+    const Index touching = body.state.touching[i];
+    if (touching == 0) return;
+    PointContact& contact = body.state.contact[i];
+    if (contact.owner < poses().count)
+      contact.held_m += dt_s * poses().piece[contact.owner].velocity_at(contact.held_m);
+    body.set_touching(i, body.table.points[i], touching < kLingering ? touching + 1 : 0);
+  }
+
+ private:
+  /// The triangles of that owner.
+  TACTUS_HD const SurfaceTrianglesView& mesh_of(Index owner, const SurfaceTrianglesView& surface) const {
+    return owner < kPieces ? surface : boundaries.obstacles[owner - kPieces].mesh;
+  }
+  TACTUS_HD NearTriangle listed(Index i, Index e) const {
+    return NearTriangle::of(body.state.near[i * kNearTriangles + e]);
+  }
+
+  TACTUS_HD void begin_search(TriangleSearch& q, Index owner, Index i, const PointFinding& p) const {
+    q.at = meet(owner, p.x_m, p.v_m_s, facing(i));
+    q.way_m = min(length(q.at.p_m - q.at.before_m), body.reach_m);
+    q.least = q.held = {};
+    q.candidates = 0;
+    q.listed = static_cast<std::uint32_t>(p.near.count);
+  }
+  template <class Block>
+  TACTUS_HD void search_owner(const Block& b, Index i, Index owner, const SurfaceTrianglesView& mesh,
+                              PointFinding& p, TriangleSearch& q, bool lists) const {
+    const Index piece = own(owner);
+    constexpr int kLanes = TriangleSearch::lanes<Block>();
+    const auto once = [&](auto&& f) { b.on_one_thread(f); };
+    const auto together = [&](auto&& f) { TriangleSearch::for_lanes(b, f); };
+    together([&](int lane) {
+      for (int c = lane; c < TriangleSearch::kCells; c += kLanes) q.find_cell(mesh, c);
+    });
+    together(
+        [&](int lane) { q.see_middles(mesh, piece, q.begin[q.kOwnCell] + lane, q.end[q.kOwnCell], kLanes); });
+    once([&] { q.choose_runs(mesh, body.reach_m, margin_m); });
+    together([&](int lane) { q.see_runs(mesh, piece, lane, kLanes); });
+    once([&] { q.choose_runs(mesh, body.reach_m, margin_m); });
+    together([&](int lane) {
+      q.for_each_within(
+          mesh, piece, q.seen_within_m(body.reach_m), lane, kLanes,
+          [&](Index, float d2, Vec3f corner, Vec3f normal) { q.see(d2, corner, normal, body.reach_m); });
+    });
+    once([&] { weigh(q, owner, mesh.sure_reach_m(), lists, p); });
+    together([&](int lane) {
+      if (q.within_m < 0.F) return;
+      q.for_each_within(mesh, piece, q.within_m, lane, kLanes, [&](Index slot, float, Vec3f, Vec3f) {
+        const auto at = static_cast<Index>(atomic_fetch_add(q.listed, 1));
+        // In any order: what is found of a list doesn't depend on it.
+        if (at < kNearTriangles)
+          body.state.near[i * kNearTriangles + at] = NearTriangle{owner, slot}.packed();
+      });
+    });
+    once([&] {
+      if (q.listed > static_cast<std::uint32_t>(kNearTriangles)) p.crowded |= 1U << owner;
+      p.near.count = static_cast<Index>(min(q.listed, static_cast<std::uint32_t>(kNearTriangles)));
+    });
+    if constexpr (!Block::kIsLoop) {
+      if ((p.crowded >> owner & 1U) == 0U) return;
+      find_gap_together(b, q, mesh, piece, body.reach_m, [&](const SurfaceGap& gap) {
+        p.gap = gap;
+        p.gap_owner = owner;
+      });
+    }
+  }
+  /// Whether the owner is near, so that its triangles are to be listed, or only how far it is.
+  TACTUS_HD void weigh(TriangleSearch& q, Index owner, float sure, bool lists, PointFinding& p) const {
+    PointNeighbours& near = p.near;
+    q.within_m = -1;
+    if (q.candidates == 0U) {
+      near.free_m = min(near.free_m, sure);
+      return;
+    }
+    if (!lists || q.candidates > static_cast<std::uint32_t>(TriangleSearch::kCandidates)) {
+      near.owners |= 1U << owner;
+      p.crowded |= 1U << owner;
+      return;
+    }
+    const TriangleSearch::Nearest nearest = q.nearest();
+    if (nearest.side_m >= 0.F && nearest.distance_m > max(margin_m, q.way_m)) {
+      near.free_m = min(near.free_m, min(nearest.distance_m, sure));
+      return;
+    }
+    near.owners |= 1U << owner;
+    q.within_m = max(2 * margin_m, q.needed_m(body.reach_m) + margin_m);
+    near.listed_m = near.listed_m < 0.F ? q.within_m : min(near.listed_m, q.within_m);
+  }
+
+  /// The gap between a point and an owner whose triangles are near. Returns false where the list is too
+  /// short.
+  TACTUS_HD bool find_gap(Index i, Index owner, const SurfaceTrianglesView& surface, bool may_search,
+                          const PointFinding& p, SurfaceGap& gap) const {
+    const SurfaceTrianglesView& mesh = mesh_of(owner, surface);
+    const Vec3f face = facing(i);
+    const MeetingPoint at = meet(owner, p.x_m, p.v_m_s, face);
+    GapOfTriangles found(body.reach_m);
+    bool crowded = (p.crowded >> owner & 1U) != 0U;
+    if (crowded && p.gap_owner == owner) {
+      gap = p.gap;
+      return true;
+    }
+    if (!crowded) {
+      found = gap_of_list(i, owner, mesh, at.p_m, p);
+      const float way = min(length(at.p_m - at.before_m), body.reach_m),
+                  needed = max(way, found.needed_m(dot(face, face) > 0.F));
+      crowded = needed + p.moved_m > p.near.listed_m || !sees_same(i, owner, mesh, at.p_m, needed, p);
+      if (crowded && may_search) return false;
+      if (!crowded && !found.inside()) return true;
+    }
+    gap = crowded ? mesh.gap(own(owner), at.p_m, at.before_m, body.reach_m, at.facing)
+                  : found.gap(mesh.corners[found.slot()], at.p_m);
+    return true;
+  }
+  /// Triangles that are farther than sure are listed if they are in the cells round the point. These have to
+  /// be the same, then.
+  TACTUS_HD bool sees_same(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m, float needed_m,
+                           const PointFinding& p) const {
+    if (needed_m <= mesh.sure_reach_m()) return true;
+    Vec3f then = p.near.x_m;
+    if (owner < kPieces) then = boundaries.poses[body.state.searched[i]].piece[owner].to_capture(then);
+    return mesh.cells.grid.cell(at_m) == mesh.cells.grid.cell(then);
+  }
+  TACTUS_HD GapOfTriangles gap_of_list(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m,
+                                       const PointFinding& p) const {
+    GapOfTriangles found(body.reach_m);
+    for (int pass = 0; pass < 2; ++pass) {
+      for (Index e = 0; e < p.near.count; ++e) {
+        const NearTriangle near = listed(i, e);
+        if (near.owner != owner) continue;
+        if (pass == 0)
+          found.see(p.seen[e], near.slot);
+        else
+          found.choose(p.seen[e], near.slot);
+      }
+    }
+    if (found.crossed < 0 && found.is_mixed())
+      found.weighed = weigh(i, owner, mesh, at_m, found.nearest2_m2, p);
+    return found;
+  }
+  TACTUS_HD Index weigh(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m, float nearest2_m2,
+                        const PointFinding& p) const {
+    SideOfTied tied(nearest2_m2);
+    for (Index e = 0; e < p.near.count; ++e) {
+      const NearTriangle near = listed(i, e);
+      if (near.owner == owner) tied.weigh(p.seen[e], mesh.face[near.slot], mesh.corners[near.slot], at_m);
+    }
+    return tied.sign();
+  }
+
+  /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back
+  /// to where the point was held, at most by mu times how deep it went: Coulomb's law for positions, without
+  /// which what rests creeps. Restitution is for what arrives: what touched already is carried.
+  TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
+    const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
+    const float depth = -deepest.gap_m;
+    PointContact& contact = body.state.contact[i];
+    const bool same = touching != 0 && contact.owner == deepest.owner;
+    const Vec3f held = same ? contact.held_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
+    const Vec3f away = x - held, slide = away - dot(away, n) * n;
+    const float distance = length(slide), most = friction * depth;
+    const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
+    const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);
+    contact = {x + push, push, kick, depth, deepest.owner, n, x + push};
+  }
+};
+
+}  // namespace tactus

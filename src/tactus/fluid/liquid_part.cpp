@@ -1,0 +1,60 @@
+#include "tactus/fluid/liquid_part.h"
+
+namespace tactus {
+
+/// Of several parts, particles that left and copies of the last step are still there when others come.
+LiquidPart::LiquidPart(Device& device, Index max_particles, float reach_m, Index wall_owners, Index part,
+                       Index parts)
+    : number(part),
+      search(device, {.max_particles = max_particles,
+                      .reach_m = reach_m,
+                      .max_given = parts > 1 ? 2 * max_particles : max_particles}),
+      count(device, 1),
+      id(device, parts > 1 ? 2 * max_particles : max_particles),
+      wall_count(device, max_particles),
+      list_count(device, max_particles),
+      near(device, NearLists::size(max_particles)),
+      x_m(device, id.size()),
+      v_m_s(device, id.size()),
+      density_kg_m3(device, max_particles),
+      push(device, id.size()),
+      inverse_D(device, max_particles),
+      found(device, max_particles),
+      kd(device, max_particles),
+      motion(device, max_particles),
+      star(device, max_particles),
+      moved(device, max_particles),
+      walls(device, std::int64_t{kNearWalls} * max_particles),
+      wall_sums(device, std::int64_t{wall_owners} * WallSums::kCopies),
+      wall_totals(device, wall_owners),
+      counters(device, 1),
+      report(device, 1),
+      own(device, 1),
+      ghost_count(device, 1),
+      shown_by(device, parts) {
+  if (parts == 1) return;
+  slabs = Buffer<LiquidSlabs>(device, 1);
+  export_count = Buffer<Index>(device, kMostLiquidParts);
+  export_list = Buffer<Index>(device, std::int64_t{parts} * max_particles);
+  slot_of = Buffer<Index>(device, id.size());
+  ghost_slot = Buffer<Index>(device, max_particles);
+  import = Buffer<LiquidImport>(device, 1);
+  originals = Buffer<LiquidOriginal>(device, max_particles);
+  layers = Buffer<Index>(device, LiquidLayers::kCounts);
+}
+
+LiquidShown LiquidPart::shown() {
+  return {.x_m = x_m.view(),
+          .v_m_s = v_m_s.view(),
+          .push = push.view(),
+          .id = id.view(),
+          .export_count = export_count.view(),
+          .export_list = export_list.view(),
+          .room = wall_count.size(),
+          .slot_of = slot_of.const_view(),
+          .own = own.const_view(),
+          .wall_totals = wall_totals.const_view(),
+          .report = report.const_view()};
+}
+
+}  // namespace tactus

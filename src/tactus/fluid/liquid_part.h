@@ -1,0 +1,50 @@
+#pragma once
+/// The part of a liquid that is on one device.
+#include "tactus/compute/time_stamp.h"
+#include "tactus/fluid/split_kernels.h"
+#include "tactus/geom/neighbour_search.h"
+
+namespace tactus {
+
+/// Owns the memory of one device. Particles are in slots; slots change in every step.
+struct LiquidPart {
+  /// @param max_particles of the whole liquid: all may come to one part @param walls owners of walls
+  /// @param part its number @param parts of the liquid
+  LiquidPart(Device& device, Index max_particles, float reach_m, Index walls, Index part, Index parts);
+
+  NearWalls near_walls() { return {wall_count.view(), walls.view()}; }
+  NearLists near_lists() { return {list_count.view(), near.view()}; }
+  /// Particles that `count` counts.
+  Count given() const { return Count(count.const_view(), id.size()); }
+  /// (1) Number of the first copy; of one part, empty.
+  View<const Index> first_copy() const {
+    return import.empty() ? View<const Index>{} : View<const Index>(&import.const_view().data()->base, 1);
+  }
+  Count ghosts() const { return Count(ghost_count.const_view(), ghost_slot.size()); }
+  LiquidShown shown();
+
+  Index number;
+  NeighbourSearch search;
+  Buffer<Index> count, id, wall_count, list_count, near;
+  Buffer<Vec3f> x_m, v_m_s;
+  Buffer<float> density_kg_m3, push;
+  Buffer<float> inverse_D, found, kd;  ///< dfsph
+  Buffer<float> shear_m2_s;            ///< of what thins
+  Buffer<LiquidMotion> motion, star, moved;
+  Buffer<NearWall> walls;
+  Buffer<WallSums> wall_sums, wall_totals;
+  Buffer<LiquidCounters> counters;
+  Buffer<LiquidReport> report;
+  Buffer<Box3f> sinks;
+  // Of several parts:
+  Buffer<Index> own, ghost_count;  ///< (1) each; ghosts: copies of what others have, in this step
+  Buffer<LiquidSlabs> slabs;       ///< (1)
+  Buffer<LiquidShown> shown_by;    ///< per part
+  Buffer<Index> export_count, export_list, slot_of, ghost_slot;
+  Buffer<LiquidImport> import;
+  Buffer<LiquidOriginal> originals;
+  Buffer<Index> layers;              ///< particles at the end of the frame: LiquidLayers
+  TimeStamp timed_begin, timed_end;  ///< of the pass that tells how fast a device is
+};
+
+}  // namespace tactus
