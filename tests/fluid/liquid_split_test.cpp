@@ -15,7 +15,8 @@ namespace {
 constexpr Vec3f kGravity{0, -9.81F, 0};
 constexpr float kSpacing = 0.01F;
 
-/// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2. Some thin.
+/// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2.
+/// Some thin.
 LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
   LiquidSettings s{.solver = solver,
                    .iterations = 3,

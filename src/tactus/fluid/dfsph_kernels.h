@@ -42,12 +42,17 @@ TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls&
   return rate;
 }
 /// The velocity that walls give to a particle that pushes them with k.
-TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls& walls, Index i, float k) {
+TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls& walls, Index i, float k,
+                                 const StepTime& time) {
   const Index n = walls.count[i];
   Vec3f kick{};
   if (n == 0) return kick;
   const WallShare share = WallShare::of(walls, i, liquid);
-  for (Index w = 0; w < n; ++w) kick += (k * liquid.density_kg_m3 * share.slope_1_m[w]) * walls.at(i, w).n;
+  for (Index w = 0; w < n; ++w) {
+    const NearWall& wall = walls.at(i, w);
+    const float push = push_at_wall(liquid, wall, k, time.dt_s * time.gravity_m_s2);
+    kick += (push * liquid.density_kg_m3 * share.slope_1_m[w]) * wall.n;
+  }
   return kick;
 }
 
@@ -181,9 +186,9 @@ struct DfsphForce {
     const Vec3f v = Vec3f{own.vx[t], own.vy[t], own.vz[t]} + time.dt_s * time.gravity_m_s2 +
                     (scale / liquid.density_kg_m3) * Vec3f{own.ax[t], own.ay[t], own.az[t]};
     star[i] = {v, own.k[t]};
-    moved[i] = {
-        v - scale * Vec3f{own.x[t], own.y[t], own.z[t]} + wall_kick(liquid, walls, i, own.kd[t] + own.k[t]),
-        own.k[t]};
+    moved[i] = {v - scale * Vec3f{own.x[t], own.y[t], own.z[t]} +
+                    wall_kick(liquid, walls, i, own.kd[t] + own.k[t], time),
+                own.k[t]};
   }
 };
 
@@ -228,9 +233,9 @@ struct DfsphVelocity {
     const Vec3f v = star[i].v_m_s - scale * Vec3f{own.x[t], own.y[t], own.z[t]};
     if constexpr (kSteps) {
       last_push[i] = push;
-      stepped.end(liquid, walls, particles[i], i, kd[i] + push, motion[i].v_m_s, time.dt_s, v);
+      stepped.end(liquid, walls, particles[i], i, kd[i] + push, motion[i].v_m_s, time, v);
     } else {
-      moved[i] = {v + wall_kick(liquid, walls, i, kd[i] + push), push};
+      moved[i] = {v + wall_kick(liquid, walls, i, kd[i] + push, time), push};
     }
   }
 };

@@ -2,6 +2,7 @@
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
 #include "tactus/fluid/split_kernels.h"
+#include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
@@ -15,6 +16,10 @@ TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<true>, tactus::Lis
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<true>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphPressure, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindSurface, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::SmoothNormals, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindCurvature, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::PullSurface, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::TakeMotion);
 TACTUS_CUDA_KERNEL(tactus::KeepCount);
 TACTUS_CUDA_KERNEL(tactus::PlanLayers);
@@ -29,8 +34,10 @@ TACTUS_CUDA_KERNEL(tactus::InvertOrder);
 TACTUS_CUDA_KERNEL(tactus::FindOriginals);
 TACTUS_CUDA_KERNEL(tactus::PullGhosts<float>);
 TACTUS_CUDA_KERNEL(tactus::PullGhosts<tactus::LiquidMotion>);
+TACTUS_CUDA_KERNEL(tactus::PullGhosts<tactus::LiquidNormal>);
 TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<float>);
 TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<tactus::LiquidMotion>);
+TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<tactus::LiquidNormal>);
 TACTUS_CUDA_KERNEL(tactus::CountElsewhere);
 TACTUS_CUDA_KERNEL(tactus::CountLayers);
 TACTUS_CUDA_KERNEL(tactus::MergeParts);

@@ -9,34 +9,6 @@
 namespace tactus {
 namespace {
 
-[[noreturn]] void refuse(const char* what, float value, const char* expected) {
-  throw Error(std::string("liquid: ") + what + " is " + std::to_string(value) + ", must be " + expected);
-}
-
-CarreauLaw thinning_of(const LiquidSettings& s) {
-  const Carreau c = s.carreau.value_or(Carreau{.zero_shear_Pa_s = s.viscosity_Pa_s});
-  return {.zero_m2_s = c.zero_shear_Pa_s / s.density_kg_m3,
-          .infinite_m2_s = s.viscosity_Pa_s / s.density_kg_m3,
-          .relaxation_s = c.relaxation_s,
-          .index = c.index};
-}
-
-LiquidConstants constants_of(const LiquidSettings& s) {
-  const float sound = 10 * s.max_speed_m_s, d = s.spacing_m;
-  // What is incompressible has no sound to damp, but jiggles.
-  const float damped_m_s = s.solver == LiquidSolver::dfsph ? 4 * s.max_speed_m_s : sound;
-  return {.kernel = {1.F / d},
-          .spacing_m = d,
-          .mass_kg = s.density_kg_m3 * d * d * d,
-          .density_kg_m3 = s.density_kg_m3,
-          .tait_Pa = s.density_kg_m3 * sound * sound / 7,
-          .sound_m_s = sound,
-          .shear_m2_s = (s.carreau ? s.carreau->zero_shear_Pa_s : s.viscosity_Pa_s) / s.density_kg_m3,
-          .damping_m2_s = s.artificial_viscosity * damped_m_s * d,
-          .closest_m = 0.25F * d,
-          .thinning = thinning_of(s)};
-}
-
 /// Points d apart on the disc of an emitter.
 std::vector<Vec3f> layer_of(const LiquidEmitter& e, float d) {
   const Vec3f along = normalized(e.direction),
@@ -62,33 +34,6 @@ StepTime of_part(StepTime time, const FrameOnDevices* frame, Index part) {
 }
 
 }  // namespace
-
-LiquidSettings checked(const LiquidSettings& s) {
-  if (!(s.spacing_m > 0 && s.spacing_m < 1e3F)) refuse("spacing_m", s.spacing_m, "> 0");
-  if (!(s.density_kg_m3 > 0)) refuse("density_kg_m3", s.density_kg_m3, "> 0");
-  if (!(s.viscosity_Pa_s >= 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, ">= 0");
-  if (s.carreau) {
-    const Carreau& c = *s.carreau;
-    if (!(c.zero_shear_Pa_s >= s.viscosity_Pa_s))
-      refuse("zero_shear_Pa_s", c.zero_shear_Pa_s,
-             "at least viscosity_Pa_s, which is left at high shear rates");
-    if (!(c.relaxation_s >= 0)) refuse("relaxation_s", c.relaxation_s, ">= 0");
-    if (!(c.index > 0 && c.index <= 1)) refuse("index", c.index, "> 0 and <= 1");
-  }
-  if (!(s.max_speed_m_s > 0)) refuse("max_speed_m_s", s.max_speed_m_s, "> 0");
-  if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
-  if (s.iterations < 1) refuse("iterations", static_cast<float>(s.iterations), "> 0");
-  if (s.max_particles <= 0) refuse("max_particles", static_cast<float>(s.max_particles), "> 0");
-  const Vec3f edge = s.box_m.extent();
-  const float least = std::min({edge.x, edge.y, edge.z});
-  if (!(least >= s.spacing_m)) refuse("the shortest edge of box_m", least, "at least the spacing");
-  for (const LiquidEmitter& e : s.emitters) {
-    if (!(e.speed_m_s > 0)) refuse("speed_m_s of an emitter", e.speed_m_s, "> 0");
-    if (!(e.radius_m > 0)) refuse("radius_m of an emitter", e.radius_m, "> 0");
-    if (!(length(e.direction) > 0)) refuse("the length of an emitter's direction", 0, "> 0");
-  }
-  return s;
-}
 
 int Liquid::part_count(const DeviceSet& devices, const LiquidSettings& settings) {
   if (!devices.reads_peers()) return 1;
@@ -118,6 +63,11 @@ Liquid::Liquid(DeviceSet& devices, const LiquidSettings& settings)
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.sinks = to_device(ctx, settings_.sinks_m);
     if (settings_.carreau) part.shear_m2_s = Buffer<float>(ctx.device(), settings_.max_particles);
+    if (settings_.surface_tension_N_m > 0) {
+      part.surface = Buffer<LiquidNormal>(ctx.device(), settings_.max_particles);
+      part.smooth = Buffer<LiquidNormal>(ctx.device(), settings_.max_particles);
+      part.curvature = Buffer<float>(ctx.device(), settings_.max_particles);
+    }
     ctx.fill_bytes(part.wall_sums.view(), 0);
   });
   place({});
@@ -256,6 +206,36 @@ void Liquid::measure_shear() {
   split_.update("fluid/copy shear", &LiquidPart::shear_m2_s);
 }
 
+/// Adds to the velocities in `motion` of a part's own particles.
+void Liquid::pull_surface(const StepTime& time, const FrameOnDevices* frame) {
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(ctx, "fluid/surface",
+                             FindSurface{constants_, part.near_walls(), part.surface.view()},
+                             part.near_lists());
+  });
+  split_.update("fluid/copy surface", &LiquidPart::surface);
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(
+        ctx, "fluid/normals",
+        SmoothNormals{constants_, part.near_walls(), part.surface.const_view(), part.smooth.view()},
+        part.near_lists());
+  });
+  split_.update("fluid/copy normals", &LiquidPart::smooth);
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(ctx, "fluid/curvature",
+                             FindCurvature{constants_, part.smooth.const_view(), part.curvature.view()},
+                             part.near_lists());
+  });
+  split_.update("fluid/copy curvature", &LiquidPart::curvature);
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.visit_listed(
+        ctx, "fluid/tension",
+        PullSurface{constants_, of_part(time, frame, part.number), part.smooth.const_view(),
+                    part.curvature.const_view(), part.motion.view()},
+        part.near_lists());
+  });
+}
+
 void Liquid::end_step(const StepTime& time, const FrameOnDevices* frame) {
   if (settings_.solver == LiquidSolver::dfsph)
     end_dfsph(time, frame);
@@ -278,6 +258,7 @@ void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
         part.near_lists());
     if (is_timed(time)) part.timed_end.take(ctx);
   });
+  if (settings_.surface_tension_N_m > 0) pull_surface(time, frame);
   split_.update("fluid/copy motion", &LiquidPart::motion);
   if (settings_.carreau) measure_shear();
   each([&](ExecContext& ctx, LiquidPart& part) {
@@ -310,6 +291,10 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy kd", &LiquidPart::kd);
+  if (settings_.surface_tension_N_m > 0) {
+    pull_surface(time, frame);
+    split_.update("fluid/copy motion", &LiquidPart::motion);
+  }
   if (settings_.carreau) measure_shear();
   each([&](ExecContext& ctx, LiquidPart& part) {
     const auto force = [&](auto pair) {
@@ -403,6 +388,9 @@ float Liquid::largest_step_s() const {
                                : constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity);
   float step = 0.4F * d / signal_m_s;
   if (constants_.shear_m2_s > 0) step = std::min(step, d * d / (8 * constants_.shear_m2_s));
+  if (settings_.surface_tension_N_m > 0)
+    step = std::min(
+        step, std::sqrt(settings_.density_kg_m3 * d * d * d / (8 * kPi * settings_.surface_tension_N_m)));
   return step;
 }
 
@@ -471,25 +459,6 @@ std::vector<float> Liquid::densities_kg_m3() const {
   std::vector<float> all;
   for (const Kept& k : kept()) all.push_back(k.density_kg_m3);
   return all;
-}
-
-std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m) {
-  const Vec3f edge = box_m.extent();
-  constexpr float kRounding = 1e-3F;  // of an edge of whole spacings
-  const auto along = [&](float m) { return std::max(1, static_cast<int>(m / spacing_m + kRounding)); };
-  const Vec3i n{along(edge.x), along(edge.y), along(edge.z)};
-  std::vector<LiquidParticle> particles;
-  for (Index z = 0; z < n.z; ++z) {
-    for (Index y = 0; y < n.y; ++y) {
-      for (Index x = 0; x < n.x; ++x) {
-        const Vec3f at{(static_cast<float>(x) + 0.5F) / static_cast<float>(n.x) * edge.x,
-                       (static_cast<float>(y) + 0.5F) / static_cast<float>(n.y) * edge.y,
-                       (static_cast<float>(z) + 0.5F) / static_cast<float>(n.z) * edge.z};
-        particles.push_back({box_m.min + at, {}, static_cast<Index>(particles.size())});
-      }
-    }
-  }
-  return particles;
 }
 
 }  // namespace tactus

@@ -38,7 +38,10 @@ struct LiquidSettings {
   float density_kg_m3 = 1060;
   float viscosity_Pa_s = 0.0035F;
   std::optional<Carreau> carreau = {};
-  /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast.
+  float surface_tension_N_m = 0;
+  float contact_angle_deg = 90;  ///< of its surface on walls, in the liquid; < 90 wets
+  /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast, or ten times as fast as
+  /// (sigma / (rho d))^(1/2), the speed of the surface's shortest waves.
   float max_speed_m_s = 1;
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
   Box3f box_m;                         ///< the world of the liquid
@@ -53,6 +56,8 @@ struct LiquidSettings {
 
 /// @throws Error naming the setting that is out of range.
 LiquidSettings checked(const LiquidSettings& settings);
+/// Of settings that were checked.
+LiquidConstants constants_of(const LiquidSettings& settings);
 
 /// Where the particles are. On the device; slots change in every step, ids never.
 struct LiquidView {
@@ -104,8 +109,9 @@ class Liquid {
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view(), on the first device.
   void end_frame();
 
-  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu)); of dfsph, with the largest speed
-  /// in place of c (1 + 0.6 alpha).
+  /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu), (rho d^3 / (8 pi sigma))^(1/2));
+  /// of dfsph, with the largest speed in place of c (1 + 0.6 alpha). The last is half the time that the
+  /// shortest wave of the surface takes to the next particle (Brackbill, Kothe & Zemach 1992).
   float largest_step_s() const;
   /// Of dfsph, from the next step on, at least 1.
   void set_iterations(int iterations) { settings_.iterations = iterations; }
@@ -144,6 +150,7 @@ class Liquid {
   void make_emitters();
   void emit(const StepTime& time);
   void measure_shear();
+  void pull_surface(const StepTime& time, const FrameOnDevices* frame);
   void end_weakly(const StepTime& time, const FrameOnDevices* frame);
   void end_dfsph(const StepTime& time, const FrameOnDevices* frame);
   LiquidStepped stepped(LiquidPart& part) const;

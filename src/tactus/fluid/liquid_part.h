@@ -2,6 +2,7 @@
 /// The part of a liquid that is on one device.
 #include "tactus/compute/time_stamp.h"
 #include "tactus/fluid/split_kernels.h"
+#include "tactus/fluid/tension_kernels.h"
 #include "tactus/geom/neighbour_search.h"
 
 namespace tactus {
@@ -31,6 +32,8 @@ struct LiquidPart {
   Buffer<float> inverse_D, found, kd;  ///< dfsph
   Buffer<float> shear_m2_s;            ///< of what thins
   Buffer<LiquidMotion> motion, star, moved;
+  Buffer<LiquidNormal> surface, smooth;  ///< with surface tension
+  Buffer<float> curvature;
   Buffer<NearWall> walls;
   Buffer<WallSums> wall_sums, wall_totals;
   Buffer<LiquidCounters> counters;

@@ -24,7 +24,9 @@ struct LiquidConstants {
   float shear_m2_s = 0;    ///< kinematic viscosity; the largest, where it depends on the shear rate
   float damping_m2_s = 0;  ///< alpha c d of the artificial viscosity
   float closest_m = 0;     ///< no particle's middle is nearer to a wall
-  CarreauLaw thinning;     ///< where viscosity depends on the shear rate
+  float tension_N_m = 0;   ///< sigma
+  float contact_cos = 0, contact_sin = 1;
+  CarreauLaw thinning;  ///< where viscosity depends on the shear rate
 };
 
 /// What all walls near a particle bring to its density, over that at rest. Two walls at an edge overlap:
@@ -54,5 +56,15 @@ struct WallShare {
     return share;
   }
 };
+
+/// dt p / rho^2 with which a wall pushes a particle that has `push` itself: p is that at the wall, a distance
+/// s deeper or higher in a liquid that rests, p_i - rho g . n s. (The missing layer's pressure would be p_i -
+/// 2 rho g . n s, and the wall stands for both sides of its pairs.)
+/// @param falls_m_s dt g
+TACTUS_HD inline float push_at_wall(const LiquidConstants& liquid, const NearWall& wall, float push,
+                                    Vec3f falls_m_s) {
+  const float deeper = -dot(falls_m_s, wall.n) * max(wall.distance_m, liquid.closest_m);
+  return max(0.F, push + deeper / liquid.density_kg_m3);
+}
 
 }  // namespace tactus

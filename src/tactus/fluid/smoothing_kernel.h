@@ -37,6 +37,10 @@ struct SmoothingKernel {
     return (t * t - 4 * (u * u)) * inverse_q;
   }
 
+  /// Integral of W over a plane at distance s: 2 pi int_s^2d W r dr. (Rings around the normal have the area
+  /// r dr dphi, so it is a polynomial.)
+  TACTUS_HD float area_1_m(float s_m) const { return inverse_d_1_m * shape_area(abs(s_m * inverse_d_1_m)); }
+
   TACTUS_HD float fill(float s_m) const {
     const float u = beside(s_m);
     return kFill * (u * u * u);
@@ -48,6 +52,11 @@ struct SmoothingKernel {
   }
 
  private:
+  // int_s^2 (2 - q)^3 q dq = (2 - s)^4 / 2 - (2 - s)^5 / 5; likewise with 1.
+  TACTUS_HD static float shape_area(float s) {
+    const float t = max(0.F, 2 - s), u = max(0.F, 1 - s), t2 = t * t, u2 = u * u;
+    return 0.5F * (t2 * t2 * (0.5F - 0.2F * t) - 4 * (u2 * u2 * (0.25F - 0.2F * u)));
+  }
   static constexpr float kFillEnd = 0.940232F, kFill = 1.458279F;
   TACTUS_HD float beside(float s_m) const { return max(0.F, 1 - s_m * inverse_d_1_m / kFillEnd); }
 };

@@ -94,17 +94,18 @@ struct LiquidStepped {
   /// @param push dt p / rho^2 @param before the velocity at the begin of the step @param v at its end,
   /// without what walls do
   TACTUS_HD void end(const LiquidConstants& liquid, const NearWalls& walls, const SearchParticle& particle,
-                     Index i, float push, Vec3f before, float dt_s, Vec3f v) const {
+                     Index i, float push, Vec3f before, const StepTime& time, Vec3f v) const {
     Vec3f put_back{};
-    if (walls.count[i] > 0) meet(liquid, walls, i, push, before, dt_s, v, put_back);
-    x_m[i] = ends.kept(particle.x_m + (dt_s * v + put_back));
+    if (walls.count[i] > 0) meet(liquid, walls, i, push, before, time, v, put_back);
+    x_m[i] = ends.kept(particle.x_m + (time.dt_s * v + put_back));
     v_m_s[i] = v;
     id[i] = particle.id;
   }
 
  private:
   TACTUS_HD void meet(const LiquidConstants& liquid, const NearWalls& walls, Index i, float push,
-                      Vec3f before, float dt_s, Vec3f& v, Vec3f& put_back) const {
+                      Vec3f before, const StepTime& time, Vec3f& v, Vec3f& put_back) const {
+    const float dt_s = time.dt_s;
     const WallShare share = WallShare::of(walls, i, liquid);
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       NearWall& wall = walls.at(i, k);
@@ -118,7 +119,8 @@ struct LiquidStepped {
                   drag = min(dt_s * shear * ViscousKernel::friction(s * liquid.kernel.inverse_d_1_m) /
                                  (s * liquid.spacing_m),
                              1.F);
-      const float push_m_s = liquid.density_kg_m3 * push * share.slope_1_m[k];
+      const float push_m_s = liquid.density_kg_m3 * share.slope_1_m[k] *
+                             push_at_wall(liquid, wall, push, dt_s * time.gravity_m_s2);
       Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
       v += kick;
       const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(kick, wall.n);

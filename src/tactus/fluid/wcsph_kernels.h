@@ -51,9 +51,10 @@ struct LiquidDensity {
 /// and of a wall at distance s with normal n, whose fill has the slope -f, and on which the liquid does not
 /// slip:
 ///
-///   + rho0 p_i / rho_i^2 f n - nu friction(s / d) / (s d) (v_i - v_wall)_t
+///   + rho0 p_wall / rho_i^2 f n - nu friction(s / d) / (s d) (v_i - v_wall)_t
 ///
-/// v_wall is that of the wall if it reached to the particle: what turns with its wall isn't sheared.
+/// p_wall = p_i - rho g . n s (push_at_wall). v_wall is that of the wall if it reached to the particle: what
+/// turns with its wall isn't sheared.
 ///
 /// Velocities are stepped first, then positions with the new ones: LiquidStepped.
 ///
@@ -106,7 +107,7 @@ struct LiquidForce {
     const Vec3f before{own.vx[t], own.vy[t], own.vz[t]};
     const float scale = liquid.mass_kg / liquid.density_kg_m3 * liquid.kernel.slope_scale_1_m5();
     Vec3f v = before + time.dt_s * (scale * Vec3f{own.ax[t], own.ay[t], own.az[t]} + time.gravity_m_s2);
-    stepped.end(liquid, walls, particles[i], i, time.dt_s * own.push[t], before, time.dt_s, v);
+    stepped.end(liquid, walls, particles[i], i, time.dt_s * own.push[t], before, time, v);
   }
 };
 

@@ -65,6 +65,10 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
          {"s", 0, 1e6});
   v.real({"power_index", "carreau: n, viscosity falls as the shear rate to the power of n - 1"},
          f.power_index, {"", 0.01, 1});
+  v.real({"surface_tension_n_m", "blood 0.056, water 0.073; acts where drops have some spacings across"},
+         f.surface_tension_n_m, {"N/m", 0, 10});
+  v.real({"contact_angle_deg", "at which its surface meets walls, in the liquid: below 90 it wets them"},
+         f.contact_angle_deg, {"deg", 0, 180});
   v.real({"artificial_viscosity", "alpha of Monaghan: damps what approaches, and so sound"},
          f.artificial_viscosity, {"", 0, 1});
   v.real_or_auto(
@@ -77,6 +81,7 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   const bool carreau = f.viscosity == LiquidViscosity::carreau;
   for (const char* key : {"zero_shear_viscosity_pa_s", "relaxation_s", "power_index"})
     v.only_when(carreau, key, "'viscosity' is carreau");
+  v.only_when(f.surface_tension_n_m > 0, "contact_angle_deg", "'surface_tension_n_m' is > 0");
   v.check(!carreau || f.zero_shear_viscosity_pa_s >= f.viscosity_pa_s, "zero_shear_viscosity_pa_s",
           "'zero_shear_viscosity_pa_s' is " + number_text(f.zero_shear_viscosity_pa_s) +
               ", expected at least 'viscosity_pa_s', " + number_text(f.viscosity_pa_s) +

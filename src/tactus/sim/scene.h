@@ -277,6 +277,7 @@ struct LiquidDescription {
   double density_kg_m3 = 1060, viscosity_pa_s = 0.0035;
   LiquidViscosity viscosity = LiquidViscosity::newton;
   double zero_shear_viscosity_pa_s = 0.056, relaxation_s = 3.313, power_index = 0.3568;  ///< carreau: blood
+  double surface_tension_n_m = 0, contact_angle_deg = 90;
   double artificial_viscosity = 0.05;
   std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
   LiquidLooks looks = LiquidLooks::blood;

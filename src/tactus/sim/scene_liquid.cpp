@@ -36,6 +36,8 @@ LiquidSettings settings_of(const Scene& scene) {
                    .spacing_m = static_cast<float>(f.spacing_m),
                    .density_kg_m3 = static_cast<float>(f.density_kg_m3),
                    .viscosity_Pa_s = static_cast<float>(f.viscosity_pa_s),
+                   .surface_tension_N_m = static_cast<float>(f.surface_tension_n_m),
+                   .contact_angle_deg = static_cast<float>(f.contact_angle_deg),
                    .max_speed_m_s = static_cast<float>(liquid_speed_m_s(f, scene.gravity_m_s2)),
                    .artificial_viscosity = static_cast<float>(f.artificial_viscosity),
                    .box_m = to_box(f.box),

@@ -1,0 +1,159 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "tactus/fluid/liquid.h"
+#include "tactus/multi_device/device_set.h"
+
+namespace tactus {
+namespace {
+
+constexpr float kSpacing_m = 0.001F, kDensity = 1000, kTension_N_m = 0.07F, kRadius_m = 10 * kSpacing_m;
+
+class Drop : public ::testing::TestWithParam<LiquidSolver> {};
+INSTANTIATE_TEST_SUITE_P(Solvers, Drop, ::testing::Values(LiquidSolver::wcsph, LiquidSolver::dfsph));
+
+LiquidSettings settings_of(LiquidSolver solver) {
+  const float far = 4 * kRadius_m;
+  return {.solver = solver,
+          .spacing_m = kSpacing_m,
+          .density_kg_m3 = kDensity,
+          .viscosity_Pa_s = 0.001F,
+          .surface_tension_N_m = kTension_N_m,
+          .max_speed_m_s = 0.1F,
+          .box_m = {{-far, -far, -far}, {far, far, far}},
+          .max_particles = 6000};
+}
+
+/// Lattice points in a ball that is `stretch` times as long along z, and as much narrower as keeps its
+/// volume.
+std::vector<LiquidParticle> ball(float stretch) {
+  std::vector<LiquidParticle> particles;
+  const float r = kRadius_m, aside = 1 / std::sqrt(stretch);
+  for (LiquidParticle p : fill_box({{-r, -r, -r}, {r, r, r}}, kSpacing_m)) {
+    if (length(p.x_m) > r) continue;
+    p.x_m = {aside * p.x_m.x, aside * p.x_m.y, stretch * p.x_m.z};
+    particles.push_back(p);
+  }
+  return particles;
+}
+
+/// Of positions, 2 z^2 - x^2 - y^2.
+double longer(const std::vector<LiquidParticle>& particles) {
+  double sum = 0;
+  for (const LiquidParticle& p : particles) {
+    const Vec3d x = vec_cast<double>(p.x_m);
+    sum += 2 * x.z * x.z - x.x * x.x - x.y * x.y;
+  }
+  return sum / static_cast<double>(particles.size()) / double{kRadius_m * kRadius_m};
+}
+
+double kinetic_J(const std::vector<LiquidParticle>& particles, double particle_kg) {
+  double sum = 0;
+  for (const LiquidParticle& p : particles) sum += 0.5 * particle_kg * double{dot(p.v_m_s, p.v_m_s)};
+  return sum;
+}
+
+/// Mean pressure of what is deep in a drop [Pa], from the densities that the step found.
+double pressure_Pa(const Liquid& liquid) {
+  const std::vector<float> rho = liquid.densities_kg_m3();
+  const std::vector<LiquidParticle> particles = liquid.particles();
+  double sum = 0, inside = 0;
+  for (std::size_t i = 0; i < rho.size(); ++i) {
+    if (length(particles[i].x_m) > 0.6F * kRadius_m) continue;
+    sum += std::max(
+        0.0, double{liquid.constants().tait_Pa} * (std::pow(double{rho[i]} / double{kDensity}, 7) - 1));
+    ++inside;
+  }
+  return sum / inside;
+}
+
+/// A drop of radius 10 d that was 10 % too long swings with Lamb's period 2 pi (rho R^3 / (8 sigma))^(1/2),
+/// and the pressure in it is Laplace's 2 sigma / R. 10 %: curvatures are corrected to the first order in d /
+/// R = 0.1, of which the square is 1 %; normals of particles that have left the lattice differ by some 0.1 in
+/// the 26 neighbours that a curvature is found from, which leaves some percent. (Of dfsph, nobody knows
+/// pressures.) The drop neither freezes nor boils: it turns round three times, and moves less in the second
+/// period.
+TEST_P(Drop, SwingsAsLambSaysWithThePressureOfLaplace) {
+  DeviceSet set("cpu");
+  Liquid liquid(set, settings_of(GetParam()));
+  std::vector<LiquidParticle> particles = ball(1.1F);
+  liquid.place(particles);
+  const double R = std::cbrt(3 * static_cast<double>(particles.size()) / (4 * M_PI)) * double{kSpacing_m};
+  const double sigma = double{kTension_N_m};
+  const double period_s = 2 * M_PI * std::sqrt(double{kDensity} * R * R * R / (8 * sigma));
+  const float dt_s = liquid.largest_step_s();
+  const int steps = static_cast<int>(1.5 * period_s / double{dt_s}), every = std::max(1, steps / 320);
+  std::vector<double> crossings, samples_Pa;
+  double last = 1, most_J[2] = {};
+  for (int k = 0; k < steps; ++k) {
+    liquid.step({.dt_s = dt_s, .gravity_m_s2 = {}});
+    if (k % every != 0) continue;
+    particles = liquid.particles();
+    const double t = k / (2.0 / 3 * steps), now = longer(particles);  // in periods
+    if (now * last < 0) crossings.push_back(k * double{dt_s});
+    last = now;
+    double& most = most_J[t < 1 ? 0 : 1];
+    most = std::max(most, kinetic_J(particles, double{liquid.constants().mass_kg}));
+    if (t > 1) samples_Pa.push_back(pressure_Pa(liquid));
+  }
+  ASSERT_EQ(crossings.size(), 3U) << "a frozen drop doesn't turn round";
+  EXPECT_NEAR((crossings[2] - crossings[0]) / period_s, 1, 0.1);
+  EXPECT_LT(most_J[1], most_J[0]);
+  double pressure = 0;
+  for (const double p : samples_Pa) pressure += p / static_cast<double>(samples_Pa.size());
+  if (GetParam() == LiquidSolver::wcsph) {
+    EXPECT_NEAR(pressure / (2 * sigma / R), 1, 0.1);
+  }
+}
+
+/// How high the middle of a spherical cap is that meets the floor at this angle.
+double middle_of_cap_m(double volume_m3, double angle) {
+  const double c = std::cos(angle), R = std::cbrt(3 * volume_m3 / (M_PI * (2 + c) * (1 - c) * (1 - c))),
+               h = R * (1 - c);
+  return 3 * (2 * R - h) * (2 * R - h) / (4 * (3 * R - h)) - R * c;
+}
+
+/// Half a ball on a floor becomes the cap that has the contact angle, +-10 degrees; its middle rises with it.
+/// Without gravity, from a quarter of a second on, when viscosity has calmed it.
+TEST_P(Drop, MeetsAWallAtItsAngle) {
+  if (GetParam() == LiquidSolver::wcsph && std::getenv("TACTUS_LONG_TESTS") == nullptr)
+    GTEST_SKIP() << "the same forces as with dfsph, in three times as many steps: set TACTUS_LONG_TESTS=1";
+  for (const float angle_deg : {60.F, 120.F}) {
+    DeviceSet set("cpu");
+    LiquidSettings settings = settings_of(GetParam());
+    settings.box_m.min.y = 0;
+    settings.contact_angle_deg = angle_deg;
+    settings.viscosity_Pa_s = 0.02F;
+    Liquid liquid(set, settings);
+    std::vector<LiquidParticle> particles;
+    const float r = 7 * kSpacing_m;
+    for (const LiquidParticle& p : fill_box({{-r, 0, -r}, {r, r, r}}, kSpacing_m))
+      if (length(p.x_m) < r) particles.push_back(p);
+    liquid.place(particles);
+    const float dt_s = liquid.largest_step_s();
+    const int steps = static_cast<int>(0.5F / dt_s), from = steps / 2, every = 20;
+    double middle_m = 0, samples = 0;
+    for (int k = 0; k < steps; ++k) {
+      liquid.step({.dt_s = dt_s, .gravity_m_s2 = {}});
+      if (k < from || k % every != 0) continue;
+      particles = liquid.particles();
+      for (const LiquidParticle& p : particles)
+        middle_m += double{p.x_m.y} / static_cast<double>(particles.size());
+      ++samples;
+    }
+    const double volume_m3 = static_cast<double>(particles.size()) * std::pow(double{kSpacing_m}, 3);
+    double low = 0.1, high = 3.1;
+    for (int k = 0; k < 50; ++k) {
+      const double mid = 0.5 * (low + high);
+      (middle_of_cap_m(volume_m3, mid) < middle_m / samples ? low : high) = mid;
+    }
+    EXPECT_NEAR(low * 180 / M_PI, double{angle_deg}, 10);
+  }
+}
+
+}  // namespace
+}  // namespace tactus
