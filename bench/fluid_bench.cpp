@@ -118,8 +118,8 @@ nlohmann::json step_row(DeviceSet& devices, Index edge, LiquidSolver solver, dou
 nlohmann::json balance_row(DeviceSet& devices, Index edge, bool is_balanced) {
   Dam dam(devices, edge, LiquidSolver::dfsph, 4);
   const int batch = 20;
-  // A dam's tip runs at 2 sqrt(g h): three heights take 1.5 sqrt(h / g).
-  const double fall_s = 1.5 * std::sqrt(static_cast<double>(kSpacing_m) * edge / 9.81);
+  // A dam's tip runs at 2 sqrt(g h): three heights take 1.5 sqrt(h / g). Most follows in as long again.
+  const double fall_s = 3 * std::sqrt(static_cast<double>(kSpacing_m) * edge / 9.81);
   for (int i = 0; i < static_cast<int>(fall_s / dam.step_s()); i += batch) {
     check_stop();
     dam.steps(batch);

@@ -8,6 +8,7 @@
 
 #include "support/device_sets.h"
 #include "tactus/fluid/liquid.h"
+#include "tactus/multi_device/device_replay.h"
 
 namespace tactus {
 namespace {
@@ -16,7 +17,7 @@ constexpr Vec3f kGravity{0, -9.81F, 0};
 constexpr float kSpacing = 0.01F;
 
 /// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2.
-/// Some thin.
+/// Some thin, or have a surface tension.
 LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
   LiquidSettings s{.solver = solver,
                    .iterations = 3,
@@ -28,6 +29,7 @@ LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
                    .sinks_m = {{{0.45F, -1, 0}, {0.6F, 1, 1}}},
                    .least_particles = 1};
   if (solver == LiquidSolver::wcsph || axis == 2) s.carreau = Carreau{};
+  if (axis == 2) s.surface_tension_N_m = 0.06F;
   if (axis == 0) return s;
   std::swap(s.box_m.max.x, s.box_m.max.z);
   std::swap(s.emitters[0].position_m.x, s.emitters[0].position_m.z);
@@ -90,8 +92,12 @@ Splash splash(const std::string& devices, LiquidSolver solver, std::uint64_t see
   Splash made;
   made.most.resize(static_cast<std::size_t>(liquid.part_count()));
   const int steps = solver == LiquidSolver::dfsph ? 10 : 100;
+  DeviceReplay frame_steps;
   for (int frame = 0; frame < frames; ++frame) {
-    for (int i = 0; i < steps; ++i) liquid.step({.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
+    frame_steps.run(set, [&] {
+      for (int i = 0; i < steps; ++i)
+        liquid.step({.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity, .in_block = i});
+    });
     made.states.push_back(state_of(set, liquid));
     const std::vector<std::vector<Index>> layers = layers_of(set, liquid);
     for (std::size_t p = 0; p < layers.size() && layers.size() > 1; ++p)

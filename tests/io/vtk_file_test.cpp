@@ -1,5 +1,6 @@
 /// Strained lattices as VTK, read back as a viewer does.
 #include "tactus/io/vtk_file.h"
+#include "tactus/geom/lattice_cut.h"
 
 #include <gtest/gtest.h>
 
@@ -126,6 +127,24 @@ TEST(VtkFile, AStretchedBarIsReadBack) {
       EXPECT_NEAR(grid.of_cells.at("green_strain")[9 * c + k], k == 0 ? (s * s - 1) / 2 : 0, 1e-5);
     }
   }
+}
+
+/// Of a body that is cut, copies are shown with their nodes; neither what was cut nor room is.
+TEST(VtkFile, ACutBodyHasItsCopies) {
+  const CubeLattice lattice =
+      cut_lattice(lattice_from_box({0, 0, 0}, {3, 1, 1}, {.spacing_m = 0.01F}),
+                  [](Vec3i p, int axis) { return axis == 0 && p.x == 1; }, {.copies = 9, .nodes = 30});
+  std::vector<Vec3f> x = lattice.rest_positions_m();
+  const std::vector<Vec3f> v(x.size());
+  const ElasticMaterial m{};
+  const TempFolder folder;
+  const std::string path = folder.path + "/cut.vtk";
+  write_vtk(path, lattice, x, v, cube_strains(lattice, {}, {&m, 1}, {}, {}, x));
+  const Grid grid = read_grid(path);
+  EXPECT_EQ(grid.points.size(), 16U + 8U);
+  ASSERT_EQ(grid.cells.size(), 4U);
+  EXPECT_EQ(grid.of_cells.at("J").size(), 4U);
+  for (const std::vector<int>& cell : grid.cells) EXPECT_NEAR(orientation(grid, cell), 1e-6, 1e-11);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <numeric>
+#include <utility>
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
@@ -202,6 +203,72 @@ TEST(CutScene, SaysWhatItCanNotCut) {
   EXPECT_TRUE(has(refused, "cut.refused"));
   EXPECT_EQ(refused.state.parts, 1);
   EXPECT_GT(refused.state.copies, 0);
+}
+
+/// A blade goes through elements into shape matching: it cuts up to the interface, says so once, and the body
+/// goes on.
+TEST(CutScene, StopsAtTheInterface) {
+  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  scene.bodies[0].material.model = TissueModel::hybrid;
+  scene.bodies[0].ratio = RatioDescription{};
+  const Played played = play(scene, "cpu"), again = play(scene, "cpu:3");
+  EXPECT_EQ(played.state.parts, 1);
+  EXPECT_GT(played.state.copies, 0);
+  ASSERT_EQ(played.notices.size(), 1U);
+  EXPECT_EQ(played.notices[0].code, "cut.refused");
+  EXPECT_TRUE(played.probes == again.probes);
+}
+
+/// A grip holds a block, and its lower end is loaded. Once a blade has severed it, the grip holds the weight
+/// of what is left, and the load goes with the part that falls. What still swings is the tolerance, 1 %.
+TEST(CutScene, LoadsAndMovedNodesFollow) {
+  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  BodyDescription& body = scene.bodies[0];
+  body.fixed.clear();
+  body.material.damping = 0.7;
+  MovedRegion grip;
+  grip.name = "grip";
+  grip.where.box = {{-0.11, 0.06, -0.06}, {0.11, 0.11, 0.06}};
+  grip.path = {{0, {}, 0}};
+  body.moved = {grip};
+  LoadedRegion pull;
+  pull.name = "pull";
+  pull.where.box = {{-0.2, -0.11, -0.2}, {0.2, -0.09, 0.2}};
+  pull.force_n = {0, -5, 0};
+  body.loads = {pull};
+  DeviceSet devices("cpu", 3);
+  SyntheticOptions options;
+  options.figure = "sphere";
+  options.depth = options.truth = false;
+  SyntheticSource source(options);
+  Simulation simulation(devices, scene, source.rig(), {});
+  Vec3d before{}, after{}, force_N{};
+  for (int k = 0; k < 60; ++k) {
+    simulation.step(nullptr, 1.0 / 30);
+    before = std::exchange(after, simulation.monitors()[0].momentum_kg_m_s);
+    if (k >= 50) force_N += simulation.motion_forces_N()[0][0] / 10.0;
+  }
+  const SoftBody& block = *simulation.bodies()[0];
+  const std::vector<Vec3f> x_m = block.positions_m(simulation.context());
+  double upper_kg = 0, lower_kg = 0;
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    (x_m[i].y > 0.3F ? upper_kg : lower_kg) += double{block.shape().lattice.node_mass_kg[i]};
+  EXPECT_EQ(block.cut_state(simulation.context()).parts, 2);
+  EXPECT_NEAR(upper_kg + lower_kg, 4, 1e-5);
+  EXPECT_GT(lower_kg, 0.5);
+  EXPECT_NEAR(force_N.y, 9.81 * upper_kg, 0.01 * 9.81 * upper_kg);
+  EXPECT_NEAR(30 * (before - after).y, 9.81 * lower_kg + 5, 0.01 * (9.81 * lower_kg + 5));
+}
+
+/// A blade that jumps by 0.9 m in a frame cuts nothing, and says so.
+TEST(CutScene, DoesNotCutWhereABladeJumps) {
+  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  scene.blades[0].path[1].displacement_m = {9, 0, 0};
+  scene.blades[0].path[1].time_s = 0.4;
+  const Played played = play(scene, "cpu");
+  ASSERT_EQ(played.notices.size(), 1U);
+  EXPECT_EQ(played.notices[0].code, "cut.jump");
+  EXPECT_EQ(played.state.copies, 0);
 }
 
 TEST(CutScene, RefusesBladesAndBodiesByName) {

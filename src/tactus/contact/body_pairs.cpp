@@ -169,6 +169,25 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   ctx.parallel_for("contact/move pairs", nodes_.size(), MovePairs{t, s});
 }
 
+/// Patch by patch: where cuts put a patch's list is its own history.
+void BodyPairs::archive_last_nodes(ExecContext& ctx, StateArchive& a) {
+  std::vector<Vec3f> all = to_host(ctx, last_x_.const_view()), listed;
+  for (Index patch = 0; patch < patch_nodes_.count(); ++patch) {
+    const IndexRange range = patch_nodes_.range(patch);
+    listed.insert(listed.end(), all.begin() + range.begin, all.begin() + range.end);
+  }
+  a.values("last nodes of patches", listed);
+  if (!a.reads()) return;
+  auto next = listed.begin();
+  for (Index patch = 0; patch < patch_nodes_.count(); ++patch) {
+    const IndexRange range = patch_nodes_.range(patch);
+    std::copy_n(next, range.end - range.begin, all.begin() + range.begin);
+    next += range.end - range.begin;
+  }
+  ctx.upload(all, last_x_.view());
+  ctx.synchronize();
+}
+
 void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
   std::vector<PairContact> contact = to_host(ctx, contact_.const_view());
   std::vector<std::uint32_t> list = to_host(ctx, cube_list_.const_view()),
@@ -181,7 +200,7 @@ void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
   for (const auto* points : {&list, &next})
     for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
   a.buffer(ctx, "active groups", group_active_);
-  a.buffer(ctx, "last nodes of patches", last_x_);
+  archive_last_nodes(ctx, a);
   a.buffer(ctx, "motion against itself", self_motion_);
   a.buffer(ctx, "sleeping groups", group_sleep_);
   a.buffer(ctx, "sleeping points", point_sleep_);

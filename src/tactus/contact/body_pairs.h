@@ -47,6 +47,7 @@ class BodyPairs {
   View<const OwnerTotals> totals() const { return totals_.const_view(); }
 
  private:
+  void archive_last_nodes(ExecContext& ctx, StateArchive& a);
   void upload_changes(ExecContext& ctx, const SolidChange& change);
   PairTable table() const;
   PairState state();

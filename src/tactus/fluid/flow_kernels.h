@@ -127,16 +127,17 @@ struct SumWalls {
   }
 };
 
-/// Of one part. One block.
+/// Of one part, in kReports pieces: a block makes each.
 struct ReportLiquid {
   static constexpr int kThreads = 256;
+  static constexpr Index kReports = 32;
   View<const Index> count;
   View<const Vec3f> x_m, v_m_s;
   View<const float> density_kg_m3;
   View<const LiquidCounters> counters;
   View<const EmitterState> emitters;
   float max_speed_m_s, inverse_density;
-  View<LiquidReport> report;
+  View<LiquidReport> reports;  ///< (kReports)
   struct Shared {
     LiquidReport of[kThreads];
   };
@@ -144,7 +145,7 @@ struct ReportLiquid {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     b.for_each_thread([&](int t) {
       LiquidReport r;
-      for (Index i = t; i < count[0]; i += kThreads) {
+      for (Index i = b.index() * kThreads + t; i < count[0]; i += kReports * kThreads) {
         if (!(abs(x_m[i].x) < 1e9F)) continue;
         const float speed = length(v_m_s[i]);
         ++r.here;
@@ -157,13 +158,18 @@ struct ReportLiquid {
     b.on_one_thread([&] {
       LiquidReport r = s.of[0];
       for (int t = 1; t < kThreads; ++t) r.add(s.of[t]);
-      r.placed = counters[0].placed;
-      r.emitted = counters[0].emitted;
-      r.taken = counters[0].taken;
-      for (Index k = 0; k < emitters.size(); ++k)
-        r.waiting += static_cast<std::uint32_t>(emitters[k].waiting * emitters[k].points);
-      report[0] = r;
+      if (b.index() == 0) add_books(r);
+      reports[b.index()] = r;
     });
+  }
+
+ private:
+  TACTUS_HD void add_books(LiquidReport& r) const {
+    r.placed = counters[0].placed;
+    r.emitted = counters[0].emitted;
+    r.taken = counters[0].taken;
+    for (Index k = 0; k < emitters.size(); ++k)
+      r.waiting += static_cast<std::uint32_t>(emitters[k].waiting * emitters[k].points);
   }
 };
 

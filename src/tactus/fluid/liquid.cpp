@@ -37,8 +37,9 @@ StepTime of_part(StepTime time, const FrameOnDevices* frame, Index part) {
 
 int Liquid::part_count(const DeviceSet& devices, const LiquidSettings& settings) {
   if (!devices.reads_peers()) return 1;
+  const Index least_on_gpus = settings.solver == LiquidSolver::dfsph ? kLeastDfsph : kLeastWcsph;
   const Index least =
-      std::max(settings.least_particles.value_or(devices.is_cuda() ? kLeastParticles : 1), Index{1});
+      std::max(settings.least_particles.value_or(devices.is_cuda() ? least_on_gpus : 1), Index{1});
   return std::clamp(settings.max_particles / least, 1, std::min(devices.count(), kMostLiquidParts));
 }
 
@@ -351,11 +352,11 @@ void Liquid::end_frame() {
     ctx.parallel_for("fluid/wall sums", part.wall_totals.size(),
                      SumWalls{part.wall_sums.view(), part.wall_totals.view()});
     ctx.parallel_for(
-        "fluid/report", 1,
+        "fluid/report", ReportLiquid::kReports,
         ReportLiquid{part.count.const_view(), part.x_m.const_view(), part.v_m_s.const_view(),
                      part.density_kg_m3.const_view(), part.counters.const_view(),
                      part.number == 0 ? emitters_.const_view() : View<const EmitterState>{},
-                     settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, part.report.view()});
+                     settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, part.reports.view()});
     if (!split_.is_split()) return;
     ctx.fill_bytes(part.layers.view(), 0);
     ctx.parallel_for("fluid/count layers", part.given(),

@@ -51,7 +51,7 @@ struct LiquidSettings {
   std::vector<LiquidEmitter> emitters = {};
   std::vector<Box3f> sinks_m = {};
   Index other_walls = 0;  ///< owners of walls beside the faces of the box: kFaces, kFaces + 1, ..
-  /// That a device has room for at least; absent: Liquid::kLeastParticles on GPUs, none elsewhere.
+  /// That a device has room for at least; absent: Liquid::kLeast.. on GPUs, none elsewhere.
   std::optional<Index> least_particles = {};
 };
 
@@ -82,8 +82,9 @@ struct LiquidParticle {
 class Liquid {
  public:
   static constexpr Index kFaces = FindBoxWalls::kFaces;
-  /// On GPUs, a part has room for as many: of fewer, exchanging costs more than is won. See part_count.
-  static constexpr Index kLeastParticles = 250000;
+  /// On GPUs, a part has room for as many. To exchange costs a step on two H200 0.14 ms of WCSPH and 0.7 ms
+  /// of DFSPH, half of what 340,000 and 560,000 particles cost one. See part_count.
+  static constexpr Index kLeastWcsph = 200000, kLeastDfsph = 300000;
 
   /// Synchronizes. @throws Error naming the setting that is out of range.
   Liquid(DeviceSet& devices, const LiquidSettings& settings);

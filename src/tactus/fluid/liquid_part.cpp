@@ -28,7 +28,7 @@ LiquidPart::LiquidPart(Device& device, Index max_particles, float reach_m, Index
       wall_sums(device, std::int64_t{wall_owners} * WallSums::kCopies),
       wall_totals(device, wall_owners),
       counters(device, 1),
-      report(device, 1),
+      reports(device, ReportLiquid::kReports),
       own(device, 1),
       ghost_count(device, 1),
       shown_by(device, parts) {
@@ -54,7 +54,7 @@ LiquidShown LiquidPart::shown() {
           .slot_of = slot_of.const_view(),
           .own = own.const_view(),
           .wall_totals = wall_totals.const_view(),
-          .report = report.const_view()};
+          .reports = reports.const_view()};
 }
 
 }  // namespace tactus

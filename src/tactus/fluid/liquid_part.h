@@ -37,7 +37,7 @@ struct LiquidPart {
   Buffer<NearWall> walls;
   Buffer<WallSums> wall_sums, wall_totals;
   Buffer<LiquidCounters> counters;
-  Buffer<LiquidReport> report;
+  Buffer<LiquidReport> reports;
   Buffer<Box3f> sinks;
   // Of several parts:
   Buffer<Index> own, ghost_count;  ///< (1) each; ghosts: copies of what others have, in this step

@@ -23,7 +23,7 @@ struct LiquidShown {
   View<const Index> slot_of;  ///< per number of a particle, in the order of the search
   View<const Index> own;      ///< (1) particles that aren't copies
   View<const WallSums> wall_totals;
-  View<const LiquidReport> report;
+  View<const LiquidReport> reports;  ///< (ReportLiquid::kReports)
   TACTUS_HD Index& listed(Index part, Index k) const { return export_list[part * room + k]; }
   TACTUS_HD void show_to(Index part, Index i) const {
     const auto k =
@@ -207,7 +207,9 @@ struct MergeParts {
     impulse_N_s[owner] = total.value();
     if (owner != 0) return;
     LiquidReport all;
-    for (Index part = 0; part < shown.size(); ++part) all.add(shown[part].report[0]);
+    for (Index part = 0; part < shown.size(); ++part) {
+      for (Index k = 0; k < ReportLiquid::kReports; ++k) all.add(shown[part].reports[k]);
+    }
     report[0] = all;
   }
 };

@@ -35,6 +35,7 @@ class IndexLists {
     const IndexRange range = ranges_[at(list)];
     return std::span(values_).subspan(at(range.begin), at(range.end - range.begin));
   }
+  IndexRange range(Index list) const { return ranges_[at(list)]; }
   /// @throws Error when there is no room.
   void set(Index list, std::span<const Index> values) {
     const auto count = static_cast<Index>(values.size());

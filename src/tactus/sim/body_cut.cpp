@@ -122,7 +122,10 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
   sum.depth_m = std::max(sum.depth_m, report.depth_m);
   sum.is_refused = sum.is_refused || report.is_refused;
   sum.is_full = sum.is_full || report.is_full;
-  if (change.copies.empty()) return;
+  if (!change.copies.empty()) follow(ctx, change, told);
+}
+
+void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told) {
   tissue_.apply(change);
   surface_.apply(ctx, change);
   if (wound_spacing_m_ > 0) wounds_.update(cutter_->lattice(), cutter_->surface(), change, stroke_);

@@ -7,8 +7,6 @@
 namespace tactus {
 
 void SoftBody::archive(StateArchive& a) {
-  if (is_cuttable())
-    throw usage_error("body '" + name() + "' is 'cuttable': checkpoints do not hold what is cut yet");
   a.set_owner("body '" + name() + "'");
   tissue_.archive(a);
   points_.archive(a);
@@ -24,6 +22,58 @@ void SoftBody::archive(StateArchive& a) {
   a.check(watched_.fastest_node >= -1 && watched_.fastest_node < node_count(), "watch");
   tissue_.set_spin(motion_.spin_rad_s);
   if (at_rest_) tissue_.stop();
+}
+
+/// What was cut, before the state of what it made: lists and places follow the same cuts.
+void Simulation::archive_cuts(StateArchive& a) {
+  if (scene_.blades.empty()) return;
+  if (liquid_) throw usage_error("the scene has 'fluid' and 'blades': checkpoints do not hold both yet");
+  for (const BladeDescription& blade : scene_.blades)
+    if (blade.tracked)
+      throw usage_error("blade '" + blade.name +
+                        "' is tracked: checkpoints do not hold what is known of it yet");
+  a.set_owner("blades");
+  a.value("strips", cut_frame_);
+  archive_scores(a);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    SoftBody& body = *bodies_[k];
+    if (!body.is_cuttable()) continue;
+    body.archive_cuts(context(), a, [&](const TopologyChange& change, std::span<const PointChange> points) {
+      touching_.apply(static_cast<Index>(k), body.cutter(), change, points);
+    });
+    std::vector<Notice> told_before;
+    if (a.reads()) follow_cuts(k, told_before);
+  }
+}
+
+/// Of what blades did so far.
+void Simulation::archive_scores(StateArchive& a) {
+  constexpr Index kMostStrokes = 1 << 20;
+  auto count = static_cast<Index>(cuts_.size());
+  a.value("cuts", count);
+  a.check(count >= 0 && count <= kMostStrokes, "cuts");
+  cuts_.resize(static_cast<std::size_t>(count));
+  for (CutScore& score : cuts_) {
+    const auto place = [](const auto& all, auto&& is) {
+      return static_cast<Index>(std::find_if(all.begin(), all.end(), is) - all.begin());
+    };
+    Index blade = place(scene_.blades, [&](const BladeDescription& b) { return b.name == score.blade; });
+    Index body = place(bodies_, [&](const auto& b) { return b->name() == score.body; });
+    a.value("blade", blade);
+    a.value("body", body);
+    a.check(blade >= 0 && blade < static_cast<Index>(scene_.blades.size()), "blade");
+    a.check(body >= 0 && body < static_cast<Index>(bodies_.size()), "body");
+    score.blade = scene_.blades[static_cast<std::size_t>(blade)].name;
+    score.body = bodies_[static_cast<std::size_t>(body)]->name();
+    a.value("way", score.path_m);
+    a.value("depth", score.depth_m);
+    a.value("area", score.area_m2);
+    a.value("begin", score.begin_s);
+    a.value("end", score.end_s);
+    a.value("cubes", score.cut_cubes);
+    a.value("stroke", score.stroke);
+    a.check(score.stroke >= 0 && score.stroke < count, "stroke");
+  }
 }
 
 void Simulation::archive(StateArchive& a, const FrameSet* last) {
@@ -58,6 +108,7 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
     a.set_owner("real surface");
     world_.part(p).surface.archive(devices_.context(p), a);
   }
+  archive_cuts(a);
   for (auto& body : bodies_) body->archive(a);
   a.set_owner("bodies that touch");
   touching_.archive(a);

@@ -170,6 +170,9 @@ class Simulation {
   CutScore& stroke_of(const std::string& blade, const std::string& body, double from_s);
   static void add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
                       CutScore& score);
+  void follow_cuts(std::size_t body, std::vector<Notice>& notices);
+  void archive_cuts(StateArchive& a);
+  void archive_scores(StateArchive& a);
   static void add_contact(const BodyContact& contact, StepReport& report);
 
   DeviceSet& devices_;

@@ -4,6 +4,19 @@
 #include "tactus/sim/simulation.h"
 
 namespace tactus {
+namespace {
+
+/// A blade that jumps is a mistake, not a stroke [m].
+constexpr float kLongestStrip_m = 0.2F;
+
+float length_of(const cut::BladeStrip& strip) {
+  float longest_m = 0;
+  for (std::size_t k = 0; k < strip.begin_m.size(); ++k)
+    longest_m = std::max(longest_m, length(strip.end_m[k] - strip.begin_m[k]));
+  return longest_m;
+}
+
+}  // namespace
 
 void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
   if (scene_.blades.empty() || !(to_s > from_s)) return;
@@ -22,6 +35,14 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       const cut::BladeStrip strip =
           blade.tracked ? tracked_blades_.strip(b) : swept(blade, from_s, to_s, cut_frame_);
       if (strip.begin_m.empty()) continue;
+      if (const float way_m = length_of(strip); way_m > kLongestStrip_m) {
+        if (told_cuts_.insert(blade.name + "jumps").second)
+          report.notices.push_back({"cut.jump", Severity::warning,
+                                    "blade '" + blade.name + "' moves by " + std::to_string(way_m) +
+                                        " m in a frame, more than 0.2 m; it cuts nothing there",
+                                    "give its path more time, or frames less ('frame.dt_s')"});
+        continue;
+      }
       CutScore& score = stroke_of(blade.name, body->name(), from_s);
       body->begin_stroke(score.stroke);
       const cut::CutReport cut = body->cut(ctx, b, strip, touch);
@@ -42,18 +63,23 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
         cuts_.pop_back();
     }
     body->remember_nodes(ctx);
-    if (!has_changed) continue;
-    if (liquid_)
-      liquid_->follow_cut(*body, report.notices);
-    else
-      body->forget_wall_change();
-    for (Probe& probe : probes_) {
-      if (bodies_[probe.body] != body) continue;
-      body->follow_cut(probe.point);
-      probe.strain = strain_at_point(body->shape(), probe.point);
-    }
+    if (has_changed) follow_cuts(k, report.notices);
   }
   tracked_blades_.forget_strips();
+}
+
+/// What stands in a body, or flows round it.
+void Simulation::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
+  SoftBody& body = *bodies_[number];
+  if (liquid_)
+    liquid_->follow_cut(body, notices);
+  else
+    body.forget_wall_change();
+  for (Probe& probe : probes_) {
+    if (probe.body != number) continue;
+    body.follow_cut(probe.point);
+    probe.strain = strain_at_point(body.shape(), probe.point);
+  }
 }
 
 /// The last stroke of the blade in the body, or a new one, which is the last of all.

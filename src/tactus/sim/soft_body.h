@@ -119,6 +119,9 @@ class SoftBody {
   /// What is cut from now on counts to this stroke, 0, 1, .. of the body.
   void begin_stroke(Index stroke) { stroke_ = stroke; }
   const cut::BodyCutter& cutter() const { return *cutter_; }
+  /// Its cuts so far; what is read is done once more. Of a body that is cuttable, before archive().
+  /// Synchronizes. @throws Error when what is read is another body's.
+  void archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told);
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
@@ -178,6 +181,8 @@ class SoftBody {
   void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
   void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
                  const TellCut& told, cut::CutReport& sum);
+  void archive_trails(StateArchive& a);
+  void follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;

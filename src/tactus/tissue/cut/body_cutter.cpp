@@ -11,8 +11,14 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change) {
+  const bool is_refused = lattice_.mark(strip, x_m).refused;
+  CutReport report = cut_marked(change);
+  report.is_refused = is_refused;
+  return report;
+}
+
+CutReport BodyCutter::cut_marked(TopologyChange& change) {
   CutReport report;
-  report.is_refused = lattice_.mark(strip, x_m).refused;
   const auto stages = lattice_.splits([&](Index splits) { return surface_.has_room(splits); });
   report.is_full = lattice_.is_full();
   if (stages.empty()) return report;

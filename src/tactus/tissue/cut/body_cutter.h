@@ -27,6 +27,12 @@ class BodyCutter {
   /// @param x_m of all nodes now
   CutReport cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change);
 
+  /// In place of a strip. @throws Error.
+  CutReport cut(const LatticeCutter::Journal& journal, TopologyChange& change) {
+    lattice_.mark(journal);
+    return cut_marked(change);
+  }
+
   const LatticeCutter& lattice() const { return lattice_; }
   const CutSurface& surface() const { return surface_; }
   /// Pieces of the surface that hang together, with their volumes where the nodes are [m^3].
@@ -35,6 +41,7 @@ class BodyCutter {
   TriangleMesh mesh(std::span<const Vec3f> x_m) const;
 
  private:
+  CutReport cut_marked(TopologyChange& change);
   LatticeCutter lattice_;
   CutSurface surface_;
 };

@@ -4,7 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <tuple>
+
+#include "tactus/base/error.h"
 
 namespace tactus::cut {
 namespace {
@@ -172,21 +175,40 @@ double LatticeCutter::place(Index cube, int a, int b) const {
 
 LatticeCutter::Marked LatticeCutter::mark(const BladeStrip& strip, std::span<const Vec3f> x_m) {
   Marked marked;
+  Journal journal;
   const Box3f box = strip.box_m();
   const auto triangles = strip.triangles();
   const auto look = [&](Index cube) {
     const auto& nodes = lattice_.cube_nodes[at(cube)];
     Box3f own{x_m[at(nodes[0])], x_m[at(nodes[0])]};
     for (const Index node : nodes) own = {min(own.min, x_m[at(node)]), max(own.max, x_m[at(node)])};
-    if (overlap(own, box)) mark_cube(cube, triangles, x_m, marked);
+    if (overlap(own, box)) mark_cube(cube, triangles, x_m, marked, journal);
   };
   for (Index c = 0; c < next_copy_; ++c)
     if (lattice_.cube_fill[at(c)] > 0) look(c);
+  dirty_.insert(dirty_.end(), journal.cubes.begin(), journal.cubes.end());
+  if (!journal.edges.empty()) journals_.push_back(std::move(journal));
   return marked;
 }
 
+void LatticeCutter::mark(const Journal& journal) {
+  for (const Journal::Edge& edge : journal.edges) {
+    if (edge.low < 0 || edge.low >= edge.high || edge.high >= next_node_ ||
+        !(edge.place > 0 && edge.place < 1))
+      throw Error("cut: an edge from node " + std::to_string(edge.low) + " to " + std::to_string(edge.high) +
+                  " at " + std::to_string(edge.place) + ", the body has " + std::to_string(next_node_));
+    cuts_.try_emplace(key(edge.low, edge.high), edge.place);
+  }
+  for (const Index cube : journal.cubes) {
+    if (cube < 0 || cube >= next_copy_)
+      throw Error("cut: cube " + std::to_string(cube) + ", the body has " + std::to_string(next_copy_));
+    dirty_.push_back(cube);
+  }
+  journals_.push_back(journal);
+}
+
 void LatticeCutter::mark_cube(Index cube, const std::vector<std::array<NamedPoint, 3>>& strip,
-                              std::span<const Vec3f> x_m, Marked& marked) {
+                              std::span<const Vec3f> x_m, Marked& marked, Journal& journal) {
   const auto& nodes = lattice_.cube_nodes[at(cube)];
   const std::uint8_t own = corners(cube);
   bool is_new = false;
@@ -206,11 +228,12 @@ void LatticeCutter::mark_cube(Index cube, const std::vector<std::array<NamedPoin
       is_new = is_new || is_material;
       const auto place = static_cast<float>(std::clamp(t, kFromNode, 1 - kFromNode));
       const bool added = cuts_.try_emplace(key(low, high), place).second;
+      if (added) journal.edges.push_back({low, high, place});
       if (pair < 12 && added) ++marked.edges;
       break;
     }
   }
-  if (is_new) dirty_.push_back(cube);
+  if (is_new) journal.cubes.push_back(cube);
 }
 
 std::vector<std::uint8_t> LatticeCutter::components(Index cube) const {

@@ -53,6 +53,20 @@ class LatticeCutter {
   };
   /// Notes which edges the strip crosses. @param x_m of all nodes now
   Marked mark(const BladeStrip& strip, std::span<const Vec3f> x_m);
+  /// Which edges a strip cut, between nodes low < high, and cubes that have one of them. A body that takes
+  /// over all journals of another, one by one, is cut as that is.
+  struct Journal {
+    struct Edge {
+      Index low = 0, high = 0;
+      float place = 0;  ///< share of the way from low to high
+    };
+    std::vector<Edge> edges;
+    std::vector<Index> cubes;
+  };
+  /// Of all mark()s that cut something.
+  const std::vector<Journal>& journals() const { return journals_; }
+  /// In place of mark() with a strip. @throws Error naming an id that is out of range.
+  void mark(const Journal& journal);
   /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
   /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
   /// @param has_room whether others have room for so many copies; none: they have
@@ -82,7 +96,7 @@ class LatticeCutter {
   static std::uint64_t key(Index a, Index b);
   bool is_cut(Index cube, int a, int b) const;
   void mark_cube(Index cube, const std::vector<std::array<NamedPoint, 3>>& strip, std::span<const Vec3f> x_m,
-                 Marked& marked);
+                 Marked& marked, Journal& journal);
   std::vector<std::uint8_t> components(Index cube) const;
   std::uint8_t extended(Index cube, std::uint8_t low, std::uint8_t high) const;
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
@@ -111,7 +125,8 @@ class LatticeCutter {
   std::unordered_map<Index, std::vector<Index>> live_;  ///< of regular cubes that were cut
   std::unordered_map<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
   std::vector<Index> dirty_;                       ///< cubes with new cuts
-  std::vector<Vec3i> affected_;                    ///< corners round the cubes of the last splits()
+  std::vector<Journal> journals_;
+  std::vector<Vec3i> affected_;  ///< corners round the cubes of the last splits()
   Index next_copy_, next_node_;
   bool is_full_ = false;
 };

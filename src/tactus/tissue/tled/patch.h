@@ -4,6 +4,7 @@
 #include <span>
 
 #include "tactus/compute/exec_context.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/tissue/tled/patch_kernels.h"
 
 namespace tactus::tled {
@@ -33,6 +34,9 @@ class Patch {
   View<const CopyCells> corners() const { return corners_.const_view(); }
   /// Of substep k, before and after.
   View<float> history() { return history_Pa_[0].view(); }  ///< between frames
+  void archive(ExecContext& ctx, StateArchive& a) {
+    a.buffer(ctx, "stresses that relax of copies", history_Pa_[0]);
+  }
   View<const float> history_before(int k) const { return history_Pa_[at(k)].const_view(); }
   View<float> history_after(int k) { return history_Pa_[at(k + 1)].view(); }
 

@@ -100,10 +100,11 @@ class Tled {
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
 
-  /// What it keeps from frame to frame, of a body that is not cut: stresses that relax. In this device's
-  /// layout.
+  /// What it keeps from frame to frame: stresses that relax. In this device's layout.
   void archive(ExecContext& ctx, StateArchive& a) {
-    if (relaxes()) a.buffer(ctx, "stresses that relax", history_Pa_[0]);
+    if (!relaxes()) return;
+    a.buffer(ctx, "stresses that relax", history_Pa_[0]);
+    if (patch_.has_room()) patch_.archive(ctx, a);
   }
 
   /// Replaces cubes by copies, between frames. What is recorded stays valid. Asynchronous.

@@ -1,0 +1,88 @@
+// Cuts of a body, for runs that go on from a checkpoint.
+#include <algorithm>
+
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+namespace {
+
+using Journal = cut::LatticeCutter::Journal;
+
+/// Nothing in a file decides how much memory is taken: more than these no body has.
+constexpr Index kMostJournals = 1 << 20, kMostTrailPoints = 1 << 16, kMostTrails = 1 << 10;
+
+Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
+
+template <class T>
+void archive_list(StateArchive& a, const char* name, std::vector<T>& list, Index most) {
+  Index count = size_of(list);
+  a.value("how many", count);
+  a.check(count >= 0 && count <= most, name);
+  list.resize(static_cast<std::size_t>(count));
+  a.values(name, list);
+}
+
+}  // namespace
+
+void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told) {
+  a.set_owner("cuts of body '" + name() + "'");
+  std::vector<Index> edges_of, cubes_of, cubes;
+  std::vector<Journal::Edge> edges;
+  for (const Journal& journal : cutter_->lattice().journals()) {
+    edges_of.push_back(size_of(journal.edges));
+    cubes_of.push_back(size_of(journal.cubes));
+    edges.insert(edges.end(), journal.edges.begin(), journal.edges.end());
+    cubes.insert(cubes.end(), journal.cubes.begin(), journal.cubes.end());
+  }
+  // A cube has 19 edges and diagonals, each cut once; it is listed with each of them at most.
+  const Index most = 19 * shape_.lattice.cube_count();
+  archive_list(a, "edges of strips", edges_of, kMostJournals);
+  archive_list(a, "cubes of strips", cubes_of, size_of(edges_of));
+  archive_list(a, "edges that are cut", edges, most);
+  archive_list(a, "cubes with cut edges", cubes, 8 * most);
+  a.check(edges_of.size() == cubes_of.size(), "cubes of strips");
+  a.values("nodes when blades cut last", last_x_m_);
+  archive_trails(a);
+  if (!a.reads()) return;
+  auto edge = edges.begin();
+  auto cube = cubes.begin();
+  for (std::size_t k = 0; k < edges_of.size(); ++k) {
+    a.check(edges_of[k] >= 0 && edges_of[k] <= edges.end() - edge, "edges of strips");
+    a.check(cubes_of[k] >= 0 && cubes_of[k] <= cubes.end() - cube, "cubes of strips");
+    const Journal journal{{edge, edge + edges_of[k]}, {cube, cube + cubes_of[k]}};
+    edge += edges_of[k];
+    cube += cubes_of[k];
+    TopologyChange change;
+    cutter_->cut(journal, change);
+    const std::vector<Vec3f> last_x_m = last_x_m_;
+    if (!change.copies.empty()) follow(ctx, change, told);
+    last_x_m_ = last_x_m;
+  }
+}
+
+void SoftBody::archive_trails(StateArchive& a) {
+  Index count = size_of(trails_);
+  a.value("trails of blades", count);
+  a.check(count >= 0 && count <= kMostTrails, "trails of blades");
+  std::vector<std::pair<std::size_t, Trail>> trails(trails_.begin(), trails_.end());
+  trails.resize(static_cast<std::size_t>(count));
+  for (auto& [blade, trail] : trails) {
+    std::uint64_t number = blade;
+    a.value("blade", number);
+    blade = static_cast<std::size_t>(number);
+    a.value("last strip", trail.frame);
+    archive_list(a, "edge before the last", trail.older_m, kMostTrailPoints);
+    archive_list(a, "last edge", trail.last_m, kMostTrailPoints);
+    archive_list(a, "parts of the edge", trail.parts, kMostTrailPoints);
+    Index points = 1;
+    for (const int part : trail.parts) {
+      a.check(part >= 1 && part <= 200, "parts of the edge");
+      points += part;
+    }
+    a.check(size_of(trail.last_m) == points && (trail.older_m.empty() || size_of(trail.older_m) == points),
+            "last edge");
+  }
+  trails_ = {trails.begin(), trails.end()};
+}
+
+}  // namespace tactus
