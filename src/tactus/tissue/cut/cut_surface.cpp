@@ -157,6 +157,17 @@ Index CutSurface::leaf(Index cube, Vec3d p) const {
   return cube;
 }
 
+Vec3d CutSurface::outward(Vec3d p) const {
+  constexpr double kStep = 0.01;  // spacings: distances are floats
+  Vec3d way{};
+  for (int a = 0; a < 3; ++a) {
+    Vec3d step{};
+    step[a] = kStep;
+    way[a] = depth(p - step) - depth(p + step);
+  }
+  return normalized(way, Vec3d{0, 1, 0});
+}
+
 void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s) {
   const CubeLattice& lattice = cutter.lattice();
   for (const CubeSplit& split : stage) {

@@ -79,6 +79,10 @@ class CutSurface {
   /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
   /// rest [spacings].
   double take_depth() { return std::exchange(deepest_, 0.0); }
+  /// How deep a point lies below the original surface, at rest [spacings].
+  double depth(Vec3d p) const { return static_cast<double>(solid_->distance_m(vec_cast<float>(p))); }
+  /// The way out of the original surface from a point in it; unit.
+  Vec3d outward(Vec3d p) const;
   /// Vertices of each triangle; all the same: it is not in use.
   const std::vector<std::array<Index, 3>>& triangles() const { return vertices_of_; }
   embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
