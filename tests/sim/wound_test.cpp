@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
@@ -19,8 +20,8 @@ class Wounds : public ::testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(Wounds);
 
-/// Liquid stands on a slab that is held at both ends and fills its box. Two blades cut a plug out of it, which
-/// nothing holds up: walls that touch would close on particles, which have no room there.
+/// Liquid stands on a slab that is held at both ends and fills its box. Two blades cut a plug out of it,
+/// which nothing holds up: walls that touch would close on particles, which have no room there.
 constexpr const char* kPlug = R"(
 source: {kind: synthetic, figure: sphere, depth_cameras: 0}
 reconstruction: {resolution: 16}
@@ -127,6 +128,146 @@ fluid:
   }
   EXPECT_EQ(simulation.bodies()[0]->cut_state(simulation.context()).parts, 2);
   EXPECT_LT(simulation.monitors().at(0).momentum_kg_m_s.y, -0.1 * all) << "it was hit";
+}
+
+/// The slab, without the liquid on it, bleeds. @param more of the body, into its mapping
+Scene bleeding_slab(const std::string& more) {
+  std::string text = kPlug;
+  const auto replace = [&](const std::string& what, const std::string& with) {
+    const std::size_t place = text.find(what);
+    EXPECT_NE(place, std::string::npos) << what;
+    text.replace(place, what.size(), with);
+  };
+  replace("    cut_room: 400\n", "    cut_room: 400\n" + more + "\n");
+  replace("  blocks: [{min_m: [-0.1, 0.525, 0.56], max_m: [0.1, 0.555, 0.64]}]\n", "");
+  return parse_scene(text, "scenes/x.yaml");
+}
+
+struct Bled {
+  std::vector<Vec3f> liquid_m;
+  std::vector<Vec3f> first_m;  ///< where each particle was seen first
+  std::vector<CutScore> cuts;
+  LiquidReport liquid;
+  double expected_m3 = 0;  ///< rate x area x time
+};
+
+Bled bleed(const Scene& scene, const std::string& devices_text, int frames, double rate_m_s,
+           double dt_s = 1.0 / 30) {
+  DeviceSet devices(devices_text, 5);
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  Bled bled;
+  for (int k = 0; k < frames; ++k) {
+    // What was cut until now bleeds in the coming frame, on both sides.
+    if (k > 0)
+      for (const CutScore& cut : bled.cuts) bled.expected_m3 += 2 * rate_m_s * cut.area_m2 * dt_s;
+    bled.liquid = simulation.step(nullptr, dt_s).liquid;
+    bled.cuts = simulation.cuts();
+    for (const LiquidParticle& p : simulation.liquid()->liquid().particles()) {
+      if (p.id < static_cast<Index>(bled.first_m.size())) continue;
+      bled.first_m.resize(static_cast<std::size_t>(p.id) + 1);
+      bled.first_m.back() = p.x_m;
+    }
+  }
+  bled.liquid_m = simulation.snapshot().liquid_m;
+  return bled;
+}
+
+constexpr double kParticle_m3 = 1e-6;  // of 1 cm
+
+/// Two strokes make wounds that gape, as the plug between them falls. What is due is rate times area times
+/// time: to rounding of floats, 1e-4 with as many sums. Of that, all that is a whole particle came out, but
+/// for what came due while all places were taken: at most 1 % and one particle per stroke.
+TEST_P(Wounds, BleedByRateAreaAndTime) {
+  const Scene scene = bleeding_slab("    bleeding: {rate_m_s: 0.02}");
+  static const Bled on_cpu = bleed(scene, "cpu", 20, 0.02);
+  const Bled got = bleed(scene, GetParam(), 20, 0.02);
+  EXPECT_TRUE(got.liquid_m == on_cpu.liquid_m) << "the same bits";
+  ASSERT_EQ(got.cuts.size(), 2U);
+  double due_m3 = 0, bled_m3 = 0;
+  for (const CutScore& cut : got.cuts) {
+    EXPECT_NEAR(cut.area_m2, 0.04 * 0.08, 1e-3 * 0.04 * 0.08);
+    due_m3 += cut.due_m3;
+    bled_m3 += cut.bled_m3;
+    EXPECT_LE(cut.bled_m3, cut.due_m3 * (1 + 1e-9));
+    EXPECT_GT(cut.bled_m3, 0.99 * cut.due_m3 - kParticle_m3);
+  }
+  EXPECT_NEAR(due_m3, got.expected_m3, 1e-4 * got.expected_m3);
+  EXPECT_NEAR(bled_m3, kParticle_m3 * got.liquid.emitted, 1e-3 * kParticle_m3);
+  EXPECT_EQ(got.liquid.emitted, static_cast<std::uint32_t>(got.liquid.here) + got.liquid.taken);
+}
+
+/// Half of each wall bleeds, and less and less: over t, T (1 - e^(-t/T)) instead of t. Each piece began
+/// within the 0.1 s that the stroke took, in steps of frames: that mean is known to a frame, 0.033 of 0.47 s.
+TEST(WoundScene, ARegionHasAFactorAndBleedingFades) {
+  const Scene half = bleeding_slab(
+      "    bleeding: {rate_m_s: 0.02, fading_s: 0.3}\n"
+      "    regions: [{kind: half_space, frame: world, point_m: [0, 0, 0.6], normal: [0, 0, 1], bleeding: "
+      "0}]");
+  const Bled got = bleed(half, "cpu", 20, 0.02);
+  ASSERT_EQ(got.cuts.size(), 2U);
+  for (const CutScore& cut : got.cuts) {
+    const double t_s = 20.0 / 30 - 0.5 * (cut.begin_s + cut.end_s) - 0.5 / 30;
+    const auto faded = [](double t) { return 0.3 * (1 - std::exp(-t / 0.3)); };
+    EXPECT_GT(cut.due_m3, 0.02 * cut.area_m2 * faded(t_s - 0.034));
+    EXPECT_LT(cut.due_m3, 0.02 * cut.area_m2 * faded(t_s + 0.034));
+  }
+}
+
+/// A cut in a block that nothing opens bleeds at its rim alone: half a spacing, 5 mm, above the skin, beside
+/// the cut. What comes from below has no room and waits. Until a particle is seen first, at the end of a
+/// frame of 4 ms, those that came beside it push it aside by less than half a spacing.
+TEST(WoundScene, AShutCutBleedsAtItsRim) {
+  const Scene scene = parse_scene(R"(
+source: {kind: synthetic, figure: sphere, depth_cameras: 0}
+reconstruction: {resolution: 16}
+gravity_m_s2: [0, 0, 0]
+bodies:
+  - name: block
+    cuttable: true
+    bleeding: {rate_m_s: 0.02}
+    shape: {kind: box, size_m: [0.12, 0.12, 0.12]}
+    placement: {position_m: [0, 0.3, 0.6]}
+    spacing_m: 0.02
+    material: {model: tled, young_modulus_pa: 20000, density_kg_m3: 1000, damping: 0.1}
+    fixed: [{kind: half_space, point_m: [0, -0.05, 0], normal: [0, 1, 0]}]
+blades:
+  - {name: slicer, from_m: [0.002, 0.4, 0.56], to_m: [0.002, 0.4, 0.64], path: [{time_s: 0.01}, {time_s: 0.06, displacement_m: [0, -0.09, 0]}]}
+fluid:
+  spacing_m: 0.01
+  box: {min_m: [-0.3, 0, 0.3], max_m: [0.3, 1, 0.9]}
+  max_speed_m_s: 2
+)",
+                                  "scenes/x.yaml");
+  const Bled got = bleed(scene, "cpu", 120, 0.02, 1.0 / 240);
+  ASSERT_EQ(got.cuts.size(), 1U);
+  EXPECT_NEAR(got.cuts[0].due_m3, got.expected_m3, 1e-4 * got.expected_m3);
+  EXPECT_GT(got.liquid.emitted, 4U);
+  EXPECT_GT(got.cuts[0].due_m3 - got.cuts[0].bled_m3, kParticle_m3) << "some of it has no room";
+  for (const Vec3f& x : got.first_m) {
+    EXPECT_GT(x.y, 0.36F);
+    EXPECT_LT(std::abs(x.x - 0.002F), 0.01F);
+    EXPECT_LT(std::abs(x.z - 0.6F), 0.04F + 0.01F);
+  }
+}
+
+TEST(WoundScene, RefusesBleedingByName) {
+  const auto error_of = [](const std::string& what, const std::string& instead) {
+    std::string text = kPlug;
+    text.replace(text.find(what), what.size(), instead);
+    return test::message_of([&] { parse_scene(text, "scenes/x.yaml"); }, ErrorKind::usage);
+  };
+  const std::string key = "    cuttable: true\n    cut_room: 400\n";
+  const auto expect = [&](const std::string& instead, const char* part) {
+    const std::string message = error_of(key, instead);
+    EXPECT_NE(message.find(part), std::string::npos) << "[" << message << "] " << part;
+  };
+  expect("    bleeding: {rate_m_s: 0.01}\n", "'cuttable' is true");
+  expect(key + "    bleeding: {}\n", "rate_m_s");
+  expect(key + "    bleeding: {rate_m_s: 0}\n", "> 0");
+  expect(key + "    bleeding: {rate_m_s: 0.01, fading_s: -1}\n", "fading_s");
+  expect(key + "    bleeding: {rate_m_s: 0.01, fade_s: 1}\n", "fading_s");
+  expect(key + "    bleeding: {rate_m_s: 0.01}\n    contact: false\n", "contact: true");
+  expect(key + "    regions: [{kind: sphere, radius_m: 0.1, bleeding: 2}]\n", "no 'bleeding' with a rate");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The paper's pictures (Shao et al. 2019, figures 14 to 17), made here.
+// The paper's pictures (Shao et al. 2019, figures 14 to 19), made here.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -314,9 +314,23 @@ ColorImage figure17(DeviceSet& devices) {
   return sheet.image();
 }
 
+ColorImage figure18(DeviceSet& devices) {
+  ContactSheet sheet("A real scalpel cuts a soft liver", 3, 3, 480);
+  add_moments(sheet, devices, "fig18-scalpel", {6, 18, 48}, "held at one end");
+  return sheet.image();
+}
+
+ColorImage figure19(DeviceSet& devices) {
+  ContactSheet sheet("A real scalpel cuts a soft liver, which bleeds", 3, 3, 480);
+  add_moments(sheet, devices, "fig19-bleeding", {6, 24, 60}, "held at one end");
+  return sheet.image();
+}
+
 ColorImage figure(const std::string& which, DeviceSet& devices) {
   if (which == "fig14") return figure14(devices);
   if (which == "fig15") return figure15(devices);
+  if (which == "fig18") return figure18(devices);
+  if (which == "fig19") return figure19(devices);
   return which == "fig16" ? figure16(devices) : figure17(devices);
 }
 
@@ -328,13 +342,13 @@ void add_paper_command(CLI::App& app) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("paper", "Make a figure of the paper");
-  command->add_option("which", options->which, "fig14, fig15, fig16 or fig17")->required();
+  command->add_option("which", options->which, "fig14, fig15, fig16, fig17, fig18 or fig19")->required();
   add_output(*command, "--out", options->path, "picture to write (.png)")->required();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->footer("Example:\n  tactus paper fig15 --out fig15.png");
   command->callback([options] {
-    static const std::string kKnown[] = {"fig14", "fig15", "fig16", "fig17"};
+    static const std::string kKnown[] = {"fig14", "fig15", "fig16", "fig17", "fig18", "fig19"};
     if (std::find(std::begin(kKnown), std::end(kKnown), options->which) == std::end(kKnown))
       throw usage_error("'" + options->which + "' is no figure" + suggestion(options->which, kKnown));
     output_is_writable(options->path);

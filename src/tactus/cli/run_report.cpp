@@ -176,7 +176,9 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
                             {"area_m2", c.area_m2},
                             {"begin_s", c.begin_s},
                             {"end_s", c.end_s},
-                            {"cut_cubes", c.cut_cubes}});
+                            {"cut_cubes", c.cut_cubes},
+                            {"blood_ml", 1e6 * c.bled_m3},
+                            {"waiting_ml", 1e6 * (c.due_m3 - c.bled_m3)}});
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
   json["contacts"] = contacts_json(summary.contacts);

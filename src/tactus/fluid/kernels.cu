@@ -4,6 +4,7 @@
 #include "tactus/fluid/split_kernels.h"
 #include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
+#include "tactus/fluid/wound_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity, tactus::ListUse::write>);
@@ -26,6 +27,12 @@ TACTUS_CUDA_KERNEL(tactus::PlanLayers);
 TACTUS_CUDA_KERNEL(tactus::EmitLayers);
 TACTUS_CUDA_KERNEL(tactus::SumWalls);
 TACTUS_CUDA_KERNEL(tactus::ReportLiquid);
+TACTUS_CUDA_KERNEL(tactus::TryWounds);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindLiquidRound>);
+TACTUS_CUDA_KERNEL(tactus::JudgePlaces);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::BeatPlaces>);
+TACTUS_CUDA_KERNEL(tactus::PlanWounds);
+TACTUS_CUDA_KERNEL(tactus::BleedWounds);
 TACTUS_CUDA_KERNEL(tactus::ListLeavers);
 TACTUS_CUDA_KERNEL(tactus::ListGhosts);
 TACTUS_CUDA_KERNEL(tactus::PlanImport);

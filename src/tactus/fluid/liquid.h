@@ -7,6 +7,7 @@
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/liquid_split.h"
 #include "tactus/fluid/wcsph_kernels.h"
+#include "tactus/fluid/wound_kernels.h"
 #include "tactus/frame/frame_on_devices.h"
 #include "tactus/frame/state_archive.h"
 
@@ -107,6 +108,18 @@ class Liquid {
   /// Of a part: its particles, and copies of others' that are near. What copies do to walls is nothing.
   const NeighbourSearch& search(int part = 0) const { return parts_[at(part)].search; }
   NearWalls near_walls(int part = 0) { return parts_[at(part)].near_walls(); }
+  /// Of a liquid in one part, for those who bring particles between two steps.
+  LiquidArrivals arrivals() {
+    LiquidPart& part = parts_[0];
+    return {part.counters.view(), part.count.view(), part.x_m.view(),        part.v_m_s.view(),
+            part.id.view(),       part.push.view(),  settings_.max_particles};
+  }
+  /// The walls of the box, of others than the liquid's particles; the first that `near` gets.
+  void find_box_walls(ExecContext& ctx, const NeighbourSearch& places, const NearWalls& near) const {
+    ctx.parallel_for("fluid/walls", places.placed(),
+                     FindBoxWalls{places.cells().particles, settings_.box_m, settings_.open_faces,
+                                  constants_.kernel.reach_m(), near});
+  }
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view(), on the first device.
   void end_frame();
 

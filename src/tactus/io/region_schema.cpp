@@ -107,6 +107,8 @@ void describe_painted(FieldVisitor& v, PaintedRegion& r) {
   v.real_or_auto({"poisson_ratio", "nu of the elements here"}, r.poisson_ratio, kPoisson, "the body's");
   v.real_or_auto({"density_kg_m3", "mass per volume here"}, r.density_kg_m3, positive("kg/m^3", 30000),
                  "the body's");
+  v.real_or_auto({"bleeding", "factor of the body's `bleeding` where this is cut; a vessel more, fat less"},
+                 r.bleeding, {"", 0, 1000}, "1");
 }
 
 void describe_moved(FieldVisitor& v, MovedRegion& m) {

@@ -179,6 +179,13 @@ void describe_ratio(FieldVisitor& v, RatioDescription& r) {
   v.check(r.tled + r.flsm > 0, "tled", "'tled' and 'flsm' are both 0, expected shares such as 6 and 4");
 }
 
+void describe_bleeding(FieldVisitor& v, BleedingDescription& b) {
+  v.real({"rate_m_s", "volume per time and area of a fresh wound: 1 ml / (s cm^2) is 0.01 m/s", kRequired},
+         b.rate_m_s, positive("m/s", 1));
+  v.real_or_auto({"fading_s", "the rate falls as exp(-t / fading_s) from when the wound was cut"}, b.fading_s,
+                 positive("s", 1e6), "never");
+}
+
 void describe_body(FieldVisitor& v, BodyDescription& b) {
   describe_name(v, {"name", "unique name, used in results and probes", kRequired}, b.name);
   v.section({"shape", "outline of the body", kRequired},
@@ -206,7 +213,12 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             b.cuttable);
   v.integer_or_auto({"cut_room", "copies of cubes that cuts may make, two or more per cube that is cut"},
                     b.cut_room, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
-  v.only_when(b.cuttable, "cut_room", "'cuttable' is true");
+  v.section({"bleeding", "the walls of cuts give off `fluid`, where there is room for a particle of it"},
+            [&](FieldVisitor& in) { describe_bleeding(in, b.bleeding.emplace()); });
+  for (const char* key : {"cut_room", "bleeding"}) v.only_when(b.cuttable, key, "'cuttable' is true");
+  v.check(
+      !b.bleeding || b.contact, "bleeding",
+      "the body bleeds, but has 'contact: false': the liquid would run through it; expected 'contact: true'");
   v.check(
       !b.cuttable || b.material.model != TissueModel::flsm, "cuttable",
       "'cuttable' is true, but the body has no elements: only those are cut; set 'material.model' to tled or "
@@ -215,6 +227,9 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
           "'cuttable' is true, but a shape with 'fill: winding' bounds no solid that could be closed again");
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
          appender(b.regions, describe_painted));
+  v.check(b.bleeding || std::none_of(b.regions.begin(), b.regions.end(),
+                                     [](const PaintedRegion& r) { return r.bleeding.has_value(); }),
+          "regions", "a region has a factor 'bleeding', but the body has no 'bleeding' with a rate");
   v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_fixed));
   v.list({"moved", "regions whose lattice nodes follow a given motion; contact doesn't move them"},
          appender(b.moved, describe_moved));
@@ -423,6 +438,9 @@ void check_blades(FieldVisitor& v, const Scene& scene) {
           "there are 'blades', but no body has 'cuttable: true'");
   v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
           "'vtk_every' is for scenes without 'cuttable' bodies");
+  for (const BodyDescription& body : scene.bodies)
+    v.check(!body.bleeding || scene.fluid, "bodies",
+            "body '" + body.name + "' has 'bleeding', but the scene has no 'fluid' that says what flows");
 }
 
 }  // namespace

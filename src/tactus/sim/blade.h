@@ -14,7 +14,10 @@ std::vector<Vec3f> blade_edge_m(const BladeDescription& blade, double time_s);
 /// What a blade's edge swept from one time to another; no points outside of its keyframes.
 cut::BladeStrip swept(const BladeDescription& blade, double from_s, double to_s, int frame);
 
-/// What a blade did to a body so far.
+/// A blade that didn't cut a body for so long begins a new stroke.
+inline constexpr double kStrokePause_s = 0.2;
+
+/// What a stroke of a blade did to a body so far.
 struct CutScore {
   std::string blade, body;
   double path_m = 0;              ///< of the middle of the edge, while it cut
@@ -22,6 +25,9 @@ struct CutScore {
   double area_m2 = 0;             ///< of the incision, one side, at rest
   double begin_s = 0, end_s = 0;  ///< of the first and last frame in which it cut
   Index cut_cubes = 0;
+  Index stroke = 0;    ///< of the body: 0, 1, ..
+  double due_m3 = 0;   ///< what the wound gave off and holds back; 0 where the body doesn't bleed
+  double bled_m3 = 0;  ///< of that, what came out
 };
 
 }  // namespace tactus

@@ -128,6 +128,7 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
 void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told) {
   tissue_.apply(change);
   surface_.apply(ctx, change);
+  if (wound_spacing_m_ > 0) wounds_.update(cutter_->lattice(), cutter_->surface(), change, stroke_);
   for (const TopologyChange::Vertex& v : change.vertices) wall_changes_.vertices.insert(v.vertex);
   for (const TopologyChange::Copy& copy : change.copies) wall_changes_.cubes.insert(copy.cube);
   for (const TopologyChange::Triangle& t : change.triangles) wall_changes_.triangles.insert(t.triangle);
@@ -195,6 +196,42 @@ WallChange SoftBody::take_wall_change() {
   change.vertices = vertices.on(shape_.lattice);
   for (const Index t : ids.triangles) change.triangles.push_back({t, surface.triangles()[at(t)]});
   return change;
+}
+
+Index SoftBody::keep_wounds(float spacing_m) {
+  if (!is_cuttable() || !description_.bleeding) return 0;
+  wound_spacing_m_ = spacing_m;
+  const float h = shape_.lattice.spacing_m;
+  // A copy has a wall of some 1.2 h^2, in pieces of d^2, those at its edges in smaller ones.
+  const Index room = static_cast<Index>(shape_.lattice.copies.size()) * 2 *
+                     (2 + static_cast<Index>(1.5F * sqr(h / spacing_m)));
+  const double d = double{spacing_m} / double{h};
+  wounds_ = cut::CutWounds(d, d, room);
+  return room;
+}
+
+std::vector<WoundPiece> SoftBody::wound_pieces() const {
+  const CubeLattice& lattice = shape_.lattice;
+  const double d = double{wound_spacing_m_} / double{lattice.spacing_m};
+  std::vector<WoundPiece> all;
+  for (const cut::WallPiece& from : wounds_.pieces()) {
+    WoundPiece& to = all.emplace_back();
+    const Index regular = cutter_->lattice().regular_of(from.cube);
+    const auto& nodes = lattice.cube_nodes[at(from.cube)];
+    std::copy(nodes.begin(), nodes.end(), to.node);
+    const Vec3d low = vec_cast<double>(lattice.cubes[at(regular)]),
+                aside = std::abs(from.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0},
+                along = normalized(cross(aside, from.normal));
+    to.local = vec_cast<float>(from.p - low);
+    to.along = vec_cast<float>(along);
+    to.across = vec_cast<float>(cross(from.normal, along));
+    to.at_skin = wounds_.is_near_skin(from) ? 1 : 0;
+    to.rim = vec_cast<float>(from.p + (from.depth + 0.5 * d) * from.skin - low);
+    to.area_m2 = from.area_m2;
+    if (!shape_.bleeding_of_cube.empty()) to.factor = shape_.bleeding_of_cube[at(regular)];
+    to.stroke = std::min(from.stroke, kStrokes - 1);
+  }
+  return all;
 }
 
 void SoftBody::follow_cut(BodyPoint& point) const {

@@ -175,6 +175,7 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
                       static_cast<float>(m.density_kg_m3)}};
   CubeLattice& lattice = shape.lattice;
   shape.material_of_cube.assign(lattice.cubes.size(), 0);
+  if (body.bleeding) shape.bleeding_of_cube.assign(lattice.cubes.size(), 1);
   shape.elements.assign(lattice.cubes.size(), m.model == TissueModel::tled ? 1 : 0);
   if (body.ratio)
     shape.elements =
@@ -191,6 +192,7 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
       const float before = shape.materials[shape.material_of_cube[c]].density_kg_m3;
       lattice.cube_mass_kg[c] *= relative_density * shape.materials.front().density_kg_m3 / before;
       shape.material_of_cube[c] = static_cast<std::uint8_t>(r + 1);
+      if (body.bleeding && region.bleeding) shape.bleeding_of_cube[c] = static_cast<float>(*region.bleeding);
       if (region.model != RegionModel::unchanged)
         shape.elements[c] = region.model == RegionModel::tled ? 1 : 0;
       elements += shape.elements[c];

@@ -28,6 +28,7 @@ struct BodyShape {
   ElementMask elements;
   std::vector<ElasticMaterial> materials;
   std::vector<std::uint8_t> material_of_cube;
+  std::vector<float> bleeding_of_cube;  ///< factor of the body's rate, per regular cube; empty: 1
   std::vector<NodeMotion> motions;
   std::vector<SurfaceLoad> loads;
   std::vector<std::string> warnings;  ///< what is odd about it and probably not meant

@@ -48,9 +48,10 @@ void Simulation::archive_cuts(StateArchive& a) {
 
 /// Of what blades did so far.
 void Simulation::archive_scores(StateArchive& a) {
+  constexpr Index kMostStrokes = 1 << 20;
   auto count = static_cast<Index>(cuts_.size());
   a.value("cuts", count);
-  a.check(count >= 0 && count <= static_cast<Index>(scene_.blades.size() * bodies_.size()), "cuts");
+  a.check(count >= 0 && count <= kMostStrokes, "cuts");
   cuts_.resize(static_cast<std::size_t>(count));
   for (CutScore& score : cuts_) {
     const auto place = [](const auto& all, auto&& is) {
@@ -70,6 +71,8 @@ void Simulation::archive_scores(StateArchive& a) {
     a.value("begin", score.begin_s);
     a.value("end", score.end_s);
     a.value("cubes", score.cut_cubes);
+    a.value("stroke", score.stroke);
+    a.check(score.stroke >= 0 && score.stroke < count, "stroke");
   }
 }
 

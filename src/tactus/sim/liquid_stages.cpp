@@ -1,4 +1,6 @@
 // What the liquid does in a frame.
+#include <algorithm>
+
 #include "tactus/sim/scene_liquid.h"
 
 namespace tactus {
@@ -30,6 +32,19 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
   const StageDevices devices = liquid_.part_count() > 1 ? StageDevices::all : StageDevices::first;
   std::vector<Resource> moved{"liquid"};
   for (const Felt& felt : bodies_) moved.push_back(felt.body->nodes_resource());
+  const bool bleeds =
+      std::any_of(bodies_.begin(), bodies_.end(), [](const Felt& felt) { return felt.wounds != nullptr; });
+  if (bleeds)
+    schedule.add({.name = "liquid/bleed",
+                  .timed_as = "liquid",
+                  .rate = Rate::before,
+                  .updates = moved,
+                  .reads = {"contact/poses"},
+                  .submit = [this, &world, &frame](BlockPlace) {
+                    for (const Felt& felt : bodies_) felt.walls->pose();
+                    for (Felt& felt : bodies_)
+                      if (felt.wounds) bleed(felt, world.part(0), frame.view(0));
+                  }});
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
                 .rate = Rate::substep,
@@ -48,6 +63,22 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
   report_ = readback.add(liquid_.report_view());
   impulses_ = readback.add(liquid_.wall_impulses_N_s());
   for (int p = 0; p < liquid_.part_count(); ++p) layers_.push_back(readback.add(liquid_.layers(p), p));
+  for (Felt& felt : bodies_)
+    if (felt.wounds) felt.books = readback.add(felt.wounds->books());
+}
+
+void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame) {
+  const ContactNodes nodes = felt.body->contact_nodes();
+  Wounds& wounds = *felt.wounds;
+  ExecContext& ctx = devices_.context(0);
+  wounds.try_places(ctx, frame, View<const Vec3f>(nodes.x_m), View<const Vec3f>(nodes.v_m_s));
+  liquid_.find_box_walls(ctx, wounds.search(), wounds.near_walls());
+  solid.contact.find_walls(ctx, solid.surface, solid.obstacles.view(), wounds.search().cells().particles,
+                           wounds.search().placed(), liquid_.constants().kernel.reach_m(), Liquid::kFaces, 0,
+                           wounds.near_walls());
+  for (const Felt& other : bodies_)
+    other.walls->find_walls(0, wounds.search(), wounds.near_walls(), felt.hits.view());
+  wounds.bleed(ctx, liquid_.search(), liquid_.arrivals());
 }
 
 }  // namespace tactus

@@ -146,6 +146,7 @@ struct PaintedRegion {
   SpaceRegion where;
   RegionModel model = RegionModel::unchanged;                            ///< hybrid bodies
   std::optional<double> young_modulus_pa, poisson_ratio, density_kg_m3;  ///< none: the body's
+  std::optional<double> bleeding;                                        ///< of its rate; none: all of it
 };
 
 struct MotionKeyDescription {
@@ -206,6 +207,12 @@ struct BladeDescription {
   std::optional<Vec3d> pivot_m;            ///< on the axis, it moves along; none: from_m
 };
 
+/// What comes out of the walls of cuts.
+struct BleedingDescription {
+  double rate_m_s = 0;             ///< volume per time and area
+  std::optional<double> fading_s;  ///< the rate falls as exp(-t / fading_s); none: it stays
+};
+
 struct BodyDescription {
   std::string name;
   ShapeDescription shape;
@@ -217,6 +224,7 @@ struct BodyDescription {
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   bool cuttable = false;                  ///< blades cut its elements
   std::optional<int> cut_room;            ///< copies of cubes that there is room for; none: from the cubes
+  std::optional<BleedingDescription> bleeding;
   std::vector<PaintedRegion> regions;
   std::vector<FixedRegion> fixed;     ///< where lattice nodes don't move
   std::vector<MovedRegion> moved;     ///< where they follow a given motion

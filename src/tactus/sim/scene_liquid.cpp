@@ -49,6 +49,10 @@ LiquidSettings settings_of(const Scene& scene) {
     s.carreau = {.zero_shear_Pa_s = static_cast<float>(f.zero_shear_viscosity_pa_s),
                  .relaxation_s = static_cast<float>(f.relaxation_s),
                  .index = static_cast<float>(f.power_index)};
+  // Wounds look for room in all of the liquid: it stays on one device.
+  if (std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                  [](const BodyDescription& b) { return b.bleeding.has_value(); }))
+    s.least_particles = f.max_particles;
   for (const EmitterDescription& e : f.emitters) {
     s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
                           .direction = vec_cast<float>(e.direction),
@@ -169,8 +173,19 @@ void SceneLiquid::add_body(SoftBody& body, Index owner) {
     surface.room = {surface_room(body.shape().lattice, body.shape().surface_m).vertices, each * copies,
                     each * copies};
   }
-  bodies_.push_back({&body, std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
-                                                        liquid_.settings().max_particles)});
+  Felt& felt = bodies_.emplace_back();
+  felt.body = &body;
+  felt.walls = std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
+                                           liquid_.settings().max_particles);
+  const Index pieces = body.keep_wounds(d);
+  if (pieces == 0) return;
+  ExecContext& ctx = devices_.context(0);
+  felt.wounds = std::make_unique<Wounds>(
+      ctx, WoundSettings{.rate_m_s = static_cast<float>(body.bleeding()->rate_m_s),
+                         .fading_s = static_cast<float>(body.bleeding()->fading_s.value_or(0)),
+                         .spacing_m = d,
+                         .max_pieces = pieces});
+  felt.hits = Buffer<WallHit>(ctx.device(), pieces);
 }
 
 void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
@@ -178,11 +193,12 @@ void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
       std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
   if (known == bodies_.end()) return body.forget_wall_change();
   known->walls->apply(body.take_wall_change());
-  if (known->walls->is_full() && !std::exchange(known->was_full, true))
+  if (known->wounds) known->wounds->set_pieces(devices_.context(0), body.wound_pieces());
+  if ((known->walls->is_full() || body.wounds_are_full()) && !std::exchange(known->was_full, true))
     notices.push_back({"liquid.cut_full", Severity::warning,
                        "body '" + body.name() +
-                           "': there is no room for more of its walls in the liquid, which "
-                           "flows through the rest",
+                           "': there is no room for more of its cut walls: the rest neither stops the "
+                           "liquid nor bleeds",
                        "raise 'cut_room' of the body, or 'fluid.spacing_m'"});
 }
 
@@ -234,6 +250,20 @@ void SceneLiquid::add_forces(const Readback& readback, const std::function<std::
     auto of = std::find_if(forces.begin(), forces.end(), [&](const LiquidReaction& f) { return f.on == on; });
     if (of == forces.end()) of = forces.insert(of, LiquidReaction{on, {}});
     of->force_N += static_cast<float>(1 / dt_frame_s) * impulses[k];
+  }
+}
+
+void SceneLiquid::add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const {
+  const double particle_m3 = std::pow(description_.spacing_m, 3);
+  for (const Felt& felt : bodies_) {
+    if (!felt.wounds) continue;
+    const std::vector<WoundBook> books = readback.get<WoundBook>(felt.books);
+    for (CutScore& cut : cuts) {
+      if (cut.body != felt.body->name() || cut.stroke >= kStrokes) continue;
+      const WoundBook& book = books[static_cast<std::size_t>(cut.stroke)];
+      cut.due_m3 = particle_m3 * static_cast<double>(book.due) / WoundBook::kUnits;
+      cut.bled_m3 = particle_m3 * static_cast<double>(book.emitted);
+    }
   }
 }
 

@@ -9,8 +9,10 @@
 #include "tactus/contact/body_walls.h"
 #include "tactus/contact/contact_on_devices.h"
 #include "tactus/fluid/liquid.h"
+#include "tactus/fluid/wounds.h"
 #include "tactus/frame/readback.h"
 #include "tactus/frame/schedule.h"
+#include "tactus/sim/blade.h"
 #include "tactus/sim/notice.h"
 #include "tactus/sim/soft_body.h"
 
@@ -58,6 +60,8 @@ class SceneLiquid {
   void add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
+  /// What strokes bled until the frame that was waited for.
+  void add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const;
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);
 
@@ -72,11 +76,15 @@ class SceneLiquid {
  private:
   /// A body that the liquid and it push.
   struct Felt {
-    SoftBody* body;
-    std::unique_ptr<BodyWalls> walls;
+    SoftBody* body = nullptr;
+    std::unique_ptr<BodyWalls> walls = nullptr;
+    std::unique_ptr<Wounds> wounds = nullptr;  ///< where it bleeds
+    Buffer<WallHit> hits = {};                 ///< of the places where those may bleed, on any body
+    Readback::Place books = {};
     bool was_full = false;
   };
   void add_body(SoftBody& body, Index owner);
+  void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);
   void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2, int in_block);
 
   DeviceSet& devices_;

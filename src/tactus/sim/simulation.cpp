@@ -319,7 +319,10 @@ void Simulation::collect(StepReport& report) {
   const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
   };
-  if (liquid_) report.liquid = liquid_->report(readback_, report.notices);
+  if (liquid_) {
+    report.liquid = liquid_->report(readback_, report.notices);
+    liquid_->add_bleeding(readback_, cuts_);
+  }
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   if (!has_surface_) return;

@@ -167,11 +167,12 @@ class Simulation {
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
   /// By blades, after the frame's substeps. @param from_s,to_s of its simulated time
   void cut_bodies(double from_s, double to_s, StepReport& report);
+  CutScore& stroke_of(const std::string& blade, const std::string& body, double from_s);
+  static void add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
+                      CutScore& score);
   void follow_cuts(std::size_t body, std::vector<Notice>& notices);
   void archive_cuts(StateArchive& a);
   void archive_scores(StateArchive& a);
-  void add_cut(const BladeDescription& blade, const std::string& body, const cut::BladeStrip& strip,
-               const cut::CutReport& cut, double from_s, double to_s);
   static void add_contact(const BodyContact& contact, StepReport& report);
 
   DeviceSet& devices_;

@@ -43,6 +43,8 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
                                     "give its path more time, or frames less ('frame.dt_s')"});
         continue;
       }
+      CutScore& score = stroke_of(blade.name, body->name(), from_s);
+      body->begin_stroke(score.stroke);
       const cut::CutReport cut = body->cut(ctx, b, strip, touch);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
@@ -55,7 +57,10 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
             {"cut.refused", Severity::warning,
              who + " meets cubes that are moved, loaded or of shape matching; they are not cut",
              "make them elements, or lead the blade past them"});
-      if (cut.cut_cubes > 0) add_cut(blade, body->name(), strip, cut, from_s, to_s);
+      if (cut.cut_cubes > 0)
+        add_cut(strip, cut, from_s, to_s, score);
+      else if (score.cut_cubes == 0)
+        cuts_.pop_back();
     }
     body->remember_nodes(ctx);
     if (has_changed) follow_cuts(k, report.notices);
@@ -77,20 +82,27 @@ void Simulation::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
   }
 }
 
-void Simulation::add_cut(const BladeDescription& blade, const std::string& body, const cut::BladeStrip& strip,
-                         const cut::CutReport& cut, double from_s, double to_s) {
-  auto score = std::find_if(cuts_.begin(), cuts_.end(),
-                            [&](const CutScore& c) { return c.blade == blade.name && c.body == body; });
-  if (score == cuts_.end()) {
-    score = cuts_.insert(cuts_.end(), CutScore{.blade = blade.name, .body = body});
-    score->begin_s = from_s;
+/// The last stroke of the blade in the body, or a new one, which is the last of all.
+CutScore& Simulation::stroke_of(const std::string& blade, const std::string& body, double from_s) {
+  Index count = 0;
+  CutScore* last = nullptr;
+  for (CutScore& c : cuts_) {
+    count += c.body == body ? 1 : 0;
+    if (c.body == body && c.blade == blade) last = &c;
   }
-  score->path_m += static_cast<double>(
+  if (last != nullptr && from_s - last->end_s < kStrokePause_s) return *last;
+  return cuts_.emplace_back(CutScore{.blade = blade, .body = body, .begin_s = from_s, .stroke = count});
+}
+
+void Simulation::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
+                         CutScore& score) {
+  if (score.cut_cubes == 0) score.begin_s = from_s;
+  score.path_m += static_cast<double>(
       0.5F * length(strip.end_m[0] + strip.end_m[1] - strip.begin_m[0] - strip.begin_m[1]));
-  score->depth_m = std::max(score->depth_m, cut.depth_m);
-  score->area_m2 += cut.area_m2;
-  score->end_s = to_s;
-  score->cut_cubes += cut.cut_cubes;
+  score.depth_m = std::max(score.depth_m, cut.depth_m);
+  score.area_m2 += cut.area_m2;
+  score.end_s = to_s;
+  score.cut_cubes += cut.cut_cubes;
 }
 
 }  // namespace tactus

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tactus/contact/wall_mesh.h"
+#include "tactus/fluid/wound_kernels.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/body_shape.h"
@@ -15,6 +16,7 @@
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/cut/cut_points.h"
+#include "tactus/tissue/cut/cut_wounds.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -114,6 +116,8 @@ class SoftBody {
   using TellCut = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
   cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
                      const TellCut& told = {});
+  /// What is cut from now on counts to this stroke, 0, 1, .. of the body.
+  void begin_stroke(Index stroke) { stroke_ = stroke; }
   const cut::BodyCutter& cutter() const { return *cutter_; }
   /// Its cuts so far; what is read is done once more. Of a body that is cuttable, before archive().
   /// Synchronizes. @throws Error when what is read is another body's.
@@ -126,6 +130,13 @@ class SoftBody {
   WallChange walls(ExecContext& ctx);
   /// What cuts changed of it since the last call, or since walls().
   WallChange take_wall_change();
+  /// From now on, walls of cuts are wounds of a liquid, if the body bleeds. @param spacing_m of its particles
+  /// @returns the pieces that there will be at most; 0: it doesn't bleed
+  Index keep_wounds(float spacing_m);
+  const std::optional<BleedingDescription>& bleeding() const { return description_.bleeding; }
+  std::vector<WoundPiece> wound_pieces() const;
+  /// Some found no room.
+  bool wounds_are_full() const { return wounds_.is_full(); }
   void forget_wall_change() { wall_changes_ = {}; }
   /// Of a cuttable body: its parts, copies in use, and the volumes that its surface encloses. Synchronizes.
   struct CutState {
@@ -191,6 +202,9 @@ class SoftBody {
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
   cut::CutPoints cut_points_;
+  cut::CutWounds wounds_;
+  Index stroke_ = 0;
+  float wound_spacing_m_ = 0;  ///< 0: nobody asked for wounds
   /// What cuts changed since take_wall_change().
   struct WallChangeIds {
     std::set<Index> vertices, cubes, triangles;

@@ -1,4 +1,6 @@
 // Pieces of triangles that walls go through: which there are, on which side they lie, and who moves them.
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -6,6 +8,14 @@
 #include "tactus/tissue/cut/triangulate.h"
 
 namespace tactus::cut {
+namespace {
+
+/// Either way round.
+bool is_between(const std::array<Index, 2>& segment, Index a, Index b) {
+  return (segment[0] == a && segment[1] == b) || (segment[0] == b && segment[1] == a);
+}
+
+}  // namespace
 
 /// Both walls of an older cut have the same points, but each is cut on its own.
 bool CutSurface::is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t,
@@ -100,9 +110,8 @@ std::vector<std::array<Index, 3>> CutSurface::inner_pieces(const Stage& s, const
       if (dot(area(d.pieces[i]), normal) > dot(area(d.pieces[widest]), normal)) widest = i;
       for (std::size_t k = 0; k < 3; ++k) {
         const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
-        const auto segment = std::find_if(wall.segments.begin(), wall.segments.end(), [&](const Segment& e) {
-          return e.points == std::array{a, b} || e.points == std::array{b, a};
-        });
+        const auto segment = std::find_if(wall.segments.begin(), wall.segments.end(),
+                                          [&](const Segment& e) { return is_between(e.points, a, b); });
         if (segment == wall.segments.end()) continue;
         const auto& corner = triangles_[segment->other].corner;
         const Vec3d out = area(std::array{corner[0].point, corner[1].point, corner[2].point});
@@ -151,7 +160,7 @@ void CutSurface::find_sides(const Stage& s, Divided& d) const {
       for (std::size_t k = 0; k < 3; ++k) {
         const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
         for (const auto& [segment, number] : d.segments) {
-          if (segment != std::array{a, b} && segment != std::array{b, a}) continue;
+          if (!is_between(segment, a, b)) continue;
           const auto split = static_cast<Index>(s.walls[number].split);
           Side& side = sides[split];
           side.is_both = side.is_both || seen.contains({b, a, split});
@@ -177,9 +186,8 @@ std::vector<std::size_t> CutSurface::region(const Divided& d, std::size_t piece)
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Index a = d.pieces[found[i]][k], b = d.pieces[found[i]][(k + 1) % 3];
-      if (std::any_of(d.segments.begin(), d.segments.end(), [&](const Segment& e) {
-            return e.points == std::array{a, b} || e.points == std::array{b, a};
-          }))
+      if (std::any_of(d.segments.begin(), d.segments.end(),
+                      [&](const Segment& e) { return is_between(e.points, a, b); }))
         continue;
       for (std::size_t j = 0; j < d.pieces.size(); ++j) {
         const auto& t = d.pieces[j];
@@ -203,7 +211,7 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
       const std::size_t k = t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2;
       const Index a = forwards ? pivot : t[(k + 2) % 3], b = forwards ? t[(k + 1) % 3] : pivot;
       for (const auto& [segment, number] : d.segments)
-        if (segment == std::array{a, b} || segment == std::array{b, a}) {
+        if (is_between(segment, a, b)) {
           const std::size_t split = s.walls[number].split;
           const Side& side = d.sides[index(d.region_of[piece])].at(static_cast<Index>(split));
           double vote = side.vote;
@@ -274,9 +282,9 @@ void CutSurface::note_depth(Vec3d p) {
 void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
                            const std::vector<std::vector<std::array<Index, 3>>>& inner) {
   std::vector<Divided> divided(s.near.size());
-  for (std::size_t i = 0; i < s.near.size(); ++i) {
+  tbb::parallel_for(std::size_t{0}, s.near.size(), [&](std::size_t i) {
     const Triangle& old = triangles_[index(s.near[i])];
-    if (old.is_fill) continue;
+    if (old.is_fill) return;
     Divided& d = divided[i];
     const std::array<Index, 3> corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
     d.normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
@@ -287,13 +295,14 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
     d.pieces =
         divide(corners, s.on_edge, segments, [&](Index point) { return is_cut_at(cutter, s, old, point); });
     find_sides(s, d);
-  }
+  });
   for (const Split& split : s.splits)
     parted_.emplace(split.split.parent, Parted{split.wall, {split.split.part[0], split.split.part[1]}});
-  for (std::size_t i = 0; i < s.near.size(); ++i) {
-    const Triangle old = triangles_[index(s.near[i])];
+  std::vector<std::vector<Triangle>> pieces(s.near.size());
+  tbb::parallel_for(std::size_t{0}, s.near.size(), [&](std::size_t i) {
+    const Triangle& old = triangles_[index(s.near[i])];
     for (std::size_t k = 0; k < divided[i].pieces.size(); ++k) {
-      Triangle piece = old;
+      Triangle& piece = pieces[i].emplace_back(old);
       for (std::size_t j = 0; j < 3; ++j) {
         const Index point = divided[i].pieces[k][j];
         const auto same = std::find_if(old.corner.begin(), old.corner.end(),
@@ -301,10 +310,14 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
         piece.corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
       }
       set_cubes(cutter, s, divided[i], k, piece);
+    }
+  });
+  for (std::size_t i = 0; i < s.near.size(); ++i) {
+    for (std::size_t k = 0; k < pieces[i].size(); ++k) {
       if (k == 0)
-        triangles_[index(s.near[i])] = piece;
+        triangles_[index(s.near[i])] = pieces[i][k];
       else
-        add_triangle(cutter, piece);
+        add_triangle(cutter, pieces[i][k]);
     }
   }
   for (std::size_t w = 0; w < s.walls.size(); ++w) {

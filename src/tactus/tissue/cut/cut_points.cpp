@@ -2,34 +2,12 @@
 
 #include <map>
 
+#include "tactus/tissue/cut/wall_parts.h"
+
 namespace tactus::cut {
 namespace {
 
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
-
-/// A piece of a wall, in lattice coordinates.
-struct Piece {
-  Vec3d middle;
-  double area;
-  Vec3d normal;  ///< to side 1
-};
-
-/// Pieces whose edges are an eighth of a spacing at most.
-std::vector<Piece> pieces_of(const std::array<Vec3d, 3>& triangle) {
-  const Vec3d a = triangle[0], ab = triangle[1] - a, ac = triangle[2] - a;
-  const double longest = std::max({length(ab), length(ac), length(ac - ab)});
-  const int k = std::max(1, static_cast<int>(std::ceil(8 * longest)));
-  const Vec3d normal = cross(ab, ac);
-  const double area = 0.5 * length(normal) / (k * k);
-  std::vector<Piece> pieces;
-  for (int i = 0; i < k; ++i)
-    for (int j = 0; i + j < k; ++j) {
-      const auto at_share = [&](double u, double v) { return a + (u / k) * ab + (v / k) * ac; };
-      pieces.push_back({at_share(i + 1.0 / 3, j + 1.0 / 3), area, normal});
-      if (i + j + 1 < k) pieces.push_back({at_share(i + 2.0 / 3, j + 2.0 / 3), area, normal});
-    }
-  return pieces;
-}
 
 }  // namespace
 
@@ -46,40 +24,29 @@ CutPoints::CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> po
   }
 }
 
-/// Of the pieces in an eighth of a cube, the one nearest to their middle is the point.
+/// Of the parts in an eighth of a cube, the one nearest to their middle is the point.
 void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface, double unit_m2) {
   struct Cell {
     std::array<Index, 2> part;
-    std::vector<Piece> pieces;
+    std::vector<WallPart> parts;
   };
   std::map<std::array<Index, 4>, Cell> cells;  // by cube that fell apart, and eighth
   for (const CutSurface::NewWall& wall : surface.new_walls()) {
-    for (const Piece& piece : pieces_of(wall.corners)) {
+    for (const WallPart& part : parts_of(wall.corners)) {
       const auto half = [](double v) { return static_cast<Index>(std::floor(2 * v)); };
-      Cell& cell = cells[{wall.part[0], half(piece.middle.x), half(piece.middle.y), half(piece.middle.z)}];
+      Cell& cell = cells[{wall.part[0], half(part.middle.x), half(part.middle.y), half(part.middle.z)}];
       cell.part = wall.part;
-      cell.pieces.push_back(piece);
+      cell.parts.push_back(part);
     }
   }
   for (const auto& [key, cell] : cells) {
-    Vec3d sum{}, to_1{};
-    double area = 0;
-    for (const Piece& piece : cell.pieces) {
-      sum += piece.area * piece.middle;
-      to_1 += piece.area * normalized(piece.normal);
-      area += piece.area;
-    }
-    if (!(area > 1e-3)) continue;  // the next cell has a point there
-    const Vec3d middle = sum / area;
-    const auto nearest =
-        std::min_element(cell.pieces.begin(), cell.pieces.end(), [&](const Piece& a, const Piece& b) {
-          return dot(a.middle - middle, a.middle - middle) < dot(b.middle - middle, b.middle - middle);
-        });
-    const Vec3f wall = vec_cast<float>(normalized(to_1));
+    const WallPart wall = middle_part(cell.parts);
+    if (!(wall.area > 1e-3)) continue;  // the next cell has a point there
+    const Vec3f normal = vec_cast<float>(wall.normal);
     for (const std::size_t side : {0U, 1U}) {
-      const Index cube = surface.leaf(cell.part[side], nearest->middle);
+      const Index cube = surface.leaf(cell.part[side], wall.middle);
       add(cutter,
-          {next_, nearest->middle, cube, static_cast<float>(area * unit_m2), side == 0 ? wall : -wall});
+          {next_, wall.middle, cube, static_cast<float>(wall.area * unit_m2), side == 0 ? normal : -normal});
     }
   }
 }

@@ -1,5 +1,7 @@
 #include "tactus/tissue/cut/cut_surface.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -15,12 +17,16 @@ Vec3d between(Vec3d a, Vec3d b, double t) { return a + rounded(t * (b - a)); }
 
 double volume6(Vec3d a, Vec3d b, Vec3d c, Vec3d d) { return dot(b - a, cross(c - a, d - a)); }
 
+/// Whether the line through a and b goes through cde.
+bool turns_round(Vec3d a, Vec3d b, Vec3d c, Vec3d d, Vec3d e) {
+  const bool s = volume6(a, b, c, d) > 0;
+  return (volume6(a, b, d, e) > 0) == s && (volume6(a, b, e, c) > 0) == s;
+}
+
 /// Share of the way from a to b at which it goes through cde.
 std::optional<double> through(Vec3d a, Vec3d b, Vec3d c, Vec3d d, Vec3d e) {
   const double of_a = volume6(c, d, e, a), of_b = volume6(c, d, e, b);
-  if ((of_a > 0) == (of_b > 0)) return std::nullopt;
-  const bool s = volume6(a, b, c, d) > 0;
-  if ((volume6(a, b, d, e) > 0) != s || (volume6(a, b, e, c) > 0) != s) return std::nullopt;
+  if ((of_a > 0) == (of_b > 0) || !turns_round(a, b, c, d, e)) return std::nullopt;
   return of_a / (of_a - of_b);
 }
 
@@ -73,7 +79,7 @@ bool apart(Vec3d low_a, Vec3d high_a, Vec3d low_b, Vec3d high_b) {
 
 CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
                        std::span<const embed::Anchor> anchors, Room room)
-    : room_(room) {
+    : room_(room), bins_(index(cutter.lattice().regular_cubes())) {
   place_points(cutter, surface, anchors);
   TriangleMesh in_lattice;
   for (const Point& point : points_) in_lattice.positions_m.push_back(vec_cast<float>(point.p));
@@ -125,7 +131,8 @@ void CutSurface::add_to_bins(const LatticeCutter& cutter, Index triangle) {
   for (Index z = cell(low.z); z <= cell(high.z); ++z)
     for (Index y = cell(low.y); y <= cell(high.y); ++y)
       for (Index x = cell(low.x); x <= cell(high.x); ++x)
-        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0) bins_[cube].push_back(triangle);
+        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0)
+          bins_[index(cube)].push_back(triangle);
 }
 
 void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
@@ -148,6 +155,17 @@ Index CutSurface::leaf(Index cube, Vec3d p) const {
   for (auto parted = parted_.find(cube); parted != parted_.end(); parted = parted_.find(cube))
     cube = parted->second.part[index(parted->second.wall.side(p))];
   return cube;
+}
+
+Vec3d CutSurface::outward(Vec3d p) const {
+  constexpr double kStep = 0.01;  // spacings: distances are floats
+  Vec3d way{};
+  for (int a = 0; a < 3; ++a) {
+    Vec3d step{};
+    step[a] = kStep;
+    way[a] = depth(p - step) - depth(p + step);
+  }
+  return normalized(way, Vec3d{0, 1, 0});
 }
 
 void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s) {
@@ -173,6 +191,7 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
     }
     Split made{split, regular, Wall(lattice.cubes[index(regular)], split.sides, place), point, {}};
     find_reference(cutter, made);
+    find_faces(made);
     const std::size_t number = s.splits.size();
     const std::size_t first = next_split_walls_.size();
     for (const Wall::Triangle& t : made.wall.triangles()) {
@@ -183,8 +202,8 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
     }
     next_splits_.push_back({split, first, next_split_walls_.size()});
     s.splits.push_back(std::move(made));
-    if (const auto bin = bins_.find(regular); bin != bins_.end())
-      s.near.insert(s.near.end(), bin->second.begin(), bin->second.end());
+    const std::vector<Index>& bin = bins_[index(regular)];
+    s.near.insert(s.near.end(), bin.begin(), bin.end());
   }
   std::sort(s.near.begin(), s.near.end());
   s.near.erase(std::unique(s.near.begin(), s.near.end()), s.near.end());
@@ -192,8 +211,7 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
 
 /// Near a corner of the parent the original surface says whether there is material.
 void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const {
-  const auto bin = bins_.find(split.regular);
-  split.has_surface = bin != bins_.end() && !bin->second.empty();
+  split.has_surface = !bins_[index(split.regular)].empty();
   if (!split.has_surface) return;
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
   const std::uint8_t own = cutter.corners(split.split.parent);
@@ -298,18 +316,25 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   wall.segments.push_back({segment, static_cast<std::size_t>(triangle)});
 }
 
+void CutSurface::find_faces(Split& split) const {
+  for (const Index triangle : bins_[index(split.regular)]) {
+    const Triangle& t = triangles_[index(triangle)];
+    if (t.is_fill || (t.home >= 0 && t.home != split.split.parent)) continue;
+    const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
+    split.faces.push_back({a, b, c, volume6(a, b, c, split.reference), t.home >= 0});
+  }
+}
+
 /// A way from the reference crosses the parent's surface an even number of times, or not.
 bool CutSurface::inside(const Split& split, Vec3d p) const {
   if (!split.has_surface) return true;
   bool is_inside = split.is_reference_inside;
-  for (const Index triangle : bins_.at(split.regular)) {
-    const Triangle& t = triangles_[index(triangle)];
-    if (t.is_fill || (t.home >= 0 && t.home != split.split.parent)) continue;
-    const auto s =
-        through(split.reference, p, at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point));
-    if (!s) continue;
-    const Vec3d where = split.reference + *s * (p - split.reference);
-    if (t.home >= 0 || leaf(split.regular, where) == split.split.parent) is_inside = !is_inside;
+  const Vec3d from = split.reference;
+  for (const Split::Face& f : split.faces) {
+    const double of_p = volume6(f.a, f.b, f.c, p);
+    if ((f.of_reference > 0) == (of_p > 0) || !turns_round(from, p, f.a, f.b, f.c)) continue;
+    const Vec3d where = from + f.of_reference / (f.of_reference - of_p) * (p - from);
+    if (f.is_wall || leaf(split.regular, where) == split.split.parent) is_inside = !is_inside;
   }
   return is_inside;
 }
@@ -325,11 +350,11 @@ double CutSurface::inside_volume(const Split& split, const std::vector<Tet>& mat
   return sum;
 }
 
-double CutSurface::share(const LatticeCutter& cutter, Split& split) {
+double CutSurface::share(const LatticeCutter& cutter, const Split& split, Parts& parts) const {
   const auto known = material_.find(split.split.parent);
   const std::vector<Tet> material =
       known == material_.end() ? whole_cube(cutter.lattice().cubes[index(split.regular)]) : known->second;
-  auto parts = part(material, split.wall);
+  parts = part(material, split.wall);
   double low = 0, high = 0;
   if (split.has_surface) {
     low = inside_volume(split, parts[0]), high = inside_volume(split, parts[1]);
@@ -337,7 +362,6 @@ double CutSurface::share(const LatticeCutter& cutter, Split& split) {
     for (const Tet& t : parts[0]) low += volume(t);
     for (const Tet& t : parts[1]) high += volume(t);
   }
-  for (const std::size_t k : {0U, 1U}) material_[split.split.part[k]] = std::move(parts[k]);
   return low + high > 0 ? high / (low + high) : 0.5;
 }
 
@@ -347,9 +371,7 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   for (std::size_t w = 0; w < s.walls.size(); ++w) {
     WallTriangle& wall = s.walls[w];
     const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
-    const auto bin = bins_.find(s.splits[wall.split].regular);
-    if (bin == bins_.end()) continue;
-    for (const Index triangle : bin->second) {
+    for (const Index triangle : bins_[index(s.splits[wall.split].regular)]) {
       const auto& corner = triangles_[index(triangle)].corner;
       const Vec3d p = at(corner[0].point), q = at(corner[1].point), r = at(corner[2].point);
       if (!triangles_[index(triangle)].is_fill &&
@@ -358,13 +380,19 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
     }
   }
   std::vector<std::vector<std::array<Index, 3>>> inner(s.walls.size());
-  for (std::size_t w = 0; w < s.walls.size(); ++w) inner[w] = inner_pieces(s, s.walls[w]);
-  std::vector<double> shares;
-  for (Split& split : s.splits) {
+  tbb::parallel_for(std::size_t{0}, s.walls.size(),
+                    [&](std::size_t w) { inner[w] = inner_pieces(s, s.walls[w]); });
+  std::vector<double> shares(s.splits.size());
+  std::vector<Parts> parts(s.splits.size());
+  tbb::parallel_for(std::size_t{0}, s.splits.size(), [&](std::size_t k) {
+    const Split& split = s.splits[k];
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                  least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
-    shares.push_back(std::clamp(share(cutter, split), least, 1 - least));
-  }
+    shares[k] = std::clamp(share(cutter, split, parts[k]), least, 1 - least);
+  });
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    for (const std::size_t side : {0U, 1U})
+      material_[s.splits[k].split.part[side]] = std::move(parts[k][side]);
   add_walls(cutter, s, inner);
   return shares;
 }

@@ -79,6 +79,10 @@ class CutSurface {
   /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
   /// rest [spacings].
   double take_depth() { return std::exchange(deepest_, 0.0); }
+  /// How deep a point lies below the original surface, at rest [spacings].
+  double depth(Vec3d p) const { return static_cast<double>(solid_->distance_m(vec_cast<float>(p))); }
+  /// The way out of the original surface from a point in it; unit.
+  Vec3d outward(Vec3d p) const;
   /// Vertices of each triangle; all the same: it is not in use.
   const std::vector<std::array<Index, 3>>& triangles() const { return vertices_of_; }
   embed::Anchor anchor(const LatticeCutter& cutter, Index vertex) const;
@@ -115,6 +119,13 @@ class CutSurface {
     std::array<Index, kPairs> point;  ///< of pairs across the wall
     Vec3d reference;                  ///< a point of the parent's material space
     bool is_reference_inside = true, has_surface = false;
+    /// A triangle of the parent's surface, or of the original one.
+    struct Face {
+      Vec3d a, b, c;
+      double of_reference;  ///< six times the volume with the reference
+      bool is_wall;
+    };
+    std::vector<Face> faces = {};
   };
   struct Segment {
     std::array<Index, 2> points;
@@ -176,7 +187,9 @@ class CutSurface {
   Index add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number);
   bool inside(const Split& split, Vec3d p) const;
   double inside_volume(const Split& split, const std::vector<Tet>& material) const;
-  double share(const LatticeCutter& cutter, Split& split);
+  using Parts = std::array<std::vector<Tet>, 2>;
+  double share(const LatticeCutter& cutter, const Split& split, Parts& parts) const;
+  void find_faces(Split& split) const;
   std::vector<std::array<Index, 3>> divide(const std::array<Index, 3>& corners, const EdgePoints& on_edge,
                                            const std::vector<std::array<Index, 2>>& segments,
                                            const std::function<bool(Index)>& counts) const;
@@ -197,7 +210,7 @@ class CutSurface {
                  const std::vector<std::vector<std::array<Index, 3>>>& inner);
   // cut_vertices.cpp
   std::vector<Index> near_splits(const LatticeCutter& cutter,
-                                 const std::vector<std::vector<CubeSplit>>& stages) const;
+                                 const std::vector<std::vector<CubeSplit>>& stages);
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
@@ -209,7 +222,7 @@ class CutSurface {
     Index cube;
     std::array<Index, 8> nodes;
   };
-  std::vector<Use> uses_of(const LatticeCutter& cutter, const std::vector<Index>& triangles) const;
+  std::vector<Use> uses_of(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   Vertex& vertex_of(const Use& use, std::vector<Vertex>& known);
   void anchor_vertex(const LatticeCutter& cutter, Index vertex, const Use& use);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
@@ -222,7 +235,7 @@ class CutSurface {
   std::vector<Triangle> triangles_;
   std::vector<std::array<Index, 3>> vertices_of_;         ///< per triangle
   std::vector<Index> free_;                               ///< triangles that are not in use
-  std::unordered_map<Index, std::vector<Index>> bins_;    ///< triangles in each regular cube
+  std::vector<std::vector<Index>> bins_;                  ///< triangles in each regular cube
   std::unordered_map<std::uint64_t, Index> wall_points_;  ///< by pair of nodes
   struct Parted {
     Wall wall;
@@ -235,6 +248,8 @@ class CutSurface {
   std::vector<Vec3f> local_;                           ///< of the original vertices
   std::unordered_map<std::uint64_t, int> open_edges_;  ///< directed sum over triangles, if not 0
   std::unique_ptr<PointInMesh> solid_;
+  std::vector<std::uint8_t> seen_;                  ///< triangles, in near_splits()
+  std::vector<Index> uses_at_;                      ///< of points, in uses_of()
   std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
   std::vector<NewWall> new_walls_, next_walls_;
   std::vector<NewSplit> new_splits_, next_splits_;

@@ -1,7 +1,10 @@
 // Vertices of a surface that is cut: which nodes move them, and that the surface stays closed.
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "tactus/tissue/cut/cut_surface.h"
 
@@ -13,7 +16,7 @@ constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 }  // namespace
 
 std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
-                                           const std::vector<std::vector<CubeSplit>>& stages) const {
+                                           const std::vector<std::vector<CubeSplit>>& stages) {
   std::vector<Index> cubes;
   for (const auto& stage : stages) {
     for (const CubeSplit& split : stage) {
@@ -26,11 +29,12 @@ std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
   std::sort(cubes.begin(), cubes.end());
   cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
   std::vector<Index> triangles;
+  seen_.resize(triangles_.size(), 0);
   for (const Index cube : cubes)
-    if (const auto bin = bins_.find(cube); bin != bins_.end())
-      triangles.insert(triangles.end(), bin->second.begin(), bin->second.end());
+    for (const Index triangle : bins_[index(cube)])
+      if (std::exchange(seen_[index(triangle)], 1) == 0) triangles.push_back(triangle);
+  for (const Index triangle : triangles) seen_[index(triangle)] = 0;
   std::sort(triangles.begin(), triangles.end());
-  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;
 }
 
@@ -108,31 +112,42 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
         corner.cube = other->second;
 }
 
-/// In ascending order of points; of one point by nodes.
+/// In ascending order of points; of one point by nodes. Uses are counted per point, so points are sorted
+/// alone.
 std::vector<CutSurface::Use> CutSurface::uses_of(const LatticeCutter& cutter,
-                                                 const std::vector<Index>& triangles) const {
-  std::vector<std::uint64_t> order;  // point, triangle, corner
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const Triangle& t = triangles_[index(triangles[i])];
-    for (std::uint64_t k = 0; k < 3 && !t.is_fill; ++k)
-      order.push_back(static_cast<std::uint64_t>(t.corner[k].point) << 32U | (4 * i + k));
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<Use> uses;
-  uses.reserve(order.size());
-  std::size_t first = 0;
-  const auto by_nodes = [&] {
-    std::stable_sort(uses.begin() + static_cast<std::ptrdiff_t>(first), uses.end(),
-                     [](const Use& a, const Use& b) { return a.nodes < b.nodes; });
-    first = uses.size();
+                                                 const std::vector<Index>& triangles) {
+  uses_at_.resize(points_.size(), 0);
+  std::vector<Index> points;
+  const auto for_each_corner = [&](auto&& f) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const Triangle& t = triangles_[index(triangles[i])];
+      for (std::size_t k = 0; k < 3 && !t.is_fill; ++k) f(i, k, t.corner[k]);
+    }
   };
-  for (const std::uint64_t key : order) {
-    const std::size_t i = (key & 0xFFFFFFFFU) / 4, k = key % 4;
-    const Corner& corner = triangles_[index(triangles[i])].corner[k];
-    if (!uses.empty() && uses.back().point != corner.point) by_nodes();
-    uses.push_back({corner.point, i, static_cast<int>(k), corner.cube, nodes_of(cutter, corner)});
+  for_each_corner([&](std::size_t, std::size_t, const Corner& corner) {
+    if (uses_at_[index(corner.point)]++ == 0) points.push_back(corner.point);
+  });
+  std::sort(points.begin(), points.end());
+  std::vector<Index> first;
+  Index count = 0;
+  for (const Index point : points) {
+    first.push_back(count);
+    count += std::exchange(uses_at_[index(point)], count);
   }
-  by_nodes();
+  first.push_back(count);
+  std::vector<Use> uses(index(count));
+  for_each_corner([&](std::size_t i, std::size_t k, const Corner& corner) {
+    uses[index(uses_at_[index(corner.point)]++)] = {corner.point, i, static_cast<int>(k), corner.cube, {}};
+  });
+  for (const Index point : points) uses_at_[index(point)] = 0;
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+    const std::span<Use> here = std::span(uses).subspan(index(first[p]), index(first[p + 1] - first[p]));
+    for (Use& use : here) use.nodes = nodes_of(cutter, {use.point, use.cube});
+    // Most points are moved by the same nodes everywhere.
+    const auto by_nodes = [](const Use& a, const Use& b) { return a.nodes < b.nodes; };
+    if (!std::is_sorted(here.begin(), here.end(), by_nodes))
+      std::stable_sort(here.begin(), here.end(), by_nodes);
+  });
   return uses;
 }
 

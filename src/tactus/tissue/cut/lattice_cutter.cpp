@@ -1,5 +1,7 @@
 #include "tactus/tissue/cut/lattice_cutter.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -297,9 +299,14 @@ bool LatticeCutter::fits(const std::vector<Index>& cubes, const std::vector<Inde
   const auto by_place = [](Vec3i a, Vec3i b) { return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x); };
   std::sort(affected_.begin(), affected_.end(), by_place);
   affected_.erase(std::unique(affected_.begin(), affected_.end()), affected_.end());
-  for (const Vec3i corner : affected_) nodes += share_nodes(corner).new_nodes;
+  shared_.resize(affected_.size());
+  tbb::parallel_for(std::size_t{0}, affected_.size(),
+                    [&](std::size_t k) { shared_[k] = share_nodes(affected_[k]); });
+  for (const SharedNodes& shared : shared_) nodes += shared.new_nodes;
   if (nodes <= lattice_.node_count()) return true;
   for (auto& [regular, was] : before) live_[regular] = std::move(was);
+  affected_.clear();
+  shared_.clear();
   return false;
 }
 
@@ -332,6 +339,8 @@ std::vector<std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bo
     counts.push_back(n);
     next += 2 * (n - 1);
   }
+  affected_.clear();
+  shared_.clear();
   is_full_ = is_full_ || (has_room && !has_room(next - next_copy_)) || !fits(cubes, counts);
   if (is_full_) {
     for (Index copy = next_copy_; copy < next; ++copy)
@@ -406,8 +415,7 @@ LatticeCutter::SharedNodes LatticeCutter::share_nodes(Vec3i corner) const {
   return shared;
 }
 
-void LatticeCutter::share_masses(Vec3i corner, TopologyChange& change) {
-  const SharedNodes shared = share_nodes(corner);
+void LatticeCutter::share_masses(Vec3i corner, const SharedNodes& shared, TopologyChange& change) {
   std::vector<std::pair<Index, float>> mass_kg;
   for (const auto& e : shared.entries) {
     auto place =
@@ -445,11 +453,13 @@ TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& 
       }
     }
   }
-  for (const Vec3i corner : affected_) {
-    const SharedNodes shared = share_nodes(corner);
-    for (const auto& e : shared.entries) {
+  const Index first_new = next_node_;
+  for (SharedNodes& shared : shared_) {
+    for (auto& e : shared.entries) {
+      const bool is_new = e.node >= first_new;
+      if (is_new) e.node += next_node_ - first_new;
       if (e.node == e.before) continue;
-      if (e.node >= next_node_) add_node(e.node, e.before, change);
+      if (is_new) add_node(e.node, e.before, change);
       lattice_.cube_nodes[at(e.cube)][at(e.corner)] = e.node;
       touched.push_back(e.cube);
     }
@@ -465,7 +475,7 @@ TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& 
                              lattice_.cube_nodes[at(cube)], lattice_.cube_fill[at(cube)],
                              lattice_.cube_mass_kg[at(cube)]});
   }
-  for (const Vec3i corner : affected_) share_masses(corner, change);
+  for (std::size_t k = 0; k < affected_.size(); ++k) share_masses(affected_[k], shared_[k], change);
   // A new node is listed once, with its mass.
   std::unordered_map<Index, std::size_t> first;
   std::vector<TopologyChange::Node> nodes;

@@ -116,7 +116,7 @@ class LatticeCutter {
     Index new_nodes = 0;
   };
   SharedNodes share_nodes(Vec3i corner) const;
-  void share_masses(Vec3i corner, TopologyChange& change);
+  void share_masses(Vec3i corner, const SharedNodes& shared, TopologyChange& change);
   void add_node(Index node, Index old, TopologyChange& change);
 
   CubeLattice lattice_;
@@ -126,7 +126,8 @@ class LatticeCutter {
   std::unordered_map<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
   std::vector<Index> dirty_;                       ///< cubes with new cuts
   std::vector<Journal> journals_;
-  std::vector<Vec3i> affected_;  ///< corners round the cubes of the last splits()
+  std::vector<Vec3i> affected_;      ///< corners round the cubes of the last splits()
+  std::vector<SharedNodes> shared_;  ///< there; new nodes as if no other corner had any
   Index next_copy_, next_node_;
   bool is_full_ = false;
 };

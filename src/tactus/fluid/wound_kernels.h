@@ -1,0 +1,385 @@
+#pragma once
+/// Wounds as emitters. A stroke owes volume: rate times area, fading with time. Whole particles of it come
+/// out where there is room for them, and the rest waits: due = emitted + waiting, as integers.
+///
+/// Where a piece of a wound may bleed is tried out, half a spacing in front of it: walls and liquid must
+/// leave room for a particle there. So a cut that is shut keeps what it owes, and one that gapes by a
+/// diameter gives it away. A piece at the skin that is shut tries outside of the skin, and one under liquid
+/// tries above it.
+#include "tactus/compute/atomic.h"
+#include "tactus/fluid/flow_kernels.h"
+#include "tactus/geom/neighbour_cells.h"
+
+namespace tactus {
+
+/// A piece of the wall of a cut. Those of both sides are neighbours in a list: 2 k and 2 k + 1. It moves with
+/// a cube, or a copy of one: places are in that cube, in spacings.
+struct WoundPiece {
+  Index node[8] = {};  ///< of the cube, corner q at (q & 1, q >> 1 & 1, q >> 2)
+  Vec3f local;
+  Vec3f along, across;  ///< of the wall; their cross product points out of the body
+  Vec3f rim;            ///< at_skin: half a particle's spacing outside of the skin, beside the cut
+  float area_m2 = 0;    ///< at rest
+  float factor = 1;     ///< of the rate
+  Index stroke = 0;     ///< that made it
+  Index at_skin = 0;    ///< 1: it is nearer to the skin than a spacing
+};
+
+/// How a piece goes on.
+struct WoundState {
+  float lost = 0;   ///< share of the bleeding that is over, 0..1
+  float wish = 0;   ///< own due minus own emitted volume, in particles
+  Index level = 0;  ///< where it tries: 0 in front of it, k > 0 k spacings above, -1 - k k above the rim
+};
+
+/// Of a stroke.
+struct WoundBook {
+  static constexpr double kUnits = 4294967296.0;  ///< of `due` in a particle's volume
+  std::uint64_t due = 0;
+  std::uint64_t emitted = 0;  ///< particles
+  TACTUS_HD std::uint64_t waiting() const { return (due >> 32U) - emitted; }
+};
+
+/// Strokes of a body that have books of their own. Later ones share the last.
+inline constexpr Index kStrokes = 64;
+
+/// Bits that look random.
+TACTUS_HD inline std::uint32_t scattered(std::uint32_t i) {
+  i = (i ^ i >> 16U) * 0x7FEB352DU;
+  i = (i ^ i >> 15U) * 0x846CA68BU;
+  return i ^ i >> 16U;
+}
+
+/// In spacings: nearer to a wall, there is no room. Half of one, but for what walls bend.
+inline constexpr float kWoundToWall = 0.45F;
+
+/// Thread: piece. Adds what it owes for the coming part of a frame, and tries a place in one part of four.
+struct TryWounds {
+  static constexpr int kTurns = 4;
+  View<const WoundPiece> pieces;
+  View<const FrameParams> frame;
+  View<const Vec3f> x_m, v_m_s;  ///< of nodes
+  View<const std::uint32_t> turn;
+  float rate_m_s, fading_1_s;  ///< 0: it doesn't fade
+  float particle_1_m3, spacing_m;
+  View<WoundState> states;
+  View<WoundBook> books;
+  View<Vec3f> place_m, speed_m_s;
+  View<std::uint32_t> wish_key;  ///< emptied
+  View<Index> is_shut;           ///< by its other side
+  TACTUS_HD void operator()(Index i) const {
+    const WoundPiece& p = pieces[i];
+    WoundState s = states[i];
+    const bool settles = frame[0].settles != 0;
+    const float dt_s = settles ? 0.F : frame[0].dt_s * static_cast<float>(frame[0].substeps);
+    const float left = 1.F - s.lost, mean = mean_of_fading(dt_s * fading_1_s);
+    const float due = rate_m_s * p.factor * p.area_m2 * particle_1_m3 * dt_s * left * mean;
+    s.lost += left * (dt_s * fading_1_s * mean);
+    s.wish += due;
+    states[i] = s;
+    wish_key[i] = 0;
+    atomic_add(books[p.stroke].due,
+               static_cast<std::uint64_t>(clamp(due, 0.F, 1e6F) * static_cast<float>(WoundBook::kUnits)));
+    const float nowhere = std::bit_cast<float>(0x7FC00000U);
+    place_m[i] = {nowhere, nowhere, nowhere};
+    if (!settles && (scattered(static_cast<std::uint32_t>(i)) + turn[0]) % kTurns == 0) place(p, s, i);
+  }
+  /// (1 - e^-x) / x
+  TACTUS_HD static float mean_of_fading(float x) {
+    if (x > 0.5F) return (1.F - tactus::exp(-min(x, 80.F))) / x;
+    float term = 1, sum = 1;
+    for (int k = 2; k <= 8; ++k) {
+      term *= -x / static_cast<float>(k);
+      sum += term;
+    }
+    return sum;
+  }
+
+ private:
+  TACTUS_HD static float weight(Vec3f at, int q) {
+    return ((q & 1) != 0 ? at.x : 1.F - at.x) * ((q & 2) != 0 ? at.y : 1.F - at.y) *
+           ((q & 4) != 0 ? at.z : 1.F - at.z);
+  }
+  /// The change of weight(at, q) along d.
+  TACTUS_HD static float slope(Vec3f at, Vec3f d, int q) {
+    const float x = (q & 1) != 0 ? at.x : 1.F - at.x, y = (q & 2) != 0 ? at.y : 1.F - at.y,
+                z = (q & 4) != 0 ? at.z : 1.F - at.z;
+    return ((q & 1) != 0 ? d.x : -d.x) * y * z + ((q & 2) != 0 ? d.y : -d.y) * x * z +
+           ((q & 4) != 0 ? d.z : -d.z) * x * y;
+  }
+  TACTUS_HD Vec3f at(const WoundPiece& p) const {
+    const Vec3f base = x_m[p.node[0]];
+    Vec3f x{};
+    for (int q = 1; q < 8; ++q) x += weight(p.local, q) * (x_m[p.node[q]] - base);
+    return base + x;
+  }
+  TACTUS_HD void place(const WoundPiece& p, const WoundState& s, Index i) const {
+    const Vec3f base = x_m[p.node[0]], local = s.level < 0 ? p.rim : p.local;
+    Vec3f x{}, v{}, along{}, across{};
+    for (int q = 0; q < 8; ++q) {
+      const Vec3f from_base = x_m[p.node[q]] - base;
+      x += weight(local, q) * from_base;
+      v += weight(p.local, q) * v_m_s[p.node[q]];
+      along += slope(p.local, p.along, q) * from_base;
+      across += slope(p.local, p.across, q) * from_base;
+    }
+    x += base;
+    const Vec3f out = normalized(cross(along, across), Vec3f{0, 0, 0});
+    // Where sides touch or overlap, a point in front of one has it as its nearest wall, and seems outside.
+    const Vec3f apart = at(pieces[i ^ 1]) - at(p);
+    const float gap = dot(apart, out), aside2 = dot(apart, apart) - sqr(gap);
+    is_shut[i] = s.level >= 0 && gap < 2 * kWoundToWall * spacing_m && aside2 < sqr(spacing_m) ? 1 : 0;
+    const Vec3f g = frame[0].gravity_m_s2, up = normalized(-g, Vec3f{0, 0, 0});
+    const auto levels = static_cast<float>(s.level < 0 ? -1 - s.level : s.level);
+    if (s.level >= 0) x += 0.5F * spacing_m * out;
+    place_m[i] = x + levels * spacing_m * up;
+    speed_m_s[i] = v;
+  }
+};
+
+/// What there is of the liquid round a place.
+struct LiquidRound {
+  float nearest2_m2;
+  float density;  ///< over that at rest
+};
+
+/// Of places, among the particles of the liquid, where they are now.
+struct FindLiquidRound {
+  static constexpr bool kNearOnly = true;
+  template <int kLanes>
+  struct Own {
+    Vec3f p[kLanes];
+    float least2[kLanes], density[kLanes];
+  };
+  SmoothingKernel kernel;
+  float particle_m3;
+  View<const SearchParticle> places;
+  View<const Vec3f> x_m;  ///< of the liquid now, by slot of its last search
+  View<LiquidRound> round;
+  template <int kLanes>
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    own.p[t] = places[i].x_m;
+    own.least2[t] = 1e30F;
+    own.density[t] = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float, bool) const {
+    const Vec3f d = x_m[j] - own.p[t];
+    const float r2 = dot(d, d);
+    if (!(r2 < 1e30F)) return;  // one that left
+    own.least2[t] = min(own.least2[t], r2);
+    own.density[t] +=
+        particle_m3 * kernel.scale_1_m3() * kernel.shape(kernel.inverse_d_1_m * tactus::sqrt(r2));
+  }
+  template <int kLanes>
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    round[i] = {own.least2[t], own.density[t]};
+  }
+};
+
+/// Thread: place. Whether there is room, and where its piece tries next if not.
+struct JudgePlaces {
+  static constexpr Index kLevels = 24;      ///< above a piece
+  static constexpr float kToLiquid = 0.9F;  ///< in spacings: nearer, there is no room
+  /// Of the density at rest: where liquid and walls round a place bring more, it is within the liquid. There,
+  /// they bring 0.68, and beside a surface less than 0.3.
+  static constexpr float kDense = 0.5F;
+  View<const Index> order;  ///< piece of each place
+  NearWalls walls;
+  View<const LiquidRound> round;
+  SmoothingKernel kernel;
+  float spacing_m;
+  View<const WoundPiece> pieces;
+  View<WoundState> states;
+  View<const Index> is_shut;
+  View<std::uint32_t> wish_key;
+  TACTUS_HD void operator()(Index k) const {
+    const Index i = order[k];
+    WoundState s = states[i];
+    const LiquidRound liquid = round[k];
+    bool no_room = is_shut[i] != 0;
+    float density = liquid.density;
+    for (Index w = 0; w < walls.count[k]; ++w) {
+      const float gap_m = walls.at(k, w).distance_m;
+      no_room = no_room || gap_m < kWoundToWall * spacing_m;
+      density += kernel.fill(max(gap_m, 0.F));
+    }
+    const bool is_dense = density > kDense;
+    if (!no_room && !is_dense && liquid.nearest2_m2 >= sqr(kToLiquid * spacing_m)) {
+      wish_key[i] = key(s.wish, i);
+      return;
+    }
+    if (no_room) {
+      s.level = s.level == 0 && pieces[i].at_skin != 0 ? -1 : 0;
+    } else if (is_dense) {
+      s.level += s.level < 0 ? -1 : 1;
+      if (s.level > kLevels || s.level < -kLevels) s.level = 0;
+    }
+    states[i] = s;
+  }
+  /// > 0; who wishes most comes first, and among equals anyone.
+  TACTUS_HD static std::uint32_t key(float wish, Index i) {
+    const std::uint32_t dither = scattered(static_cast<std::uint32_t>(i) ^ 0x5BD1E995U);
+    const float own = wish + static_cast<float>(dither >> 16U) * (1.F / 65536);
+    return static_cast<std::uint32_t>(clamp(own + 32.F, 0.F, 127.F) * 33554432.F) | 1U;
+  }
+};
+
+/// Of places, among all: whether one that wishes more is so near that both would not have room.
+struct BeatPlaces {
+  static constexpr bool kNearOnly = true;
+  template <int kLanes>
+  struct Own {
+    Index piece[kLanes], beaten[kLanes];
+    std::uint32_t key[kLanes];
+  };
+  View<const Index> order;
+  View<const std::uint32_t> wish_key;
+  View<Index> beaten;  ///< by piece
+  template <int kLanes>
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    own.piece[t] = order[i];
+    own.key[t] = wish_key[order[i]];
+    own.beaten[t] = 0;
+  }
+  template <int kLanes>
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float, bool) const {
+    const Index other = order[j];
+    const std::uint32_t key = wish_key[other];
+    if (key > own.key[t] || (key == own.key[t] && other > own.piece[t])) own.beaten[t] = 1;
+  }
+  template <int kLanes>
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index) const {
+    beaten[own.piece[t]] = own.beaten[t];
+  }
+};
+
+/// What a liquid offers to those who bring particles between its steps.
+struct LiquidArrivals {
+  View<LiquidCounters> counters;
+  View<Index> count;
+  View<Vec3f> x_m, v_m_s;
+  View<Index> id;
+  View<float> push;
+  Index room;  ///< for particles
+};
+
+/// One block. Per stroke, of the places that have room those that wish most get a slot, as many as there are
+/// whole particles waiting.
+struct PlanWounds {
+  static constexpr int kThreads = 256;
+  Count pieces;
+  View<const WoundPiece> piece;
+  View<const std::uint32_t> wish_key;
+  View<const Index> beaten;
+  LiquidArrivals liquid;
+  View<WoundBook> books;
+  View<std::uint32_t> turn;
+  View<Index> slot;  ///< by piece; -1: none
+  View<Index> id;    ///< (1) of the particle in slot 0
+  View<Index> open;  ///< (1) places that had room
+  struct Shared {
+    Index count[kThreads];
+    Index total, wanted;
+    std::uint32_t least;
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index n = pieces.get(), each = ceil_div(n, Index(kThreads));
+    b.for_each_thread([&](int t) {
+      for (Index i = t; i < n; i += kThreads) slot[i] = -1;
+      if (t == 0) {
+        turn[0] += 1;
+        id[0] = liquid.counters[0].next_id - liquid.count[0];
+        open[0] = 0;
+      }
+    });
+    for (Index stroke = 0; stroke < books.size(); ++stroke) {
+      if (books[stroke].waiting() == 0) continue;
+      const auto counted = [&](auto&& holds) {
+        b.for_each_thread([&](int t) {
+          Index own = 0;
+          for (Index i = t; i < n; i += kThreads) own += candidate(i, stroke) && holds(i) ? 1 : 0;
+          s.count[t] = own;
+        });
+        b.on_one_thread([&] {
+          s.total = 0;
+          for (const Index own : s.count) s.total += own;
+        });
+      };
+      counted([](Index) { return true; });
+      b.on_one_thread([&] {
+        open[0] += s.total;
+        const Index waiting = books[stroke].waiting() > 1000000U ? 1000000 : Index(books[stroke].waiting());
+        s.wanted = min(min(s.total, waiting), liquid.room - liquid.count[0]);
+        s.least = 0;
+      });
+      if (s.wanted <= 0) continue;
+      // The largest key that so many have, or more.
+      for (int bit = 31; bit >= 0; --bit) {
+        counted([&](Index i) { return wish_key[i] >= (s.least | 1U << static_cast<unsigned>(bit)); });
+        b.on_one_thread([&] {
+          if (s.total >= s.wanted) s.least |= 1U << static_cast<unsigned>(bit);
+        });
+      }
+      b.for_each_thread([&](int t) {
+        Index own = 0;
+        for (Index i = t * each; i < min(n, (t + 1) * each); ++i)
+          own += candidate(i, stroke) && wish_key[i] >= s.least ? 1 : 0;
+        s.count[t] = own;
+      });
+      b.on_one_thread([&] {
+        Index before = 0;
+        for (Index& own : s.count) {
+          const Index here = own;
+          own = before;
+          before += here;
+        }
+      });
+      b.for_each_thread([&](int t) {
+        Index next = s.count[t];
+        for (Index i = t * each; i < min(n, (t + 1) * each); ++i) {
+          if (!candidate(i, stroke) || wish_key[i] < s.least) continue;
+          if (next < s.wanted) slot[i] = liquid.count[0] + next;
+          ++next;
+        }
+      });
+      b.on_one_thread([&] {
+        LiquidCounters c = liquid.counters[0];
+        c.next_id += s.wanted;
+        c.emitted += static_cast<std::uint32_t>(s.wanted);
+        liquid.counters[0] = c;
+        liquid.count[0] += s.wanted;
+        books[stroke].emitted += static_cast<std::uint64_t>(s.wanted);
+      });
+    }
+  }
+
+ private:
+  TACTUS_HD bool candidate(Index i, Index stroke) const {
+    return wish_key[i] != 0 && beaten[i] == 0 && piece[i].stroke == stroke;
+  }
+};
+
+/// Thread: piece.
+struct BleedWounds {
+  View<const Index> slot;
+  View<const Index> first_id;
+  View<const Vec3f> place_m, speed_m_s;
+  LiquidArrivals liquid;
+  View<WoundState> states;
+  TACTUS_HD void operator()(Index i) const {
+    const Index to = slot[i];
+    if (to < 0) return;
+    liquid.x_m[to] = place_m[i];
+    liquid.v_m_s[to] = speed_m_s[i];
+    liquid.id[to] = first_id[0] + to;
+    liquid.push[to] = 0;
+    WoundState s = states[i];
+    s.wish -= 1.F;
+    s.level = max(s.level - 1, 0);
+    states[i] = s;
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,97 @@
+#include "tactus/fluid/wounds.h"
+
+#include <string>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+const WoundSettings& checked(const WoundSettings& s) {
+  const auto require = [](bool ok, const char* what, float value) {
+    if (!ok) throw Error(std::string("wounds: ") + what + " is " + std::to_string(value) + ", must be > 0");
+  };
+  require(s.rate_m_s > 0, "rate_m_s", s.rate_m_s);
+  require(s.spacing_m > 0, "spacing_m", s.spacing_m);
+  require(s.max_pieces > 0, "max_pieces", static_cast<float>(s.max_pieces));
+  if (!(s.fading_s >= 0)) throw Error("wounds: fading_s is " + std::to_string(s.fading_s) + ", must be >= 0");
+  return s;
+}
+
+}  // namespace
+
+Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
+    : settings_(checked(settings)),
+      search_(ctx.device(),
+              {.max_particles = settings.max_pieces, .reach_m = JudgePlaces::kToLiquid * settings.spacing_m}),
+      count_(ctx.device(), 1),
+      pieces_(ctx.device(), settings.max_pieces),
+      states_(ctx.device(), settings.max_pieces),
+      books_(ctx.device(), kStrokes),
+      place_m_(ctx.device(), settings.max_pieces),
+      speed_m_s_(ctx.device(), settings.max_pieces),
+      key_(ctx.device(), settings.max_pieces),
+      turn_(ctx.device(), 1),
+      is_shut_(ctx.device(), settings.max_pieces),
+      beaten_(ctx.device(), settings.max_pieces),
+      slot_(ctx.device(), settings.max_pieces),
+      first_id_(ctx.device(), 1),
+      open_(ctx.device(), 1),
+      wall_count_(ctx.device(), settings.max_pieces),
+      walls_(ctx.device(), std::int64_t{kNearWalls} * settings.max_pieces),
+      round_(ctx.device(), settings.max_pieces) {
+  ctx.fill_bytes(states_.view(), 0);
+  ctx.fill_bytes(books_.view(), 0);
+  ctx.fill_bytes(turn_.view(), 0);
+  ctx.fill_bytes(beaten_.view(), 0);
+  set_pieces(ctx, {});
+}
+
+void Wounds::set_pieces(ExecContext& ctx, std::span<const WoundPiece> pieces) {
+  const auto n = static_cast<Index>(pieces.size());
+  if (n > max_pieces())
+    throw Error("wounds: " + std::to_string(n) + " pieces, but there is room for " +
+                std::to_string(max_pieces()));
+  if (n > 0) ctx.upload(pieces, pieces_.view().part(0, n));
+  ctx.upload(std::span<const Index>(&n, 1), count_.view());
+  ctx.synchronize();
+}
+
+void Wounds::try_places(ExecContext& ctx, View<const FrameParams> frame, View<const Vec3f> x_m,
+                        View<const Vec3f> v_m_s) {
+  const float d = settings_.spacing_m;
+  ctx.parallel_for(
+      "wounds/try", count(),
+      TryWounds{pieces_.const_view(), frame, x_m, v_m_s, turn_.const_view(), settings_.rate_m_s,
+                settings_.fading_s > 0 ? 1.F / settings_.fading_s : 0.F, 1.F / (d * d * d), d, states_.view(),
+                books_.view(), place_m_.view(), speed_m_s_.view(), key_.view(), is_shut_.view()});
+  search_.build(ctx, place_m_.const_view(), {}, count());
+}
+
+void Wounds::bleed(ExecContext& ctx, const NeighbourSearch& search, const LiquidArrivals& liquid) {
+  const float d = settings_.spacing_m;
+  const View<const Index> order = search_.cells().order;
+  search_.visit(
+      ctx, "wounds/liquid", search,
+      FindLiquidRound{
+          {1.F / d}, d * d * d, search_.cells().particles, View<const Vec3f>(liquid.x_m), round_.view()});
+  ctx.parallel_for("wounds/judge", search_.placed(),
+                   JudgePlaces{order,
+                               near_walls(),
+                               round_.const_view(),
+                               {1.F / d},
+                               d,
+                               pieces_.const_view(),
+                               states_.view(),
+                               is_shut_.const_view(),
+                               key_.view()});
+  search_.visit(ctx, "wounds/beat", BeatPlaces{order, key_.const_view(), beaten_.view()});
+  ctx.parallel_for("wounds/plan", 1,
+                   PlanWounds{count(), pieces_.const_view(), key_.const_view(), beaten_.const_view(), liquid,
+                              books_.view(), turn_.view(), slot_.view(), first_id_.view(), open_.view()});
+  ctx.parallel_for("wounds/bleed", count(),
+                   BleedWounds{slot_.const_view(), first_id_.const_view(), place_m_.const_view(),
+                               speed_m_s_.const_view(), liquid, states_.view()});
+}
+
+}  // namespace tactus

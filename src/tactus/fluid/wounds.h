@@ -1,0 +1,60 @@
+#pragma once
+/// The wounds of a body, from which a liquid flows.
+#include <span>
+#include <vector>
+
+#include "tactus/compute/buffer.h"
+#include "tactus/fluid/wound_kernels.h"
+#include "tactus/geom/neighbour_search.h"
+
+namespace tactus {
+
+struct WoundSettings {
+  float rate_m_s = 0;   ///< volume per time and area: 1 ml / (s cm^2) is 0.01 m/s
+  float fading_s = 0;   ///< the rate falls as exp(-t / fading_s); 0: it stays
+  float spacing_m = 0;  ///< of the liquid's particles at rest
+  Index max_pieces = 0;
+};
+
+/// Owns what wounds owe, on one device. Between frames: set_pieces when the body was cut. Once before the
+/// substeps of a frame: try_places; then whoever knows walls adds them to near_walls() of the places in
+/// search(), of which there are FindBoxWalls' first; then bleed. Asynchronous, may be recorded, but for
+/// set_pieces.
+class Wounds {
+ public:
+  /// @throws Error naming the setting that is out of range.
+  Wounds(ExecContext& ctx, const WoundSettings& settings);
+
+  /// All pieces, in pairs; those that were given before have the same places in the list. Synchronizes.
+  /// @throws Error when there are more than max_pieces.
+  void set_pieces(ExecContext& ctx, std::span<const WoundPiece> pieces);
+
+  /// @param x_m, v_m_s of the body's nodes
+  void try_places(ExecContext& ctx, View<const FrameParams> frame, View<const Vec3f> x_m,
+                  View<const Vec3f> v_m_s);
+  const NeighbourSearch& search() const { return search_; }
+  NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
+  /// @param search of the liquid's last step
+  void bleed(ExecContext& ctx, const NeighbourSearch& search, const LiquidArrivals& liquid);
+
+  Index max_pieces() const { return pieces_.size(); }
+  /// (kStrokes)
+  View<const WoundBook> books() const { return books_.const_view(); }
+
+ private:
+  Count count() const { return {count_.const_view(), pieces_.size()}; }
+
+  WoundSettings settings_;
+  NeighbourSearch search_;
+  Buffer<Index> count_;
+  Buffer<WoundPiece> pieces_;
+  Buffer<WoundState> states_;
+  Buffer<WoundBook> books_;
+  Buffer<Vec3f> place_m_, speed_m_s_;
+  Buffer<std::uint32_t> key_, turn_;
+  Buffer<Index> is_shut_, beaten_, slot_, first_id_, open_, wall_count_;
+  Buffer<NearWall> walls_;
+  Buffer<LiquidRound> round_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,59 @@
+#include "tactus/tissue/cut/cut_wounds.h"
+
+#include <map>
+#include <set>
+
+#include "tactus/tissue/cut/wall_parts.h"
+
+namespace tactus::cut {
+
+void CutWounds::update(const LatticeCutter& cutter, const CutSurface& surface, const TopologyChange& change,
+                       Index stroke) {
+  struct Cell {
+    std::array<Index, 2> part;
+    std::vector<WallPart> parts;
+  };
+  std::map<std::array<Index, 4>, Cell> cells;  // by cube that fell apart, and place
+  for (const CutSurface::NewWall& wall : surface.new_walls()) {
+    for (const WallPart& part : parts_of(wall.corners)) {
+      const auto place = [&](double v) { return static_cast<Index>(std::floor(pieces_per_spacing_ * v)); };
+      Cell& cell = cells[{wall.part[0], place(part.middle.x), place(part.middle.y), place(part.middle.z)}];
+      cell.part = wall.part;
+      cell.parts.push_back(part);
+    }
+  }
+  for (const auto& [key, cell] : cells) {
+    const WallPart wall = middle_part(cell.parts);
+    if (!(wall.area > 0)) continue;
+    WallPiece piece;
+    piece.p = wall.middle;
+    piece.area_m2 = static_cast<float>(wall.area * sqr(double{cutter.lattice().spacing_m}));
+    piece.stroke = stroke;
+    piece.depth = surface.depth(wall.middle);
+    if (is_near_skin(piece)) piece.skin = surface.outward(wall.middle);
+    for (const std::size_t side : {0U, 1U}) {
+      piece.cube = cell.part.at(side);
+      piece.normal = (side == 0 ? 1.0 : -1.0) * wall.normal;
+      add(cutter, surface, piece);
+    }
+  }
+  std::set<Index> cubes;
+  for (const TopologyChange::Copy& copy : change.copies) cubes.insert(copy.copy.of);
+  for (const Index cube : cubes) {
+    const auto known = of_cube_.find(cube);
+    if (known == of_cube_.end()) continue;
+    for (const std::size_t k : known->second) pieces_[k].cube = surface.leaf(pieces_[k].cube, pieces_[k].p);
+  }
+}
+
+void CutWounds::add(const LatticeCutter& cutter, const CutSurface& surface, WallPiece piece) {
+  if (static_cast<Index>(pieces_.size()) >= room_) {
+    is_full_ = true;
+    return;
+  }
+  piece.cube = surface.leaf(piece.cube, piece.p);
+  of_cube_[cutter.regular_of(piece.cube)].push_back(pieces_.size());
+  pieces_.push_back(piece);
+}
+
+}  // namespace tactus::cut
