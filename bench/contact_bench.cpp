@@ -52,8 +52,13 @@ class Touched {
  public:
   Touched(DeviceSet& devices, const TissueCase& body, const ElasticMaterial& material)
       : devices_(devices),
-        tissue_(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0, {},
-                body.matched_every > 1 ? 2 : 1),
+        tissue_(devices,
+                {.lattice = body.lattice,
+                 .elements = body.elements,
+                 .materials = {&material, 1},
+                 .tled = body.options,
+                 .flsm = body.matched},
+                {.least_elements = 0, .changes = body.matched_every > 1 ? 2 : 1}),
         points_(tissue_, body.lattice, body_boundary(body.lattice, surface_of(body.lattice), body.elements)),
         world_(devices, tissue_.slab_count(),
                {.sample_spacing_m = body.lattice.spacing_m,

@@ -23,7 +23,7 @@ class Block {
                  surface_room(shape_.lattice, shape_.surface_m)),
         cutter_(shape_.lattice, {}, shape_.surface_m, to_host(devices.context(0), surface_.anchors()),
                 room(surface_room(shape_.lattice, shape_.surface_m))),
-        body_(devices, shape_.lattice, {}, {&kMaterial, 1}, {}, {}, {}) {}
+        body_(devices, {.lattice = shape_.lattice, .materials = {&kMaterial, 1}}, {}) {}
   /// Through `layers` layers of cubes, in its middle. @returns cubes that fell apart
   Index cut(Index layers) {
     const float x = 0.013F, half_m = 0.5F * kSpacing_m * static_cast<float>(n_),

@@ -25,8 +25,14 @@ constexpr double kBytesPerRelaxingElement = kBytesPerElement + 96;
 nlohmann::json row(DeviceSet& devices, const TissueCase& body, double bandwidth_B_s) {
   const ElasticMaterial material{.young_Pa = body.matched.young_Pa};
   // On all devices, also where fewer would be faster.
-  BodySolver tissue(devices, body.lattice, body.elements, {&material, 1}, {}, body.options, body.matched, 0,
-                    {body.motions, {}, nullptr});
+  BodySolver tissue(devices,
+                    {.lattice = body.lattice,
+                     .elements = body.elements,
+                     .materials = {&material, 1},
+                     .tled = body.options,
+                     .flsm = body.matched,
+                     .conditions = {body.motions, {}, nullptr}},
+                    {.least_elements = 0});
   const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
   const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
   BodyStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s(),

@@ -38,8 +38,12 @@ std::vector<Vec3f> spin(const CubeLattice& lattice) {
 
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements, int half_width,
                 int substeps, int* slabs = nullptr, int matched_every = 1) {
-  BodySolver body(devices, lattice, elements, {&kMaterial, 1}, {}, {},
-                  {.young_Pa = 30000, .half_width = half_width}, 0);
+  BodySolver body(devices,
+                  {.lattice = lattice,
+                   .elements = elements,
+                   .materials = {&kMaterial, 1},
+                   .flsm = {.young_Pa = 30000, .half_width = half_width}},
+                  {.least_elements = 0});
   body.set_state(lattice.rest_positions_m(), spin(lattice));
   if (slabs != nullptr) *slabs = body.slab_count();
   // An odd number, twice: positions ahead begin in the same one of two buffers.
@@ -54,7 +58,10 @@ Motion on_one_cpu(const CubeLattice& lattice, const ElementMask& elements, int h
                   int matched_every = 1) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
-  Hybrid body(ctx, lattice, elements, {&kMaterial, 1}, {}, {}, {.young_Pa = 30000, .half_width = half_width});
+  Hybrid body(ctx, {.lattice = lattice,
+                    .elements = elements,
+                    .materials = {&kMaterial, 1},
+                    .flsm = {.young_Pa = 30000, .half_width = half_width}});
   BodyState state = rest_state(ctx, lattice);
   state.v_m_s = to_device(ctx, spin(lattice));
   for (int k = 0; k < 3; ++k)
@@ -142,7 +149,9 @@ TEST(BodySolver, SmallBodiesAreOnFewerDevices) {
   DeviceSet devices("cpu:4");
   const CubeLattice lattice = lattice_from_box({0, 0, 0}, {10, 10, 40}, {.spacing_m = 0.01F});
   const auto slabs = [&](const ElementMask& elements, double least) {
-    return BodySolver(devices, lattice, elements, {&kMaterial, 1}, {}, {}, {}, least).slab_count();
+    return BodySolver(devices, {.lattice = lattice, .elements = elements, .materials = {&kMaterial, 1}},
+                      {.least_elements = least})
+        .slab_count();
   };
   const ElementMask none(lattice.cubes.size(), 0);
   EXPECT_EQ(slabs({}, 1000), 4);  // of 4,000 elements

@@ -23,9 +23,11 @@ struct Bar {
       : set(devices), lattice(lattice_from_box({0, 0, 0}, {20, 4, 4}, {.spacing_m = kH})) {
     const ElasticMaterial material{.young_Pa = kYoung_Pa, .poisson = 0};
     lattice.fix_half_space({1e-4F, 0, 0}, {1, 0, 0});
-    model.emplace(ctx(), lattice, split_by_ratio(lattice, 0, elements, matched), std::span(&material, 1),
-                  std::span<const std::uint8_t>{}, TledOptions{.damping_ratio = 0.1F},
-                  FlsmMaterial{.young_Pa = kYoung_Pa, .half_width = 1, .damping_ratio = 0.1F});
+    model.emplace(ctx(), BodyModel{.lattice = lattice,
+                                   .elements = split_by_ratio(lattice, 0, elements, matched),
+                                   .materials = {&material, 1},
+                                   .tled = {.damping_ratio = 0.1F},
+                                   .flsm = {.young_Pa = kYoung_Pa, .half_width = 1, .damping_ratio = 0.1F}});
     state = rest_state(ctx(), lattice);
     held = to_device(ctx(), std::vector<Index>(lattice.nodes.size()));
   }
@@ -147,8 +149,7 @@ TEST(Driven, WhatIsReleasedFliesOn) {
   Bar bar;
   bar.lattice.fixed.assign(bar.lattice.fixed.size(), 0);
   const ElasticMaterial material{.young_Pa = kYoung_Pa, .poisson = 0};
-  bar.model.emplace(bar.ctx(), bar.lattice, ElementMask{}, std::span(&material, 1),
-                    std::span<const std::uint8_t>{}, TledOptions{}, FlsmMaterial{});
+  bar.model.emplace(bar.ctx(), BodyModel{.lattice = bar.lattice, .materials = {&material, 1}});
   NodeMotion motion = pull(bar, 0, 0);
   motion.keys = {{1, {0.5, 0, 0}, 0}};
   motion.release_s = 0.01;

@@ -41,7 +41,7 @@ struct MovingBody {
       : lattice(cut_lattice(box(cubes), [](Vec3i, int) { return false; }, {.copies = 800, .nodes = 1200})),
         mesh(surface_of(cubes)),
         cutter(lattice, {}, mesh, anchor_vertices(lattice, mesh), {.vertices = 40000, .triangles = 80000}),
-        body(set, lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0) {
+        body(set, {.lattice = lattice, .materials = {&kMaterial, 1}}, {.least_elements = 0}) {
     std::vector<Vec3f> v;
     for (const Vec3f p : lattice.rest_positions_m()) v.push_back({-3 * p.z + 0.1F, 2 * p.x, 3 * p.x - p.y});
     body.set_state(lattice.rest_positions_m(), v);

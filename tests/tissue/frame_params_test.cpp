@@ -37,8 +37,14 @@ constexpr FrameOfTest kFrames[] = {{1e-4F, 6, {0, -9.81F, 0}},
                                    {0.9e-4F, 8, {0, -2, 0}}};
 
 BodySolver make_body(DeviceSet& devices, const ElementMask& elements) {
-  return {devices, block(), elements, {&kMaterial, 1}, {}, kRelaxing, {.young_Pa = 30000, .half_width = 1},
-          0};
+  const CubeLattice lattice = block();
+  return {devices,
+          {.lattice = lattice,
+           .elements = elements,
+           .materials = {&kMaterial, 1},
+           .tled = kRelaxing,
+           .flsm = {.young_Pa = 30000, .half_width = 1}},
+          {.least_elements = 0}};
 }
 
 std::vector<Vec3f> stepped_by_host(const ElementMask& elements, int matched_every, int odd) {

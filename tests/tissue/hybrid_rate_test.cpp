@@ -19,9 +19,11 @@ struct Beam {
   explicit Beam(bool clamped, float damping = 0.1F) : set("cpu") {
     lattice = lattice_from_box({0, 0, 0}, {20, 4, 4}, {.spacing_m = 0.005F});
     if (clamped) lattice.fix_half_space({5e-5F, 0, 0}, {1, 0, 0});
-    model.emplace(ctx(), lattice, split_by_ratio(lattice, 0, 6, 4), std::span(&kMaterial, 1),
-                  std::span<const std::uint8_t>{}, TledOptions{.damping_ratio = damping},
-                  FlsmMaterial{.young_Pa = 30000, .half_width = 3, .damping_ratio = damping});
+    model.emplace(ctx(), BodyModel{.lattice = lattice,
+                                   .elements = split_by_ratio(lattice, 0, 6, 4),
+                                   .materials = {&kMaterial, 1},
+                                   .tled = {.damping_ratio = damping},
+                                   .flsm = {.young_Pa = 30000, .half_width = 3, .damping_ratio = damping}});
     body = rest_state(ctx(), lattice);
   }
   ExecContext& ctx() { return set.context(0); }

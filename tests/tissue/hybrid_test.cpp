@@ -41,7 +41,11 @@ Vec3f settled_tip(const CubeLattice& lattice, const ElementMask& mask, int w, fl
   ExecContext& ctx = set.context(0);
   FlsmMaterial material = matched(w);
   material.stiffness_scale = scale;
-  Hybrid hybrid(ctx, lattice, mask, {&kMaterial, 1}, {}, {.damping_ratio = 0.1F}, material);
+  Hybrid hybrid(ctx, {.lattice = lattice,
+                      .elements = mask,
+                      .materials = {&kMaterial, 1},
+                      .tled = {.damping_ratio = 0.1F},
+                      .flsm = material});
   BodyState body = rest_state(ctx, lattice);
   const float dt = hybrid.stable_step_s();
   hybrid.step(ctx, body, {dt, {0, 0, -9.81F}, 20}, static_cast<int>(2.2F / dt));
@@ -76,8 +80,10 @@ TEST(Hybrid, EndsAreTheTwoModels) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
   const CubeLattice lattice = beam();
-  Hybrid all_elements(ctx, lattice, {}, {&kMaterial, 1}, {}, {}, matched(2));
-  Hybrid all_matched(ctx, lattice, split(lattice, 0), {&kMaterial, 1}, {}, {}, matched(2));
+  Hybrid all_elements(ctx, {.lattice = lattice, .materials = {&kMaterial, 1}, .flsm = matched(2)});
+  Hybrid all_matched(
+      ctx,
+      {.lattice = lattice, .elements = split(lattice, 0), .materials = {&kMaterial, 1}, .flsm = matched(2)});
   EXPECT_FALSE(all_elements.flsm().has_value());
   EXPECT_FALSE(all_matched.has_elements());
   Tled tled(ctx, lattice, {&kMaterial, 1});
@@ -126,8 +132,13 @@ TEST(Hybrid, DeflectionTestMatchesTheElements) {
   for (int w = 1; w <= 3; ++w) {
     for (const double elements : {0.6, 0.3, 0.0}) {
       const ElementMask mask = split(lattice, elements, true);
-      const float scale = match_deflection(ctx, lattice, mask, {&kMaterial, 1}, {}, {.damping_ratio = 0.1F},
-                                           matched(w), {0, 0, -1});
+      const float scale = match_deflection(ctx,
+                                           {.lattice = lattice,
+                                            .elements = mask,
+                                            .materials = {&kMaterial, 1},
+                                            .tled = {.damping_ratio = 0.1F},
+                                            .flsm = matched(w)},
+                                           {0, 0, -1});
       const float plain = settled_tip(lattice, mask, w).z / reference,
                   scaled = settled_tip(lattice, mask, w, scale).z / reference;
       std::printf("w %d, %2.0f %% elements at the tip: scale %.3f, tip %.3f before, %.3f after\n", w,
@@ -136,7 +147,7 @@ TEST(Hybrid, DeflectionTestMatchesTheElements) {
       EXPECT_NEAR(scaled, 1, 0.05) << w << ' ' << elements;
     }
   }
-  EXPECT_EQ(match_deflection(ctx, lattice, {}, {&kMaterial, 1}, {}, {}, matched(1)), 1);
+  EXPECT_EQ(match_deflection(ctx, {.lattice = lattice, .materials = {&kMaterial, 1}, .flsm = matched(1)}), 1);
 }
 
 /// The interface is counted once: whatever the split, a hanging body weighs the same. At rest the clamped
@@ -148,7 +159,10 @@ TEST(Hybrid, AnySplitHasTheSameWeight) {
   CubeLattice lattice = beam();
   std::fill(lattice.fixed.begin(), lattice.fixed.end(), std::uint8_t{0});
   for (const double elements : {1.0, 0.6, 0.3, 0.0}) {
-    Hybrid hybrid(ctx, lattice, split(lattice, elements), {&kMaterial, 1}, {}, {}, matched(2));
+    Hybrid hybrid(ctx, {.lattice = lattice,
+                        .elements = split(lattice, elements),
+                        .materials = {&kMaterial, 1},
+                        .flsm = matched(2)});
     BodyState body = rest_state(ctx, lattice);
     const float dt = hybrid.stable_step_s();
     std::vector<Vec3f> v(lattice.nodes.size());
@@ -177,8 +191,11 @@ TEST(Hybrid, AnySplitHasTheSameReaction) {
   for (std::size_t i = 0; i < lattice.nodes.size(); ++i)
     free_kg += lattice.fixed[i] != 0 ? 0 : static_cast<double>(lattice.node_mass_kg[i]);
   for (const double elements : {1.0, 0.6, 0.3}) {
-    Hybrid hybrid(ctx, lattice, split(lattice, elements), {&kMaterial, 1}, {}, {.damping_ratio = 0.1F},
-                  matched(2));
+    Hybrid hybrid(ctx, {.lattice = lattice,
+                        .elements = split(lattice, elements),
+                        .materials = {&kMaterial, 1},
+                        .tled = {.damping_ratio = 0.1F},
+                        .flsm = matched(2)});
     BodyState body = rest_state(ctx, lattice);
     const float dt = hybrid.stable_step_s();
     const BodyStep step{dt, {0, 0, -9.81F}, 20};
@@ -202,7 +219,11 @@ TEST(Hybrid, FreeBodyKeepsItsMomentum) {
   std::fill(lattice.fixed.begin(), lattice.fixed.end(), std::uint8_t{0});
   FlsmMaterial undamped = matched(2);
   undamped.damping_ratio = 0;
-  Hybrid hybrid(ctx, lattice, split(lattice, 0.6), {&kMaterial, 1}, {}, {.damping_ratio = 0}, undamped);
+  Hybrid hybrid(ctx, {.lattice = lattice,
+                      .elements = split(lattice, 0.6),
+                      .materials = {&kMaterial, 1},
+                      .tled = {.damping_ratio = 0},
+                      .flsm = undamped});
   BodyState body = rest_state(ctx, lattice);
   std::vector<Vec3f> v(lattice.nodes.size(), Vec3f{0.5F, 0, 0});
   for (std::size_t i = 0; i < v.size(); ++i) v[i].z = 0.05F * static_cast<float>(lattice.nodes[i].x % 7);
@@ -232,7 +253,10 @@ TEST_P(HybridDevices, SameBitsAsOneCpu) {
   const auto run = [&](const std::string& devices) {
     DeviceSet set(devices, 11);
     ExecContext& ctx = set.context(0);
-    Hybrid hybrid(ctx, lattice, split(lattice, 0.4), {&kMaterial, 1}, {}, {}, matched(2));
+    Hybrid hybrid(ctx, {.lattice = lattice,
+                        .elements = split(lattice, 0.4),
+                        .materials = {&kMaterial, 1},
+                        .flsm = matched(2)});
     BodyState body = rest_state(ctx, lattice);
     for (int k = 0; k < 60; ++k) hybrid.step(ctx, body, {.dt_s = hybrid.stable_step_s()});
     return to_host(ctx, body.x_m.const_view());

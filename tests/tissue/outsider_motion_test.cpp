@@ -18,8 +18,13 @@ constexpr ElasticMaterial kSoft{.young_Pa = 30000, .poisson = 0.45F};
 double loss_of_turning(const CubeLattice& lattice, const ElementMask& elements, double turns_per_s,
                        const std::string& devices = "cpu") {
   DeviceSet set(devices, 3);
-  BodySolver body(set, lattice, elements, {&kSoft, 1}, {}, {.damping_ratio = 0.3F},
-                  {.young_Pa = kSoft.young_Pa, .damping_ratio = 0.3F}, 0);
+  BodySolver body(set,
+                  {.lattice = lattice,
+                   .elements = elements,
+                   .materials = {&kSoft, 1},
+                   .tled = {.damping_ratio = 0.3F},
+                   .flsm = {.young_Pa = kSoft.young_Pa, .damping_ratio = 0.3F}},
+                  {.least_elements = 0});
   const Vec3f middle = 0.5F * lattice.spacing_m * vec_cast<float>(lattice.node_dims - Vec3i{1, 1, 1});
   const Vec3f turn{0, 0, 2 * kPi * static_cast<float>(turns_per_s)};
   const std::vector<Vec3f> x = lattice.rest_positions_m();
@@ -80,7 +85,8 @@ double energy_drift(bool seldom) {
   lattice.fix_half_space({0.001F, 0, 0}, {1, 0, 0});
   const TledOptions options{.damping_ratio = 0};
   DeviceSet set("cpu");
-  BodySolver body(set, lattice, {}, {&kSoft, 1}, {}, options, {}, 0);
+  BodySolver body(set, {.lattice = lattice, .materials = {&kSoft, 1}, .tled = options},
+                  {.least_elements = 0});
   FrameOnDevices frame(set);
   body.follow(frame);
   std::vector<Vec3f> v;

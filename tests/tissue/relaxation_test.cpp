@@ -136,7 +136,13 @@ TEST_P(RelaxationDevices, SameBitsAsOneCpu) {
     if (both) elements = split_by_ratio(lattice, 0, 6, 4);
     const auto run = [&](const std::string& devices, std::initializer_list<int> pieces) {
       DeviceSet set(devices, 7);
-      BodySolver body(set, lattice, elements, {&m, 1}, {}, kRelaxing, {.young_Pa = 3000}, 0);
+      BodySolver body(set,
+                      {.lattice = lattice,
+                       .elements = elements,
+                       .materials = {&m, 1},
+                       .tled = kRelaxing,
+                       .flsm = {.young_Pa = 3000}},
+                      {.least_elements = 0});
       body.set_state(x, v);
       for (const int count : pieces) body.step({.dt_s = body.stable_step_s()}, count);
       return body.positions_m();

@@ -60,7 +60,13 @@ struct Column {
 struct Case {
   ElementMask elements{};
   int half_width = 1, substeps = 6, matched_every = 1;
-  FlsmMaterial matched() const { return {.young_Pa = 30000, .half_width = half_width}; }
+  BodyModel model(const Column& column) const {
+    return {.lattice = column.lattice,
+            .elements = elements,
+            .materials = {&kMaterial, 1},
+            .flsm = {.young_Pa = 30000, .half_width = half_width},
+            .conditions = column.conditions()};
+  }
 };
 
 /// What three frames come to.
@@ -73,9 +79,7 @@ struct Played {
 Played on_slabs(DeviceSet& devices, const Column& column, const Case& c, BodySolver* body = nullptr) {
   std::optional<BodySolver> own;
   if (body == nullptr)
-    body =
-        &own.emplace(devices, column.lattice, c.elements, std::span(&kMaterial, 1),
-                     std::span<const std::uint8_t>{}, TledOptions{}, c.matched(), 0.0, column.conditions());
+    body = &own.emplace(devices, c.model(column), BodySolver::Settings{.least_elements = 0});
   EXPECT_EQ(body->slab_count() > 1, devices.count() > 1);
   const BodyStep step{.dt_s = body->stable_step_s(), .matched_every = c.matched_every};
   DeviceReplay replay;
@@ -99,7 +103,7 @@ Played on_slabs(DeviceSet& devices, const Column& column, const Case& c, BodySol
 Played on_one_cpu(const Column& column, const Case& c) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
-  Hybrid body(ctx, column.lattice, c.elements, {&kMaterial, 1}, {}, {}, c.matched());
+  Hybrid body(ctx, c.model(column));
   Boundary boundary(ctx, column.lattice, column.conditions(), all_nodes(column.lattice));
   BodyState state = rest_state(ctx, column.lattice);
   const BodyStep step{.dt_s = body.stable_step_s(), .matched_every = c.matched_every};
@@ -150,8 +154,7 @@ TEST_P(SlabBoundary, WhatIsNotedIsWhatOneCpuNotes) {
   for (const Case& c : all_cases(column)) {
     const auto noted = [&](const std::string& text) {
       DeviceSet devices(text, 12);
-      BodySolver body(devices, column.lattice, c.elements, {&kMaterial, 1}, {}, {}, c.matched(), 0,
-                      column.conditions());
+      BodySolver body(devices, c.model(column), {.least_elements = 0});
       on_slabs(devices, column, c, &body);
       return std::pair{body.extremes(), body.watched()};
     };
@@ -178,8 +181,12 @@ TEST_P(SlabBoundary, WhatIsTornAwayIsNamed) {
   for (const Index node : {2002, 903}) {
     column.motions[0].nodes = {node, node + 1};
     DeviceSet devices(GetParam(), 13);
-    BodySolver body(devices, column.lattice, column.mask(0, 1), {&kMaterial, 1}, {}, {}, {}, 0,
-                    column.conditions());
+    BodySolver body(devices,
+                    {.lattice = column.lattice,
+                     .elements = column.mask(0, 1),
+                     .materials = {&kMaterial, 1},
+                     .conditions = column.conditions()},
+                    {.least_elements = 0});
     body.begin_frame();
     body.step({.dt_s = 1e-3F}, 3);
     body.end_frame(3);
@@ -208,8 +215,11 @@ TEST(SlabBoundary, FramesFollowOneAnother) {
   for (const bool is_free : {true, false}) {
     const auto played = [&](const std::string& text, std::uint64_t seed) {
       DeviceSet devices(text, seed);
-      BodySolver body(devices, column.lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0,
-                      is_free ? BoundaryConditions{} : column.conditions());
+      BodySolver body(devices,
+                      {.lattice = column.lattice,
+                       .materials = {&kMaterial, 1},
+                       .conditions = is_free ? BoundaryConditions{} : column.conditions()},
+                      {.least_elements = 0});
       for (int frame = 0; frame < kFrames; ++frame) {
         body.begin_frame();
         body.step({.dt_s = body.stable_step_s()}, 5);

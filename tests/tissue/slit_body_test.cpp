@@ -316,8 +316,13 @@ CubeLattice cross_cut(const CubeLattice& whole) {
 
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
                 const TledOptions& options) {
-  BodySolver body(devices, lattice, elements, {&kMaterial, 1}, {}, options,
-                  {.young_Pa = 3000, .half_width = 1}, 0);
+  BodySolver body(devices,
+                  {.lattice = lattice,
+                   .elements = elements,
+                   .materials = {&kMaterial, 1},
+                   .tled = options,
+                   .flsm = {.young_Pa = 3000, .half_width = 1}},
+                  {.least_elements = 0});
   body.set_state(lattice.rest_positions_m(), wild(lattice));
   DeviceReplay replay;
   for (int k = 0; k < 3; ++k) replay.run(devices, [&] { body.step({.dt_s = body.stable_step_s()}, 5); });
@@ -356,7 +361,7 @@ TEST_P(SlitDevices, StrainOfCopiesIsFound) {
   DeviceSet devices(GetParam(), 13);
   const CubeLattice whole = lattice_from_box({}, {4, 4, 48}, {.spacing_m = kH}), lattice = cross_cut(whole);
   const auto extremes = [&](const CubeLattice& of, Index cube) {
-    BodySolver body(devices, of, {}, {&kMaterial, 1}, {}, {}, {}, 0);
+    BodySolver body(devices, {.lattice = of, .materials = {&kMaterial, 1}}, {.least_elements = 0});
     std::vector<Vec3f> x = of.rest_positions_m();
     const auto& nodes = of.cube_nodes[at(cube)];
     for (std::size_t q = 4; q < 8; ++q) x[at(nodes[q])].z -= 0.7F * kH;
@@ -377,7 +382,7 @@ TEST_P(SlitDevices, StrainOfCopiesIsFound) {
 TEST_P(SlitDevices, BadVirtualNodesAreFound) {
   DeviceSet devices(GetParam(), 14);
   const CubeLattice lattice = cross_cut(lattice_from_box({}, {4, 4, 48}, {.spacing_m = kH}));
-  BodySolver body(devices, lattice, {}, {&kMaterial, 1}, {}, {}, {}, 0);
+  BodySolver body(devices, {.lattice = lattice, .materials = {&kMaterial, 1}}, {.least_elements = 0});
   for (const Index k : {0, 40, 83}) {
     const Index bad = lattice.regular_nodes() + k;
     std::vector<Vec3f> x = lattice.rest_positions_m();

@@ -40,8 +40,13 @@ CubeLattice cross_cut(const CubeLattice& whole) {
 struct ScheduledBody {
   ScheduledBody(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
                 const TledOptions& options)
-      : body(devices, lattice, elements, {&kMaterial, 1}, {}, options, {.young_Pa = 3000, .half_width = 1},
-             0),
+      : body(devices,
+             {.lattice = lattice,
+              .elements = elements,
+              .materials = {&kMaterial, 1},
+              .tled = options,
+              .flsm = {.young_Pa = 3000, .half_width = 1}},
+             {.least_elements = 0}),
         schedule(devices) {
     body.follow(schedule.frame());
     const auto add = [&](const char* name, Rate rate, std::function<void(BlockPlace)> submit) {
@@ -127,8 +132,10 @@ TEST(TopologyChange, CopiesTakeOverWhatHasRelaxed) {
   TledOptions relaxing{.damping_ratio = 0};
   relaxing.relaxation[0] = {.share = 0.5F, .time_s = 0.002F};
   const auto momenta = [&](bool is_cut, bool takes_over) {
-    BodySolver body(devices, is_cut && !takes_over ? after : before, {}, {&kMaterial, 1}, {}, relaxing, {},
-                    0);
+    BodySolver body(
+        devices,
+        {.lattice = is_cut && !takes_over ? after : before, .materials = {&kMaterial, 1}, .tled = relaxing},
+        {.least_elements = 0});
     std::vector<Vec3f> x = before.rest_positions_m();
     for (Vec3f& p : x) p = {1.2F * p.x, p.y, p.z};
     const std::vector<Vec3f> still(x.size());
@@ -259,11 +266,14 @@ TEST(TopologyChange, RefusesWhatItCannotHold) {
                     after = cut_lattice(
                         whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kRoom);
   DeviceSet devices("cpu");
-  BodySolver without_room(devices, whole, {}, {&kMaterial, 1}, {}, {}, {}, 0);
+  BodySolver without_room(devices, {.lattice = whole, .materials = {&kMaterial, 1}}, {.least_elements = 0});
   EXPECT_THROW(without_room.apply(topology_change(before, after)), Error);
   ElementMask matched(before.cubes.size(), 1);
   std::fill_n(matched.begin(), 30, 0);
-  BodySolver body(devices, before, matched, {&kMaterial, 1}, {}, {}, {.half_width = 1}, 0);
+  BodySolver body(
+      devices,
+      {.lattice = before, .elements = matched, .materials = {&kMaterial, 1}, .flsm = {.half_width = 1}},
+      {.least_elements = 0});
   EXPECT_THROW(body.apply(topology_change(before, after)), Error);
   EXPECT_THROW(topology_change(whole, after), Error);
 }

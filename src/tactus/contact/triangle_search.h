@@ -50,7 +50,7 @@ struct DecidingTriangles {
 
 /// A search round one point for the triangles of one owner, by all lanes of a block.
 struct TriangleSearch {
-  static constexpr int kLanes = 128, kCells = 27, kOwnCell = 13, kCandidates = 32;
+  static constexpr int kLanes = 256, kCells = 27, kOwnCell = 13, kCandidates = 32;
   MeetingPoint at;
   float way_m;  ///< since the last correction, at most the reach
   Index begin[kCells], end[kCells];

@@ -47,8 +47,12 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   for (const NodeMotion& motion : shape.motions) {
     for (const Index node : motion.nodes) held.fixed[static_cast<std::size_t>(node)] = kAllAxes;
   }
-  material.stiffness_scale =
-      match_deflection(ctx, held, shape.elements, shape.materials, shape.material_of_cube, at_once, material);
+  material.stiffness_scale = match_deflection(ctx, {.lattice = held,
+                                                    .elements = shape.elements,
+                                                    .materials = shape.materials,
+                                                    .material_of_cube = shape.material_of_cube,
+                                                    .tled = at_once,
+                                                    .flsm = material});
   return material;
 }
 
@@ -60,9 +64,16 @@ BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const Bo
   // Of bodies that touch bodies, those are the second; or the points of shape matching (add_contact_stages).
   const int changes = !body.contact ? 0 : on_first_device || body.matching_every > 1 ? 2 : 1;
   try {
-    return BodySolver(devices, shape.lattice, shape.elements, shape.materials, shape.material_of_cube,
-                      elements, matched, least,
-                      {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}, changes);
+    return BodySolver(
+        devices,
+        {.lattice = shape.lattice,
+         .elements = shape.elements,
+         .materials = shape.materials,
+         .material_of_cube = shape.material_of_cube,
+         .tled = elements,
+         .flsm = matched,
+         .conditions = {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}},
+        {.least_elements = least, .changes = changes});
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what(), e.kind());
   }

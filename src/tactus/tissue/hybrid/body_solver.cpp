@@ -11,13 +11,13 @@ namespace {
 /// What a shape-matched node costs over an element: 8 times as much on an H200, 6 on a CPU.
 constexpr double kMatchedCost = 7;
 
-std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& lattice,
-                               const ElementMask& elements, int half_width,
+std::vector<Slab> choose_slabs(const DeviceSet& devices, const BodyModel& model,
                                std::optional<double> least_elements, Index shared) {
+  const CubeLattice& lattice = model.lattice;
   std::vector<double> cost(static_cast<std::size_t>(lattice.node_dims.z));
   bool has_elements = false, matches = false;
   for (std::size_t c = 0; c < static_cast<std::size_t>(lattice.regular_cubes()); ++c) {
-    const bool element = elements.empty() || elements[c] != 0;
+    const bool element = model.elements.empty() || model.elements[c] != 0;
     cost[static_cast<std::size_t>(lattice.cubes[c].z)] += element ? 1 : kMatchedCost;
     (element ? has_elements : matches) = true;
   }
@@ -33,27 +33,27 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const CubeLattice& latt
   // Wide enough that neighbours' nodes are the next slab's.
   if (!matches) return split_by_cost(cost, count, 1, max(1 + shared, Index{2}));
   // Likewise, at multiples of what sums slide along.
-  const Index deepest = FlsmGrid::kChunk + max(2 * half_width + shared, FlsmGrid::kChunk);
+  const Index deepest = FlsmGrid::kChunk + max(2 * model.flsm.half_width + shared, FlsmGrid::kChunk);
   const Index least = ceil_div(deepest, FlsmGrid::kChunk) * FlsmGrid::kChunk;
   return split_by_cost(cost, count, FlsmGrid::kChunk, least);
 }
 
 }  // namespace
 
-BodySolver::Part::Part(ExecContext& context, Hybrid model, const CubeLattice& lattice,
-                       const BoundaryConditions& conditions)
+BodySolver::Part::Part(ExecContext& context, Hybrid of_layers, const BodyModel& model)
     : ctx(context),
       beside(context.device()),
-      tissue(std::move(model)),
-      boundary(ctx, lattice, conditions, tissue.window()),
+      tissue(std::move(of_layers)),
+      boundary(ctx, model.lattice, model.conditions, tissue.window()),
       watch(ctx, tissue.window().own.count()),
-      motion(ctx, lattice, {first_own(), first_own() + tissue.window().own.count()}),
+      motion(ctx, model.lattice, {first_own(), first_own() + tissue.window().own.count()}),
       spin_rad_s(to_device(ctx, std::vector<Vec3f>(1))) {
   const std::vector<Vec3f> zero(static_cast<std::size_t>(tissue.window().count()));
-  state = {to_device(ctx, held(lattice.rest_positions_m())), to_device(ctx, zero), to_device(ctx, zero)};
+  state = {to_device(ctx, held(model.lattice.rest_positions_m())), to_device(ctx, zero),
+           to_device(ctx, zero)};
   stopped = to_device(ctx, std::vector<Index>{0});
   if (tissue.window().patch.count() > 0) patch_watch.emplace(ctx, tissue.window().patch.count());
-  if (!lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(lattice.copies.size()));
+  if (!model.lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(model.lattice.copies.size()));
 }
 
 std::vector<Vec3f> BodySolver::Part::held(std::span<const Vec3f> of_body) const {
@@ -63,25 +63,20 @@ std::vector<Vec3f> BodySolver::Part::held(std::span<const Vec3f> of_body) const 
   return values;
 }
 
-BodySolver::BodySolver(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
-                       std::span<const ElasticMaterial> materials,
-                       std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
-                       const FlsmMaterial& flsm, std::optional<double> least_elements,
-                       const BoundaryConditions& conditions, int changes)
+BodySolver::BodySolver(DeviceSet& devices, const BodyModel& model, const Settings& settings)
     : devices_(devices),
-      motion_count_(conditions.motions.size()),
-      has_boundary_(!conditions.empty() || lattice.has_rollers()),
-      is_free_(std::all_of(lattice.fixed.begin(), lattice.fixed.begin() + lattice.regular_nodes(),
+      motion_count_(model.conditions.motions.size()),
+      has_boundary_(!model.conditions.empty() || model.lattice.has_rollers()),
+      is_free_(std::all_of(model.lattice.fixed.begin(),
+                           model.lattice.fixed.begin() + model.lattice.regular_nodes(),
                            [](auto f) { return f == 0; })),
-      changes_(changes) {
-  const Index shared = kShared * changes;
-  const std::vector<Slab> slabs =
-      choose_slabs(devices, lattice, elements, flsm.half_width, least_elements, shared);
+      changes_(settings.changes) {
+  const CubeLattice& lattice = model.lattice;
+  const Index shared = kShared * changes_;
+  const std::vector<Slab> slabs = choose_slabs(devices, model, settings.least_elements, shared);
   for (std::size_t p = 0; p < slabs.size(); ++p) {
     ExecContext& ctx = devices.context(static_cast<int>(p));
-    parts_.push_back(std::make_unique<Part>(
-        ctx, Hybrid(ctx, lattice, elements, materials, material_of_cube, tled, flsm, slabs[p], shared),
-        lattice, conditions));
+    parts_.push_back(std::make_unique<Part>(ctx, Hybrid(ctx, model, slabs[p], shared), model));
   }
   if (parts_.size() > 1) {
     const std::vector<Vec3f> zero(lattice.nodes.size());

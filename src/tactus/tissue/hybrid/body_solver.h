@@ -23,15 +23,15 @@ namespace tactus {
 /// move first, and are pulled for the next substep while the others move.
 class BodySolver {
  public:
-  /// Parameters as Hybrid's. A body too small for all devices is on the first few, small ones on the first.
-  /// @param least_elements as many as these, or matched nodes that cost as much, are in each slab, or there
-  /// are fewer; absent: kLeast... on GPUs, none elsewhere
-  /// @param changes so many times after each substep others change the nodes, as contact does (SlabNodes)
-  BodySolver(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements,
-             std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-             const TledOptions& tled, const FlsmMaterial& flsm,
-             std::optional<double> least_elements = std::nullopt, const BoundaryConditions& conditions = {},
-             int changes = 0);
+  struct Settings {
+    /// As many as these, or matched nodes that cost as much, are in each slab, or there are fewer; absent:
+    /// kLeast... on GPUs, none elsewhere.
+    std::optional<double> least_elements = std::nullopt;
+    int changes =
+        0;  ///< so many times after each substep others change the nodes, as contact does (SlabNodes)
+  };
+  /// A body too small for all devices is on the first few, small ones on the first. @throws Error as Hybrid.
+  BodySolver(DeviceSet& devices, const BodyModel& model, const Settings& settings);
   /// With fewer, a second H200 costs more in waiting than it saves. Between rows of bench/results: n million
   /// elements take 3 + 44 n us on one and 12 + 20 n us on two, equal at 0.4; matched nodes 16 + 443 n and 30
   /// + 262 n, equal at 0.07; fig20's bodies of both are equal at 93,000 nodes (7:3) and 36,000 (3:7), which
@@ -126,7 +126,7 @@ class BodySolver {
 
  private:
   struct Part {
-    Part(ExecContext& ctx, Hybrid tissue, const CubeLattice& lattice, const BoundaryConditions& conditions);
+    Part(ExecContext& ctx, Hybrid of_layers, const BodyModel& model);
     template <class T>
     View<const T> own(const Buffer<T>& of_state) const {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());

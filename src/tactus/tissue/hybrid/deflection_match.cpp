@@ -48,17 +48,18 @@ double compliance(ExecContext& ctx, Hybrid& body, const CubeLattice& lattice, Ve
   return work_J() / (double{weight_m_s2} * double{weight_m_s2});
 }
 
-float match_deflection(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
-                       std::span<const ElasticMaterial> materials,
-                       std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
-                       FlsmMaterial flsm, Vec3f down) {
+float match_deflection(ExecContext& ctx, const BodyModel& model, Vec3f down) {
+  const CubeLattice& lattice = model.lattice;
+  const std::span<const std::uint8_t> elements = model.elements;
   const bool held =
       std::any_of(lattice.fixed.begin(), lattice.fixed.end(), [](std::uint8_t f) { return f != 0; });
   const bool matched = std::any_of(elements.begin(), elements.end(), [](std::uint8_t e) { return e == 0; });
   if (!held || !matched) return 1;
-  const auto test = [&](const ElementMask& mask, float scale) {
-    flsm.stiffness_scale = scale;
-    Hybrid body(ctx, lattice, mask, materials, material_of_cube, tled, flsm);
+  const auto test = [&](std::span<const std::uint8_t> mask, float scale) {
+    BodyModel scaled = model;
+    scaled.elements = mask;
+    scaled.flsm.stiffness_scale = scale;
+    Hybrid body(ctx, scaled);
     return compliance(ctx, body, lattice, down);
   };
   // Elements and shape matching give way one after the other: compliance is a + b / scale.

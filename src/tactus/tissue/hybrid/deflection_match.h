@@ -13,10 +13,7 @@ double compliance(ExecContext& ctx, Hybrid& body, const CubeLattice& lattice, Ve
 /// for small deflections: the formula for omega knows neither where the body is held nor Poisson's ratio.
 /// Runs three tests of compliance. Within 1/4 to 4; 1 for a body without held nodes or without matched cubes.
 /// Synchronizes.
-/// @param flsm.stiffness_scale is not used
-float match_deflection(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
-                       std::span<const ElasticMaterial> materials,
-                       std::span<const std::uint8_t> material_of_cube, const TledOptions& tled,
-                       FlsmMaterial flsm, Vec3f down = {0, -1, 0});
+/// @param model flsm.stiffness_scale is not used
+float match_deflection(ExecContext& ctx, const BodyModel& model, Vec3f down = {0, -1, 0});
 
 }  // namespace tactus

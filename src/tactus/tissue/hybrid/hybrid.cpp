@@ -10,13 +10,14 @@
 namespace tactus {
 namespace {
 
-bool is_element(const ElementMask& elements, std::size_t cube) {
+bool is_element(std::span<const std::uint8_t> elements, std::size_t cube) {
   return elements.empty() || elements[cube] != 0;
 }
 
 /// Materials per cube with kNoElement where shapes are matched.
-std::vector<std::uint8_t> element_materials(const CubeLattice& lattice, const ElementMask& elements,
-                                            std::span<const std::uint8_t> material_of_cube) {
+std::vector<std::uint8_t> element_materials(const BodyModel& model) {
+  const CubeLattice& lattice = model.lattice;
+  const std::span<const std::uint8_t> elements = model.elements, material_of_cube = model.material_of_cube;
   if (!elements.empty() && elements.size() != lattice.cubes.size())
     throw Error(std::to_string(elements.size()) + " element flags for " +
                 std::to_string(lattice.cubes.size()) + " cubes");
@@ -80,8 +81,7 @@ ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements
 
 /// Which nodes and cubes a device holds, and what they are.
 struct Hybrid::Layout {
-  Layout(const CubeLattice& lattice, const ElementMask& elements, std::span<const std::uint8_t> materials,
-         int half_width, std::optional<Slab> own_layers, Index around);
+  Layout(const BodyModel& model, std::optional<Slab> own_layers, Index around);
   NodeWindow window() const;
 
   LatticeLayers part;                            ///< nodes and cubes of the window
@@ -100,13 +100,14 @@ struct Hybrid::Layout {
   std::vector<Index> only_matched;
 };
 
-Hybrid::Layout::Layout(const CubeLattice& lattice, const ElementMask& elements,
-                       std::span<const std::uint8_t> materials, int half_width,
-                       std::optional<Slab> own_layers, Index around) {
-  const std::vector<std::uint8_t> all_materials = element_materials(lattice, elements, materials);
+Hybrid::Layout::Layout(const BodyModel& model, std::optional<Slab> own_layers, Index around) {
+  const CubeLattice& lattice = model.lattice;
+  const int half_width = model.flsm.half_width;
+  const std::vector<std::uint8_t> all_materials = element_materials(model);
   has_elements = std::any_of(all_materials.begin(), all_materials.end(),
                              [](std::uint8_t m) { return m != Tled::kNoElement; });
-  const LatticePart others = lattice_part(lattice, [&](std::size_t c) { return !is_element(elements, c); });
+  const LatticePart others =
+      lattice_part(lattice, [&](std::size_t c) { return !is_element(model.elements, c); });
   const Index layers = lattice.node_dims.z;
   own = own_layers.value_or(Slab{0, layers});
   first_virtual = lattice.regular_nodes();
@@ -170,15 +171,11 @@ NodeWindow Hybrid::Layout::window() const {
           .first_virtual = first_virtual};
 }
 
-Hybrid::Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
-               std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-               const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own, Index around)
-    : Hybrid(ctx, Layout(lattice, elements, material_of_cube, flsm.half_width, own, around), materials, tled,
-             flsm) {}
+Hybrid::Hybrid(ExecContext& ctx, const BodyModel& model, std::optional<Slab> own, Index around)
+    : Hybrid(ctx, Layout(model, own, around), model) {}
 
-Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
-               const TledOptions& tled, const FlsmMaterial& flsm)
-    : tled_(ctx, layout.part.lattice, materials, layout.material, tled, layout.own),
+Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model)
+    : tled_(ctx, layout.part.lattice, model.materials, layout.material, model.tled, layout.own),
       window_(layout.window()),
       own_layers_(layout.own_of_body),
       read_layers_(layout.read_of_body),
@@ -189,7 +186,7 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMa
       has_elements_(layout.has_elements),
       has_rollers_(layout.part.lattice.has_rollers()) {
   if (layout.regions) {
-    flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, flsm);
+    flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, model.flsm);
     matched_ = rest_state(ctx, layout.matched.lattice);
   }
   matched_nodes_ = to_device(ctx, layout.matched_nodes);

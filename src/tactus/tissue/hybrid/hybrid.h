@@ -2,15 +2,11 @@
 /// A body that is partly finite elements, partly shape matching ([P], "Hybrid deformation model").
 #include <optional>
 
-#include "tactus/tissue/flsm/flsm.h"
+#include "tactus/tissue/hybrid/body_model.h"
 #include "tactus/tissue/lattice_part.h"
-#include "tactus/tissue/tled/tled.h"
 #include "tactus/tissue/topology_change.h"
 
 namespace tactus {
-
-/// Which cubes are elements: 1; the others are shape-matched.
-using ElementMask = std::vector<std::uint8_t>;
 
 /// Cubes so that nodes which only elements touch are to nodes which only shape matching touches about as a :
 /// b, the elements at the low end of the axis (0 x, 1 y, 2 z); nodes of both are counted half and half.
@@ -42,14 +38,10 @@ TledStep elements_step(const BodyStep& step);
 /// (contact does). Either model may be empty.
 class Hybrid {
  public:
-  /// @param elements per cube; empty: all are elements
-  /// @param materials,material_of_cube as for Tled; values for shape-matched cubes don't matter
   /// @param own layers of nodes to move; absent: all. The state then holds those of window() alone.
   /// @param around so many more layers than steps read are held on each side
-  Hybrid(ExecContext& ctx, const CubeLattice& lattice, const ElementMask& elements,
-         std::span<const ElasticMaterial> materials, std::span<const std::uint8_t> material_of_cube,
-         const TledOptions& tled, const FlsmMaterial& flsm, std::optional<Slab> own = std::nullopt,
-         Index around = 0);
+  /// @throws Error for materials or cubes that don't fit.
+  Hybrid(ExecContext& ctx, const BodyModel& model, std::optional<Slab> own = std::nullopt, Index around = 0);
 
   /// So many substeps; of elements alone, whose nodes stay in cells meanwhile, other roundings than substep
   /// after substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
@@ -104,8 +96,7 @@ class Hybrid {
 
  private:
   struct Layout;
-  Hybrid(ExecContext& ctx, const Layout& layout, std::span<const ElasticMaterial> materials,
-         const TledOptions& tled, const FlsmMaterial& flsm);
+  Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model);
   void move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes);
 
   Tled tled_;
