@@ -11,7 +11,7 @@ mkdir -p "$2"
 out=$(realpath "$2")
 shift 2
 benches=("$@")
-[ ${#benches[@]} -gt 0 ] || benches=(frame tissue fig20 hull table2 table3 table4)
+[ ${#benches[@]} -gt 0 ] || benches=(frame tissue fig20 fluid cut hull table2 table3 table4 table5)
 count=$(nvidia-smi -L 2>/dev/null | grep -c '^GPU')
 [ "$count" -gt 0 ] || { echo "no GPU here (nvidia-smi -L lists none)" >&2; exit 2; }
 model=$(nvidia-smi --query-gpu=name --format=csv,noheader | head -1 | awk '{print tolower($NF)}')
