@@ -170,9 +170,10 @@ __global__ void __launch_bounds__(kLanesThreads) lanes_kernel(const __grid_const
 }
 
 /// Launches are sized for the capacity; where the count is only known on the device, a few blocks per
-/// multiprocessor stride over it: enough to fill it.
+/// multiprocessor stride over it: enough to fill it, and no more, as starting them is what an empty launch
+/// costs.
 inline Index grid_size(Index work, bool on_device, int threads) {
-  return on_device ? std::min<Index>(work, 132 * std::clamp(2048 / threads, 16, 32)) : work;
+  return on_device ? std::min<Index>(work, 132 * std::clamp(2048 / threads, 8, 32)) : work;
 }
 
 template <class K, std::size_t kSize, std::size_t kAlign>
