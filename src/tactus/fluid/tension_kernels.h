@@ -109,7 +109,7 @@ struct SmoothNormals {
   }
 };
 
-/// k d.
+/// The curvature of the liquid's surface, in 1 / spacings.
 struct FindCurvature {
   static constexpr float kLeastSpread =
       0.02F;  ///< of the sum of w |x|^2: nothing is known of a single particle

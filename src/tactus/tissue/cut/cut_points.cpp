@@ -26,25 +26,11 @@ CutPoints::CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> po
 
 /// Of the parts in an eighth of a cube, the one nearest to their middle is the point.
 void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface, double unit_m2) {
-  struct Cell {
-    std::array<Index, 2> part;
-    std::vector<WallPart> parts;
-  };
-  std::map<std::array<Index, 4>, Cell> cells;  // by cube that fell apart, and eighth
-  for (const CutSurface::NewWall& wall : surface.new_walls()) {
-    for (const WallPart& part : parts_of(wall.corners)) {
-      const auto half = [](double v) { return static_cast<Index>(std::floor(2 * v)); };
-      Cell& cell = cells[{wall.part[0], half(part.middle.x), half(part.middle.y), half(part.middle.z)}];
-      cell.part = wall.part;
-      cell.parts.push_back(part);
-    }
-  }
-  for (const auto& [key, cell] : cells) {
-    const WallPart wall = middle_part(cell.parts);
+  for (const auto& [cubes_of_sides, wall] : wall_cells(surface, 2)) {
     if (!(wall.area > 1e-3)) continue;  // the next cell has a point there
     const Vec3f normal = vec_cast<float>(wall.normal);
     for (const std::size_t side : {0U, 1U}) {
-      const Index cube = surface.leaf(cell.part[side], wall.middle);
+      const Index cube = surface.leaf(cubes_of_sides.at(side), wall.middle);
       add(cutter,
           {next_, wall.middle, cube, static_cast<float>(wall.area * unit_m2), side == 0 ? normal : -normal});
     }

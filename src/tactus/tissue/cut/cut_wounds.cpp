@@ -1,6 +1,5 @@
 #include "tactus/tissue/cut/cut_wounds.h"
 
-#include <map>
 #include <set>
 
 #include "tactus/tissue/cut/wall_parts.h"
@@ -9,21 +8,7 @@ namespace tactus::cut {
 
 void CutWounds::update(const LatticeCutter& cutter, const CutSurface& surface, const TopologyChange& change,
                        Index stroke) {
-  struct Cell {
-    std::array<Index, 2> part;
-    std::vector<WallPart> parts;
-  };
-  std::map<std::array<Index, 4>, Cell> cells;  // by cube that fell apart, and place
-  for (const CutSurface::NewWall& wall : surface.new_walls()) {
-    for (const WallPart& part : parts_of(wall.corners)) {
-      const auto place = [&](double v) { return static_cast<Index>(std::floor(pieces_per_spacing_ * v)); };
-      Cell& cell = cells[{wall.part[0], place(part.middle.x), place(part.middle.y), place(part.middle.z)}];
-      cell.part = wall.part;
-      cell.parts.push_back(part);
-    }
-  }
-  for (const auto& [key, cell] : cells) {
-    const WallPart wall = middle_part(cell.parts);
+  for (const auto& [cubes_of_sides, wall] : wall_cells(surface, pieces_per_spacing_)) {
     if (!(wall.area > 0)) continue;
     WallPiece piece;
     piece.p = wall.middle;
@@ -32,7 +17,7 @@ void CutWounds::update(const LatticeCutter& cutter, const CutSurface& surface, c
     piece.depth = surface.depth(wall.middle);
     if (is_near_skin(piece)) piece.skin = surface.outward(wall.middle);
     for (const std::size_t side : {0U, 1U}) {
-      piece.cube = cell.part.at(side);
+      piece.cube = cubes_of_sides.at(side);
       piece.normal = (side == 0 ? 1.0 : -1.0) * wall.normal;
       add(cutter, surface, piece);
     }

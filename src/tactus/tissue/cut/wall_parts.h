@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "tactus/base/vec.h"
+#include "tactus/tissue/cut/cut_surface.h"
 
 namespace tactus::cut {
 
@@ -14,10 +14,12 @@ struct WallPart {
   Vec3d normal{};  ///< unit, to side 1
 };
 
-/// Parts whose edges are an eighth of a spacing at most.
-std::vector<WallPart> parts_of(const std::array<Vec3d, 3>& triangle);
-/// Of one or more parts: the middle of that which is nearest to the middle of all, the area and the normal of
-/// all.
-WallPart middle_part(const std::vector<WallPart>& parts);
+/// What the newest walls have in one cell, the cells_per_spacing-th of a cube's edge.
+struct WallCell {
+  std::array<Index, 2> cubes_of_sides;  ///< into which the cube fell apart
+  WallPart wall;  ///< the middle of the part that is nearest to the middle of all; area and normal of all
+};
+/// By cube and place, ascending. @param cells_per_spacing >= 1
+std::vector<WallCell> wall_cells(const CutSurface& surface, int cells_per_spacing);
 
 }  // namespace tactus::cut
