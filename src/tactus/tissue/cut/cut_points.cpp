@@ -1,6 +1,5 @@
 #include "tactus/tissue/cut/cut_points.h"
 
-
 #include "tactus/tissue/cut/wall_parts.h"
 
 namespace tactus::cut {
