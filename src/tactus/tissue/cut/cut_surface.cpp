@@ -384,12 +384,16 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
                     [&](std::size_t w) { inner[w] = inner_pieces(s, s.walls[w]); });
   std::vector<double> shares(s.splits.size());
   std::vector<Parts> parts(s.splits.size());
+  std::vector<std::uint8_t> is_sliver(s.splits.size());
   tbb::parallel_for(std::size_t{0}, s.splits.size(), [&](std::size_t k) {
     const Split& split = s.splits[k];
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                  least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
-    shares[k] = std::clamp(share(cutter, split, parts[k]), least, 1 - least);
+    const double own = share(cutter, split, parts[k]);
+    shares[k] = std::clamp(own, least, 1 - least);
+    is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
   });
+  slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
   for (std::size_t k = 0; k < parts.size(); ++k)
     for (const std::size_t side : {0U, 1U})
       material_[s.splits[k].split.part[side]] = std::move(parts[k][side]);
