@@ -424,12 +424,16 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   tbb::parallel_for(std::size_t{0}, s.walls.size(),
                     [&](std::size_t w) { inner[w] = inner_of(s, s.walls[w]); });
   std::vector<double> shares(s.splits.size());
+  std::vector<std::uint8_t> is_sliver(s.splits.size());
   tbb::parallel_for(std::size_t{0}, s.splits.size(), [&](std::size_t k) {
     const Split& split = s.splits[k];
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                  least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
-    shares[k] = std::clamp(share(cutter, split), least, 1 - least);
+    const double own = share(cutter, split);
+    shares[k] = std::clamp(own, least, 1 - least);
+    is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
   });
+  slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
   divide_near(cutter, s);
   add_walls(cutter, s, inner);
   return shares;

@@ -78,6 +78,9 @@ class CutSurface {
   /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
   /// rest [spacings].
   double take_depth() { return std::exchange(deepest_, 0.0); }
+  /// Parts of cubes since the last call that had less than kLeastFill, and got it from the part across their
+  /// wall.
+  Index take_slivers() { return std::exchange(slivers_, 0); }
   /// How deep a point lies below the original surface, at rest [spacings].
   double depth(Vec3d p) const { return static_cast<double>(solid_->distance_m(vec_cast<float>(p))); }
   /// The way out of the original surface from a point in it; unit.
@@ -319,7 +322,7 @@ class CutSurface {
     double depth = 1e30;
   };
   Depth measured_;
-  Index filled_ = 0;
+  Index filled_ = 0, slivers_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;
 };
