@@ -18,6 +18,7 @@
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
 #include "tactus/cli/run_report.h"
+#include "tactus/cli/score_picture.h"
 #include "tactus/fluid/liquid_mesh.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
@@ -302,6 +303,9 @@ void run(const RunOptions& options) {
   print_table(simulation);
   tell_of_strain(summary, simulation, options);
   if (pictures) std::printf("\npictures: %s.mp4, %s.png\n", stem.c_str(), stem.c_str());
+  if (pictures && scene.output.score)
+    for (const std::string& path : write_score_pictures(scene, simulation, stem))
+      std::printf("score: %s\n", path.c_str());
   if (summary.open_frames > 0)
     throw Error(
         std::to_string(summary.open_frames) + " of " + std::to_string(summary.frames) +

@@ -103,6 +103,32 @@ nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& l
   return json;
 }
 
+/// The score of a stroke.
+nlohmann::json stroke_json(const StrokeResult& stroke) {
+  const CutScore& c = stroke.score;
+  nlohmann::json json{{"blade", c.blade},
+                      {"body", c.body},
+                      {"path_m", c.path_m},
+                      {"depth_m", c.depth_m},
+                      {"area_m2", c.area_m2},
+                      {"skin_length_m", stroke.skin_length_m},
+                      {"begin_s", c.begin_s},
+                      {"end_s", c.end_s},
+                      {"time_s", c.end_s - c.begin_s},
+                      {"cut_cubes", c.cut_cubes},
+                      {"slivers", c.slivers},
+                      {"blood_ml", 1e6 * c.bled_m3},
+                      {"waiting_ml", 1e6 * (c.due_m3 - c.bled_m3)}};
+  if (stroke.peak_force_N) json["peak_force_N"] = *stroke.peak_force_N;
+  if (!stroke.deviation) return json;
+  json["plan"] = stroke.plan;
+  json["deviation_mean_m"] = stroke.deviation->mean_m;
+  json["deviation_max_m"] = stroke.deviation->max_m;
+  json["followed_m"] = stroke.deviation->followed_m;
+  json["beyond_m"] = stroke.deviation->beyond_m;
+  return json;
+}
+
 }  // namespace
 
 void RunSummary::add(const StepReport& report) {
@@ -168,17 +194,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
     json["bodies"][b]["cut"] = {
         {"parts", state.parts}, {"copies", state.copies}, {"closed_volumes_m3", state.closed_volumes_m3}};
   }
-  for (const CutScore& c : simulation.cuts())
-    json["cuts"].push_back({{"blade", c.blade},
-                            {"body", c.body},
-                            {"path_m", c.path_m},
-                            {"depth_m", c.depth_m},
-                            {"area_m2", c.area_m2},
-                            {"begin_s", c.begin_s},
-                            {"end_s", c.end_s},
-                            {"cut_cubes", c.cut_cubes},
-                            {"blood_ml", 1e6 * c.bled_m3},
-                            {"waiting_ml", 1e6 * (c.due_m3 - c.bled_m3)}});
+  for (const StrokeResult& stroke : simulation.stroke_results()) json["cuts"].push_back(stroke_json(stroke));
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
   json["contacts"] = contacts_json(summary.contacts);

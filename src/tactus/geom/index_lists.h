@@ -5,13 +5,9 @@
 #include <vector>
 
 #include "tactus/compute/exec_context.h"
+#include "tactus/geom/index_lists_kernels.h"
 
 namespace tactus {
-
-/// Where a list lies in the array.
-struct IndexRange {
-  Index begin = 0, end = 0;
-};
 
 /// Many short lists, on the host and on a device. A list that changes goes behind the others; where that has
 /// no room, all are packed first. So a change costs what it changes, and no view changes.
@@ -26,6 +22,7 @@ class IndexLists {
     }
     device_ranges_ = to_device(ctx, ranges_);
     device_values_ = Buffer<Index>(ctx.device(), room > size() ? 2 * room : size());
+    if (room > 0) device_changes_ = Buffer<SetRanges::Change>(ctx.device(), count());
     ctx.upload(values_, device_values_.view().part(0, size()));
     ctx.synchronize();
     uploaded_ = size();
@@ -43,17 +40,27 @@ class IndexLists {
     if (size() + count > device_values_.size()) throw Error("index lists: there is no room for more");
     ranges_[at(list)] = {size(), size() + count};
     values_.insert(values_.end(), values.begin(), values.end());
-    changed_ = {std::min(changed_.begin, list), std::max(changed_.end, list + 1)};
+    changed_.push_back(list);
   }
   /// What was set since the last time. The lists must not change until the context was waited for.
   void upload(ExecContext& ctx) {
-    if (changed_.end <= changed_.begin) return;
-    ctx.upload(std::span(ranges_).subspan(at(changed_.begin), at(changed_.end - changed_.begin)),
-               device_ranges_.view().part(changed_.begin, changed_.end - changed_.begin));
+    if (changed_.empty()) return;
     ctx.upload(std::span(values_).subspan(at(uploaded_)),
                device_values_.view().part(uploaded_, size() - uploaded_));
     uploaded_ = size();
-    changed_ = kNothing;
+    // A list may have changed twice.
+    if (is_packed_ || static_cast<Index>(changed_.size()) > device_changes_.size()) {
+      ctx.upload(ranges_, device_ranges_.view());
+    } else {
+      changes_.clear();
+      for (const Index list : changed_) changes_.push_back({list, ranges_[at(list)]});
+      const View<SetRanges::Change> part =
+          device_changes_.view().part(0, static_cast<Index>(changes_.size()));
+      ctx.upload(changes_, part);
+      ctx.parallel_for("lists/set_ranges", part.size(), SetRanges{part, device_ranges_.view()});
+    }
+    changed_.clear();
+    is_packed_ = false;
   }
 
   Index count() const { return static_cast<Index>(ranges_.size()); }
@@ -64,7 +71,6 @@ class IndexLists {
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-  static constexpr IndexRange kNothing{0x7FFFFFFF, 0};
   Index size() const { return static_cast<Index>(values_.size()); }
   void pack() {
     std::vector<Index> packed;
@@ -75,13 +81,16 @@ class IndexLists {
     }
     values_ = std::move(packed);
     uploaded_ = 0;
-    changed_ = {0, count()};
+    is_packed_ = true;
   }
 
   std::vector<IndexRange> ranges_;
   std::vector<Index> values_;
   Index uploaded_ = 0;
-  IndexRange changed_ = kNothing;
+  std::vector<Index> changed_;  ///< lists
+  bool is_packed_ = false;      ///< so all have changed
+  std::vector<SetRanges::Change> changes_;
+  Buffer<SetRanges::Change> device_changes_;
   Buffer<IndexRange> device_ranges_;
   Buffer<Index> device_values_;
 };

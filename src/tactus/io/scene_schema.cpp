@@ -213,9 +213,14 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             b.cuttable);
   v.integer_or_auto({"cut_room", "copies of cubes that cuts may make, two or more per cube that is cut"},
                     b.cut_room, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
+  v.real_or_auto({"cut_energy_j_m2",
+                  "work that a new wall takes, per area: liver 164 (Gokgol et al. 2012). The score tells the "
+                  "force on the blade from it; nothing moves by that"},
+                 b.cut_energy_j_m2, positive("J/m^2", 1e6), "unknown: no force is told");
   v.section({"bleeding", "the walls of cuts give off `fluid`, where there is room for a particle of it"},
             [&](FieldVisitor& in) { describe_bleeding(in, b.bleeding.emplace()); });
-  for (const char* key : {"cut_room", "bleeding"}) v.only_when(b.cuttable, key, "'cuttable' is true");
+  for (const char* key : {"cut_room", "cut_energy_j_m2", "bleeding"})
+    v.only_when(b.cuttable, key, "'cuttable' is true");
   v.check(
       !b.bleeding || b.contact, "bleeding",
       "the body bleeds, but has 'contact: false': the liquid would run through it; expected 'contact: true'");
@@ -402,6 +407,9 @@ void describe_probe(FieldVisitor& v, ProbeDescription& p) {
 void describe_output(FieldVisitor& v, OutputDescription& o) {
   v.boolean({"video", "write an MP4"}, o.video);
   v.boolean({"contact_sheet", "write one PNG with twelve moments"}, o.contact_sheet);
+  v.boolean(
+      {"score", "write one PNG of each body that was cut: the planned line, the cut and how far it is off"},
+      o.score);
   v.boolean({"trace", "write the stages' times as a Chrome trace"}, o.trace);
   v.integer({"mesh_every", "write PLY files of surface, bodies and liquid every n-th frame; 0: never"},
             o.mesh_every, {"", 0, 1000000});
@@ -456,6 +464,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
          appender(scene.obstacles, describe_obstacle));
   v.list({"blades", "edges that follow keyframes, or real tools, and cut bodies that are `cuttable`"},
          appender(scene.blades, describe_blade));
+  v.list({"plans", "lines that blades are to follow; the score tells how far cuts are from them"},
+         appender(scene.plans, describe_plan));
   v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
             [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
@@ -470,6 +480,8 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
   check_unique_names(v, scene.bodies, "bodies");
   check_unique_names(v, scene.obstacles, "obstacles");
   check_unique_names(v, scene.blades, "blades");
+  check_unique_names(v, scene.plans, "plans");
+  check_plans(v, scene);
   check_blades(v, scene);
   v.check(scene.contact.response == ContactResponse::exact || scene.obstacles.empty(), "contact",
           "'response: paper' knows only the real surface, and the scene has 'obstacles'");

@@ -117,8 +117,10 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
                          const TellCut& told, cut::CutReport& sum) {
   TopologyChange change;
   const cut::CutReport report = cutter_->cut(strip, x_m, change);
+  journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
   sum.cut_cubes += report.cut_cubes;
   sum.area_m2 += report.area_m2;
+  sum.slivers += report.slivers;
   sum.depth_m = std::max(sum.depth_m, report.depth_m);
   sum.is_refused = sum.is_refused || report.is_refused;
   sum.is_full = sum.is_full || report.is_full;
@@ -128,6 +130,8 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
 void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told) {
   tissue_.apply(change);
   surface_.apply(ctx, change);
+  if (stroke_walls_.size() <= at(stroke_)) stroke_walls_.resize(at(stroke_) + 1);
+  for (const auto& wall : cutter_->surface().new_walls()) stroke_walls_[at(stroke_)].push_back(wall.corners);
   if (wound_spacing_m_ > 0) wounds_.update(cutter_->lattice(), cutter_->surface(), change, stroke_);
   for (const TopologyChange::Vertex& v : change.vertices) wall_changes_.vertices.insert(v.vertex);
   for (const TopologyChange::Copy& copy : change.copies) wall_changes_.cubes.insert(copy.cube);
@@ -144,6 +148,11 @@ void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const Tell
   for (const TopologyChange::Copy& copy : change.copies)
     shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
   if (told) told(change, points);
+}
+
+std::span<const std::array<Vec3d, 3>> SoftBody::walls_of(Index stroke) const {
+  if (stroke_walls_.size() <= at(stroke)) return {};
+  return stroke_walls_[at(stroke)];
 }
 
 namespace {

@@ -9,7 +9,8 @@ namespace {
 using Journal = cut::LatticeCutter::Journal;
 
 /// Nothing in a file decides how much memory is taken: more than these no body has.
-constexpr Index kMostJournals = 1 << 20, kMostTrailPoints = 1 << 16, kMostTrails = 1 << 10;
+constexpr Index kMostJournals = 1 << 20, kMostTrailPoints = 1 << 16, kMostTrails = 1 << 10,
+                kMostStrokes = 1 << 20;
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 
@@ -24,7 +25,8 @@ void archive_list(StateArchive& a, const char* name, std::vector<T>& list, Index
 
 }  // namespace
 
-void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told) {
+void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told,
+                            const std::function<void()>& end_frame) {
   a.set_owner("cuts of body '" + name() + "'");
   std::vector<Index> edges_of, cubes_of, cubes;
   std::vector<Journal::Edge> edges;
@@ -34,6 +36,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     edges.insert(edges.end(), journal.edges.begin(), journal.edges.end());
     cubes.insert(cubes.end(), journal.cubes.begin(), journal.cubes.end());
   }
+  std::vector<JournalOrigin> origins = journal_origins_;
   // A cube has 19 edges and diagonals, each cut once; it is listed with each of them at most.
   const Index most = 19 * shape_.lattice.cube_count();
   archive_list(a, "edges of strips", edges_of, kMostJournals);
@@ -41,6 +44,8 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
   archive_list(a, "edges that are cut", edges, most);
   archive_list(a, "cubes with cut edges", cubes, 8 * most);
   a.check(edges_of.size() == cubes_of.size(), "cubes of strips");
+  archive_list(a, "strokes of strips", origins, size_of(edges_of));
+  a.check(edges_of.size() == origins.size(), "strokes of strips");
   a.values("nodes when blades cut last", last_x_m_);
   archive_trails(a);
   if (!a.reads()) return;
@@ -52,11 +57,15 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     const Journal journal{{edge, edge + edges_of[k]}, {cube, cube + cubes_of[k]}};
     edge += edges_of[k];
     cube += cubes_of[k];
+    a.check(origins[k].stroke >= 0 && origins[k].stroke < kMostStrokes, "strokes of strips");
+    begin_stroke(origins[k].stroke, origins[k].frame);
+    journal_origins_.push_back(origins[k]);
     TopologyChange change;
     cutter_->cut(journal, change);
     const std::vector<Vec3f> last_x_m = last_x_m_;
     if (!change.copies.empty()) follow(ctx, change, told);
     last_x_m_ = last_x_m;
+    if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tactus/base/error.h"
 #include "tactus/geom/closest_point.h"
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/embedded_surface.h"
@@ -87,6 +88,11 @@ StrainAtPoint strain_at_point(const BodyShape& shape, const BodyPoint& point) {
   at.strain_weight = weights([](std::size_t) { return true; });
   at.stress_weight = weights(is_element);
   return at;
+}
+
+std::string point_text(Vec3d p_m) {
+  const auto text = [](double x) { return number_text(std::round(x * 1e6) / 1e6 + 0.0); };
+  return "[" + text(p_m.x) + ", " + text(p_m.y) + ", " + text(p_m.z) + "]";
 }
 
 PointInBody place_point(const BodyShape& shape, MeshFill fill, Vec3f rest_m) {

@@ -2,6 +2,7 @@
 /// A point of a body that moves with its lattice.
 #include <array>
 #include <span>
+#include <string>
 
 #include "tactus/sim/body_shape.h"
 #include "tactus/tissue/body_monitors.h"
@@ -35,6 +36,9 @@ struct OutsideBody {
   float distance_m;  ///< to the body's surface
   Vec3f nearest_m;   ///< the point on it, world
 };
+
+/// "[0.1, -0.2, 0]", to the micrometre: for messages.
+std::string point_text(Vec3d p_m);
 
 /// The point at rest at `rest_m` (world), or why there is none. What lies up to a tenth of a cube outside the
 /// surface counts as on it: seen surfaces are polygons. Host.

@@ -27,7 +27,6 @@ void SoftBody::archive(StateArchive& a) {
 /// What was cut, before the state of what it made: lists and places follow the same cuts.
 void Simulation::archive_cuts(StateArchive& a) {
   if (scene_.blades.empty()) return;
-  if (liquid_) throw usage_error("the scene has 'fluid' and 'blades': checkpoints do not hold both yet");
   for (const BladeDescription& blade : scene_.blades)
     if (blade.tracked)
       throw usage_error("blade '" + blade.name +
@@ -38,17 +37,21 @@ void Simulation::archive_cuts(StateArchive& a) {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     SoftBody& body = *bodies_[k];
     if (!body.is_cuttable()) continue;
-    body.archive_cuts(context(), a, [&](const TopologyChange& change, std::span<const PointChange> points) {
-      touching_.apply(static_cast<Index>(k), body.cutter(), change, points);
-    });
-    std::vector<Notice> told_before;
-    if (a.reads()) follow_cuts(k, told_before);
+    body.archive_cuts(
+        context(), a,
+        [&](const TopologyChange& change, std::span<const PointChange> points) {
+          touching_.apply(static_cast<Index>(k), body.cutter(), change, points);
+        },
+        [&] {
+          std::vector<Notice> told_before;
+          follow_cuts(k, told_before);
+        });
   }
 }
 
 /// Of what blades did so far.
 void Simulation::archive_scores(StateArchive& a) {
-  constexpr Index kMostStrokes = 1 << 20;
+  constexpr Index kMostStrokes = 1 << 20, kMostSteps = 1 << 20;
   auto count = static_cast<Index>(cuts_.size());
   a.value("cuts", count);
   a.check(count >= 0 && count <= kMostStrokes, "cuts");
@@ -71,6 +74,15 @@ void Simulation::archive_scores(StateArchive& a) {
     a.value("begin", score.begin_s);
     a.value("end", score.end_s);
     a.value("cubes", score.cut_cubes);
+    a.value("slivers", score.slivers);
+    a.value("way since the last cut", score.pending_m);
+    auto steps = static_cast<Index>(score.steps.size());
+    a.value("steps", steps);
+    a.check(steps >= 0 && steps <= kMostSteps, "steps");
+    score.steps.resize(static_cast<std::size_t>(steps));
+    a.values("ways and areas", score.steps);
+    a.value("due", score.due_m3);
+    a.value("bled", score.bled_m3);
     a.value("stroke", score.stroke);
     a.check(score.stroke >= 0 && score.stroke < count, "stroke");
   }

@@ -223,6 +223,7 @@ struct BodyDescription {
   bool contact = true;                    ///< the real surface pushes it
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   bool cuttable = false;                  ///< blades cut its elements
+  std::optional<double> cut_energy_j_m2;  ///< that a new wall takes, per area; none: nobody knows
   std::optional<int> cut_room;            ///< copies of cubes that there is room for; none: from the cubes
   std::optional<BleedingDescription> bleeding;
   std::vector<PaintedRegion> regions;
@@ -343,9 +344,19 @@ struct ProbeDescription {
   Vec3d position_m;  ///< at rest, in `frame`
 };
 
+/// A line that blades are to follow on a body's surface.
+struct PlanDescription {
+  std::string name;
+  std::string body;
+  CoordinateFrame frame = CoordinateFrame::body;
+  std::vector<Vec3d> line;            ///< polyline on the surface at rest, in `frame` [m]
+  std::optional<double> tolerance_m;  ///< none: the body's spacing
+};
+
 struct OutputDescription {
   bool video = true;
   bool contact_sheet = true;
+  bool score = true;  ///< a picture of each body that was cut
   bool trace = false;
   int mesh_every = 0;  ///< frames from one set of PLY files to the next; 0: none
   int vtk_every = 0;   ///< frames from one set of VTK files to the next; 0: none
@@ -358,6 +369,7 @@ struct Scene {
   std::vector<BodyDescription> bodies;
   std::vector<ObstacleSetting> obstacles;
   std::vector<BladeDescription> blades;
+  std::vector<PlanDescription> plans;
   std::optional<LiquidDescription> fluid;
   Vec3d gravity_m_s2 = {0, -9.81, 0};
   ContactDescription contact;

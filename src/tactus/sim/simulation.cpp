@@ -46,11 +46,6 @@ float sample_spacing_m(const Scene& scene, float voxel_size_m) {
   return static_cast<float>(spacing);
 }
 
-std::string vec_text(Vec3d v) {
-  const auto text = [](double x) { return number_text(std::round(x * 1e6) / 1e6 + 0.0); };
-  return "[" + text(v.x) + ", " + text(v.y) + ", " + text(v.z) + "]";
-}
-
 RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
   RealSurfaceSettings settings;
   settings.sample_spacing_m = spacing_m;
@@ -145,6 +140,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     view_scores_.emplace(devices.context(0), rig.cameras,
                          ViewScoreOptions{.workspace_m = hull_options(scene, rig).workspace_m});
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
+  add_plans();
   for (const BodyDescription& body : scene.bodies) {
     if (body.fixed.empty() && body.moved.empty() && scene.obstacles.empty() &&
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
@@ -168,10 +164,10 @@ void Simulation::add_probe(const ProbeDescription& probe) {
   const PointInBody embedded = place_point(bodies_[index]->shape(), body->shape.fill, vec_cast<float>(at_m));
   if (embedded.outside) {
     const Vec3d nearest_m = vec_cast<double>(embedded.outside->nearest_m);
-    throw usage_error("probe '" + probe.name + "': position_m " + vec_text(probe.position_m) + " lies " +
+    throw usage_error("probe '" + probe.name + "': position_m " + point_text(probe.position_m) + " lies " +
                       number_text(static_cast<double>(embedded.outside->distance_m)) + " m outside body '" +
                       probe.body + "'; the nearest point of its surface is " +
-                      vec_text(in_body ? body->placement.to_body(nearest_m) : nearest_m) +
+                      point_text(in_body ? body->placement.to_body(nearest_m) : nearest_m) +
                       " (frame: " + (in_body ? "body" : "world") + ")");
   }
   probes_.push_back({index, embedded.point, strain_at_point(bodies_[index]->shape(), embedded.point)});

@@ -14,6 +14,7 @@
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
+#include "tactus/sim/cut_score.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/frame_savings.h"
 #include "tactus/sim/scene_liquid.h"
@@ -101,6 +102,9 @@ class Simulation {
 
   /// What blades did to bodies so far.
   const std::vector<CutScore>& cuts() const { return cuts_; }
+  /// The same, with lines on the skin and how they keep to the scene's plans. Looks at all walls of all cuts.
+  std::vector<StrokeResult> stroke_results() const;
+  const std::vector<PlannedLine>& plans() const { return plans_; }
   const TrackedBlades& tracked_blades() const { return tracked_blades_; }
 
   const Timings& timings() const { return timings_; }
@@ -123,6 +127,8 @@ class Simulation {
   };
   /// @throws usage Error for a point that is not in its body, with the nearest one that is.
   void add_probe(const ProbeDescription& probe);
+  /// @throws usage Error for a plan that misses its body.
+  void add_plans();
   void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
   // simulation_images.cpp
@@ -212,6 +218,7 @@ class Simulation {
   int part_ = 0;  ///< of the frame that runs
   TrackedBlades tracked_blades_;
   std::vector<CutScore> cuts_;
+  std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
   std::set<std::string> told_cuts_;  ///< what was said of blades and bodies
   SubstepChoice substep_choice_;

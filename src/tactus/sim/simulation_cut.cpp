@@ -9,6 +9,13 @@ namespace {
 /// A blade that jumps is a mistake, not a stroke [m].
 constexpr float kLongestStrip_m = 0.2F;
 
+/// Of the middle of the edge.
+double way_m(const cut::BladeStrip& strip) {
+  Vec3f sum{};
+  for (std::size_t k = 0; k < strip.begin_m.size(); ++k) sum += strip.end_m[k] - strip.begin_m[k];
+  return static_cast<double>(length(sum)) / static_cast<double>(strip.begin_m.size());
+}
+
 float length_of(const cut::BladeStrip& strip) {
   float longest_m = 0;
   for (std::size_t k = 0; k < strip.begin_m.size(); ++k)
@@ -44,7 +51,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
         continue;
       }
       CutScore& score = stroke_of(blade.name, body->name(), from_s);
-      body->begin_stroke(score.stroke);
+      body->begin_stroke(score.stroke, cut_frame_);
       const cut::CutReport cut = body->cut(ctx, b, strip, touch);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
@@ -61,6 +68,8 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
         add_cut(strip, cut, from_s, to_s, score);
       else if (score.cut_cubes == 0)
         cuts_.pop_back();
+      else
+        score.pending_m += way_m(strip);
     }
     body->remember_nodes(ctx);
     if (has_changed) follow_cuts(k, report.notices);
@@ -97,12 +106,50 @@ CutScore& Simulation::stroke_of(const std::string& blade, const std::string& bod
 void Simulation::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
                          CutScore& score) {
   if (score.cut_cubes == 0) score.begin_s = from_s;
-  score.path_m += static_cast<double>(
-      0.5F * length(strip.end_m[0] + strip.end_m[1] - strip.begin_m[0] - strip.begin_m[1]));
+  score.steps.push_back({score.pending_m + way_m(strip), cut.area_m2});
+  score.path_m += score.steps.back().way_m;
+  score.pending_m = 0;
+  score.slivers += cut.slivers;
   score.depth_m = std::max(score.depth_m, cut.depth_m);
   score.area_m2 += cut.area_m2;
   score.end_s = to_s;
   score.cut_cubes += cut.cut_cubes;
+}
+
+void Simulation::add_plans() {
+  for (const PlanDescription& plan : scene_.plans) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (scene_.bodies[b].name == plan.body)
+        plans_.emplace_back(plan, scene_.bodies[b], bodies_[b]->shape());
+  }
+}
+
+std::vector<StrokeResult> Simulation::stroke_results() const {
+  std::vector<StrokeResult> all;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const SoftBody& body = *bodies_[b];
+    std::optional<PointInMesh> skin;
+    for (const CutScore& score : cuts_) {
+      if (score.body != body.name()) continue;
+      if (!skin) skin.emplace(body.shape().surface_m);
+      StrokeResult& result = all.emplace_back();
+      result.score = score;
+      result.skin = skin_line(body.walls_of(score.stroke), body.shape().lattice, *skin);
+      for (const SkinSegment& s : result.skin) result.skin_length_m += length(s.to_m - s.from_m);
+      if (const auto& energy = scene_.bodies[b].cut_energy_j_m2)
+        result.peak_force_N = peak_cut_force_N(score.steps, *energy, body.spacing_m());
+      for (const PlannedLine& plan : plans_) {
+        if (plan.body() != body.name()) continue;
+        std::vector<SkinSegment> line = result.skin;
+        const auto deviation = plan.measure(line);
+        if (!deviation || (result.deviation && result.deviation->mean_m <= deviation->mean_m)) continue;
+        result.deviation = deviation;
+        result.plan = plan.name();
+        result.skin = std::move(line);
+      }
+    }
+  }
+  return all;
 }
 
 }  // namespace tactus

@@ -117,11 +117,19 @@ class SoftBody {
   cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
                      const TellCut& told = {});
   /// What is cut from now on counts to this stroke, 0, 1, .. of the body.
-  void begin_stroke(Index stroke) { stroke_ = stroke; }
+  /// @param frame of the simulation
+  void begin_stroke(Index stroke, int frame) {
+    stroke_ = stroke;
+    cut_frame_ = frame;
+  }
+  /// Walls that a stroke made, at rest, in lattice coordinates.
+  std::span<const std::array<Vec3d, 3>> walls_of(Index stroke) const;
   const cut::BodyCutter& cutter() const { return *cutter_; }
   /// Its cuts so far; what is read is done once more. Of a body that is cuttable, before archive().
   /// Synchronizes. @throws Error when what is read is another body's.
-  void archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told);
+  /// @param end_frame when all cuts of a frame were done
+  void archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told,
+                    const std::function<void()>& end_frame);
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
   /// At the end of a frame that cuts follow. Synchronizes.
@@ -204,6 +212,14 @@ class SoftBody {
   cut::CutPoints cut_points_;
   cut::CutWounds wounds_;
   Index stroke_ = 0;
+  int cut_frame_ = 0;
+  std::vector<std::vector<std::array<Vec3d, 3>>> stroke_walls_;  ///< per stroke
+  /// Which stroke, in which frame, made each journal of the cutter.
+  struct JournalOrigin {
+    Index stroke = 0;
+    std::int32_t frame = 0;
+  };
+  std::vector<JournalOrigin> journal_origins_;
   float wound_spacing_m_ = 0;  ///< 0: nobody asked for wounds
   /// What cuts changed since take_wall_change().
   struct WallChangeIds {

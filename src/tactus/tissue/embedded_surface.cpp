@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "tactus/base/error.h"
 #include "tactus/geom/point_in_mesh.h"
@@ -196,29 +197,38 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
 
 /// Of the vertices of triangles that change, which triangles they have: ascending, so sums keep their order.
 void EmbeddedSurface::list_triangles(std::span<const TopologyChange::Triangle> changes) {
-  std::vector<Index> vertices;
-  std::vector<std::pair<Index, Index>> added;  // vertex, triangle
+  const auto is_used = [](const std::array<Index, 3>& t) { return t[0] != t[1] || t[1] != t[2]; };
+  uses_at_.resize(at(positions_.size()), 0);
   for (const TopologyChange::Triangle& change : changes) {
     auto& now = host_triangles_[at(change.triangle)];
     is_changed_[at(change.triangle)] = 1;
-    vertices.insert(vertices.end(), now.begin(), now.end());
+    for (const Index v : now) changed_vertices_.insert(v);
     now = change.vertices;
-    if (now[0] == now[1] && now[1] == now[2]) continue;  // not in use
-    for (const Index v : now) added.emplace_back(v, change.triangle);
-    vertices.insert(vertices.end(), now.begin(), now.end());
+    for (const Index v : now) changed_vertices_.insert(v);
+    if (is_used(now))
+      for (const Index v : now) ++uses_at_[at(v)];
   }
-  std::sort(added.begin(), added.end());
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  std::vector<Index> list;
-  auto next = added.begin();
+  std::vector<Index> vertices, first;
+  changed_vertices_.take(vertices);
+  Index count = 0;
   for (const Index vertex : vertices) {
+    first.push_back(count);
+    count += std::exchange(uses_at_[at(vertex)], count);
+  }
+  first.push_back(count);
+  std::vector<Index> added(at(count));
+  for (const TopologyChange::Triangle& change : changes)
+    if (is_used(change.vertices))
+      for (const Index v : change.vertices) added[at(uses_at_[at(v)]++)] = change.triangle;
+  std::vector<Index> list;
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
     list.clear();
-    for (const Index t : incident_[vertex])
+    for (const Index t : incident_[vertices[k]])
       if (is_changed_[at(t)] == 0) list.push_back(t);
-    for (; next != added.end() && next->first == vertex; ++next) list.push_back(next->second);
+    list.insert(list.end(), added.begin() + first[k], added.begin() + first[k + 1]);
     std::sort(list.begin(), list.end());
-    incident_.set(vertex, list);
+    incident_.set(vertices[k], list);
+    uses_at_[at(vertices[k])] = 0;
   }
   for (const TopologyChange::Triangle& change : changes) is_changed_[at(change.triangle)] = 0;
 }

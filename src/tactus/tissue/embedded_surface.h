@@ -4,6 +4,7 @@
 #include "tactus/geom/index_lists.h"
 #include "tactus/geom/mesh.h"
 #include "tactus/tissue/body_state.h"
+#include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/topology_change.h"
 
@@ -79,6 +80,8 @@ class EmbeddedSurface {
   // where a cut may add some; else empty
   std::vector<std::array<Index, 3>> host_triangles_;
   std::vector<std::uint8_t> is_changed_;  ///< per triangle, while a change is taken over
+  std::vector<Index> uses_at_;            ///< per vertex, likewise
+  cut::IndexSet changed_vertices_;
   Buffer<embed::SetValues<embed::Anchor>::Change> new_anchors_;
   Buffer<embed::SetTriangles::Change> new_triangles_;
   Buffer<embed::SetValues<embed::CubeNodes>::Change> new_cubes_;

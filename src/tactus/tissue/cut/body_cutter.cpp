@@ -33,6 +33,7 @@ CutReport BodyCutter::cut_marked(TopologyChange& change) {
   const double h = double{lattice_.lattice().spacing_m};
   report.area_m2 = (surface_.wall_area() - area_before) * h * h;
   report.depth_m = surface_.take_depth() * h;
+  report.slivers = surface_.take_slivers();
   report.is_full = report.is_full || surface_.is_full();
   return report;
 }

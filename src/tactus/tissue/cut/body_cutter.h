@@ -7,6 +7,7 @@ namespace tactus::cut {
 /// What a strip did in a frame.
 struct CutReport {
   Index cut_cubes = 0;      ///< cubes and copies that fell apart
+  Index slivers = 0;        ///< parts that had too little fill, and got it from the part across their wall
   double area_m2 = 0;       ///< of new walls at rest, one side
   double depth_m = 0;       ///< of the deepest new wall below the original surface, at rest
   bool is_refused = false;  ///< the strip meets cubes that must not be cut

@@ -20,13 +20,13 @@ bool is_between(const std::array<Index, 2>& segment, Index a, Index b) {
 /// Both walls of an older cut have the same points, but each is cut on its own.
 bool CutSurface::is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t,
                            Index point) const {
-  const auto known = s.parents.find(point);
-  if (known == s.parents.end()) return true;
-  const auto& parents = known->second;
+  if (!s.is_crossing(point)) return true;
+  const auto parents = s.parents.of(point - s.first_point);
   if (t.home < 0) {
     const Vec3d middle = (at(t.corner[0].point) + at(t.corner[1].point) + at(t.corner[2].point)) / 3.0;
-    const Index regular = cutter.regular_of(*parents.begin());
-    return parents.contains(leaf(regular, at(point) + 1e-3 * (middle - at(point))));
+    const Index regular = cutter.regular_of(s.lowest_parent(point));
+    const Index there = leaf(regular, at(point) + 1e-3 * (middle - at(point)));
+    return std::any_of(parents.begin(), parents.end(), [&](Index parent) { return parent == there; });
   }
   return std::any_of(parents.begin(), parents.end(), [&](Index parent) {
     return parent == t.home || (cutter.regular_of(parent) != cutter.regular_of(t.home) &&
@@ -39,6 +39,7 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
                                                      const std::vector<std::array<Index, 2>>& segments,
                                                      const std::function<bool(Index)>& counts) const {
   DividedTriangle d;
+  std::vector<Index> sorted;
   std::vector<Index> ids(corners.begin(), corners.end());
   const Vec3d o = at(corners[0]), n = cross(at(corners[1]) - o, at(corners[2]) - o);
   const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
@@ -50,9 +51,8 @@ std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>&
   };
   for (std::size_t k = 0; k < 3; ++k) {
     const Index from = corners[k], to = corners[(k + 1) % 3];
-    const auto points = on_edge.find(edge_key(from, to));
-    if (points == on_edge.end()) continue;
-    std::vector<Index> sorted = points->second;
+    on_edge.get(edge_key(from, to), sorted);
+    if (sorted.empty()) continue;
     if (counts) std::erase_if(sorted, [&](Index point) { return !counts(point); });
     std::sort(sorted.begin(), sorted.end(), [&](Index a, Index b) {
       return dot(at(a) - at(from), at(to) - at(from)) < dot(at(b) - at(from), at(to) - at(from));
@@ -85,6 +85,12 @@ double CutSurface::roundness(std::size_t triangle) const {
   const auto& corner = triangles_[triangle].corner;
   const Vec3d a = at(corner[1].point) - at(corner[0].point), b = at(corner[2].point) - at(corner[0].point);
   return 0.5 * length(cross(a, b)) / std::max(std::max(dot(a, a), dot(b, b)), dot(b - a, b - a));
+}
+
+CutSurface::Inner CutSurface::inner_of(const Stage& s, const WallTriangle& wall) const {
+  if (wall.segments.empty() && is_whole_still(wall.point, s.on_edge))
+    return {.is_whole = inside(s.splits[wall.split], middle_of(wall.point))};
+  return {.pieces = inner_pieces(s, wall)};
 }
 
 /// What of a wall lies in the body. Where the surface goes through the wall, that says it.
@@ -154,7 +160,7 @@ void CutSurface::find_sides(const Stage& s, Divided& d) const {
     if (d.region_of[first] >= 0) continue;
     const std::vector<std::size_t> pieces = region(d, first);
     auto& sides = d.sides.emplace_back();
-    std::set<std::array<Index, 3>> seen;
+    std::vector<std::array<Index, 3>> seen;
     for (const std::size_t i : pieces) {
       d.region_of[i] = static_cast<int>(d.sides.size()) - 1;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -163,8 +169,9 @@ void CutSurface::find_sides(const Stage& s, Divided& d) const {
           if (!is_between(segment, a, b)) continue;
           const auto split = static_cast<Index>(s.walls[number].split);
           Side& side = sides[split];
-          side.is_both = side.is_both || seen.contains({b, a, split});
-          seen.insert({a, b, split});
+          side.is_both =
+              side.is_both || std::find(seen.begin(), seen.end(), std::array{b, a, split}) != seen.end();
+          seen.push_back({a, b, split});
           if (d.is_round) {
             side.vote += side_of(s, d, number, a, b);
             continue;
@@ -244,15 +251,16 @@ Index CutSurface::copy_beside(const LatticeCutter& cutter, const Stage& s, Corne
   return leaf(corner.cube, inner);
 }
 
-/// Who moves the corners of a piece from now on.
-void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
+/// Who moves the corners of a piece from now on. @param d none: the triangle is not divided
+void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided* d, std::size_t piece,
                            Triangle& t) const {
   const Vec3d middle = (at(t.corner[0].point) + at(t.corner[1].point) + at(t.corner[2].point)) / 3.0;
   if (t.home >= 0) {
-    if (const auto parted = parted_.find(t.home); parted != parted_.end()) {
+    if (const Index place = parted_place_[index(t.home)]; place >= 0) {
       Index part = -1;
-      for (std::size_t k = 0; k < 3 && part < 0; ++k) part = part_round(s, d, piece, k);
-      t.home = part >= 0 ? part : parted->second.part[index(parted->second.wall.side(middle))];
+      for (std::size_t k = 0; k < 3 && part < 0 && d != nullptr; ++k) part = part_round(s, *d, piece, k);
+      const Parted& parted = parted_[index(place)];
+      t.home = part >= 0 ? part : parted.part[index(parted.wall.side(middle))];
     }
     for (Corner& corner : t.corner) corner.cube = t.home;
     return;
@@ -260,15 +268,16 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
   for (std::size_t k = 0; k < 3; ++k) {
     Corner& corner = t.corner[k];
     const Point& point = points_[index(corner.point)];
-    if (const Index part = part_round(s, d, piece, k); part >= 0) {
+    if (const Index part = d != nullptr ? part_round(s, *d, piece, k) : -1; part >= 0) {
       corner.cube = part;
       continue;
     }
     // Without a wall of its own, a new point of an edge has what its neighbour has.
-    if (corner.cube < 0) corner.cube = cutter.regular_of(*s.parents.at(corner.point).begin());
+    if (corner.cube < 0) corner.cube = cutter.regular_of(s.lowest_parent(corner.point));
     const Vec3d inner = point.is_wall ? point.p + 1e-3 * (middle - point.p) : point.p;
-    corner.cube = point.is_wall && s.rim.contains(corner.point) ? copy_beside(cutter, s, corner, inner)
-                                                                : leaf(corner.cube, inner);
+    corner.cube = point.is_wall && s.rim.contains(static_cast<std::uint64_t>(corner.point))
+                      ? copy_beside(cutter, s, corner, inner)
+                      : leaf(corner.cube, inner);
   }
 }
 
@@ -279,38 +288,62 @@ void CutSurface::note_depth(Vec3d p) {
   deepest_ = std::max(deepest_, measured_.depth);
 }
 
-void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
-                           const std::vector<std::vector<std::array<Index, 3>>>& inner) {
-  std::vector<Divided> divided(s.near.size());
-  tbb::parallel_for(std::size_t{0}, s.near.size(), [&](std::size_t i) {
-    const Triangle& old = triangles_[index(s.near[i])];
-    if (old.is_fill) return;
-    Divided& d = divided[i];
-    const std::array<Index, 3> corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
-    d.normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
-    d.is_round = roundness(index(s.near[i])) > 1e-4;
-    std::vector<std::array<Index, 2>> segments;
-    if (const auto known = s.segments.find(s.near[i]); known != s.segments.end()) d.segments = known->second;
-    for (const auto& [segment, number] : d.segments) segments.push_back(segment);
-    d.pieces =
-        divide(corners, s.on_edge, segments, [&](Index point) { return is_cut_at(cutter, s, old, point); });
-    find_sides(s, d);
-  });
-  for (const Split& split : s.splits)
-    parted_.emplace(split.split.parent, Parted{split.wall, {split.split.part[0], split.split.part[1]}});
+/// A triangle in pieces; none: it stays whole. @param number in s.near
+std::unique_ptr<CutSurface::Divided> CutSurface::divided(const LatticeCutter& cutter, const Stage& s,
+                                                         std::size_t number) const {
+  const Triangle& old = triangles_[index(s.near[number])];
+  const std::array<Index, 3> corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
+  const auto place = static_cast<Index>(number);
+  if (old.is_fill || (s.segments.empty(place) && is_whole_still(corners, s.on_edge))) return nullptr;
+  auto d = std::make_unique<Divided>();
+  d->normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
+  d->is_round = roundness(index(s.near[number])) > 1e-4;
+  std::vector<std::array<Index, 2>> segments;
+  for (const Segment& segment : s.segments.of(place)) {
+    d->segments.push_back(segment);
+    segments.push_back(segment.points);
+  }
+  d->pieces =
+      divide(corners, s.on_edge, segments, [&](Index point) { return is_cut_at(cutter, s, old, point); });
+  find_sides(s, *d);
+  return d;
+}
+
+std::vector<CutSurface::Triangle> CutSurface::pieces_of(const LatticeCutter& cutter, const Stage& s,
+                                                        const Divided& d, const Triangle& old) const {
+  std::vector<Triangle> pieces(d.pieces.size(), old);
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const Index point = d.pieces[k][j];
+      const auto same = std::find_if(old.corner.begin(), old.corner.end(),
+                                     [&](const Corner& c) { return c.point == point; });
+      pieces[k].corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
+    }
+    set_cubes(cutter, s, &d, k, pieces[k]);
+  }
+  return pieces;
+}
+
+void CutSurface::part_cubes(const Stage& s) {
+  for (const Split& split : s.splits) {
+    parted_place_[index(split.split.parent)] = static_cast<Index>(parted_.size());
+    parted_.push_back({split.wall, {split.split.part[0], split.split.part[1]}});
+    for (const Index part : split.split.part) parent_[index(part)] = split.split.parent;
+  }
+}
+
+void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s) {
+  std::vector<std::unique_ptr<Divided>> in_pieces(s.near.size());
+  tbb::parallel_for(std::size_t{0}, s.near.size(),
+                    [&](std::size_t i) { in_pieces[i] = divided(cutter, s, i); });
+  part_cubes(s);
   std::vector<std::vector<Triangle>> pieces(s.near.size());
   tbb::parallel_for(std::size_t{0}, s.near.size(), [&](std::size_t i) {
-    const Triangle& old = triangles_[index(s.near[i])];
-    for (std::size_t k = 0; k < divided[i].pieces.size(); ++k) {
-      Triangle& piece = pieces[i].emplace_back(old);
-      for (std::size_t j = 0; j < 3; ++j) {
-        const Index point = divided[i].pieces[k][j];
-        const auto same = std::find_if(old.corner.begin(), old.corner.end(),
-                                       [&](const Corner& c) { return c.point == point; });
-        piece.corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
-      }
-      set_cubes(cutter, s, divided[i], k, piece);
-    }
+    Triangle& old = triangles_[index(s.near[i])];
+    if (in_pieces[i])
+      pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
+    else if (!old.is_fill)
+      set_cubes(cutter, s, nullptr, 0, old);
   });
   for (std::size_t i = 0; i < s.near.size(); ++i) {
     for (std::size_t k = 0; k < pieces[i].size(); ++k) {
@@ -320,10 +353,14 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
         add_triangle(cutter, pieces[i][k]);
     }
   }
+}
+
+void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner) {
   for (std::size_t w = 0; w < s.walls.size(); ++w) {
     const CubeSplit& split = s.splits[s.walls[w].split].split;
-    for (const auto& [a, b, c] : inner[w]) {
-      note_depth(middle_of({a, b, c}));
+    const auto add = [&](const std::array<Index, 3>& piece) {
+      const auto& [a, b, c] = piece;
+      note_depth(middle_of(piece));
       wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
       next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
       for (const int part : {0, 1}) {
@@ -331,7 +368,9 @@ void CutSurface::add_walls(const LatticeCutter& cutter, Stage& s,
         Triangle t{{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet};
         add_triangle(cutter, t);
       }
-    }
+    };
+    if (inner[w].is_whole) add(s.walls[w].point);
+    for (const auto& piece : inner[w].pieces) add(piece);
   }
 }
 

@@ -79,7 +79,15 @@ bool apart(Vec3d low_a, Vec3d high_a, Vec3d low_b, Vec3d high_b) {
 
 CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
                        std::span<const embed::Anchor> anchors, Room room)
-    : room_(room), bins_(index(cutter.lattice().regular_cubes())) {
+    : room_(room),
+      parted_place_(cutter.lattice().cubes.size(), -1),
+      parent_(cutter.lattice().cubes.size(), -1) {
+  const std::size_t most = std::max(index(room.triangles), surface.triangles.size());
+  bins_.resize(cutter.lattice().regular_cubes());
+  wall_points_.reserve(4 * cutter.lattice().copies.size());
+  triangles_.reserve(most);
+  vertices_of_.reserve(most);
+  points_.reserve(std::max(index(room.vertices), surface.positions_m.size()));
   place_points(cutter, surface, anchors);
   TriangleMesh in_lattice;
   for (const Point& point : points_) in_lattice.positions_m.push_back(vec_cast<float>(point.p));
@@ -131,8 +139,7 @@ void CutSurface::add_to_bins(const LatticeCutter& cutter, Index triangle) {
   for (Index z = cell(low.z); z <= cell(high.z); ++z)
     for (Index y = cell(low.y); y <= cell(high.y); ++y)
       for (Index x = cell(low.x); x <= cell(high.x); ++x)
-        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0)
-          bins_[index(cube)].push_back(triangle);
+        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0) bins_.push_back(cube, triangle);
 }
 
 void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
@@ -152,8 +159,10 @@ void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& trian
 }
 
 Index CutSurface::leaf(Index cube, Vec3d p) const {
-  for (auto parted = parted_.find(cube); parted != parted_.end(); parted = parted_.find(cube))
-    cube = parted->second.part[index(parted->second.wall.side(p))];
+  while (parted_place_[index(cube)] >= 0) {
+    const Parted& parted = parted_[index(parted_place_[index(cube)])];
+    cube = parted.part[index(parted.wall.side(p))];
+  }
   return cube;
 }
 
@@ -170,48 +179,56 @@ Vec3d CutSurface::outward(Vec3d p) const {
 
 void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s) {
   const CubeLattice& lattice = cutter.lattice();
-  for (const CubeSplit& split : stage) {
+  std::vector<std::array<Index, kPairs>> point(stage.size());
+  for (std::size_t k = 0; k < stage.size(); ++k) {
+    const CubeSplit& split = stage[k];
     const Index regular = cutter.regular_of(split.parent);
     const auto& nodes = lattice.cube_nodes[index(split.parent)];
     const Vec3d low = vec_cast<double>(lattice.cubes[index(regular)]);
-    std::array<Index, kPairs> point{};
-    std::array<Vec3d, kPairs> place{};
-    for (int k = 0; k < kPairs; ++k) {
-      const auto [a, b] = kCornerPairs[index(k)];
-      point[index(k)] = -1;
+    for (int pair = 0; pair < kPairs; ++pair) {
+      const auto [a, b] = kCornerPairs[index(pair)];
+      point[k][index(pair)] = -1;
       if ((split.sides >> a & 1) == (split.sides >> b & 1)) continue;
       const auto [known, is_new] = wall_points_.try_emplace(edge_key(nodes[index(a)], nodes[index(b)]),
                                                             static_cast<Index>(points_.size()));
-      if (is_new) {
-        const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
-        points_.push_back({between(corner(a), corner(b), cutter.place(split.parent, a, b)), true});
-      }
-      point[index(k)] = known->second;
-      place[index(k)] = at(known->second);
+      point[k][index(pair)] = *known;
+      if (!is_new) continue;
+      const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
+      points_.push_back({between(corner(a), corner(b), cutter.place(split.parent, a, b)), true});
     }
-    Split made{split, regular, Wall(lattice.cubes[index(regular)], split.sides, place), point, {}};
+    for (const Index triangle : bins_.of(regular)) set_.insert(triangle);
+  }
+  set_.take(s.near);
+  s.segments.resize(static_cast<Index>(s.near.size()));
+  s.first_point = static_cast<Index>(points_.size());
+  s.splits.resize(stage.size());
+  tbb::parallel_for(std::size_t{0}, stage.size(), [&](std::size_t k) {
+    std::array<Vec3d, kPairs> place{};
+    for (std::size_t pair = 0; pair < kPairs; ++pair)
+      if (point[k][pair] >= 0) place[pair] = at(point[k][pair]);
+    Split& made = s.splits[k];
+    made.split = stage[k];
+    made.regular = cutter.regular_of(stage[k].parent);
+    made.wall = Wall(lattice.cubes[index(made.regular)], stage[k].sides, place);
+    made.point = point[k];
     find_reference(cutter, made);
     find_faces(made);
-    const std::size_t number = s.splits.size();
+  });
+  for (std::size_t k = 0; k < stage.size(); ++k) {
     const std::size_t first = next_split_walls_.size();
-    for (const Wall::Triangle& t : made.wall.triangles()) {
-      s.walls.push_back(
-          {{point[index(t.pair[0])], point[index(t.pair[1])], point[index(t.pair[2])]}, number, t.tet});
+    for (const Wall::Triangle& t : s.splits[k].wall.triangles()) {
+      const auto of = [&](int corner) { return point[k][index(t.pair[index(corner)])]; };
+      s.walls.push_back({{of(0), of(1), of(2)}, k, t.tet});
       const auto& p = s.walls.back().point;
       next_split_walls_.push_back({at(p[0]), at(p[1]), at(p[2])});
     }
-    next_splits_.push_back({split, first, next_split_walls_.size()});
-    s.splits.push_back(std::move(made));
-    const std::vector<Index>& bin = bins_[index(regular)];
-    s.near.insert(s.near.end(), bin.begin(), bin.end());
+    next_splits_.push_back({stage[k], first, next_split_walls_.size()});
   }
-  std::sort(s.near.begin(), s.near.end());
-  s.near.erase(std::unique(s.near.begin(), s.near.end()), s.near.end());
 }
 
 /// Near a corner of the parent the original surface says whether there is material.
 void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const {
-  split.has_surface = !bins_[index(split.regular)].empty();
+  split.has_surface = !bins_.empty(split.regular);
   if (!split.has_surface) return;
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
   const std::uint8_t own = cutter.corners(split.split.parent);
@@ -283,12 +300,17 @@ Index CutSurface::add_crossing(Stage& s, const Crossing& c, Index triangle, std:
   if (key[0] < 0) key[1] = triangle;
   if (key[2] < 0) key[3] = static_cast<Index>(number);
   const auto [known, is_new] = s.crossings.try_emplace(key, static_cast<Index>(points_.size()));
-  s.parents[known->second].insert(s.splits[s.walls[number].split].split.parent);
-  if (!is_new) return known->second;
+  const Index point = *known, place = point - s.first_point;
+  const Index parent = s.splits[s.walls[number].split].split.parent;
+  if (is_new) s.parents.resize(place + 1);
+  const auto parents = s.parents.of(place);
+  if (std::none_of(parents.begin(), parents.end(), [&](Index p) { return p == parent; }))
+    s.parents.push_back(place, parent);
+  if (!is_new) return point;
   points_.push_back({c.p, true, c.wall});
-  if (c.surface[0] >= 0) s.on_edge[edge_key(c.surface[0], c.surface[1])].push_back(known->second);
-  if (c.wall[0] >= 0) s.on_edge[edge_key(c.wall[0], c.wall[1])].push_back(known->second);
-  return known->second;
+  if (c.surface[0] >= 0) s.on_edge.add(edge_key(c.surface[0], c.surface[1]), point);
+  if (c.wall[0] >= 0) s.on_edge.add(edge_key(c.wall[0], c.wall[1]), point);
+  return point;
 }
 
 void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number) {
@@ -301,8 +323,8 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   for (const Index point : touching) {
     const auto& on = points_[index(point)].on;
     const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
-    if (s.rim.emplace(point, is_vertex).second && !is_vertex)
-      s.on_edge[edge_key(on[0], on[1])].push_back(point);
+    if (s.rim.try_emplace(static_cast<std::uint64_t>(point), is_vertex).second && !is_vertex)
+      s.on_edge.add(edge_key(on[0], on[1]), point);
   }
   if (touching.size() > 1) return;
   const std::vector<Crossing> found = crossings(t, wall, touching);
@@ -312,16 +334,21 @@ void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::si
   std::array<Index, 2> segment{touching.empty() ? add_crossing(s, found[0], triangle, number) : touching[0],
                                add_crossing(s, found.back(), triangle, number)};
   if (segment[0] == segment[1]) return;
-  s.segments[triangle].push_back({segment, number});
+  const auto near = std::lower_bound(s.near.begin(), s.near.end(), triangle) - s.near.begin();
+  s.segments.push_back(static_cast<Index>(near), {segment, number});
   wall.segments.push_back({segment, static_cast<std::size_t>(triangle)});
 }
 
 void CutSurface::find_faces(Split& split) const {
-  for (const Index triangle : bins_[index(split.regular)]) {
+  for (const Index triangle : bins_.of(split.regular)) {
     const Triangle& t = triangles_[index(triangle)];
     if (t.is_fill || (t.home >= 0 && t.home != split.split.parent)) continue;
     const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
-    split.faces.push_back({a, b, c, volume6(a, b, c, split.reference), t.home >= 0});
+    const Vec3d margin{1e-9, 1e-9, 1e-9};
+    const Vec3d low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
+    split.faces_low = min(split.faces_low, low);
+    split.faces_high = max(split.faces_high, high);
+    split.faces.push_back({a, b, c, low, high, volume6(a, b, c, split.reference), t.home >= 0});
   }
 }
 
@@ -329,8 +356,10 @@ void CutSurface::find_faces(Split& split) const {
 bool CutSurface::inside(const Split& split, Vec3d p) const {
   if (!split.has_surface) return true;
   bool is_inside = split.is_reference_inside;
-  const Vec3d from = split.reference;
+  const Vec3d from = split.reference, low = min(from, p), high = max(from, p);
+  if (apart(low, high, split.faces_low, split.faces_high)) return is_inside;
   for (const Split::Face& f : split.faces) {
+    if (apart(low, high, f.low, f.high)) continue;
     const double of_p = volume6(f.a, f.b, f.c, p);
     if ((f.of_reference > 0) == (of_p > 0) || !turns_round(from, p, f.a, f.b, f.c)) continue;
     const Vec3d where = from + f.of_reference / (f.of_reference - of_p) * (p - from);
@@ -350,11 +379,19 @@ double CutSurface::inside_volume(const Split& split, const std::vector<Tet>& mat
   return sum;
 }
 
-double CutSurface::share(const LatticeCutter& cutter, const Split& split, Parts& parts) const {
-  const auto known = material_.find(split.split.parent);
-  const std::vector<Tet> material =
-      known == material_.end() ? whole_cube(cutter.lattice().cubes[index(split.regular)]) : known->second;
-  parts = part(material, split.wall);
+/// As it came from the walls that parted its cube.
+std::vector<Tet> CutSurface::material(const LatticeCutter& cutter, Index cube) const {
+  const Index parent = parent_[index(cube)];
+  if (parent < 0) return whole_cube(cutter.lattice().cubes[index(cube)]);
+  const Parted& parted = parted_[index(parted_place_[index(parent)])];
+  std::array<std::vector<Tet>, 2> parts;
+  part(material(cutter, parent), parted.wall, parts);
+  return parts[parted.part[0] == cube ? 0 : 1];
+}
+
+double CutSurface::share(const LatticeCutter& cutter, const Split& split) const {
+  static thread_local std::array<std::vector<Tet>, 2> parts;  // keeps its room
+  part(material(cutter, split.split.parent), split.wall, parts);
   double low = 0, high = 0;
   if (split.has_surface) {
     low = inside_volume(split, parts[0]), high = inside_volume(split, parts[1]);
@@ -365,13 +402,11 @@ double CutSurface::share(const LatticeCutter& cutter, const Split& split, Parts&
   return low + high > 0 ? high / (low + high) : 0.5;
 }
 
-std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
-  Stage s;
-  make_walls(cutter, stage, s);
+void CutSurface::intersect_all(Stage& s) {
   for (std::size_t w = 0; w < s.walls.size(); ++w) {
     WallTriangle& wall = s.walls[w];
     const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
-    for (const Index triangle : bins_[index(s.splits[wall.split].regular)]) {
+    for (const Index triangle : bins_.of(s.splits[wall.split].regular)) {
       const auto& corner = triangles_[index(triangle)].corner;
       const Vec3d p = at(corner[0].point), q = at(corner[1].point), r = at(corner[2].point);
       if (!triangles_[index(triangle)].is_fill &&
@@ -379,20 +414,27 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
         intersect(s, triangle, wall, w);
     }
   }
-  std::vector<std::vector<std::array<Index, 3>>> inner(s.walls.size());
+}
+
+std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
+  Stage s;
+  make_walls(cutter, stage, s);
+  intersect_all(s);
+  std::vector<Inner> inner(s.walls.size());
   tbb::parallel_for(std::size_t{0}, s.walls.size(),
-                    [&](std::size_t w) { inner[w] = inner_pieces(s, s.walls[w]); });
+                    [&](std::size_t w) { inner[w] = inner_of(s, s.walls[w]); });
   std::vector<double> shares(s.splits.size());
-  std::vector<Parts> parts(s.splits.size());
+  std::vector<std::uint8_t> is_sliver(s.splits.size());
   tbb::parallel_for(std::size_t{0}, s.splits.size(), [&](std::size_t k) {
     const Split& split = s.splits[k];
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                  least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
-    shares[k] = std::clamp(share(cutter, split, parts[k]), least, 1 - least);
+    const double own = share(cutter, split);
+    shares[k] = std::clamp(own, least, 1 - least);
+    is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
   });
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    for (const std::size_t side : {0U, 1U})
-      material_[s.splits[k].split.part[side]] = std::move(parts[k][side]);
+  slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
+  divide_near(cutter, s);
   add_walls(cutter, s, inner);
   return shares;
 }

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <set>
 #include <span>
-#include <unordered_map>
 #include <utility>
 
 #include "tactus/geom/point_in_mesh.h"
+#include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 #include "tactus/tissue/cut/wall.h"
 #include "tactus/tissue/embed_kernels.h"
@@ -71,7 +70,7 @@ class CutSurface {
     return std::span(split_walls_).subspan(split.first, split.end - split.first);
   }
   /// On which side of its wall a cube that was cut has a point: that of part[0] or part[1].
-  int side(Index parent, Vec3d p) const { return parted_.at(parent).wall.side(p); }
+  int side(Index parent, Vec3d p) const { return parted_[index(parted_place_[index(parent)])].wall.side(p); }
   /// Triangles that close what rounding left open, in all.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
@@ -79,6 +78,9 @@ class CutSurface {
   /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
   /// rest [spacings].
   double take_depth() { return std::exchange(deepest_, 0.0); }
+  /// Parts of cubes since the last call that had less than kLeastFill, and got it from the part across their
+  /// wall.
+  Index take_slivers() { return std::exchange(slivers_, 0); }
   /// How deep a point lies below the original surface, at rest [spacings].
   double depth(Vec3d p) const { return static_cast<double>(solid_->distance_m(vec_cast<float>(p))); }
   /// The way out of the original surface from a point in it; unit.
@@ -114,18 +116,19 @@ class CutSurface {
   };
   struct Split {
     CubeSplit split;
-    Index regular;
+    Index regular = 0;
     Wall wall;
-    std::array<Index, kPairs> point;  ///< of pairs across the wall
-    Vec3d reference;                  ///< a point of the parent's material space
+    std::array<Index, kPairs> point{};  ///< of pairs across the wall
+    Vec3d reference{};                  ///< a point of the parent's material space
     bool is_reference_inside = true, has_surface = false;
     /// A triangle of the parent's surface, or of the original one.
     struct Face {
-      Vec3d a, b, c;
-      double of_reference;  ///< six times the volume with the reference
+      Vec3d a, b, c, low, high;  ///< corners, and a box around them
+      double of_reference;       ///< six times the volume with the reference
       bool is_wall;
     };
     std::vector<Face> faces = {};
+    Vec3d faces_low{1e30, 1e30, 1e30}, faces_high{-1e30, -1e30, -1e30};  ///< box around all
   };
   struct Segment {
     std::array<Index, 2> points;
@@ -150,18 +153,47 @@ class CutSurface {
     std::vector<int> region_of;                ///< per piece
     std::vector<std::map<Index, Side>> sides;  ///< per region, of splits' walls
   };
-  using EdgePoints = std::unordered_map<std::uint64_t, std::vector<Index>>;
+  /// Points on edges, in the order in which they were found.
+  class EdgePoints {
+   public:
+    void add(std::uint64_t edge, Index point) {
+      const auto [list, is_new] = list_.try_emplace(edge, points_.count());
+      if (is_new) points_.resize(*list + 1);
+      points_.push_back(*list, point);
+    }
+    bool has(std::uint64_t edge) const { return list_.contains(edge); }
+    void get(std::uint64_t edge, std::vector<Index>& points) const {
+      points.clear();
+      if (const Index* list = list_.find(edge); list != nullptr)
+        for (const Index point : points_.of(*list)) points.push_back(point);
+    }
+
+   private:
+    FlatMap<std::uint64_t, Index> list_;
+    Chains<Index> points_;
+  };
   /// While a stage is cut.
   struct Stage {
     std::vector<Split> splits;
     std::vector<WallTriangle> walls;
     std::vector<Index> near;  ///< triangles in the cubes of the stage
     EdgePoints on_edge;
-    std::map<std::array<Index, 4>, Index>
-        crossings;  ///< point of two edges, or of an edge and {-1, triangle}
-    std::unordered_map<Index, std::set<Index>> parents;        ///< per point: cubes whose walls made it
-    std::unordered_map<Index, std::vector<Segment>> segments;  ///< of triangles
-    std::map<Index, bool> rim;  ///< points of the surface on edges of walls; whether they are their ends
+    /// Point of two edges, or of an edge and {-1, triangle}.
+    FlatMap<std::array<Index, 4>, Index> crossings;
+    Index first_point = 0;     ///< of crossings
+    Chains<Index> parents;     ///< per crossing: cubes whose walls made it
+    Chains<Segment> segments;  ///< per triangle in `near`
+    FlatMap<std::uint64_t, bool>
+        rim;  ///< points of the surface on edges of walls; whether they are their ends
+    bool is_crossing(Index point) const {
+      return point >= first_point && point - first_point < parents.count() &&
+             !parents.empty(point - first_point);
+    }
+    Index lowest_parent(Index point) const {
+      Index lowest = *parents.of(point - first_point).begin();
+      for (const Index parent : parents.of(point - first_point)) lowest = std::min(lowest, parent);
+      return lowest;
+    }
   };
   /// Where an edge of one triangle meets another.
   struct Crossing {
@@ -181,15 +213,20 @@ class CutSurface {
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
   bool is_on(Index point, const std::array<Index, 3>& wall) const;
+  void intersect_all(Stage& s);
   void intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number);
   std::vector<Crossing> crossings(const Triangle& t, const WallTriangle& wall,
                                   const std::vector<Index>& touching) const;
   Index add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number);
   bool inside(const Split& split, Vec3d p) const;
   double inside_volume(const Split& split, const std::vector<Tet>& material) const;
-  using Parts = std::array<std::vector<Tet>, 2>;
-  double share(const LatticeCutter& cutter, const Split& split, Parts& parts) const;
+  std::vector<Tet> material(const LatticeCutter& cutter, Index cube) const;
+  double share(const LatticeCutter& cutter, const Split& split) const;
   void find_faces(Split& split) const;
+  bool is_whole_still(const std::array<Index, 3>& corners, const EdgePoints& on_edge) const {
+    return !on_edge.has(edge_key(corners[0], corners[1])) && !on_edge.has(edge_key(corners[1], corners[2])) &&
+           !on_edge.has(edge_key(corners[2], corners[0]));
+  }
   std::vector<std::array<Index, 3>> divide(const std::array<Index, 3>& corners, const EdgePoints& on_edge,
                                            const std::vector<std::array<Index, 2>>& segments,
                                            const std::function<bool(Index)>& counts) const;
@@ -202,54 +239,79 @@ class CutSurface {
   void find_sides(const Stage& s, Divided& d) const;
   Index part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const;
   Index copy_beside(const LatticeCutter& cutter, const Stage& s, Corner corner, Vec3d inner) const;
-  void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided& d, std::size_t piece,
+  void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided* d, std::size_t piece,
                  Triangle& t) const;
+  /// What of a wall is inside of the body.
+  struct Inner {
+    bool is_whole = false;  ///< all of it is
+    std::vector<std::array<Index, 3>> pieces = {};
+  };
+  Inner inner_of(const Stage& s, const WallTriangle& wall) const;
   std::vector<std::array<Index, 3>> inner_pieces(const Stage& s, const WallTriangle& wall) const;
+  std::unique_ptr<Divided> divided(const LatticeCutter& cutter, const Stage& s, std::size_t number) const;
+  std::vector<Triangle> pieces_of(const LatticeCutter& cutter, const Stage& s, const Divided& d,
+                                  const Triangle& old) const;
+  void part_cubes(const Stage& s);
   void note_depth(Vec3d p);
-  void add_walls(const LatticeCutter& cutter, Stage& s,
-                 const std::vector<std::vector<std::array<Index, 3>>>& inner);
+  void divide_near(const LatticeCutter& cutter, const Stage& s);
+  void add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner);
   // cut_vertices.cpp
   std::vector<Index> near_splits(const LatticeCutter& cutter,
                                  const std::vector<std::vector<CubeSplit>>& stages);
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
-  /// A corner of a triangle, and the nodes that move it.
+  /// A corner of a triangle.
   struct Use {
-    Index point;
-    std::size_t triangle;  ///< number in a list
-    int corner;
+    Index triangle;  ///< number in a list
+    Index corner;
     Index cube;
-    std::array<Index, 8> nodes;
+    std::size_t nodes;  ///< that move it: place in use_nodes_
   };
-  std::vector<Use> uses_of(const LatticeCutter& cutter, const std::vector<Index>& triangles);
-  Vertex& vertex_of(const Use& use, std::vector<Vertex>& known);
-  void anchor_vertex(const LatticeCutter& cutter, Index vertex, const Use& use);
+  void find_uses(const LatticeCutter& cutter, const std::vector<Index>& triangles);
+  void sort_by_nodes(const LatticeCutter& cutter, Index point, std::span<Use> here, std::size_t first);
+  const std::array<Index, 8>& nodes_of(const Use& use) const { return use_nodes_[use.nodes]; }
+  void name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here,
+                  std::vector<std::array<Index, 3>>& named);
+  Index vertex_of(Index point, const std::array<Index, 8>& nodes);
+  void anchor_vertex(const LatticeCutter& cutter, Index vertex, Index point, std::span<const Use> uses);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void set_vertices(Index triangle, std::array<Index, 3> vertices);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
+  void sum_edges();
   void close(const LatticeCutter& cutter);
 
   Room room_;
   std::vector<Point> points_;
   std::vector<Triangle> triangles_;
-  std::vector<std::array<Index, 3>> vertices_of_;         ///< per triangle
-  std::vector<Index> free_;                               ///< triangles that are not in use
-  std::vector<std::vector<Index>> bins_;                  ///< triangles in each regular cube
-  std::unordered_map<std::uint64_t, Index> wall_points_;  ///< by pair of nodes
+  std::vector<std::array<Index, 3>> vertices_of_;  ///< per triangle
+  std::vector<Index> free_;                        ///< triangles that are not in use
+  Chains<Index> bins_;                             ///< triangles in each regular cube
+  FlatMap<std::uint64_t, Index> wall_points_;      ///< by pair of nodes
   struct Parted {
     Wall wall;
     std::array<Index, 2> part;
   };
-  std::unordered_map<Index, Parted> parted_;
-  std::unordered_map<Index, std::vector<Tet>> material_;
-  std::unordered_map<Index, std::vector<Vertex>> vertices_at_;  ///< per point of a wall
+  std::vector<Parted> parted_;
+  std::vector<Index> parted_place_;  ///< per cube and copy: in parted_; -1: it is whole
+  std::vector<Index> parent_;        ///< per cube and copy: what it is a part of; -1: of none
+  Chains<Vertex> vertices_at_;       ///< per point of a wall
   std::vector<Index> vertex_point_, vertex_cube_;
-  std::vector<Vec3f> local_;                           ///< of the original vertices
-  std::unordered_map<std::uint64_t, int> open_edges_;  ///< directed sum over triangles, if not 0
+  std::vector<Vec3f> local_;  ///< of the original vertices
+  struct EdgeSum {
+    std::uint64_t edge = 0;
+    int sum = 0;
+  };
+  std::vector<EdgeSum> open_edges_;  ///< directed sums over triangles; after sum_edges() one per edge, not 0
   std::unique_ptr<PointInMesh> solid_;
-  std::vector<std::uint8_t> seen_;                  ///< triangles, in near_splits()
-  std::vector<Index> uses_at_;                      ///< of points, in uses_of()
+  IndexSet set_;
+  // In name_vertices().
+  std::vector<Index> use_points_;  ///< ascending
+  std::vector<Index> first_use_;   ///< per point in use_points_, and the end
+  std::vector<Index> uses_at_;     ///< of points: counts, then places
+  std::vector<Use> uses_;
+  std::vector<std::array<Index, 8>> use_nodes_;
+  std::vector<EdgeSum> edge_table_;
   std::vector<Index> new_anchors_, new_triangles_;  ///< of the last update()
   std::vector<NewWall> new_walls_, next_walls_;
   std::vector<NewSplit> new_splits_, next_splits_;
@@ -260,7 +322,7 @@ class CutSurface {
     double depth = 1e30;
   };
   Depth measured_;
-  Index filled_ = 0;
+  Index filled_ = 0, slivers_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;
 };

@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -17,24 +18,19 @@ constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 
 std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
                                            const std::vector<std::vector<CubeSplit>>& stages) {
-  std::vector<Index> cubes;
   for (const auto& stage : stages) {
     for (const CubeSplit& split : stage) {
       const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(split.parent))];
       for (Index k = 0; k < 27; ++k)
         if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}); cube >= 0)
-          cubes.push_back(cube);
+          set_.insert(cube);
     }
   }
-  std::sort(cubes.begin(), cubes.end());
-  cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
-  std::vector<Index> triangles;
-  seen_.resize(triangles_.size(), 0);
+  std::vector<Index> cubes, triangles;
+  set_.take(cubes);
   for (const Index cube : cubes)
-    for (const Index triangle : bins_[index(cube)])
-      if (std::exchange(seen_[index(triangle)], 1) == 0) triangles.push_back(triangle);
-  for (const Index triangle : triangles) seen_[index(triangle)] = 0;
-  std::sort(triangles.begin(), triangles.end());
+    for (const Index triangle : bins_.of(cube)) set_.insert(triangle);
+  set_.take(triangles);
   return triangles;
 }
 
@@ -65,12 +61,23 @@ embed::Anchor CutSurface::anchor(const LatticeCutter& cutter, Index vertex) cons
 void CutSurface::count_edges(const std::array<Index, 3>& vertices, int sign) {
   for (std::size_t k = 0; k < 3; ++k) {
     const Index a = vertices[k], b = vertices[(k + 1) % 3];
-    if (a == b) continue;
-    const std::uint64_t key = edge_key(a, b);
-    int& sum = open_edges_[key];
-    sum += a < b ? sign : -sign;
-    if (sum == 0) open_edges_.erase(key);
+    if (a != b) open_edges_.push_back({edge_key(a, b), a < b ? sign : -sign});
   }
+}
+
+/// One entry per edge whose sum is not 0 remains.
+void CutSurface::sum_edges() {
+  edge_table_.assign(std::bit_ceil(2 * open_edges_.size() + 1), EdgeSum{});
+  const std::size_t mask = edge_table_.size() - 1;
+  for (const EdgeSum& change : open_edges_) {
+    std::size_t i = hash_of(change.edge) & mask;
+    while (edge_table_[i].edge != 0 && edge_table_[i].edge != change.edge) i = (i + 1) & mask;
+    edge_table_[i].edge = change.edge;  // 0 is no edge: its ends would be one vertex
+    edge_table_[i].sum += change.sum;
+  }
+  open_edges_.clear();
+  for (const EdgeSum& edge : edge_table_)
+    if (edge.sum != 0) open_edges_.push_back(edge);
 }
 
 void CutSurface::set_vertices(Index triangle, std::array<Index, 3> vertices) {
@@ -92,7 +99,7 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
     return std::any_of(of_a.begin(), of_a.end(),
                        [&](Index node) { return std::find(of_b.begin(), of_b.end(), node) != of_b.end(); });
   };
-  std::unordered_map<Index, Index> original;  // cube of original points that go elsewhere
+  std::map<Index, Index> original;  // cube of original points that go elsewhere
   for (const Index triangle : triangles) {
     Triangle& t = triangles_[index(triangle)];
     if (t.is_fill || t.home >= 0) continue;
@@ -114,90 +121,120 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
 
 /// In ascending order of points; of one point by nodes. Uses are counted per point, so points are sorted
 /// alone.
-std::vector<CutSurface::Use> CutSurface::uses_of(const LatticeCutter& cutter,
-                                                 const std::vector<Index>& triangles) {
+void CutSurface::find_uses(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
   uses_at_.resize(points_.size(), 0);
-  std::vector<Index> points;
   const auto for_each_corner = [&](auto&& f) {
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       const Triangle& t = triangles_[index(triangles[i])];
-      for (std::size_t k = 0; k < 3 && !t.is_fill; ++k) f(i, k, t.corner[k]);
+      for (Index k = 0; k < 3 && !t.is_fill; ++k) f(static_cast<Index>(i), k, t.corner[index(k)]);
     }
   };
-  for_each_corner([&](std::size_t, std::size_t, const Corner& corner) {
-    if (uses_at_[index(corner.point)]++ == 0) points.push_back(corner.point);
+  for_each_corner([&](Index, Index, const Corner& corner) {
+    if (uses_at_[index(corner.point)]++ == 0) set_.insert(corner.point);
   });
-  std::sort(points.begin(), points.end());
-  std::vector<Index> first;
+  set_.take(use_points_);
+  first_use_.clear();
   Index count = 0;
-  for (const Index point : points) {
-    first.push_back(count);
+  for (const Index point : use_points_) {
+    first_use_.push_back(count);
     count += std::exchange(uses_at_[index(point)], count);
   }
-  first.push_back(count);
-  std::vector<Use> uses(index(count));
-  for_each_corner([&](std::size_t i, std::size_t k, const Corner& corner) {
-    uses[index(uses_at_[index(corner.point)]++)] = {corner.point, i, static_cast<int>(k), corner.cube, {}};
+  first_use_.push_back(count);
+  uses_.resize(index(count));
+  use_nodes_.resize(index(count));
+  for_each_corner([&](Index i, Index k, const Corner& corner) {
+    uses_[index(uses_at_[index(corner.point)]++)] = {i, k, corner.cube, 0};
   });
-  for (const Index point : points) uses_at_[index(point)] = 0;
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
-    const std::span<Use> here = std::span(uses).subspan(index(first[p]), index(first[p + 1] - first[p]));
-    for (Use& use : here) use.nodes = nodes_of(cutter, {use.point, use.cube});
-    // Most points are moved by the same nodes everywhere.
-    const auto by_nodes = [](const Use& a, const Use& b) { return a.nodes < b.nodes; };
-    if (!std::is_sorted(here.begin(), here.end(), by_nodes))
-      std::stable_sort(here.begin(), here.end(), by_nodes);
+  for (const Index point : use_points_) uses_at_[index(point)] = 0;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, use_points_.size(), 64), [&](const auto& range) {
+    for (std::size_t p = range.begin(); p < range.end(); ++p) {
+      const auto first = index(first_use_[p]);
+      sort_by_nodes(cutter, use_points_[p], std::span(uses_).subspan(first, index(first_use_[p + 1]) - first),
+                    first);
+    }
   });
-  return uses;
+}
+
+/// @param first place of the first one in uses_
+void CutSurface::sort_by_nodes(const LatticeCutter& cutter, Index point, std::span<Use> here,
+                               std::size_t first) {
+  bool is_sorted = true;
+  for (std::size_t k = 0; k < here.size(); ++k) {
+    std::size_t same = 0;
+    while (here[same].cube != here[k].cube) ++same;
+    here[k].nodes = same < k ? here[same].nodes : first + k;
+    if (same == k) use_nodes_[first + k] = nodes_of(cutter, {point, here[k].cube});
+    is_sorted = is_sorted &&
+                (k == 0 || here[k].nodes == here[k - 1].nodes || nodes_of(here[k - 1]) <= nodes_of(here[k]));
+  }
+  if (is_sorted) return;  // most points are moved by the same nodes everywhere
+  for (std::size_t k = 1; k < here.size(); ++k) {
+    const Use use = here[k];
+    std::size_t to = k;
+    for (; to > 0 && nodes_of(use) < nodes_of(here[to - 1]); --to) here[to] = here[to - 1];
+    here[to] = use;
+  }
 }
 
 /// Of those known at the point, or one that is free, or a new one.
-CutSurface::Vertex& CutSurface::vertex_of(const Use& use, std::vector<Vertex>& known) {
-  const auto find = [&](const std::array<Index, 8>& nodes) {
-    return std::find_if(known.begin(), known.end(), [&](const Vertex& v) { return v.nodes == nodes; });
-  };
-  auto vertex = find(use.nodes);
-  if (vertex == known.end()) vertex = find(kAnyNodes);
-  if (vertex == known.end()) {
-    vertex = known.insert(known.end(), {kAnyNodes, vertex_count()});
-    vertex_point_.push_back(use.point);
+Index CutSurface::vertex_of(Index point, const std::array<Index, 8>& nodes) {
+  Vertex* free = nullptr;
+  for (Vertex& v : vertices_at_.of(point)) {
+    if (v.nodes == nodes) return v.vertex;
+    if (free == nullptr && v.nodes == kAnyNodes) free = &v;
+  }
+  if (free == nullptr) {
+    free = &vertices_at_.push_back(point, {kAnyNodes, vertex_count()});
+    vertex_point_.push_back(point);
     vertex_cube_.push_back(-1);
   }
-  vertex->nodes = use.nodes;
-  return *vertex;
+  free->nodes = nodes;
+  return free->vertex;
 }
 
-/// The vertex moves with a cube that has its nodes.
-void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, const Use& use) {
-  const Index anchored = vertex_cube_[index(vertex)];
-  const bool is_right =
-      anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
-      (use.point < static_cast<Index>(local_.size()) ? anchored == use.cube
-                                                     : nodes_of(cutter, {use.point, anchored}) == use.nodes);
-  if (is_right) return;
-  vertex_cube_[index(vertex)] = use.cube;
-  new_anchors_.push_back(vertex);
+/// The vertex moves with a cube that has its nodes. @param uses with the same nodes
+void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, Index point,
+                               std::span<const Use> uses) {
+  const bool is_original = point < static_cast<Index>(local_.size());
+  for (std::size_t k = 0; k < uses.size(); ++k) {
+    if (k > 0 && uses[k].cube == uses[k - 1].cube) continue;
+    const Index anchored = vertex_cube_[index(vertex)];
+    const bool is_right = anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
+                          (anchored == uses[k].cube ||
+                           (!is_original && nodes_of(cutter, {point, anchored}) == nodes_of(uses[k])));
+    if (is_right) continue;
+    vertex_cube_[index(vertex)] = uses[k].cube;
+    new_anchors_.push_back(vertex);
+  }
+}
+
+void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here,
+                            std::vector<std::array<Index, 3>>& named) {
+  const bool is_wall = points_[index(point)].is_wall;
+  // Vertices whose nodes nobody has any more are free for the others.
+  if (is_wall)
+    for (Vertex& v : vertices_at_.of(point))
+      if (std::none_of(here.begin(), here.end(), [&](const Use& use) { return nodes_of(use) == v.nodes; }))
+        v.nodes = kAnyNodes;
+  for (std::size_t first = 0, end = 0; first < here.size(); first = end) {
+    while (end < here.size() &&
+           (here[end].nodes == here[first].nodes || nodes_of(here[end]) == nodes_of(here[first])))
+      ++end;
+    const std::span<const Use> same = here.subspan(first, end - first);
+    const Index vertex = is_wall ? vertex_of(point, nodes_of(same.front())) : point;
+    for (const Use& use : same) named[index(use.triangle)][index(use.corner)] = vertex;
+    anchor_vertex(cutter, vertex, point, same);
+  }
 }
 
 void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
-  const std::vector<Use> uses = uses_of(cutter, triangles);
+  find_uses(cutter, triangles);
+  vertices_at_.resize(static_cast<Index>(points_.size()));
   std::vector<std::array<Index, 3>> named(triangles.size(), {-1, -1, -1});
-  std::vector<Vertex> original;
-  for (std::size_t first = 0, end = 0; first < uses.size(); first = end) {
-    while (end < uses.size() && uses[end].point == uses[first].point) ++end;
-    const Index point = uses[first].point;
-    const std::span<const Use> here = std::span(uses).subspan(first, end - first);
-    original.assign(1, {kAnyNodes, point});
-    std::vector<Vertex>& known = points_[index(point)].is_wall ? vertices_at_[point] : original;
-    // Vertices whose nodes nobody has any more are free for the others.
-    for (Vertex& v : known)
-      if (std::none_of(here.begin(), here.end(), [&](const Use& use) { return use.nodes == v.nodes; }))
-        v.nodes = kAnyNodes;
-    for (const Use& use : here) {
-      const Index vertex = vertex_of(use, known).vertex;
-      named[use.triangle][index(use.corner)] = vertex;
-      anchor_vertex(cutter, vertex, use);
-    }
+  for (std::size_t p = 0; p < use_points_.size(); ++p) {
+    const auto first = index(first_use_[p]);
+    name_point(cutter, use_points_[p],
+               std::span<const Use>(uses_).subspan(first, index(first_use_[p + 1]) - first), named);
   }
   for (std::size_t i = 0; i < triangles.size(); ++i)
     if (!triangles_[index(triangles[i])].is_fill) set_vertices(triangles[i], named[i]);
@@ -217,6 +254,7 @@ void CutSurface::drop_fills(const std::vector<Index>& triangles) {
 /// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small
 /// as what rounding left open, and gets a fan of triangles.
 void CutSurface::close(const LatticeCutter& cutter) {
+  sum_edges();
   std::map<Index, std::vector<Index>> next;  // against the open edges
   for (const auto& [key, sum] : open_edges_) {
     const auto low = static_cast<Index>(key >> 32U), high = static_cast<Index>(key & 0xFFFFFFFFU);
@@ -256,9 +294,13 @@ void CutSurface::close(const LatticeCutter& cutter) {
 void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vector<CubeSplit>>& stages,
                         TopologyChange& change) {
   const std::vector<Index> triangles = near_splits(cutter, stages);
-  new_walls_ = std::exchange(next_walls_, {});
-  new_splits_ = std::exchange(next_splits_, {});
-  split_walls_ = std::exchange(next_split_walls_, {});
+  const auto take = [](auto& now, auto& next) {
+    std::swap(now, next);
+    next.clear();
+  };
+  take(new_walls_, next_walls_);
+  take(new_splits_, next_splits_);
+  take(split_walls_, next_split_walls_);
   new_anchors_.clear();
   new_triangles_.clear();
   drop_fills(triangles);
@@ -266,7 +308,7 @@ void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vect
   name_vertices(cutter, triangles);
   close(cutter);
   for (auto* list : {&new_anchors_, &new_triangles_}) {
-    std::sort(list->begin(), list->end());
+    if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
   for (const Index vertex : new_anchors_) {

@@ -3,11 +3,12 @@
 /// 2007).
 #include <functional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "tactus/geom/cube_lattice.h"
 #include "tactus/tissue/cut/exact_sign.h"
+#include "tactus/tissue/cut/flat_lists.h"
+#include "tactus/tissue/cut/point_blocks.h"
 #include "tactus/tissue/topology_change.h"
 
 namespace tactus::cut {
@@ -95,9 +96,17 @@ class LatticeCutter {
  private:
   static std::uint64_t key(Index a, Index b);
   bool is_cut(Index cube, int a, int b) const;
-  void mark_cube(Index cube, const std::vector<std::array<NamedPoint, 3>>& strip, std::span<const Vec3f> x_m,
-                 Marked& marked, Journal& journal);
+  /// A pair of corners that the strip parts.
+  struct Crossed {
+    int pair;
+    float place;  ///< share of the way from the lower id
+  };
+  using StripTriangles = std::vector<std::array<NamedPoint, 3>>;
+  std::vector<Crossed> crossed(Index cube, const StripTriangles& strip, std::span<const Vec3f> x_m) const;
+  void mark_cube(Index cube, const std::vector<Crossed>& crossed, Marked& marked, Journal& journal);
   std::vector<std::uint8_t> components(Index cube) const;
+  void find_blocks();
+  std::vector<Index> cubes_in(const Box3f& box, std::span<const Vec3f> x_m);
   std::uint8_t extended(Index cube, std::uint8_t low, std::uint8_t high) const;
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
   void add_splits(Index cube, const std::vector<std::uint8_t>& parts, Index first,
@@ -115,19 +124,24 @@ class LatticeCutter {
     std::vector<Entry> entries;
     Index new_nodes = 0;
   };
-  SharedNodes share_nodes(Vec3i corner) const;
-  void share_masses(Vec3i corner, const SharedNodes& shared, TopologyChange& change);
+  void share_nodes(Vec3i corner, SharedNodes& shared) const;
+  void add_copies(const std::vector<Index>& root, Index first_copy, TopologyChange& change);
+  void share_masses(Index first_new, TopologyChange& change);
   void add_node(Index node, Index old, TopologyChange& change);
 
   CubeLattice lattice_;
   std::vector<std::uint8_t> may_cut_;
-  std::vector<Index> grid_;                             ///< regular cube per cell of the box
-  std::unordered_map<Index, std::vector<Index>> live_;  ///< of regular cubes that were cut
-  std::unordered_map<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
-  std::vector<Index> dirty_;                       ///< cubes with new cuts
+  std::vector<Index> grid_;               ///< regular cube per cell of the box
+  std::vector<Index> cut_place_;          ///< per regular cube: in live_; -1: it is whole
+  std::vector<std::vector<Index>> live_;  ///< of regular cubes that were cut
+  FlatMap<std::uint64_t, float> cuts_;    ///< per pair of nodes: share of the way from the lower id
+  PointBlocks blocks_;                    ///< of nodes
+  std::vector<Index> first_of_cubes_, blocks_of_cubes_;  ///< per kCubeBlock regular cubes: blocks of nodes
+  std::vector<Index> dirty_;                             ///< cubes with new cuts
   std::vector<Journal> journals_;
   std::vector<Vec3i> affected_;      ///< corners round the cubes of the last splits()
-  std::vector<SharedNodes> shared_;  ///< there; new nodes as if no other corner had any
+  std::vector<SharedNodes> shared_;  ///< there, at least as many; new nodes as if no other corner had any
+  IndexSet touched_;
   Index next_copy_, next_node_;
   bool is_full_ = false;
 };

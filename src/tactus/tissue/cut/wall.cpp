@@ -14,10 +14,27 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 Vec3d corner(Vec3i cube, int q) { return vec_cast<double>(cube + Vec3i{q & 1, q >> 1 & 1, q >> 2}); }
 
 int pair_of(int a, int b) {
-  for (int k = 0; k < kPairs; ++k)
-    if (kCornerPairs[at(k)] == std::array{std::min(a, b), std::max(a, b)}) return k;
-  return -1;
+  static const auto table = [] {
+    std::array<std::array<int, 8>, 8> pair{};
+    for (int k = 0; k < kPairs; ++k) {
+      const auto [low, high] = kCornerPairs[at(k)];
+      pair[at(low)][at(high)] = pair[at(high)][at(low)] = k;
+    }
+    return pair;
+  }();
+  return table[at(a)][at(b)];
 }
+
+/// Corners of a tetrahedron on one side of a wall.
+struct Corners {
+  std::array<int, 4> corner{};
+  std::size_t count = 0;
+  void push_back(int q) { corner[count++] = q; }
+  bool empty() const { return count == 0; }
+  std::size_t size() const { return count; }
+  int operator[](std::size_t k) const { return corner[k]; }
+  int front() const { return corner[0]; }
+};
 
 /// What of a tetrahedron lies below and above a plane.
 void clip(const Tet& tet, const WallPlane& plane, std::vector<Tet>& below, std::vector<Tet>& above) {
@@ -60,9 +77,10 @@ const std::array<std::array<int, 4>, 6> Wall::kTets = {
     {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
 
 Wall::Wall(Vec3i cube, std::uint8_t sides, const std::array<Vec3d, 19>& crossing) : cube_(cube) {
+  triangles_.reserve(12);
   for (int t = 0; t < 6; ++t) {
     Parting& parting = tets_[at(t)];
-    std::vector<int> on[2];
+    Corners on[2];
     for (const int q : kTets[at(t)]) on[sides >> q & 1].push_back(q);
     parting.is_parted = !on[0].empty() && !on[1].empty();
     parting.side = on[0].empty() ? 1 : 0;
@@ -82,7 +100,7 @@ Wall::Wall(Vec3i cube, std::uint8_t sides, const std::array<Vec3d, 19>& crossing
     }
     const bool lone_is_1 = on[1].size() == 1;
     const int lone = on[lone_is_1 ? 1 : 0][0];
-    const std::vector<int>& others = on[lone_is_1 ? 0 : 1];
+    const Corners& others = on[lone_is_1 ? 0 : 1];
     add(t, pair_of(lone, others[0]), pair_of(lone, others[1]), pair_of(lone, others[2]), crossing, on_side_1,
         parting.below);
   }
@@ -123,24 +141,26 @@ std::vector<Tet> whole_cube(Vec3i cube) {
   return tets;
 }
 
-std::array<std::vector<Tet>, 2> part(const std::vector<Tet>& material, const Wall& wall) {
-  std::array<std::vector<Tet>, 2> parts;
+void part(const std::vector<Tet>& material, const Wall& wall, std::array<std::vector<Tet>, 2>& parts) {
+  static thread_local std::vector<Tet> below, above;  // keep their room
+  for (auto& tets : parts) tets.clear();
   for (const Tet& tet : material) {
     const Wall::Parting& parting = wall.parting(wall.tet_of(0.25 * (tet[0] + tet[1] + tet[2] + tet[3])));
     if (!parting.is_parted) {
       parts[at(parting.side)].push_back(tet);
       continue;
     }
-    std::vector<Tet> below, above;
-    if (parting.is_double)
-      clip(tet, parting.middle, below, above);
-    else
-      below.push_back(tet);
+    if (!parting.is_double) {
+      clip(tet, parting.below, parts[0], parts[1]);
+      continue;
+    }
+    below.clear();
+    above.clear();
+    clip(tet, parting.middle, below, above);
     for (const Tet& t : below) clip(t, parting.below, parts[0], parts[1]);
     for (const Tet& t : above) clip(t, parting.above, parts[0], parts[1]);
   }
   for (auto& tets : parts) std::erase_if(tets, [](const Tet& t) { return volume(t) < 1e-12; });
-  return parts;
 }
 
 }  // namespace tactus::cut

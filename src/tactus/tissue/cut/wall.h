@@ -18,6 +18,7 @@ struct WallPlane {
 /// they share, so walls fit together. Places are in lattice coordinates.
 class Wall {
  public:
+  Wall() = default;
   /// @param sides bit q: corner q of the cube is on side 1
   /// @param crossing place between two corners, per pair of kCornerPairs; of pairs on one side unused
   Wall(Vec3i cube, std::uint8_t sides, const std::array<Vec3d, 19>& crossing);
@@ -45,7 +46,7 @@ class Wall {
  private:
   void add(int tet, int a, int b, int c, const std::array<Vec3d, 19>& crossing, Vec3d on_side_1,
            WallPlane& plane);
-  Vec3i cube_;
+  Vec3i cube_{};
   std::array<Parting, 6> tets_;
   std::vector<Triangle> triangles_;
 };
@@ -55,7 +56,7 @@ using Tet = std::array<Vec3d, 4>;
 double volume(const Tet& tet);
 /// The six tetrahedra of a cube.
 std::vector<Tet> whole_cube(Vec3i cube);
-/// Material on both sides of a wall.
-std::array<std::vector<Tet>, 2> part(const std::vector<Tet>& material, const Wall& wall);
+/// Material on both sides of a wall, in place of what `parts` held.
+void part(const std::vector<Tet>& material, const Wall& wall, std::array<std::vector<Tet>, 2>& parts);
 
 }  // namespace tactus::cut
