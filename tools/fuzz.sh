@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tools/fuzz.sh SECONDS [FAMILY ...]: fuzzes the readers of files (tests/fuzz) so long each, as many at once as there are cores.
-# CI: 10. Nightly: 600. What they find lies in build-fuzz/findings; mended, it belongs into tests/fuzz/inputs.
+# After a change of a reader: 10. Before a release: 600. What they find lies in build-fuzz/findings; mended, it belongs into tests/fuzz/inputs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${1:?seconds for each fuzzer, for example 10}

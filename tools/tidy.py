@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """clang-tidy (.clang-tidy) over the host sources, in parallel; every finding is an error.
 
-usage: tools/tidy.py [source.cpp ...]      without names: all of src/, bench/ and tests/
+usage: tools/tidy.py [source.cpp|folder ...]      without names: all of src/, bench/ and tests/
 
 A file that was clean is checked again when it, a project header that it includes, .clang-tidy or the compiler's flags change
-(stamps in build-tidy/stamps). Most of the time goes into headers, so files with the same flags are checked together, as one
-source that includes them; where that finds something, its halves are looked at, down to single files.
+(stamps in build-tidy/stamps). Most of the time goes into headers, so files are checked together, as one source that includes
+them, with the definitions and folders of all targets; where that finds something, its halves are looked at, down to single
+files with their own flags.
 """
 import concurrent.futures
 import hashlib
@@ -25,6 +26,9 @@ INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 MOST_TOGETHER = 10
 # What a line at the margin of a source defines, and no other file of a batch may: a function, a type or a value.
 DEFINED = re.compile(r"^(?:template <[^>]*> *)?(?:(?:struct|class|enum class|enum|union) (\w+) *(?:\{|: )|using (\w+) =|(?!using|namespace|extern)\w[\w:<>,&*\[\] ]+?[ &*](\w+) *[({=;\[])")
+CONSTANT = re.compile(r"\b(k[A-Z]\w*) = ")  # several on a line, or of an enum
+# What only files together are guilty of.
+NOT_TOGETHER = "--checks=-bugprone-suspicious-include,-bugprone-forward-declaration-namespace"
 FOLDERS = (ROOT / "src", ROOT / "bench", ROOT / "tests")
 
 
@@ -55,16 +59,29 @@ def flags_of(entry: dict) -> tuple[str, ...]:
     return tuple(w for i, w in enumerate(words) if i not in drop and i - 1 not in {d for d in drop if words[d] == "-o"})
 
 
+def flags_of_all(entries: list[dict]) -> tuple[str, ...]:
+    """Flags for any files together: the folders and definitions of all of them, once, after the rest of one's."""
+    rest = [w for w in flags_of(entries[0]) if not w.startswith(("-D", "-I", "-f", "-O", "-W"))]
+    rest = [w for i, w in enumerate(rest) if w != "-isystem" and (i == 0 or rest[i - 1] != "-isystem")]
+    wanted: dict[tuple[str, ...], None] = {}
+    for flags in map(flags_of, entries):
+        for i, word in enumerate(flags):
+            if word == "-isystem":
+                wanted[word, flags[i + 1]] = None
+            elif word.startswith(("-D", "-I")):
+                wanted[(word,)] = None
+    return (*rest, *(word for words in wanted for word in words))
+
+
 def names_of(text: str) -> set[str]:
     found = (DEFINED.match(line) for line in text.splitlines())
-    return {m[1] or m[2] or m[3] for m in found if m}
+    return {m[1] or m[2] or m[3] for m in found if m} | set(CONSTANT.findall(text))
 
 
 class Batch:
-    """Files with the same flags, MOST_TOGETHER at most, none of which defines a name of another or of its headers."""
+    """Files, MOST_TOGETHER at most, none of which defines a name of another or of its headers."""
 
     def __init__(self, entry: dict):
-        self.flags = flags_of(entry)
         file = pathlib.Path(entry["file"]).resolve()
         texts = with_headers(file, {})
         self.names = names_of(texts[file])
@@ -72,7 +89,7 @@ class Batch:
         self.entries = [entry]
 
     def take(self, other: "Batch") -> bool:
-        if (self.flags != other.flags or len(self.entries) >= MOST_TOGETHER or self.names & (other.names | other.headers)
+        if (len(self.entries) >= MOST_TOGETHER or self.names & (other.names | other.headers)
                 or self.headers & other.names):
             return False
         self.names |= other.names
@@ -89,18 +106,20 @@ def batches(entries: list[dict]) -> list[list[dict]]:
     return [batch.entries for batch in made]
 
 
-def check(batch: list[dict], stamps: dict[str, pathlib.Path]) -> list[str]:
-    """What clang-tidy has to say of each file that is not clean."""
+def check(batch: list[dict], together: tuple[str, ...], stamps: dict[str, pathlib.Path]) -> list[str]:
+    """What clang-tidy has to say of each file that is not clean. `together`: flags_of_all."""
     files = [entry["file"] for entry in batch]
     source, checks = files[0], []
     if len(files) > 1:
         text = "".join(f'#include "{file}"\n' for file in files)
         source = str(BUILD / f"together-{hashlib.sha256(text.encode()).hexdigest()[:16]}.cpp")
         pathlib.Path(source).write_text(text)
-        checks = ["--checks=-bugprone-suspicious-include"]
+        checks = [NOT_TOGETHER]
+    t0=__import__("time").time()
     run = subprocess.run(["clang-tidy", "--quiet", f"--config-file={ROOT / '.clang-tidy'}", *checks, source, "--",
-                          *flags_of(batch[0]), "-Wno-unknown-warning-option", "-Wno-ignored-optimization-argument"],
+                          *(together if len(files) > 1 else flags_of(batch[0])), "-Wno-unknown-warning-option", "-Wno-ignored-optimization-argument"],
                          capture_output=True, text=True, check=False, cwd=batch[0]["directory"])
+    print("T", len(files), run.returncode, round(__import__("time").time()-t0,1), run.stdout[-300:] if run.returncode else "", flush=True)
     if run.returncode == 0:
         for file in files:
             stamps[file].touch()
@@ -108,7 +127,7 @@ def check(batch: list[dict], stamps: dict[str, pathlib.Path]) -> list[str]:
     if len(files) == 1:
         return [run.stdout.replace(f"{ROOT}/", "").strip() or run.stderr.strip()]
     half = len(batch) // 2
-    return check(batch[:half], stamps) + check(batch[half:], stamps)
+    return check(batch[:half], together, stamps) + check(batch[half:], together, stamps)
 
 
 def self_test() -> bool:
@@ -134,16 +153,22 @@ def main() -> int:
     version = subprocess.run(["clang-tidy", "--version"], capture_output=True, text=True, check=True).stdout
     common = version + (ROOT / ".clang-tidy").read_text()
     entries = json.loads((BUILD / "compile_commands.json").read_text())
-    wanted = {str(pathlib.Path(name).resolve()) for name in sys.argv[1:]}
+    named = [pathlib.Path(name).resolve() for name in sys.argv[1:]]
+    wanted = {str(path) for path in named if path.is_file()}
+    wanted |= {e["file"] for e in entries for path in named if path.is_dir() and path in pathlib.Path(e["file"]).parents}
+    if missing := [str(path) for path in named if not path.exists()]:
+        print("tidy: no such file or folder: " + ", ".join(missing), file=sys.stderr)
+        return 1
     if unknown := wanted - {e["file"] for e in entries}:
         print("tidy: not part of the build: " + ", ".join(sorted(unknown)), file=sys.stderr)
         return 1
     todo = [(e, stamp_of(e, common)) for e in entries if not wanted or e["file"] in wanted]
     stamps = {e["file"]: stamp for e, stamp in todo if not stamp.exists()}
     stale = {e["file"]: e for e, _ in todo if e["file"] in stamps}
+    together = flags_of_all(entries)
     findings = 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for texts in pool.map(lambda batch: check(batch, stamps), batches(list(stale.values()))):
+        for texts in pool.map(lambda batch: check(batch, together, stamps), batches(list(stale.values()))):
             for text in texts:
                 findings += 1
                 print(text)
