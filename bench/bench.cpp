@@ -43,7 +43,7 @@ std::vector<Benchmark>& all_benchmarks() {
        run_table3},
       {"table4", "Table 4 of Shao et al. 2019: neighbour search of 40,000 to 8 million particles",
        run_table4},
-      {"table5", "Table 5 of Shao et al. 2019: whole frames of Fig 17", run_table5},
+      {"table5", "Table 5 of Shao et al. 2019: whole frames of Fig 17, 18 and 19", run_table5},
       {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)", run_tissue},
       {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
        run_fig20},

@@ -1,6 +1,8 @@
 /// A run that is stopped and goes on is the run that was not stopped.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "support/device_sets.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
@@ -84,6 +86,8 @@ FrameSet frame_of(int k) {
 
 struct State {
   std::vector<std::vector<Vec3f>> x_m, v_m_s;
+  std::vector<Vec3f> liquid_m;
+  std::vector<std::array<double, 4>> cuts;  ///< area, due, bled, length on the skin
   std::vector<BodyMonitors> monitors;
   std::vector<int> substeps;
   std::vector<Vec3f> force_N;
@@ -110,6 +114,9 @@ State play(const std::string& devices_text, const Scene& scene, int from, int to
     state.v_m_s.push_back(body->velocities_m_s(devices.context(0)));
   }
   state.monitors = simulation.monitors();
+  state.liquid_m = simulation.snapshot().liquid_m;
+  for (const StrokeResult& s : simulation.stroke_results())
+    state.cuts.push_back({s.score.area_m2, s.score.due_m3, s.score.bled_m3, s.skin_length_m});
   StateArchive a;
   simulation.archive(a, nullptr);
   file = a.bytes();
@@ -211,6 +218,63 @@ TEST_P(CheckpointOnDevices, AStrokeGoesOn) {
   EXPECT_NE(simulation.cuts()[0].body, simulation.cuts()[1].body);
   for (const auto& body : simulation.bodies())
     EXPECT_GT(body->cut_state(simulation.context()).copies, 20) << body->name();
+}
+
+/// Two strokes cut a plug out of a slab, which bleeds into a box; a vessel flows onto it.
+Scene bleeding_scene() {
+  Scene scene = cut_scene();
+  scene.contact.cut_walls = false;
+  BodyDescription& slab = scene.bodies[0];
+  slab.name = "slab";
+  slab.shape.size_m = {0.4, 0.1, 0.2};
+  slab.placement.position_m = {0, -0.2, 0};
+  slab.material.young_modulus_pa = 200000;
+  slab.bleeding = BleedingDescription{0.05, 0.5};
+  FixedRegion end = slab.fixed[0];
+  slab.fixed.clear();
+  for (const double side : {-1.0, 1.0}) {
+    end.where.point_m = {0.16 * side, 0, 0};
+    end.where.normal = {-side, 0, 0};
+    slab.fixed.push_back(end);
+  }
+  scene.bodies.resize(1);
+  BladeDescription& left = scene.blades[0];
+  left.from_m = {-0.072, 0, -0.3};
+  left.to_m = {-0.072, 0, 0.3};
+  left.path = {{0.05, {}, 0}, {0.35, {0, -0.3, 0}, 0}};
+  BladeDescription right = left;
+  right.name = "second";
+  right.from_m.x = right.to_m.x = 0.074;
+  scene.blades.push_back(right);
+  LiquidDescription& blood = scene.fluid.emplace();
+  blood.spacing_m = 0.02;
+  blood.box = {{-0.3, -0.6, -0.2}, {0.3, 0.2, 0.2}};
+  blood.max_particles = 3000;
+  blood.max_speed_m_s = 3;
+  blood.emitters.push_back({"vessel", {0.12, 0.1, 0}, {0, -1, 0}, 0.03, 0.5, 0.1, {}});
+  return scene;
+}
+
+/// What wounds owe, where they look for room, and the slots of the liquid go on, too.
+TEST_P(CheckpointOnDevices, ABleedingStrokeGoesOn) {
+  const Scene scene = bleeding_scene();
+  std::string file;
+  const State whole = play(GetParam(), scene, 0, 14, file);
+  std::string other = file;
+  play(GetParam(), scene, 0, 9, file);
+  const State second = play(GetParam(), scene, 9, 14, file);
+  EXPECT_TRUE(whole.x_m == second.x_m);
+  EXPECT_TRUE(whole.liquid_m == second.liquid_m);
+  EXPECT_EQ(whole.cuts, second.cuts);
+  const State third = play(GetParam(), scene, 14, 15, file), as_well = play(GetParam(), scene, 14, 15, other);
+  EXPECT_TRUE(third.liquid_m == as_well.liquid_m) << "all that is kept is the same, too";
+  EXPECT_EQ(third.cuts, as_well.cuts);
+  ASSERT_EQ(whole.cuts.size(), 2U);
+  for (const auto& [area, due, bled, skin] : whole.cuts) {
+    EXPECT_GT(bled, 0) << "particles came from it";
+    EXPECT_GT(due, bled);
+    EXPECT_GT(skin, 0.3);
+  }
 }
 
 }  // namespace

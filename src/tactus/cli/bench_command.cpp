@@ -21,8 +21,8 @@ void print_row(const nlohmann::json& row) {
               row["devices"].get<std::string>().c_str(), number("ms_p50"), number("ms_p99"));
   for (const char* key :
        {"hull_ms_p50", "upload_ms_p50", "device_ms", "floor_ms", "plain_loop_over_hull", "growth_from_128",
-        "over_hand_written", "without_upload_ms_p50", "paper_over_ours", "ns_per_node", "ns_per_cube",
-        "masks_per_s", "lost_masks", "clients_cores", "server_cores"}) {
+        "over_hand_written", "without_upload_ms_p50", "paper_over_ours", "real_time_factor", "ns_per_node",
+        "ns_per_cube", "masks_per_s", "lost_masks", "clients_cores", "server_cores"}) {
     if (row.contains(key) && row[key].is_number()) std::printf("  %s %.4g", key, number(key));
   }
   std::printf("\n");

@@ -429,6 +429,33 @@ void Liquid::archive(StateArchive& a) {
   ctx.upload(emitters, emitters_.view());
   particles.resize(static_cast<std::size_t>(here));
   put(particles, count, counters);
+  if (part_count() == 1) sort_again(particles);
+}
+
+void Liquid::sort_again(const std::vector<Kept>& particles) {
+  ExecContext& ctx = devices_.context(0);
+  LiquidPart& part = parts_[0];
+  const std::vector<Vec3f> x_m = to_host(ctx, part.x_m.view()), v_m_s = to_host(ctx, part.v_m_s.view());
+  const std::vector<float> push = to_host(ctx, part.push.view());
+  const std::vector<Index> id = to_host(ctx, part.id.view());
+  std::vector<Vec3f> sorted_m = x_m;
+  for (std::size_t i = 0; i < particles.size(); ++i) sorted_m[i] = particles[i].sorted_m;
+  ctx.upload(sorted_m, part.x_m.view());
+  part.search.build(ctx, part.x_m.const_view(), part.id.const_view(), part.given(), part.first_copy());
+  const auto here = static_cast<Index>(particles.size());
+  std::vector<Index> order = to_host(ctx, part.search.cells().order);
+  // Before the first step, nothing was sorted.
+  if (to_host(ctx, part.search.cells().placed)[0] != here) std::iota(order.begin(), order.end(), 0);
+  const auto put_in_order = [&](const auto& list, auto& buffer) {
+    auto out = list;
+    for (Index slot = 0; slot < here; ++slot) out[at(slot)] = list[at(order[at(slot)])];
+    ctx.upload(out, buffer.view());
+    ctx.synchronize();
+  };
+  put_in_order(x_m, part.x_m);
+  put_in_order(v_m_s, part.v_m_s);
+  put_in_order(push, part.push);
+  put_in_order(id, part.id);
 }
 
 std::vector<Liquid::Kept> Liquid::kept() const {
@@ -442,8 +469,9 @@ std::vector<Liquid::Kept> Liquid::kept() const {
     const std::vector<float> push = to_host(ctx, part.push.view().part(0, count)),
                              density = to_host(ctx, part.density_kg_m3.view().part(0, count));
     const std::vector<Index> id = to_host(ctx, part.id.view().part(0, count));
+    const std::vector<SearchParticle> sorted = to_host(ctx, part.search.cells().particles.part(0, count));
     for (std::size_t i = 0; i < x.size(); ++i)
-      if (std::isfinite(x[i].x)) all.push_back({{x[i], v[i], id[i]}, push[i], density[i]});
+      if (std::isfinite(x[i].x)) all.push_back({{x[i], v[i], id[i]}, push[i], density[i], sorted[i].x_m});
   }
   std::sort(all.begin(), all.end(),
             [](const Kept& a, const Kept& b) { return a.particle.id < b.particle.id; });

@@ -155,6 +155,7 @@ class Liquid {
   struct Kept {
     LiquidParticle particle;
     float push = 0, density_kg_m3 = 0;
+    Vec3f sorted_m{};  ///< where it was when the last step sorted
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }
   template <class F>
@@ -172,6 +173,9 @@ class Liquid {
   std::vector<Kept> kept() const;
   /// All on the first part. @param count with those that left in the last step
   void put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters);
+  /// Of a liquid in one part, after put(): slots are those of the last step again, in which wounds look for
+  /// room before the next.
+  void sort_again(const std::vector<Kept>& particles);
 
   DeviceSet& devices_;
   LiquidSettings settings_;

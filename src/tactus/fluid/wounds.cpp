@@ -94,4 +94,14 @@ void Wounds::bleed(ExecContext& ctx, const NeighbourSearch& search, const Liquid
                                speed_m_s_.const_view(), liquid, states_.view()});
 }
 
+void Wounds::archive(ExecContext& ctx, StateArchive& a) {
+  std::vector<WoundState> states = to_host(ctx, states_.const_view());
+  a.values("states of wounds", states);
+  for (const WoundState& s : states) a.check(s.level >= -1000 && s.level <= 1000, "states of wounds");
+  ctx.upload(states, states_.view());
+  ctx.synchronize();
+  a.buffer(ctx, "books of strokes", books_);
+  a.buffer(ctx, "turn of wounds", turn_);
+}
+
 }  // namespace tactus

@@ -5,6 +5,7 @@
 
 #include "tactus/compute/buffer.h"
 #include "tactus/fluid/wound_kernels.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/geom/neighbour_search.h"
 
 namespace tactus {
@@ -36,6 +37,9 @@ class Wounds {
   NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
   /// @param search of the liquid's last step
   void bleed(ExecContext& ctx, const NeighbourSearch& search, const LiquidArrivals& liquid);
+
+  /// What pieces owe and strokes bled; pieces themselves are set before that. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
 
   Index max_pieces() const { return pieces_.size(); }
   /// (kStrokes)

@@ -27,7 +27,6 @@ void SoftBody::archive(StateArchive& a) {
 /// What was cut, before the state of what it made: lists and places follow the same cuts.
 void Simulation::archive_cuts(StateArchive& a) {
   if (scene_.blades.empty()) return;
-  if (liquid_) throw usage_error("the scene has 'fluid' and 'blades': checkpoints do not hold both yet");
   for (const BladeDescription& blade : scene_.blades)
     if (blade.tracked)
       throw usage_error("blade '" + blade.name +
@@ -82,6 +81,8 @@ void Simulation::archive_scores(StateArchive& a) {
     a.check(steps >= 0 && steps <= kMostSteps, "steps");
     score.steps.resize(static_cast<std::size_t>(steps));
     a.values("ways and areas", score.steps);
+    a.value("due", score.due_m3);
+    a.value("bled", score.bled_m3);
     a.value("stroke", score.stroke);
     a.check(score.stroke >= 0 && score.stroke < count, "stroke");
   }

@@ -273,4 +273,14 @@ std::vector<Vec3f> SceneLiquid::positions_m() const {
   return x;
 }
 
+void SceneLiquid::archive(StateArchive& a) {
+  liquid_.archive(a);
+  for (Felt& felt : bodies_) {
+    if (!felt.wounds) continue;
+    a.set_owner("wounds of body '" + felt.body->name() + "'");
+    a.value("whether their room is full", felt.was_full);
+    felt.wounds->archive(devices_.context(0), a);
+  }
+}
+
 }  // namespace tactus

@@ -71,7 +71,8 @@ class SceneLiquid {
   const Liquid& liquid() const { return liquid_; }
   /// Of those that are here, by id [m]. Synchronizes.
   std::vector<Vec3f> positions_m() const;
-  void archive(StateArchive& a) { liquid_.archive(a); }
+  /// Of bodies that were cut, once they have these cuts and told of them.
+  void archive(StateArchive& a);
 
  private:
   /// A body that the liquid and it push.

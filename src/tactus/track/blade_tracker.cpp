@@ -18,7 +18,7 @@ constexpr double kMostMissing = 0.5;  // of the model's picture
 constexpr int kLeastPoints = 40;      // of outlines
 constexpr int kMostLostFrames = 5;    // in which it is expected to come back where it went
 constexpr double kFarWorse = 1.6;     // than what the best pose gets wrong
-constexpr double kLeastDifference = 0.002;
+constexpr double kLeastSpread = 0.1;  // 1 sigma of differences of surprise, from frame to frame
 constexpr std::size_t kMostHypotheses = 4;
 constexpr double kExpected = 1.3, kLeastExpected = 0.05;  // more than the last frame's is suspect
 constexpr std::size_t kTriedPoses = 12;
@@ -26,6 +26,9 @@ constexpr int kPause_frames = 5;  // before what is thin, and not the tool, is t
 constexpr int kBeside_px = 3;     // by how much a silhouette may be wider than the tool
 constexpr double kSeedSearch_px = 8, kMostSearch_px = 16;
 constexpr std::size_t kFramesToSettle = 3;
+/// Of the outline, where the tool is missing all through: contours are then off by three quarters of its
+/// thickness (the share beyond that of a normal distribution), and what is stated of errors no longer holds.
+constexpr double kMostGone = 0.25;
 
 bool is_other_pose(const Rigidd& a, const Rigidd& b, Vec3d center_m) {
   const Twist by = twist_between(a, b, center_m);
@@ -73,7 +76,7 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
 
 void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double dt_s) {
   h.filter.predict(dt_s);
-  const PosePrior prior = h.filter.prior();
+  const PosePrior& prior = h.filter.prior();
   const Matrix6 covariance = h.filter.covariance();
   const double variance_m2 = std::max({covariance(3, 3), covariance(4, 4), covariance(5, 5)});
   const Camera& camera = h.fitter.cameras().front();
@@ -91,16 +94,17 @@ void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double 
     ++h.lost_frames;
     return;
   }
-  h.filter.update(h.fit.T_world_model, h.fit.noise);
+  h.filter.update(h.fit);
   h.lost_frames = 0;
-  if (hypotheses_.size() > 1) h.wrong.push_back(h.fit.wrong);
+  if (hypotheses_.size() > 1) h.surprises.push_back(h.fit.surprise);
 }
 
-/// By the paired differences of what poses get wrong: one goes when the leader is better by three standard
+/// By the paired differences of how much masks surprise: one goes when the leader is better by four standard
 /// errors of their mean.
 void BladeTracker::drop_worse() {
   const auto mean = [](const Hypothesis& h) {
-    return std::accumulate(h.wrong.begin(), h.wrong.end(), 0.0) / static_cast<double>(h.wrong.size());
+    return std::accumulate(h.surprises.begin(), h.surprises.end(), 0.0) /
+           static_cast<double>(h.surprises.size());
   };
   std::stable_sort(hypotheses_.begin(), hypotheses_.end(),
                    [&](const Hypothesis& a, const Hypothesis& b) { return mean(a) < mean(b); });
@@ -108,17 +112,18 @@ void BladeTracker::drop_worse() {
     const Hypothesis& best = hypotheses_.front();
     if (&h == &best) return false;
     if (!is_other_pose(h.filter.pose(), best.filter.pose(), mesh_.center_m)) return true;
-    const std::size_t n = std::min(h.wrong.size(), best.wrong.size());
+    const std::size_t n = std::min(h.surprises.size(), best.surprises.size());
     if (n < kFramesToSettle) return false;
     double sum = 0, squares = 0;
     for (std::size_t k = 0; k < n; ++k) {
-      const double d = h.wrong[h.wrong.size() - n + k] - best.wrong[best.wrong.size() - n + k];
+      const double d =
+          h.surprises[h.surprises.size() - n + k] - best.surprises[best.surprises.size() - n + k];
       sum += d;
       squares += d * d;
     }
     const auto count = static_cast<double>(n);
     const double middle = sum / count, variance = std::max(squares / count - middle * middle, 0.0);
-    return middle > 3 * std::sqrt(variance / (count - 1)) + kLeastDifference;
+    return middle > 4 * std::max(std::sqrt(variance / (count - 1)), kLeastSpread / std::sqrt(count));
   };
   for (std::size_t k = hypotheses_.size(); k-- > 1;)
     if (is_worse(hypotheses_[k])) hypotheses_.erase(hypotheses_.begin() + static_cast<std::ptrdiff_t>(k));
@@ -146,8 +151,8 @@ bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask>
     const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px);
     h.fit = h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px);
     if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) continue;
-    h.filter.start(h.fit.T_world_model, h.fit.noise);
-    h.wrong.push_back(h.fit.wrong);
+    h.filter.start(h.fit, settings_.fit.calibration_px);
+    h.surprises.push_back(h.fit.surprise);
     hypotheses_.push_back(std::move(h));
   }
   // The best, and others in its place: elsewhere is another tool.
@@ -171,7 +176,7 @@ bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask>
 
 /// The largest of the edge's points, each by its 3x3 covariance.
 double BladeTracker::two_sigma_m(const Hypothesis& of) const {
-  const Matrix6 covariance = of.filter.covariance() + of.fit.calibration;
+  const Matrix6 covariance = of.filter.covariance();
   double most = 0;
   for (const Vec3f p : model_.edge_m) {
     const Vec3d arm_m = of.filter.pose().R * (vec_cast<double>(p) - mesh_.center_m);
@@ -206,7 +211,7 @@ void BladeTracker::judge() {
       way_m = std::max(way_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
   }
   now_.state = BladeState::known;
-  if (h.lost_frames > 0 || frames_ < 3 || now_.two_sigma_m > settings_.two_sigma_m)
+  if (h.lost_frames > 0 || frames_ < 3 || h.fit.gone > kMostGone || now_.two_sigma_m > settings_.two_sigma_m)
     now_.state = BladeState::unsure;
   else if (!last_edge_m_.empty() && way_m > settings_.most_m_s * since_known_s_)
     now_.state = BladeState::jumped;

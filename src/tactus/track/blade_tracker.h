@@ -57,7 +57,7 @@ class BladeTracker {
     PoseFitter fitter;
     PoseFilter filter;
     PoseFit fit;
-    std::vector<double> wrong;  ///< of each frame since it was found
+    std::vector<double> surprises;  ///< of each frame since it was found, while there are others
     int lost_frames = 0;
   };
   void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s);

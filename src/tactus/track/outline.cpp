@@ -59,21 +59,50 @@ bool OutlineFinder::find(const OutlineMesh& mesh, const Rigidd& T_world_model, c
   seen_.resize(mesh.faces.size());
   for (std::size_t f = 0; f < seen_.size(); ++f)
     seen_[f] = dot(mesh.faces[f].normal, eye_m) > mesh.faces[f].offset_m ? 1 : 0;
+  add_segments(camera);
+  chain_segments();
+  double left_px = 0.5 * spacing_px;
+  for (const Segment& s : segments_) add_points(s, spacing_px, left_px);
+  return true;
+}
+
+void OutlineFinder::add_segments(const Camera& camera) {
+  unchained_.clear();
   const auto pixel = [&](Index v) {
     const Vec3d p = camera_m_[static_cast<std::size_t>(v)];
     return Vec2d{(camera.fx_px * p.x + camera.skew_px * p.y) / p.z + camera.cx_px,
                  camera.fy_px * p.y / p.z + camera.cy_px};
   };
-  for (const OutlineMesh::Edge& e : mesh.edges) {
+  for (const OutlineMesh::Edge& e : mesh_->edges) {
     const bool left = seen_[static_cast<std::size_t>(e.left)] != 0,
                right = seen_[static_cast<std::size_t>(e.right)] != 0;
     if (left == right) continue;
     const Index from = left ? e.from : e.to, to = left ? e.to : e.from;
-    segments_.push_back({pixel(from), pixel(to), from, to});
+    unchained_.push_back({pixel(from), pixel(to), from, to});
   }
-  double left_px = 0.5 * spacing_px;
-  for (const Segment& s : segments_) add_points(s, spacing_px, left_px);
-  return true;
+}
+
+/// In the order in which they follow each other.
+void OutlineFinder::chain_segments() {
+  first_from_.assign(mesh_->vertices_m.size(), -1);
+  next_from_.assign(unchained_.size(), -1);
+  for (std::size_t i = unchained_.size(); i-- > 0;) {
+    Index& first = first_from_[static_cast<std::size_t>(unchained_[i].from)];
+    next_from_[i] = first;
+    first = static_cast<Index>(i);
+  }
+  const auto take = [&](Index vertex) {
+    Index& first = first_from_[static_cast<std::size_t>(vertex)];
+    const Index i = first;
+    if (i >= 0) first = next_from_[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (const Segment& start : unchained_) {
+    for (Index vertex = start.from, i = take(vertex); i >= 0; i = take(vertex)) {
+      segments_.push_back(unchained_[static_cast<std::size_t>(i)]);
+      vertex = segments_.back().to;
+    }
+  }
 }
 
 /// @param left_px way to the next point, from segment to segment: each pixel of the outline counts the same

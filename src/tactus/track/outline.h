@@ -40,7 +40,8 @@ struct OutlinePoint {
   double outer_px = 0;      ///< half of the way to the next part of the model, at most the reach
 };
 
-/// Finds outlines; keeps its memory.
+/// Finds outlines; keeps its memory. Points that follow each other are neighbours on the outline, but where
+/// it is covered or begins again.
 class OutlineFinder {
  public:
   /// @param spacing_px of the points @param reach_px how far from the outline pictures are looked at
@@ -55,6 +56,8 @@ class OutlineFinder {
     Vec2d from_px, to_px;
     Index from, to;
   };
+  void add_segments(const Camera& camera);
+  void chain_segments();
   void add_points(const Segment& segment, double spacing_px, double& left_px);
   void measure(const Segment& own, OutlinePoint point, double reach_px);
 
@@ -62,7 +65,9 @@ class OutlineFinder {
   Rigidd T_world_model_;
   std::vector<std::uint8_t> seen_;
   std::vector<Vec3d> camera_m_;  ///< vertices in the camera's frame
-  std::vector<Segment> segments_;
+  std::vector<Segment> segments_, unchained_;
+  std::vector<Index> first_from_;  ///< of each vertex: the segment that begins there, or -1
+  std::vector<Index> next_from_;   ///< of each segment: another that begins at the same vertex, or -1
   struct Crossing {
     double at_px;
     int change;  ///< of the number of layers, inwards

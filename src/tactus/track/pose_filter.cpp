@@ -9,20 +9,27 @@ constexpr double kMemory = 0.6;  // of surprises, from frame to frame
 
 }  // namespace
 
-Matrix6 PoseFilter::block(int i, int j) const {
+Matrix6 PoseFilter::covariance() const {
   Matrix6 m;
   for (int a = 0; a < 6; ++a)
-    for (int b = 0; b < 6; ++b) m(a, b) = covariance_(6 * i + a, 6 * j + b);
+    for (int b = 0; b < 6; ++b) m(a, b) = covariance_(a, b);
   return m;
 }
 
-void PoseFilter::start(const Rigidd& T_world_model, const Matrix6& covariance) {
-  pose_ = T_world_model;
+void PoseFilter::start(const PoseFit& fit, double calibration_px) {
+  pose_ = fit.T_world_model;
+  shifts_px_ = fit.shifts_px;
   velocity_ = surprise_ = {};
   hurry_ = 1;
-  covariance_ = {};
+  const int unknowns = fit.information.rows;
+  DenseMatrix known = fit.information;
+  const double sigma_px = std::max(calibration_px, 1e-3);
+  for (int i = 0; i < unknowns; ++i) known(i, i) += i < 6 ? 1 : 2 / (sigma_px * sigma_px);
+  const DenseMatrix start = inverse_of_definite(std::move(known));
+  covariance_.reset(unknowns + 6, unknowns + 6);
+  for (int i = 0; i < unknowns; ++i)
+    for (int k = 0; k < unknowns; ++k) covariance_(place(i), place(k)) = start(i, k);
   for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) covariance_(i, j) = covariance(i, j);
     const double v = i < 3 ? settings_.start_rad_s : settings_.start_m_s;
     covariance_(6 + i, 6 + i) = v * v;
   }
@@ -32,9 +39,15 @@ void PoseFilter::predict(double dt_s) {
   Twist by;
   for (std::size_t i = 0; i < 6; ++i) by[i] = dt_s * velocity_[i];
   pose_ = moved(pose_, center_m_, by);
-  Matrix12 F = Matrix12::diagonal(1);
-  for (int i = 0; i < 6; ++i) F(i, 6 + i) = dt_s;
-  covariance_ = F * covariance_ * transpose(F);
+  const int n = covariance_.rows;
+  for (int i = 0; i < 6; ++i)
+    for (int k = 0; k < n; ++k) covariance_(i, k) += dt_s * covariance_(6 + i, k);
+  for (int k = 0; k < n; ++k)
+    for (int i = 0; i < 6; ++i) covariance_(k, i) += dt_s * covariance_(k, 6 + i);
+  add_process_noise(dt_s);
+}
+
+void PoseFilter::add_process_noise(double dt_s) {
   for (int i = 0; i < 6; ++i) {
     const double a = i < 3 ? settings_.acceleration_rad_s2 : settings_.acceleration_m_s2, a2 = hurry_ * a * a;
     covariance_(i, i) += a2 * dt_s * dt_s * dt_s * dt_s / 4;
@@ -44,34 +57,79 @@ void PoseFilter::predict(double dt_s) {
   }
 }
 
-PosePrior PoseFilter::prior() const { return {pose_, inverse_of_definite(covariance())}; }
+const PosePrior& PoseFilter::prior() {
+  prior_.T_world_model = pose_;
+  prior_.shifts_px = shifts_px_;
+  const int unknowns = covariance_.rows - 6;
+  DenseMatrix own;
+  own.reset(unknowns, unknowns);
+  for (int i = 0; i < unknowns; ++i)
+    for (int k = 0; k < unknowns; ++k) own(i, k) = covariance_(place(i), place(k));
+  prior_.information = inverse_of_definite(std::move(own));
+  return prior_;
+}
 
-void PoseFilter::update(const Rigidd& T_world_model, const Matrix6& noise) {
-  const Twist by = twist_between(pose_, T_world_model, center_m_);
-  SmallMatrix<12, 6> gain;  // of innovations: covariance with the pose, over that of innovations
-  for (int i = 0; i < 12; ++i)
-    for (int j = 0; j < 6; ++j) gain(i, j) = covariance_(i, j);
-  const Matrix6 expected = covariance() + noise, known = inverse_of_definite(covariance());
-  SmallMatrix<6, 1> found;
-  for (int i = 0; i < 6; ++i) found(i, 0) = by[static_cast<std::size_t>(i)];
-  const SmallMatrix<6, 1> inner = known * found, innovation = expected * inner;
-  const SmallMatrix<12, 1> step = gain * inner;
-  pose_ = T_world_model;
-  for (int i = 0; i < 6; ++i) velocity_[static_cast<std::size_t>(i)] += step(6 + i, 0);
-  const Matrix6 expected_inverse = inverse_of_definite(expected);
-  covariance_ = covariance_ - gain * expected_inverse * transpose(gain);
-  for (int i = 0; i < 12; ++i)
-    for (int j = 0; j < i; ++j)
-      covariance_(i, j) = covariance_(j, i) = 0.5 * (covariance_(i, j) + covariance_(j, i));
-  // Innovations that keep their direction say that accelerations are larger than assumed.
+/// With the information H of masks and that of the prior, P⁻¹, of the unknowns of a fit: the inverse of the
+/// innovations' covariance is S = H - H (P⁻¹ + H)⁻¹ H, also where H has no inverse.
+void PoseFilter::update(const PoseFit& fit) {
+  const int unknowns = fit.information.rows, n = covariance_.rows;
+  const DenseMatrix& H = fit.information;
+  DenseMatrix both = prior_.information;
+  for (std::size_t i = 0; i < both.v.size(); ++i) both.v[i] += H.v[i];
+  factorize(both);
+  DenseMatrix half = H;
+  solve_lower(both, half);
+  DenseMatrix S = H;
+  for (int k = 0; k < unknowns; ++k)
+    for (int i = 0; i < unknowns; ++i)
+      for (int j = 0; j < unknowns; ++j) S(i, j) -= half(k, i) * half(k, j);
+  // What the fit changed, and what that says of velocities.
+  const Twist by = twist_between(pose_, fit.T_world_model, center_m_);
+  std::vector<double> found(static_cast<std::size_t>(unknowns)), known(found.size());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    found[i] = i < 6 ? by[i] : fit.shifts_px[i - 6] - shifts_px_[i - 6];
+  for (int i = 0; i < unknowns; ++i)
+    for (int k = 0; k < unknowns; ++k)
+      known[static_cast<std::size_t>(i)] += prior_.information(i, k) * found[static_cast<std::size_t>(k)];
+  pose_ = fit.T_world_model;
+  shifts_px_ = fit.shifts_px;
+  SmallMatrix<6, 1> change;
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < unknowns; ++k)
+      change(i, 0) += covariance_(6 + i, place(k)) * known[static_cast<std::size_t>(k)];
+    velocity_[static_cast<std::size_t>(i)] += change(i, 0);
+  }
+  DenseMatrix gain;  // covariance with the unknowns, times S
+  gain.reset(n, unknowns);
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < unknowns; ++k)
+      for (int j = 0; j < unknowns; ++j) gain(i, j) += covariance_(i, place(k)) * S(k, j);
+  DenseMatrix less;
+  less.reset(n, n);
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k <= i; ++k) {
+      double sum = 0;
+      for (int j = 0; j < unknowns; ++j) sum += gain(i, j) * covariance_(k, place(j));
+      less(i, k) = less(k, i) = sum;
+    }
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < n; ++k) covariance_(i, k) -= less(i, k);
+  notice_hurry(change, less);
+}
+
+/// Changes of the velocity that keep their direction say that accelerations are larger than assumed.
+void PoseFilter::notice_hurry(const SmallMatrix<6, 1>& change, const DenseMatrix& less) {
+  Matrix6 expected;  // covariance of the changes
   SmallMatrix<6, 1> mean;
   for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < 6; ++k) expected(i, k) = less(6 + i, 6 + k);
+    expected(i, i) *= 1 + 1e-9;
     double& s = surprise_[static_cast<std::size_t>(i)];
-    s = kMemory * s + (1 - kMemory) * innovation(i, 0);
+    s = kMemory * s + (1 - kMemory) * change(i, 0);
     mean(i, 0) = s;
   }
   const double share = (1 - kMemory) / (1 + kMemory);  // of the variance of a mean of white ones
-  const double size = (transpose(mean) * (expected_inverse * mean))(0, 0) / (6 * share);
+  const double size = (transpose(mean) * (inverse_of_definite(expected) * mean))(0, 0) / (6 * share);
   hurry_ = std::clamp(size * size / 4, 1.0, 1000.0);
 }
 

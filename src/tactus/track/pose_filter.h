@@ -1,7 +1,6 @@
 #pragma once
-/// A pose over time: constant velocity with white acceleration, a Kalman filter on rigid motions.
-#include <optional>
-
+/// A pose over time: constant velocity with white acceleration, a Kalman filter on rigid motions. With it, it
+/// finds by how much each camera's picture is shifted, which stays.
 #include "tactus/track/pose_fit.h"
 
 namespace tactus {
@@ -17,27 +16,33 @@ class PoseFilter {
   explicit PoseFilter(Vec3d center_m, const PoseFilterSettings& settings = {})
       : settings_(settings), center_m_(center_m) {}
 
-  void start(const Rigidd& T_world_model, const Matrix6& covariance);
+  /// @param calibration_px 1 sigma of the shift of a point
+  void start(const PoseFit& fit, double calibration_px);
   void predict(double dt_s);
-  /// What a measurement with `prior()` as its prior found.
-  void update(const Rigidd& T_world_model, const Matrix6& noise);
+  /// What a fit with `prior()` found.
+  void update(const PoseFit& fit);
 
-  PosePrior prior() const;
+  /// Valid until the next change.
+  const PosePrior& prior();
   const Rigidd& pose() const { return pose_; }
-  Matrix6 covariance() const { return block(0, 0); }
+  Matrix6 covariance() const;
   const Twist& velocity() const { return velocity_; }
 
  private:
-  using Matrix12 = SmallMatrix<12>;
-  Matrix6 block(int i, int j) const;
+  /// Number of the k-th unknown of a fit among the filter's: twist, velocity, shifts.
+  static int place(int k) { return k < 6 ? k : k + 6; }
+  void add_process_noise(double dt_s);
+  void notice_hurry(const SmallMatrix<6, 1>& change, const DenseMatrix& less);
 
   PoseFilterSettings settings_;
   Vec3d center_m_;
   Rigidd pose_;
   Twist velocity_{};
-  Matrix12 covariance_;  ///< of twist and velocity
-  Twist surprise_{};     ///< mean of what measurements had over predictions
-  double hurry_ = 1;     ///< by how much variances of acceleration are raised
+  std::vector<double> shifts_px_;
+  DenseMatrix covariance_;  ///< of twist, velocity and shifts
+  PosePrior prior_;
+  Twist surprise_{};  ///< mean of what fits changed velocities by
+  double hurry_ = 1;  ///< by how much variances of acceleration are raised
 };
 
 }  // namespace tactus

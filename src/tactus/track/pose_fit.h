@@ -1,9 +1,9 @@
 #pragma once
 /// The pose in which a known shape has the silhouettes that cameras saw, with its covariance.
-#include <optional>
 #include <span>
 
 #include "tactus/geom/image.h"
+#include "tactus/track/contour_equations.h"
 #include "tactus/track/outline.h"
 #include "tactus/track/small_matrix.h"
 
@@ -14,6 +14,8 @@ struct PoseFitSettings {
   double reach_px = 4;    ///< how far from the outline masks are looked at, at last
   /// By how much calibrations are expected to be off at a point, 1 sigma.
   double calibration_px = 0.3;
+  /// Within which errors of contours are alike.
+  double correlation_px = 8;
 };
 
 /// Rigid motion by a twist about the model's centre: X' = c + R(turn) (X - c) + shift.
@@ -21,20 +23,24 @@ Rigidd moved(const Rigidd& T_world_model, Vec3d center_m, const Twist& by);
 /// The twist that moves one pose to the other.
 Twist twist_between(const Rigidd& from, const Rigidd& to, Vec3d center_m);
 
-/// What is known of a pose beforehand.
+/// What is known of a pose beforehand. Its unknowns are a twist, and of each camera the shift of its picture.
 struct PosePrior {
   Rigidd T_world_model;
-  Matrix6 information;  ///< inverse covariance of its twist
+  std::vector<double> shifts_px;  ///< x, y of each camera
+  DenseMatrix information;        ///< inverse covariance of the unknowns
 };
 
 struct PoseFit {
   Rigidd T_world_model;
-  Matrix6 noise;        ///< covariance by what is new in every frame, without the prior
-  Matrix6 calibration;  ///< covariance by what stays: cameras that are not where they are believed to be
-  int points = 0;       ///< of outlines that count
-  double missing = 1;   ///< share of the model's picture, near its outline, where masks are clear
-  double wrong = 2;     ///< the same, and of what masks show beside it
-  double rms_px = 0;    ///< of residuals
+  std::vector<double> shifts_px;  ///< x, y of each camera: wrong calibration
+  DenseMatrix information;        ///< of masks alone, about the same unknowns as of a prior
+  Matrix6 covariance;             ///< of the twist, by masks and calibration, without the prior
+  int points = 0;                 ///< of outlines that count
+  double missing = 1;             ///< share of the model's picture, near its outline, where masks are clear
+  double wrong = 2;               ///< the same, and of what masks show beside it
+  double gone = 1;                ///< share of the outline whose part of the model is missing all through
+  double rms_px = 0;              ///< of residuals
+  double surprise = 0;            ///< -2 log likelihood of an averaged residual, but for a constant
   int iterations = 0;
 };
 
@@ -53,18 +59,13 @@ class PoseFitter {
   std::span<const Camera> cameras() const { return cameras_; }
 
  private:
-  struct Residual {
-    double j[6];  ///< of the model's outline along its normal, per motion [px]
-    Vec2d normal;
-    double off_px;  ///< by which the mask reaches farther than the model
-    double weight = 1;
-    Index cell;  ///< of the picture: what is in one is not independent
-  };
   struct View {
     OutlineFinder outline;
     Image<float> window;  ///< of the mask: 0 or 1
     Index x_px = 0, y_px = 0;
-    std::vector<Residual> residuals;
+    std::vector<ContourPoint> points;
+    ContourEquations equations;
+    int gone = 0;  ///< points whose part of the model is missing all through
     double inner_px = 0, missing_px = 0, extra_px = 0;
   };
   void open_windows(std::span<const BitMask> masks, const Rigidd& T, double reach_px);
@@ -72,17 +73,22 @@ class PoseFitter {
   void look(const Rigidd& T, double reach_px);
   void look(std::size_t camera, const Rigidd& T, double reach_px);
   void weigh(double least_px);
-  Twist step(const Rigidd& T, const PosePrior* prior);
+  void assemble(const PoseFit& fit, double least_white_px2);
+  /// Solves for a step. @returns the square of its size, in standard deviations
+  double step(PoseFit& fit, const PosePrior* prior);
+  void measure_noise();
   void sum_up(PoseFit& fit) const;
-  void add_covariance(PoseFit& fit);
+  void state_covariance(PoseFit& fit);
+  double shift_information() const;
 
   const OutlineMesh* mesh_;
   std::vector<Camera> cameras_;
   PoseFitSettings settings_;
   std::vector<View> views_;
   std::vector<double> sizes_;
-  Matrix6 normal_;                ///< of the equations, without the prior
-  std::optional<Matrix6> noise_;  ///< of the solution, mean over frames, model's axes
+  DenseMatrix normal_, step_;  ///< of the equations, with the prior
+  ContourNoise noise_;         ///< its mean over frames
+  bool has_noise_ = false;
   double blur_px_ = 0.5;
 };
 
