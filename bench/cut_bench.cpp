@@ -24,16 +24,28 @@ class Block {
         cutter_(shape_.lattice, {}, shape_.surface_m, to_host(devices.context(0), surface_.anchors()),
                 room(surface_room(shape_.lattice, shape_.surface_m))),
         body_(devices, {.lattice = shape_.lattice, .materials = {&kMaterial, 1}}, {}) {}
+  /// Times of a cut, in ms.
+  struct CutTimes {
+    std::vector<double> all, host, solver, surface;
+  };
   /// Through `layers` layers of cubes, in its middle. @returns cubes that fell apart
-  Index cut(Index layers) {
+  Index cut(Index layers, CutTimes& ms) {
+    const double begin_s = now_s();
     const float x = 0.013F, half_m = 0.5F * kSpacing_m * static_cast<float>(n_),
                 deep_m = kSpacing_m * (static_cast<float>(layers) + 0.5F) - half_m;
     TopologyChange change;
     const cut::CutReport report = cutter_.cut(
         {{{x * 0.1F, -1, -1}, {x * 0.1F, -1, 1}}, {{x * 0.1F, deep_m, -1}, {x * 0.1F, deep_m, 1}}, 0},
         shape_.lattice.rest_positions_m(), change);
+    const double host_s = now_s();
     body_.apply(change);
+    const double solver_s = now_s();
     surface_.apply(devices_.context(0), change);
+    const double end_s = now_s();
+    ms.all.push_back((end_s - begin_s) * 1000);
+    ms.host.push_back((host_s - begin_s) * 1000);
+    ms.solver.push_back((solver_s - host_s) * 1000);
+    ms.surface.push_back((end_s - solver_s) * 1000);
     return report.cut_cubes;
   }
   void step(int count) {
@@ -67,15 +79,17 @@ nlohmann::json row(const DeviceSet& devices, const char* what, Index size, const
 
 }  // namespace
 
-/// The first cut of a body, all of it: where edges are crossed, copies, walls, surface, and what devices are
-/// told. Then substeps with the copies, beside those of the body as it was.
+/// The first cut of a body, all of it, and by stages: where edges are crossed, copies, walls and surface on
+/// the host, then what the solver's and the surface's devices are told. Then substeps with the copies, beside
+/// those of the body as it was.
 Rows run_cut(const std::string& device_text) {
   return collect([&](Rows& rows) {
     DeviceSet devices(device_text);
     constexpr Index kEdge = 20;
     constexpr int kSubsteps = 50;
     for (const Index layers : {Index{10}, kEdge}) {
-      std::vector<double> ms, uncut_ms, cut_ms;
+      Block::CutTimes ms;
+      std::vector<double> uncut_ms, cut_ms;
       Index cubes = 0;
       for (int k = 0; k < 9; ++k) {
         check_stop();
@@ -89,12 +103,13 @@ Rows run_cut(const std::string& device_text) {
           }
         };
         substeps(uncut_ms);
-        const double begin_s = now_s();
-        cubes = block.cut(layers);
-        ms.push_back((now_s() - begin_s) * 1000);
+        cubes = block.cut(layers, ms);
         substeps(cut_ms);
       }
-      rows.push_back(row(devices, "cut", cubes, ms));
+      rows.push_back(row(devices, "cut", cubes, ms.all));
+      rows.push_back(row(devices, "cut: host", cubes, ms.host));
+      rows.push_back(row(devices, "cut: solver", cubes, ms.solver));
+      rows.push_back(row(devices, "cut: surface", cubes, ms.surface));
       rows.push_back(row(devices, "substep uncut", 0, uncut_ms));
       rows.push_back(row(devices, "substep copies", 2 * cubes, cut_ms));
     }

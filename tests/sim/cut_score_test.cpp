@@ -106,6 +106,25 @@ TEST(CutScore, PeakForceIsTheLargestMeanOverAWay) {
   EXPECT_EQ(peak_cut_force_N({}, 100, 0.005), 0);
 }
 
+/// Two crossing cuts give four parts with a surface each.
+TEST(CutScore, CrossingCutsGiveFourParts) {
+  const Scene scene = read_scene(TACTUS_SOURCE_DIR "/scenes/cross.yaml");
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  for (int k = 0; k < 20; ++k) simulation.step(nullptr, 1.0 / 30);
+  const SoftBody::CutState state = simulation.bodies()[0]->cut_state(simulation.context());
+  EXPECT_EQ(state.parts, 4);
+  EXPECT_EQ(state.closed_volumes_m3.size(), 4U);
+  const std::vector<StrokeResult> results = simulation.stroke_results();
+  ASSERT_EQ(results.size(), 2U);
+  for (const StrokeResult& r : results) {
+    EXPECT_EQ(r.plan, r.score.blade == "first" ? "along x" : "along z");
+    // All round the block, and G times its height; blades are less than 2 degrees off its axes.
+    EXPECT_NEAR(r.skin_length_m, 2 * (0.2 + 0.16), 0.01 * 0.72);
+    EXPECT_NEAR(*r.peak_force_N, 164 * 0.16, 0.25 * 164 * 0.16);
+  }
+}
+
 TEST(CutScore, RefusesPlansByName) {
   const auto expect = [](const std::string& what, const std::string& instead, const std::string& part) {
     const std::string text = with(what, instead);

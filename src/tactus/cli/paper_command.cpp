@@ -1,15 +1,19 @@
-// The paper's pictures (Shao et al. 2019, figures 14 to 19), made here.
+// The paper's pictures (Shao et al. 2019, figures 14 to 20), made here.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
+#include "bench.h"
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/cli/chart.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/run_pictures.h"
+#include "tactus/cli/version.h"
 #include "tactus/geom/polygonize.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
@@ -278,8 +282,10 @@ std::string find_scene(const std::string& name) {
 }
 
 /// Runs a scene and shows it at these of its frames, counted from its first.
+/// @param close_up shows the last once more from there
 void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& name,
-                 const std::vector<int>& moments, const std::string& what) {
+                 const std::vector<int>& moments, const std::string& what,
+                 const std::optional<ViewCameraDescription>& close_up = {}) {
   Scene scene = read_scene(find_scene(name));
   scene.output.video = scene.output.contact_sheet = scene.view.overlay = false;
   const std::unique_ptr<FrameSource> source =
@@ -298,7 +304,22 @@ void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& nam
     char caption[64];
     std::snprintf(caption, sizeof caption, "%s, %.2f s", what.c_str(), frame.time_s);
     sheet.add(pictures.picture(), caption);
+    if (!close_up || k != moments.back()) continue;
+    scene.view.camera = *close_up;
+    RunPictures near(scene, source->rig(), assets, simulation, "", 30);
+    near.add(simulation.snapshot(), {}, "", "");
+    sheet.add(near.picture(), "the incision");
   }
+}
+
+/// Of figures 18 and 19: the middle of the incision.
+ViewCameraDescription incision_view() {
+  ViewCameraDescription camera;
+  camera.target_m = {0.086, 0.401, 0.003};
+  camera.distance_m = 0.15;
+  camera.azimuth_deg = 100;
+  camera.elevation_deg = 50;
+  return camera;
 }
 
 ColorImage figure16(DeviceSet& devices) {
@@ -315,18 +336,36 @@ ColorImage figure17(DeviceSet& devices) {
 }
 
 ColorImage figure18(DeviceSet& devices) {
-  ContactSheet sheet("A real scalpel cuts a soft liver", 3, 3, 480);
-  add_moments(sheet, devices, "fig18-scalpel", {6, 18, 48}, "held at one end");
+  ContactSheet sheet("A real scalpel cuts a soft liver", 4, 2, 640);
+  add_moments(sheet, devices, "fig18-scalpel", {6, 18, 48}, "held at one end", incision_view());
   return sheet.image();
 }
 
 ColorImage figure19(DeviceSet& devices) {
-  ContactSheet sheet("A real scalpel cuts a soft liver, which bleeds", 3, 3, 480);
-  add_moments(sheet, devices, "fig19-bleeding", {6, 24, 60}, "held at one end");
+  ContactSheet sheet("A real scalpel cuts a soft liver, which bleeds", 4, 2, 640);
+  add_moments(sheet, devices, "fig19-bleeding", {6, 24, 60}, "held at one end", incision_view());
   return sheet.image();
 }
 
+/// Times of a substep over the body's nodes, as they are measured here and now.
+ColorImage figure20(const DeviceSet& devices) {
+  Chart chart{.title = "A substep of a body of elements and shape matching",
+              .remark = machine_text() + ", " + devices.name(),
+              .x_name = "nodes",
+              .y_name = "ms",
+              .series = {{"7 : 3, elements to shape matching", {178, 42, 46}, {}},
+                         {"3 : 7", {40, 96, 168}, {}},
+                         {"3 : 7, matched every 4th substep", {120, 170, 216}, {}}}};
+  constexpr const char* kNames[] = {"fig20 7:3", "fig20 3:7", "fig20 3:7, matched every 4th"};
+  for (const nlohmann::json& row : bench::run_fig20(devices.name()))
+    for (std::size_t s = 0; s < chart.series.size(); ++s)
+      if (row["name"] == kNames[s]) chart.series[s].points.emplace_back(row["size"], row["ms_p50"]);
+  return draw_chart(chart);
+}
+
 ColorImage figure(const std::string& which, DeviceSet& devices) {
+  if (which == "fig20") return figure20(devices);
+
   if (which == "fig14") return figure14(devices);
   if (which == "fig15") return figure15(devices);
   if (which == "fig18") return figure18(devices);
@@ -342,13 +381,14 @@ void add_paper_command(CLI::App& app) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("paper", "Make a figure of the paper");
-  command->add_option("which", options->which, "fig14, fig15, fig16, fig17, fig18 or fig19")->required();
+  command->add_option("which", options->which, "fig14, fig15, fig16, fig17, fig18, fig19 or fig20")
+      ->required();
   add_output(*command, "--out", options->path, "picture to write (.png)")->required();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
   command->footer("Example:\n  tactus paper fig15 --out fig15.png");
   command->callback([options] {
-    static const std::string kKnown[] = {"fig14", "fig15", "fig16", "fig17", "fig18", "fig19"};
+    static const std::string kKnown[] = {"fig14", "fig15", "fig16", "fig17", "fig18", "fig19", "fig20"};
     if (std::find(std::begin(kKnown), std::end(kKnown), options->which) == std::end(kKnown))
       throw usage_error("'" + options->which + "' is no figure" + suggestion(options->which, kKnown));
     output_is_writable(options->path);

@@ -73,10 +73,15 @@ ViewCamera camera_of(const Lines& lines, const Box3f& body_m) {
   const Vec3d out = goes_round ? normalized(Vec3d{0.5, 0.6, 0.9}) : normalized(-1.0 * lines.inward);
   const double steep = std::asin(std::clamp(out.y, -1.0, 1.0));
   const bool from_above = std::abs(out.y) > 0.95;
-  const double azimuth =
-      from_above ? -0.5 * std::atan2(lines.sin_twice, lines.cos_twice) : std::atan2(out.x, out.z);
-  return frame_box(box, static_cast<float>(azimuth), static_cast<float>(std::clamp(steep, -1.54, 1.54)),
-                   static_cast<float>(kScene_px) / kHeight_px);
+  const bool has_direction = std::hypot(lines.sin_twice, lines.cos_twice) > 0.3 * lines.length_m;
+  const double azimuth = !from_above     ? std::atan2(out.x, out.z)
+                         : has_direction ? -0.5 * std::atan2(lines.sin_twice, lines.cos_twice)
+                                         : 0.0;
+  ViewCamera camera =
+      frame_box(box, static_cast<float>(azimuth), static_cast<float>(std::clamp(steep, -1.54, 1.54)),
+                static_cast<float>(kScene_px) / kHeight_px);
+  camera.distance_m *= 1.2F;  // scales are below
+  return camera;
 }
 
 ColorImage draw_body(const SoftBody& body, Vec3f color, const Strokes& strokes,

@@ -63,15 +63,31 @@ void SoftBody::make_points() {
 }
 
 /// Each point goes as far as the node that is nearest to it, if one is near.
-void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const {
+void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) {
+  if (points_m.empty()) return;
+  const float reach_m = 3 * shape_.lattice.spacing_m;
+  last_blocks_.build(last_x_m_);
+  Box3f around{points_m.front(), points_m.front()};
+  for (const Vec3f p : points_m) around = {min(around.min, p), max(around.max, p)};
+  const auto square_to = [](const Box3f& box, Vec3f low, Vec3f high) {
+    const Vec3f d = max(max(box.min - high, low - box.max), Vec3f{});
+    return dot(d, d);
+  };
+  std::vector<std::size_t> near;  // blocks
+  for (std::size_t b = 0; b < last_blocks_.boxes().size(); ++b)
+    if (square_to(last_blocks_.boxes()[b], around.min, around.max) < sqr(reach_m)) near.push_back(b);
   for (Vec3f& p : points_m) {
-    float least_m2 = sqr(3 * shape_.lattice.spacing_m);
+    float least_m2 = sqr(reach_m);
     Vec3f moved_m{};
-    for (std::size_t i = 0; i < x_m.size(); ++i) {
-      const Vec3f d = last_x_m_[i] - p;
-      if (dot(d, d) >= least_m2 || shape_.lattice.node_mass_kg[i] == 0) continue;
-      least_m2 = dot(d, d);
-      moved_m = x_m[i] - last_x_m_[i];
+    for (const std::size_t b : near) {
+      if (square_to(last_blocks_.boxes()[b], p, p) >= least_m2) continue;
+      const std::size_t first = b * cut::PointBlocks::kSize;
+      for (std::size_t i = first; i < std::min(first + cut::PointBlocks::kSize, x_m.size()); ++i) {
+        const Vec3f d = last_x_m_[i] - p;
+        if (dot(d, d) >= least_m2 || shape_.lattice.node_mass_kg[i] == 0) continue;
+        least_m2 = dot(d, d);
+        moved_m = x_m[i] - last_x_m_[i];
+      }
     }
     p += moved_m;
   }
@@ -108,6 +124,7 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
     cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, told, report);
   cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), told,
             report);
+  if (report.cut_cubes > 0) surface_.update(ctx, tissue_.body());
   trail.older_m = std::exchange(trail.last_m, now_m);
   trail.frame = strip.frame;
   return report;
@@ -136,7 +153,6 @@ void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const Tell
   for (const TopologyChange::Vertex& v : change.vertices) wall_changes_.vertices.insert(v.vertex);
   for (const TopologyChange::Copy& copy : change.copies) wall_changes_.cubes.insert(copy.cube);
   for (const TopologyChange::Triangle& t : change.triangles) wall_changes_.triangles.insert(t.triangle);
-  surface_.update(ctx, tissue_.body());
   tactus::apply(change, shape_.lattice);
   for (const TopologyChange::Node& node : change.nodes)
     if (node.from >= 0) last_x_m_[at(node.node)] = last_x_m_[at(node.from)];

@@ -67,6 +67,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }
+  surface_.update(ctx, tissue_.body());
 }
 
 void SoftBody::archive_trails(StateArchive& a) {

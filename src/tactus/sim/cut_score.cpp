@@ -41,6 +41,22 @@ double distance_to_segment_m(Vec3d p, Vec3d a, Vec3d b) {
   return length(p - a - t * way);
 }
 
+/// Pieces without a way into the body take that of the nearest piece that has one and goes on as they do.
+void find_missing_ways(std::vector<SkinSegment>& line) {
+  const std::vector<SkinSegment> known = line;
+  for (SkinSegment& s : line) {
+    if (s.inward != Vec3d{}) continue;
+    const Vec3d along = normalized(s.to_m - s.from_m), middle_m = 0.5 * (s.from_m + s.to_m);
+    double least_m = 1e30;
+    for (const SkinSegment& other : known) {
+      if (other.inward == Vec3d{} || std::abs(dot(normalized(other.to_m - other.from_m), along)) < 0.7)
+        continue;
+      const double d_m = length(0.5 * (other.from_m + other.to_m) - middle_m);
+      if (d_m < least_m) least_m = d_m, s.inward = other.inward;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<SkinSegment> skin_line(std::span<const std::array<Vec3d, 3>> walls, const CubeLattice& lattice,
@@ -73,10 +89,13 @@ std::vector<SkinSegment> skin_line(std::span<const std::array<Vec3d, 3>> walls, 
       const Vec3d a = t.at(k), b = t.at((k + 1) % 3), inner = t.at((k + 2) % 3);
       if (!corner_is_on_skin(a) || !corner_is_on_skin(b) || !is_on_skin(0.5 * (a + b))) continue;
       const Vec3d along = normalized(b - a), way = inner - a;
-      const Vec3d inward = normalized(way - dot(way, along) * along, Vec3d{});
+      const Vec3d height = way - dot(way, along) * along;
+      // Rounding turns needles.
+      const Vec3d inward = length(height) > kOnSkin ? normalized(height) : Vec3d{};
       line.push_back({world_m(a), world_m(b), inward});
     }
   }
+  find_missing_ways(line);
   return line;
 }
 

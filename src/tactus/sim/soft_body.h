@@ -17,6 +17,7 @@
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/cut/cut_points.h"
 #include "tactus/tissue/cut/cut_wounds.h"
+#include "tactus/tissue/cut/point_blocks.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -186,7 +187,7 @@ class SoftBody {
   std::string impossible_state() const;
   void make_cuttable(ExecContext& ctx);
   void make_points();
-  void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) const;
+  void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m);
   void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
                  const TellCut& told, cut::CutReport& sum);
   void archive_trails(StateArchive& a);
@@ -227,6 +228,7 @@ class SoftBody {
   };
   WallChangeIds wall_changes_;
   std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
+  cut::PointBlocks last_blocks_;
   /// Where a blade's edge was in the last two frames, moved with the body.
   struct Trail {
     std::vector<Vec3f> older_m = {}, last_m = {};

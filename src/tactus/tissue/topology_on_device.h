@@ -1,5 +1,6 @@
 #pragma once
 /// A change of topology as one device needs it.
+#include <algorithm>
 #include <vector>
 
 #include "tactus/compute/exec_context.h"
@@ -31,11 +32,14 @@ class ChangeLists {
     put(change.cut, cut_, cubes);
     put(change.copies, copies_, copies);
     put(change.nodes, nodes_, nodes);
+    copies_end = 0;
+    for (const cut::LocalCopy& copy : change.copies) copies_end = std::max(copies_end, copy.copy + 1);
     ctx.synchronize();
   }
   View<const Index> cubes;
   View<const cut::LocalCopy> copies;
   View<const cut::LocalNode> nodes;
+  Index copies_end = 0;  ///< no copy of the change has this number or a higher one
 
  private:
   Buffer<Index> cut_;

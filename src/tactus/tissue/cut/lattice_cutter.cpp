@@ -277,24 +277,45 @@ void LatticeCutter::mark_cube(Index cube, const std::vector<Crossed>& crossed, M
   if (is_new) journal.cubes.push_back(cube);
 }
 
+/// Whole cubes in a row are one set, whose number is that of its first cube. Where the next cube of a row
+/// meets the sets that its predecessor met, nothing is joined.
 std::vector<Index> LatticeCutter::part_of_nodes() const {
-  std::vector<Index> parent(lattice_.nodes.size());
+  std::vector<Index> parent(at(next_copy_)), set_of(lattice_.nodes.size(), -1);
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index i) {
     while (parent[at(i)] != i) i = parent[at(i)] = parent[at(parent[at(i)])];
     return i;
   };
+  std::array<Index, 8> met{};
+  Index set = -1;
   for (Index c = 0; c < next_copy_; ++c) {
     if (!lattice_.has_cube(at(c))) continue;
-    Index lowest = root(lattice_.cube_nodes[at(c)][0]);
-    for (const Index i : lattice_.cube_nodes[at(c)]) {
-      const Index other = root(i);
-      parent[at(std::max(lowest, other))] = std::min(lowest, other);
-      lowest = std::min(lowest, other);
+    const Vec3i step = c > 0 ? lattice_.cubes[at(c)] - lattice_.cubes[at(c - 1)] : Vec3i{};
+    const bool goes_on =
+        set >= 0 && c < lattice_.regular_cubes() && lattice_.has_cube(at(c - 1)) && step == Vec3i{1, 0, 0};
+    if (!goes_on) {
+      set = c;
+      met.fill(-1);
+    }
+    // The left nodes of one that goes on are the right ones of the cube before.
+    for (std::size_t q = goes_on ? 1 : 0; q < 8; q += goes_on ? 2 : 1) {
+      Index& of = set_of[at(lattice_.cube_nodes[at(c)][q])];
+      if (of < 0) of = set;
+      if (of == set || of == met[q]) continue;
+      met[q] = of;
+      const Index a = root(of), b = root(set);
+      parent[at(std::max(a, b))] = std::min(a, b);
     }
   }
-  for (Index i = 0; i < lattice_.node_count(); ++i) parent[at(i)] = parent[at(parent[at(i)])];
-  return parent;
+  std::vector<Index> part(lattice_.nodes.size()), lowest(at(next_copy_), -1);
+  for (Index i = 0; i < lattice_.node_count(); ++i) {
+    part[at(i)] = i;
+    if (set_of[at(i)] < 0) continue;
+    Index& of = lowest[at(root(set_of[at(i)]))];
+    if (of < 0) of = i;
+    part[at(i)] = of;
+  }
+  return part;
 }
 
 int LatticeCutter::part_count() const {

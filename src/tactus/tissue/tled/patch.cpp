@@ -1,5 +1,9 @@
 #include "tactus/tissue/tled/patch.h"
 
+#include <algorithm>
+#include <span>
+#include <vector>
+
 namespace tactus::tled {
 
 Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
@@ -20,21 +24,33 @@ Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::sp
   node_count_ = Buffer<Index>(device, 1);
   for (Buffer<float>& history : history_Pa_)
     history = to_device(ctx, std::vector<float>(static_cast<std::size_t>(history_fields) * copies.size()));
-  rebuild(ctx);
+  for (Index c = 0; c < count; ++c)
+    if (stiffness[static_cast<std::size_t>(c)].mu_Pa > 0) used_ = c + 1;
+  used_on_device_ = to_device(ctx, std::vector<Index>{used_});
+  sort_corners(ctx, count);
   ctx.synchronize();
 }
 
-void Patch::rebuild(ExecContext& ctx) {
-  ctx.parallel_for("tled/copy_cells", room(),
+void Patch::rebuild(ExecContext& ctx, Index end) {
+  used_ = std::max(used_, end);
+  ctx.upload(std::span<const Index>(&used_, 1), used_on_device_.view());
+  sort_corners(ctx, used_);
+}
+
+/// Corners of copies behind `copies` have no node, and stay behind the others.
+void Patch::sort_corners(ExecContext& ctx, Index copies) {
+  if (copies == 0) return;
+  const Index corners = 8 * copies;
+  ctx.parallel_for("tled/copy_cells", copies,
                    FindCopyCells{copies_.const_view(), cell_.const_view(), corners_.view()});
   ctx.parallel_for(
-      "tled/key_corners", node_.size(),
+      "tled/key_corners", corners,
       KeyCorners{copies_.const_view(), stiffness_.const_view(), own_, node_.view(), corner_.view()});
-  ctx.sort_pairs("tled/sort_corners", node_.view(), corner_.view(), node_scratch_.view(),
-                 corner_scratch_.view());
-  ctx.parallel_for("tled/first_corners", node_.size(),
+  ctx.sort_pairs("tled/sort_corners", node_.view().part(0, corners), corner_.view().part(0, corners),
+                 node_scratch_.view().part(0, corners), corner_scratch_.view().part(0, corners));
+  ctx.parallel_for("tled/first_corners", corners,
                    FlagFirstCorners{node_.const_view(), corner_scratch_.view()});
-  ctx.compact("tled/first_corners", corner_scratch_.const_view(), first_.view(), node_count_.view());
+  ctx.compact("tled/first_corners", corners, corner_scratch_.const_view(), first_.view(), node_count_.view());
 }
 
 void Patch::load(ExecContext& ctx, View<const float> push_m_s2, Index cells) {

@@ -40,15 +40,16 @@ class Patch {
   View<const float> history_before(int k) const { return history_Pa_[at(k)].const_view(); }
   View<float> history_after(int k) { return history_Pa_[at(k + 1)].view(); }
 
-  /// Sorts the corners of copies by node. Asynchronous, allocates nothing.
-  void rebuild(ExecContext& ctx);
+  /// Sorts the corners of copies by node. Asynchronous, allocates nothing. @param end no copy from there on
+  /// is new
+  void rebuild(ExecContext& ctx, Index end);
   /// Keeps the external accelerations that load() of the tiles found.
   void load(ExecContext& ctx, View<const float> push_m_s2, Index cells);
   /// What copies exert for these positions.
   template <class Cube>
   void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells) {
     ctx.parallel_for(
-        "tled/copy_forces", room(),
+        "tled/copy_forces", used(),
         CopyForces<Cube>{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), cells, cube});
   }
   void move(ExecContext& ctx, const MoveNodes& nodes, View<float> push_m_s2);
@@ -68,7 +69,13 @@ class Patch {
   /// Nodes that copies have.
   Count nodes() const { return {node_count_.const_view(), first_.size()}; }
 
+  /// Copies up to the last one that was ever in use.
+  Count used() const { return {used_on_device_.const_view(), room()}; }
+  void sort_corners(ExecContext& ctx, Index copies);
+
   OwnNodes own_;
+  Index used_ = 0;
+  Buffer<Index> used_on_device_;
   Index first_virtual_cell_ = 0;
   Buffer<Index> cell_;  ///< per node
   Buffer<embed::CubeNodes> copies_;

@@ -257,7 +257,7 @@ void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
                                    .cells = grid_.cells});
   ctx.parallel_for("tled/set_masses", change.nodes.size(),
                    cut::SetCellMasses{change.nodes, cell_.const_view(), inverse_mass_per_kg_.view()});
-  patch_.rebuild(ctx);
+  patch_.rebuild(ctx, change.copies_end);
 }
 
 template <class Cube, class Sink>
