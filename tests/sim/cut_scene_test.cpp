@@ -268,6 +268,9 @@ TEST(CutScene, DoesNotCutWhereABladeJumps) {
   const Played played = play(scene, "cpu");
   ASSERT_EQ(played.notices.size(), 1U);
   EXPECT_EQ(played.notices[0].code, "cut.jump");
+  // The first frame with the blade has all of its 0.1 s to 0.1333 s.
+  EXPECT_EQ(played.notices[0].text,
+            "blade 'slicer' moves by 1 m in a frame, expected at most 0.2 m; it cuts nothing there");
   EXPECT_EQ(played.state.copies, 0);
 }
 
@@ -286,7 +289,11 @@ TEST(CutScene, RefusesBladesAndBodiesByName) {
   expect("cuttable: true", "cuttable: false", "cut_room");
   expect("    cuttable: true\n    cut_room: 400\n", "", "no body has 'cuttable: true'");
   expect("model: tled, young_modulus_pa: 30000, poisson_ratio: 0.4", "model: flsm", "no elements");
-  expect("time_s: 0.5", "time_s: 0.05", "more than the one before it");
+  expect("time_s: 0.5", "time_s: 0.05",
+         "scenes/x.yaml:18: in 'blades[0]': 'path[1]' has a 'time_s' of 0.05, expected more than the one "
+         "before it, 0.1");
+  expect("displacement_m: [0.3, 0, 0]", "displacement_m: [0, 0, 0.3]", "'path' sweeps an area of 0 m^2");
+  expect("displacement_m: [0.3, 0, 0]", "displacement_m: [0.3, .nan, 0]", "displacement_m' is '.nan'");
   expect("{time_s: 0.1}, ", "", "expected two or more");
   expect("to_m: [-0.15, 0.56, 0.7]", "to_m: [-0.15, 0.56, 0.5]", "no length");
   expect("time_s: 0.1}", "time_s: .nan}", "time_s");

@@ -1,9 +1,11 @@
 // A body whose lattice and surface are cut.
 #include "tactus/tissue/cut/body_cutter.h"
+#include "tactus/base/timing.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <numeric>
@@ -333,6 +335,41 @@ TEST(BodyCutter, RandomStripsLeaveItClosed) {
   }
   // Strips that turn by much within a cube: of 3 such bodies in 60, single triangles of 200 000.
   EXPECT_LT(reaching, 5e-4 * triangles);
+}
+
+/// 1,000 strips, ten in each of 100 blocks of 20^3 cubes, a third of them exactly on nodes. Nothing runs
+/// away: a strip across the block cuts some 500 cubes, so ten seconds are far more than it needs.
+TEST(BodyCutter, AThousandStripsInABlockOf20) {
+  if (std::getenv("TACTUS_LONG_TESTS") == nullptr) GTEST_SKIP() << "20 s: set TACTUS_LONG_TESTS=1";
+  std::int64_t triangles = 0, reaching = 0;
+  double slowest_s = 0;
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    std::mt19937 random(seed);
+    Body body = block({20, 20, 20}, seed % 2 == 0 ? 1.F : 1.37F, {.copies = 40000, .nodes = 60000});
+    for (int k = 0; k < 10; ++k) {
+      const auto point = [&] {
+        Vec3f p;
+        for (int a = 0; a < 3; ++a) {
+          p[a] = std::uniform_real_distribution<float>(-1, 21)(random);
+          if (seed % 3 == 0) p[a] = std::round(p[a]);
+        }
+        return p;
+      };
+      const Vec3f a = point(), b = point(), c = point(), d = point();
+      const double begin_s = now_s();
+      const CutReport report = body.cut(a, b, c, d);
+      slowest_s = std::max(slowest_s, now_s() - begin_s);
+      ASSERT_FALSE(report.is_full) << seed << ", strip " << k;
+    }
+    reaching += expect_sound(body, 1e-2, true);
+    triangles += body.cutter.surface().triangle_count();
+    if (HasFailure()) FAIL() << "seed " << seed;
+  }
+  std::printf("  %.0f ms for the slowest strip, %lld of %lld triangles reach to another part\n",
+              1e3 * slowest_s, static_cast<long long>(reaching), static_cast<long long>(triangles));
+  EXPECT_LT(slowest_s, 10);
+  // As in blocks of 6^3.
+  EXPECT_LT(static_cast<double>(reaching), 5e-4 * static_cast<double>(triangles));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "tactus/base/safe_file.h"
 #include "tactus/geom/box_surface.h"
+#include "tactus/geom/mesh_creases.h"
 
 namespace tactus {
 namespace {
@@ -128,6 +129,8 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
       continue;
     }
     material.color = vec_cast<float>(scene_.bodies[b].colour);
+    // Skin and walls of cuts share vertices.
+    if (scene_.bodies[b].cuttable) split_creases(snapshot.bodies[b]);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
   }
   for (TriangleMesh& blade : snapshot.blades)

@@ -1,4 +1,4 @@
-/// Lines that blades of a scene are to follow.
+/// Lines that blades of a scene are to follow, and what blades ask of the scene.
 #include <algorithm>
 
 #include "tactus/base/error.h"
@@ -37,6 +37,18 @@ void check_plans(FieldVisitor& v, const Scene& scene) {
     v.check(scene.bodies[static_cast<std::size_t>(body - names.begin())].cuttable, "plans",
             "plan '" + plan.name + "' is for body '" + plan.body + "', which has no 'cuttable: true'");
   }
+}
+
+void check_blades(FieldVisitor& v, const Scene& scene) {
+  const auto cuttable = std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                                      [](const BodyDescription& b) { return b.cuttable; });
+  v.check(scene.blades.empty() || cuttable > 0, "blades",
+          "there are 'blades', but no body has 'cuttable: true'");
+  v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
+          "'vtk_every' is for scenes without 'cuttable' bodies");
+  for (const BodyDescription& body : scene.bodies)
+    v.check(!body.bleeding || scene.fluid, "bodies",
+            "body '" + body.name + "' has 'bleeding', but the scene has no 'fluid' that says what flows");
 }
 
 }  // namespace tactus

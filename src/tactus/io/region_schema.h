@@ -31,6 +31,8 @@ void describe_load(FieldVisitor& v, LoadedRegion& l);
 void describe_plan(FieldVisitor& v, PlanDescription& p);
 /// Each is for a body that is cuttable.
 void check_plans(FieldVisitor& v, const Scene& scene);
+/// There is something that they may cut.
+void check_blades(FieldVisitor& v, const Scene& scene);
 /// `body` or `world`.
 void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame);
 

@@ -3,6 +3,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/io/region_schema.h"
+#include "tactus/sim/blade.h"
 
 namespace tactus {
 namespace {
@@ -322,8 +323,15 @@ void describe_blade(FieldVisitor& v, BladeDescription& b) {
   v.check(length(b.axis) > 0, "axis", "'axis' is zero, expected a direction");
   for (std::size_t k = 1; k < b.path.size(); ++k)
     v.check(b.path[k].time_s > b.path[k - 1].time_s, "path",
-            "'path[" + std::to_string(k) + "]' has a 'time_s' of " + std::to_string(b.path[k].time_s) +
-                ", expected more than the one before it");
+            "'path[" + std::to_string(k) + "]' has a 'time_s' of " + number_text(b.path[k].time_s) +
+                ", expected more than the one before it, " + number_text(b.path[k - 1].time_s));
+  double area_m2 = 0;
+  for (std::size_t k = 1; k < b.path.size(); ++k)
+    area_m2 += swept(b, b.path[k - 1].time_s, b.path[k].time_s, 0).area_m2();
+  v.check(area_m2 > 1e-9, "path",
+          "'path' sweeps an area of " + number_text(area_m2) +
+              " m^2, expected more than 1e-09: the edge from 'from_m' to 'to_m' stands still or moves along "
+              "itself");
 }
 
 void describe_contact(FieldVisitor& v, ContactDescription& c) {
@@ -437,18 +445,6 @@ void check_probes(FieldVisitor& v, const Scene& scene) {
                   (names.empty() ? "; the scene has no bodies" : suggestion(probe.body, names)));
     }
   }
-}
-
-void check_blades(FieldVisitor& v, const Scene& scene) {
-  const auto cuttable = std::count_if(scene.bodies.begin(), scene.bodies.end(),
-                                      [](const BodyDescription& b) { return b.cuttable; });
-  v.check(scene.blades.empty() || cuttable > 0, "blades",
-          "there are 'blades', but no body has 'cuttable: true'");
-  v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
-          "'vtk_every' is for scenes without 'cuttable' bodies");
-  for (const BodyDescription& body : scene.bodies)
-    v.check(!body.bleeding || scene.fluid, "bodies",
-            "body '" + body.name + "' has 'bleeding', but the scene has no 'fluid' that says what flows");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // What blades do to bodies between two frames.
 #include <algorithm>
+#include <cmath>
 
+#include "tactus/base/error.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {
@@ -45,8 +47,9 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       if (const float way_m = length_of(strip); way_m > kLongestStrip_m) {
         if (told_cuts_.insert(blade.name + "jumps").second)
           report.notices.push_back({"cut.jump", Severity::warning,
-                                    "blade '" + blade.name + "' moves by " + std::to_string(way_m) +
-                                        " m in a frame, more than 0.2 m; it cuts nothing there",
+                                    "blade '" + blade.name + "' moves by " +
+                                        number_text(std::round(1e3 * double{way_m}) / 1e3) +
+                                        " m in a frame, expected at most 0.2 m; it cuts nothing there",
                                     "give its path more time, or frames less ('frame.dt_s')"});
         continue;
       }
