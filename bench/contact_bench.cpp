@@ -122,7 +122,7 @@ class Touched {
     for (const auto& t : balls.triangles) triangles.push_back({t[0], t[1], t[2]});
     vertices_ = to_device(devices_.context(0), balls.positions_m);
     triangles_ = to_device(devices_.context(0), triangles);
-    world_.update({vertices_.const_view(), vertices_.size(), {}, triangles_.const_view(), triangles_.size()},
+    world_.update({vertices_.const_view(), triangles_.const_view(), vertices_.size(), triangles_.size(), {}},
                   frame_);
   }
 

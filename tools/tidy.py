@@ -115,11 +115,9 @@ def check(batch: list[dict], together: tuple[str, ...], stamps: dict[str, pathli
         source = str(BUILD / f"together-{hashlib.sha256(text.encode()).hexdigest()[:16]}.cpp")
         pathlib.Path(source).write_text(text)
         checks = [NOT_TOGETHER]
-    t0=__import__("time").time()
     run = subprocess.run(["clang-tidy", "--quiet", f"--config-file={ROOT / '.clang-tidy'}", *checks, source, "--",
                           *(together if len(files) > 1 else flags_of(batch[0])), "-Wno-unknown-warning-option", "-Wno-ignored-optimization-argument"],
                          capture_output=True, text=True, check=False, cwd=batch[0]["directory"])
-    print("T", len(files), run.returncode, round(__import__("time").time()-t0,1), run.stdout[-300:] if run.returncode else "", flush=True)
     if run.returncode == 0:
         for file in files:
             stamps[file].touch()

@@ -71,8 +71,8 @@ DeviceMesh::DeviceMesh(ExecContext& ctx, const TriangleMesh& mesh)
   triangles = to_device(ctx, t);
 }
 
-SurfaceMeshView DeviceMesh::view() const {
-  return {vertices.view(), vertices.size(), normals.view(), triangles.view(), triangles.size()};
+MeshView DeviceMesh::view() const {
+  return {vertices.view(), triangles.view(), vertices.size(), triangles.size(), normals.view()};
 }
 
 RealSurfaceSettings small_surface(float spacing_m) {

@@ -19,7 +19,7 @@ TriangleMesh together(TriangleMesh a, const TriangleMesh& b);
 /// A mesh in device memory.
 struct DeviceMesh {
   DeviceMesh(ExecContext& ctx, const TriangleMesh& mesh);
-  SurfaceMeshView view() const;
+  MeshView view() const;
   Buffer<Vec3f> vertices, normals;
   Buffer<Vec3i> triangles;
 };

@@ -78,11 +78,18 @@ std::vector<Vec3f> smoothed(const TriangleMesh& mesh, float edge_m, int steps,
   for (const auto& [a, b, c] : mesh.triangles) corners.push_back({a, b, c});
   ctx.upload(std::span<const Vec3f>(mesh.positions_m), positions.view().part(0, vertices));
   ctx.upload(std::span<const Vec3i>(corners), indices.view().part(0, triangles));
-  const Buffer<PartCounts> counts = to_device(ctx, std::vector<PartCounts>{{vertices, triangles, 0}});
+  const Buffer<Index> counts = to_device(ctx, std::vector<Index>{vertices, triangles});
+  const View<const Index> count = counts.const_view();
   SurfaceSmoothing smoothing(set.device(0), positions.size(), indices.size());
-  DeviceMesh out{};
+  MeshView out{};
   for (int frame = 0; frame < 2; ++frame)  // the second must not depend on the first
-    out = smoothing.smooth(ctx, {positions.view(), indices.view(), counts.view()}, edge_m, steps);
+    out = smoothing.smooth(ctx,
+                           {positions.view(),
+                            indices.view(),
+                            {count.part(0, 1), positions.size()},
+                            {count.part(1, 1), indices.size()},
+                            {}},
+                           edge_m, steps);
   return to_host(ctx, out.positions_m.part(0, vertices));
 }
 

@@ -245,7 +245,7 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
     const TriangleMesh mesh = hull.download();
     EXPECT_NO_THROW(topology(mesh));  // no triangle names a vertex that is not there
     // Nor does any on the device, where normals and surfaces read them.
-    const DeviceMesh there = hull.mesh();
+    const MeshView there = hull.mesh();
     for (const Vec3i t : to_host(set.context(0), there.triangles.part(0, hull.report().triangles)))
       ASSERT_TRUE(min(t.x, min(t.y, t.z)) >= 0 && max(t.x, max(t.y, t.z)) < there.positions_m.size());
     if (!overflow) {

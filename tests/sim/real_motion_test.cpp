@@ -78,10 +78,7 @@ class Rebuilt {
   void rebuild(const std::vector<BitMask>& masks, double dt_s) {
     hull_.upload(masks);
     hull_.reconstruct();
-    const DeviceMesh mesh = hull_.mesh();
-    surface_.update(set_.context(0),
-                    {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
-                    static_cast<float>(dt_s));
+    surface_.update(set_.context(0), hull_.mesh(), static_cast<float>(dt_s));
     report_ = surface_.report(set_.context(0));
   }
   float voxel_m() const { return hull_.voxel_size_m(); }

@@ -142,10 +142,10 @@ class Player {
                     .gravity_m_s2 = {0, -9.81F, 0},
                     .substeps = case_.substeps});
       world_.update({mesh.vertices.const_view(),
-                     mesh.vertices.size(),
-                     {},
                      mesh.triangles.const_view(),
-                     mesh.triangles.size()},
+                     mesh.vertices.size(),
+                     mesh.triangles.size(),
+                     {}},
                     frame_);
       replay_.run(devices_, [&] { submit(); });
       devices_.synchronize();

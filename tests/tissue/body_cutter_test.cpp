@@ -90,6 +90,17 @@ int expect_sound(const Body& body, double volume_error = 1e-4, bool may_reach = 
   EXPECT_NEAR(lattice.mass_kg(), body.lattice.mass_kg(), 1e-6 * body.lattice.mass_kg());
   std::map<std::pair<Index, Index>, int> edges;
   const std::vector<Index> parts = parts_of_cubes(lattice);
+  // Nodes hang together as this sum over all cubes says.
+  const std::vector<Index> part_of_node = body.cutter.lattice().part_of_nodes();
+  std::map<Index, Index> lowest;
+  for (std::size_t k = 0; k < lattice.cubes.size(); ++k)
+    for (const Index i : lattice.cube_nodes[k])
+      if (lattice.has_cube(k)) lowest[parts[k]] = std::min(lowest.try_emplace(parts[k], i).first->second, i);
+  for (std::size_t k = 0; k < lattice.cubes.size(); ++k)
+    for (const Index i : lattice.cube_nodes[k])
+      if (lattice.has_cube(k)) {
+        EXPECT_EQ(part_of_node[at(i)], lowest[parts[k]]);
+      }
   for (const auto& [a, b, c] : body.cutter.surface().triangles()) {
     if (a == b && b == c) continue;
     const auto part = [&](Index v) {

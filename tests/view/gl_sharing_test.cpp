@@ -48,7 +48,7 @@ class HandOnDevice {
   }
   /// `host`: of copies.
   ViewScene scene(bool photographed, bool host) {
-    const DeviceMesh mesh = hull_.mesh();
+    const MeshView mesh = hull_.mesh();
     const auto normals = normals_.view().part(0, report_.vertices);
     const TriangleMesh copy = [&] {
       TriangleMesh m = hull_.download();

@@ -101,10 +101,9 @@ std::vector<std::uint32_t> computed(const TriangleMesh& mesh, const ViewPhotos& 
   for (const auto& [a, b, c] : mesh.triangles) triangles.push_back({a, b, c});
   const Buffer<Vec3f> positions = to_device(ctx, mesh.positions_m), normals = to_device(ctx, mesh.normals);
   const Buffer<Vec3i> indices = to_device(ctx, triangles);
-  const Buffer<PartCounts> counts =
-      to_device(ctx, std::vector<PartCounts>{{vertices, static_cast<Index>(triangles.size()), 0}});
   texture.upload(ctx, photos.images);
-  texture.shade(ctx, {positions.view(), indices.view(), counts.view()}, normals.view(), eye_m);
+  texture.shade(ctx, {positions.view(), indices.view(), positions.size(), indices.size(), {}}, normals.view(),
+                eye_m);
   return to_host(ctx, texture.colors());
 }
 

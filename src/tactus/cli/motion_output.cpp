@@ -46,7 +46,7 @@ const char* text(MotionSource source) {
 
 }  // namespace
 
-std::vector<Index> MotionOutput::track(const DeviceMesh& surface, const TriangleMesh& mesh, double dt_s) {
+std::vector<Index> MotionOutput::track(const MeshView& surface, const TriangleMesh& mesh, double dt_s) {
   const Index vertices = surface.positions_m.size(), triangles = surface.triangles.size();
   const bool has_room = tracker_ && tracker_->settings().max_vertices >= vertices &&
                         tracker_->settings().max_triangles >= triangles;
@@ -56,9 +56,7 @@ std::vector<Index> MotionOutput::track(const DeviceMesh& surface, const Triangle
                                                         .max_triangles = triangles,
                                                         .max_raw_samples = std::max(2 * triangles, 1 << 18),
                                                         .max_samples = std::max(triangles, 1 << 16)});
-  tracker_->update(
-      ctx_, {surface.positions_m, surface.vertex_count(), {}, surface.triangles, surface.triangle_count()},
-      static_cast<float>(dt_s));
+  tracker_->update(ctx_, surface, static_cast<float>(dt_s));
   report_ = tracker_->report(ctx_);
   return tracker_->vertex_pieces(ctx_, static_cast<Index>(mesh.positions_m.size()));
 }
@@ -86,7 +84,7 @@ nlohmann::json MotionOutput::describe(MeshComponent p, Index tracked) {
           {"velocity_source", is_tracked ? text(motion.source) : "borrowed"}};
 }
 
-void MotionOutput::add(const DeviceMesh& surface, const TriangleMesh& mesh, const FrameSet& frame,
+void MotionOutput::add(const MeshView& surface, const TriangleMesh& mesh, const FrameSet& frame,
                        const FrameSource& source, nlohmann::json& row) {
   const double dt_s = last_time_s_ ? frame.time_s - *last_time_s_ : 0;
   last_time_s_ = frame.time_s;

@@ -17,12 +17,12 @@ class MotionOutput {
   /// Adds `pieces` to the row of a frame, and for moving synthetic figures `velocity_rms` (of the error, m/s)
   /// and `speed_rms` (of the truth, m/s), over vertices within a voxel of the figure.
   /// @param mesh the surface on the host
-  void add(const DeviceMesh& surface, const TriangleMesh& mesh, const FrameSet& frame,
+  void add(const MeshView& surface, const TriangleMesh& mesh, const FrameSet& frame,
            const FrameSource& source, nlohmann::json& row);
 
  private:
   /// Follows the surface's pieces. @return the number of each vertex's piece, or kNoPiece
-  std::vector<Index> track(const DeviceMesh& surface, const TriangleMesh& mesh, double dt_s);
+  std::vector<Index> track(const MeshView& surface, const TriangleMesh& mesh, double dt_s);
   nlohmann::json describe(MeshComponent piece, Index tracked);
 
   ExecContext& ctx_;

@@ -78,7 +78,7 @@ TextureOutput::TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHul
                 .max_triangles = hull.mesh().triangles.size(),
                 .fill_steps = 8}) {}
 
-void TextureOutput::shade(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals) {
+void TextureOutput::shade(const FrameSet& frame, const MeshView& surface, View<const Vec3f> normals) {
   if (frame.colors.empty())
     throw Error(
         "--texture: the source has no photos (masks need a 'photo' beside each 'mask' in the rig file)");
@@ -91,7 +91,7 @@ std::vector<Rgb8> TextureOutput::colors(Index vertices) const {
   return to_rgb(to_host(devices_.context(0), texture_.colors().part(0, vertices)));
 }
 
-TexturedMesh TextureOutput::textured(const FrameSet& frame, const DeviceMesh& surface,
+TexturedMesh TextureOutput::textured(const FrameSet& frame, const MeshView& surface,
                                      View<const Vec3f> normals, const TriangleMesh& mesh) {
   ExecContext& ctx = devices_.context(0);
   texture_.choose(ctx, surface, normals);
@@ -105,7 +105,7 @@ TexturedMesh TextureOutput::textured(const FrameSet& frame, const DeviceMesh& su
   return textured;
 }
 
-ColorImage TextureOutput::picture(const DeviceMesh& surface, View<const Vec3f> normals,
+ColorImage TextureOutput::picture(const MeshView& surface, View<const Vec3f> normals,
                                   const TriangleMesh& mesh) {
   const Mat3f R_view_world = upright(rig_);
   TriangleMesh turned = mesh;

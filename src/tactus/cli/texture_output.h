@@ -15,13 +15,13 @@ class TextureOutput {
   TextureOutput(DeviceSet& devices, const Rig& rig, const VisualHull& hull, const Box3f& workspace_m,
                 Index k);
   /// Each vertex as seen along its own normal. @throws Error when the frame has no photos, or wrong ones.
-  void shade(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals);
+  void shade(const FrameSet& frame, const MeshView& surface, View<const Vec3f> normals);
   std::vector<Rgb8> colors(Index vertices) const;
   /// `mesh`, which is `surface` on the host, with the photos of the frame on it. After `shade`.
-  TexturedMesh textured(const FrameSet& frame, const DeviceMesh& surface, View<const Vec3f> normals,
+  TexturedMesh textured(const FrameSet& frame, const MeshView& surface, View<const Vec3f> normals,
                         const TriangleMesh& mesh);
   /// Three views from between the cameras, coloured fragment by fragment: a row with k = 1 and one with k.
-  ColorImage picture(const DeviceMesh& surface, View<const Vec3f> normals, const TriangleMesh& mesh);
+  ColorImage picture(const MeshView& surface, View<const Vec3f> normals, const TriangleMesh& mesh);
 
  private:
   DeviceSet& devices_;

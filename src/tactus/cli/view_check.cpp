@@ -28,7 +28,7 @@ void ViewCheck::add_to(nlohmann::json& row) const {
     row["repairs"].push_back({{"camera", scores_.cameras()[r.camera].name}, {"filled_px", r.filled_px}});
 }
 
-std::string ViewCheck::judge(ExecContext& ctx, const FrameSet& frame, const DeviceMesh& surface) {
+std::string ViewCheck::judge(ExecContext& ctx, const FrameSet& frame, const MeshView& surface) {
   hull_check_.submit(ctx, surface, given(frame));
   return hull_check_.judge(ctx);
 }

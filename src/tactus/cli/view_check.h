@@ -23,7 +23,7 @@ class ViewCheck {
   void add_to(nlohmann::json& row) const;
   /// What the finished surface says about rig and masks (hull_findings.h); "" when all is well.
   /// @throws Error when nothing can be right and no frame before was well.
-  std::string judge(ExecContext& ctx, const FrameSet& frame, const DeviceMesh& surface);
+  std::string judge(ExecContext& ctx, const FrameSet& frame, const MeshView& surface);
   /// Which views are suspect and what was repaired; empty when all is well.
   std::string status() const;
 

@@ -91,10 +91,8 @@ void BodyPairs::apply(ExecContext& ctx, Index body, const SolidChange& change) {
   std::sort(gone.begin(), gone.end());
   const View<Index> staged = staged_places_.view().part(0, size_of(gone));
   ctx.upload(gone, staged);
-  ctx.parallel_for("contact/end pairs", points_.size(),
-                   EndPairContacts{View<const Index>(staged), contact_.view()});
   ctx.fill_bytes(row_weight_.view(), 0);
-  ctx.parallel_for("contact/weigh pairs", points_.size(), WeighPairs{t, s});
+  ctx.parallel_for("contact/weigh pairs", points_.size(), WeighPairs{t, s, View<const Index>(staged)});
   ctx.parallel_for("contact/start patches", patches_.size(), StartPatches{t, s});
   ctx.fill_bytes(group_sleep_.view(), 0);
   ctx.fill_bytes(point_sleep_.view(), 0);

@@ -23,7 +23,7 @@ ContactOnDevices::ContactOnDevices(DeviceSet& devices, int count, const RealSurf
 }
 
 /// What is used of it, where kernels can read it in place, else all that there is room for.
-SurfaceMeshView ContactOnDevices::copied(int p, const SurfaceMeshView& mesh) {
+MeshView ContactOnDevices::copied(int p, const MeshView& mesh) {
   ExecContext& ctx = devices_.context(p);
   MeshCopy& copy = copies_[static_cast<std::size_t>(p)];
   const auto count = [&](const Count& there, Index k) {
@@ -39,15 +39,15 @@ SurfaceMeshView ContactOnDevices::copied(int p, const SurfaceMeshView& mesh) {
       ctx.copy(from, room);
     return View<const T>(room);
   };
-  SurfaceMeshView here = mesh;
+  MeshView here = mesh;
   here.vertex_count = count(mesh.vertex_count, 0);
   here.triangle_count = count(mesh.triangle_count, 1);
-  here.vertices_m = elements(mesh.vertices_m, here.vertex_count, copy.vertices_m);
+  here.positions_m = elements(mesh.positions_m, here.vertex_count, copy.vertices_m);
   here.triangles = elements(mesh.triangles, here.triangle_count, copy.triangles);
   return here;
 }
 
-void ContactOnDevices::update(const SurfaceMeshView& mesh, const FrameOnDevices& frame) {
+void ContactOnDevices::update(const MeshView& mesh, const FrameOnDevices& frame) {
   if (count() > 1) devices_.context(0).record(ready_);
   for (int p = 0; p < count(); ++p) {
     ExecContext& ctx = devices_.context(p);

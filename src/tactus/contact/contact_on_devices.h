@@ -26,7 +26,7 @@ class ContactOnDevices {
   /// Takes over the mesh of a new frame, which the first device has, without normals. The others copy it, and
   /// each sorts it for itself: a triangle of a mesh has 18 bytes, what is made of it 56 and more, and no
   /// device waits for another's sorting. Asynchronous; after the first frame, it may be recorded.
-  void update(const SurfaceMeshView& mesh, const FrameOnDevices& frame);
+  void update(const MeshView& mesh, const FrameOnDevices& frame);
   /// As RealSurface::set_coarseness, on every device.
   void set_coarseness(float spacings) {
     for (auto& part : parts_) part->surface.set_coarseness(spacings);
@@ -41,7 +41,7 @@ class ContactOnDevices {
     Buffer<Vec3i> triangles;
     Buffer<Index> counts;  ///< (2) of vertices and triangles
   };
-  SurfaceMeshView copied(int p, const SurfaceMeshView& mesh);
+  MeshView copied(int p, const MeshView& mesh);
 
   DeviceSet& devices_;
   std::vector<std::unique_ptr<Part>> parts_;

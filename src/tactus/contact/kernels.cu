@@ -65,7 +65,6 @@ TACTUS_CUDA_KERNEL(tactus::FindPairs);
 TACTUS_CUDA_KERNEL(tactus::PairImpulses);
 TACTUS_CUDA_KERNEL(tactus::SetSolidCubes);
 TACTUS_CUDA_KERNEL(tactus::SetPairPoints);
-TACTUS_CUDA_KERNEL(tactus::EndPairContacts);
 TACTUS_CUDA_KERNEL(tactus::WeighPairs);
 TACTUS_CUDA_KERNEL(tactus::StartPatches);
 TACTUS_CUDA_KERNEL(tactus::MovePairs);

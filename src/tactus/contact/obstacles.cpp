@@ -67,7 +67,7 @@ std::unique_ptr<RealSurface> sorted_mesh(ExecContext& ctx, const ObstacleDescrip
   auto surface = std::make_unique<RealSurface>(ctx.device(), settings);
   const Buffer<Vec3f> vertices = to_device(ctx, mesh.positions_m);
   const Buffer<Vec3i> on_device = to_device(ctx, triangles);
-  surface->update(ctx, {vertices.const_view(), vertices.size(), {}, on_device.const_view(), on_device.size()},
+  surface->update(ctx, {vertices.const_view(), on_device.const_view(), vertices.size(), on_device.size(), {}},
                   0);
   ctx.synchronize();
   return surface;

@@ -32,17 +32,21 @@ struct SetPairPoints {
   }
 };
 
-/// Thread: point. What touched a cube that is no more touches nothing.
-struct EndPairContacts {
+/// Thread: point. What touched a cube that is no more touches nothing. Then its weights, and where it
+/// touches, after all were set to 0.
+struct WeighPairs {
+  PairTable table;
+  PairState state;
   View<const Index> gone;  ///< ascending
-  View<PairContact> contact;
   TACTUS_HD void operator()(Index i) const {
-    PairContact& c = contact[i];
+    PairContact& c = state.contact[i];
     if (is_gone(c.cube) || (c.touching != 0 && is_gone(c.held_cube))) c = {};
+    if (c.touching == 1) add_pair_weights(table, state, i, c, 1);
   }
 
  private:
   TACTUS_HD bool is_gone(Index cube) const {
+    if (cube < 0) return false;
     Index low = 0, high = gone.size();
     while (low < high) {
       const Index middle = (low + high) / 2;
@@ -52,15 +56,6 @@ struct EndPairContacts {
         high = middle;
     }
     return low < gone.size() && gone[low] == cube;
-  }
-};
-
-/// Thread: point. Its weights, and where it touches, after all were set to 0.
-struct WeighPairs {
-  PairTable table;
-  PairState state;
-  TACTUS_HD void operator()(Index i) const {
-    if (state.contact[i].touching == 1) add_pair_weights(table, state, i, state.contact[i], 1);
   }
 };
 

@@ -79,17 +79,17 @@ void RealSurface::set_coarseness(float spacings) {
   coarse_.set_cell_m(kCoarseCell * spacing_m_);
 }
 
-void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s) {
+void RealSurface::update(ExecContext& ctx, const MeshView& mesh, float dt_capture_s) {
   ctx.parallel_for("contact/set_dt", 1, SetCaptureTime{dt_capture_s_.view(), dt_capture_s});
   update(ctx, mesh, dt_capture_s_.const_view());
 }
 
-void RealSurface::update(ExecContext& ctx, const SurfaceMeshView& mesh, View<const float> dt_capture_s) {
-  check_fits("vertices", mesh.vertices_m.size(), settings_.max_vertices);
+void RealSurface::update(ExecContext& ctx, const MeshView& mesh, View<const float> dt_capture_s) {
+  check_fits("vertices", mesh.positions_m.size(), settings_.max_vertices);
   check_fits("triangles", mesh.triangles.size(), settings_.max_triangles);
-  if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices_m.size()) {
+  if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions_m.size()) {
     throw Error("real surface: " + std::to_string(mesh.normals.size()) + " normals for " +
-                std::to_string(mesh.vertices_m.size()) + " vertices");
+                std::to_string(mesh.positions_m.size()) + " vertices");
   }
   keep_last_frame(ctx);
   join_vertices(ctx, mesh);
@@ -120,9 +120,9 @@ void RealSurface::clear(ExecContext& ctx) {
   ctx.fill_bytes(last_pieces_.view(), 0);
 }
 
-void RealSurface::join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh) {
+void RealSurface::join_vertices(ExecContext& ctx, const MeshView& mesh) {
   Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
-  vertices.capacity = min(vertices.capacity, mesh.vertices_m.size());
+  vertices.capacity = min(vertices.capacity, mesh.positions_m.size());
   triangles.capacity = min(triangles.capacity, mesh.triangles.size());
   ctx.parallel_for("contact/pieces_start", vertices,
                    PieceStart{parent_.view(), piece_samples_.view(), piece_number_.view()});
@@ -149,27 +149,27 @@ void RealSurface::find_pieces(ExecContext& ctx) {
                    PiecePartSums{fine_.view(), pieces_.const_view(), piece_parts_.view()});
 }
 
-void RealSurface::make_samples(ExecContext& ctx, const SurfaceMeshView& mesh) {
+void RealSurface::make_samples(ExecContext& ctx, const MeshView& mesh) {
   const Index triangles = mesh.triangles.size();
   const View<Index> cuts = cuts_.view().part(0, triangles), first = first_.view().part(0, triangles);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
   ctx.parallel_for(
       "contact/cuts", counted,
-      TriangleCuts{mesh.vertices_m, mesh.vertex_count, mesh.triangles, kCutEdge * spacing_m_, cuts});
+      TriangleCuts{mesh.positions_m, mesh.vertex_count, mesh.triangles, kCutEdge * spacing_m_, cuts});
   ctx.exclusive_scan("contact/cuts", counted, cuts, first);
   ctx.parallel_for(
       "contact/limit", 1,
       LimitSum{cuts, first, counted, settings_.max_raw_samples, raw_count_.view(), raw_overflow_.view()});
   ctx.parallel_for("contact/triangle_samples", counted,
-                   TriangleSamples{mesh.vertices_m, mesh.normals, mesh.triangles, cuts, first,
+                   TriangleSamples{mesh.positions_m, mesh.normals, mesh.triangles, cuts, first,
                                    VertexForest{parent_.view()}, x_m_.view(), n_.view(), area_m2_.view(),
                                    root_.view(), triangle_.view()});
   fine_.build(ctx, x_m_.const_view(), n_.const_view(), area_m2_.const_view(), root_.const_view(),
               Count(raw_count_.const_view(), settings_.max_raw_samples));
   find_pieces(ctx);
   ctx.parallel_for("contact/triangles", Count(raw_count_.const_view(), settings_.max_raw_samples),
-                   SortTriangles{mesh.vertices_m, mesh.triangles, cuts, triangle_.const_view(),
+                   SortTriangles{mesh.positions_m, mesh.triangles, cuts, triangle_.const_view(),
                                  x_m_.const_view(), root_.const_view(), piece_number_.const_view(),
                                  pieces_.const_view(), fine_.input_cells().order, balls_.view(),
                                  corners_.view(), triangle_piece_.view(), triangle_face_.view()});

@@ -8,6 +8,7 @@
 #include "tactus/contact/surface_report.h"
 #include "tactus/contact/surface_triangles.h"
 #include "tactus/frame/state_archive.h"
+#include "tactus/geom/mesh_view.h"
 
 namespace tactus {
 
@@ -21,26 +22,18 @@ struct RealSurfaceSettings {
   float max_speed_m_s = 5;
 };
 
-/// A mesh on the device. Counts may be known on the device only; capacities are the views' sizes.
-struct SurfaceMeshView {
-  View<const Vec3f> vertices_m;
-  Count vertex_count = 0;
-  View<const Vec3f> normals;    ///< unit, outward, one per vertex; empty: the triangles' are used
-  View<const Vec3i> triangles;  ///< counter-clockwise from outside; those of one piece share vertices
-  Count triangle_count = 0;
-};
-
 class RealSurface {
  public:
   /// @throws Error naming the setting that is out of range.
   RealSurface(Device& device, const RealSurfaceSettings& settings);
 
-  /// Takes over the mesh of a new frame. @param dt_capture_s time since the last frame's capture [s]: the
-  /// velocity is the motion divided by it; <= 0: the first frame, or a break; it stands still.
+  /// Takes over the mesh of a new frame; where it has no normals, its triangles' are used. @param
+  /// dt_capture_s time since the last frame's capture [s]: the velocity is the motion divided by it; <= 0:
+  /// the first frame, or a break; it stands still.
   /// @throws Error when the mesh's views are larger than the settings' capacities.
-  void update(ExecContext& ctx, const SurfaceMeshView& mesh, float dt_capture_s);
+  void update(ExecContext& ctx, const MeshView& mesh, float dt_capture_s);
   /// The same where dt_capture_s is on the device (1). After the first frame, it may be recorded.
-  void update(ExecContext& ctx, const SurfaceMeshView& mesh, View<const float> dt_capture_s);
+  void update(ExecContext& ctx, const MeshView& mesh, View<const float> dt_capture_s);
 
   /// From the next update on, samples are so many of the settings' spacings apart, at least 1. What touches
   /// is the same to rounding; how pieces move is told from fewer points.
@@ -75,8 +68,8 @@ class RealSurface {
 
  private:
   void keep_last_frame(ExecContext& ctx);
-  void join_vertices(ExecContext& ctx, const SurfaceMeshView& mesh);
-  void make_samples(ExecContext& ctx, const SurfaceMeshView& mesh);
+  void join_vertices(ExecContext& ctx, const MeshView& mesh);
+  void make_samples(ExecContext& ctx, const MeshView& mesh);
   void find_pieces(ExecContext& ctx);
   void fit_motion(ExecContext& ctx, View<const float> dt_capture_s);
 

@@ -179,11 +179,11 @@ void HullCheck::prepare(std::span<const BitMask> given) {
   find_content();
 }
 
-void HullCheck::measure(ExecContext& ctx, const DeviceMesh& mesh) {
+void HullCheck::measure(ExecContext& ctx, const MeshView& mesh) {
   mesh_ = mesh;
   ctx.fill_bytes(tiles_.view(), 0);
   ctx.fill_bytes(sums_.view(), 0);
-  const View<const Index> count(&mesh.counts.data()->vertices, 1);
+  const View<const Index> count(mesh.vertex_count.device_count, 1);
   ctx.parallel_for("check/tiles", kSamples / MarkTiles::kThreads,
                    MarkTiles{device_cameras_.const_view(), mesh.positions_m, count, kSamples, low_m_, high_m_,
                              few_cameras(cameras_.size()), tiles_.view(), sums_.view()});
@@ -219,9 +219,8 @@ HullQuality HullCheck::quality(ExecContext& ctx) {
 TriangleMesh HullCheck::to_host_mesh(ExecContext& ctx, Index vertices) const {
   TriangleMesh mesh;
   mesh.positions_m = to_host(ctx, mesh_.positions_m.part(0, std::min(vertices, mesh_.positions_m.size())));
-  const PartCounts counts = to_host(ctx, mesh_.counts)[0];
-  for (const Vec3i t :
-       to_host(ctx, mesh_.triangles.part(0, std::min(counts.triangles, mesh_.triangles.size()))))
+  const Index triangles = to_host(ctx, View<const Index>(mesh_.triangle_count.device_count, 1))[0];
+  for (const Vec3i t : to_host(ctx, mesh_.triangles.part(0, std::min(triangles, mesh_.triangles.size()))))
     if (max(t.x, max(t.y, t.z)) < std::ssize(mesh.positions_m)) mesh.triangles.push_back({t.x, t.y, t.z});
   return mesh;
 }

@@ -26,13 +26,13 @@ class HullCheck {
 
   /// Starts the check of a mesh against the masks that the user gave (not repaired, not grown; 0x0: missed).
   /// Asynchronous; masks are copied, the mesh stays where it is.
-  void submit(ExecContext& ctx, const DeviceMesh& mesh, std::span<const BitMask> given) {
+  void submit(ExecContext& ctx, const MeshView& mesh, std::span<const BitMask> given) {
     prepare(given);
     measure(ctx, mesh);
   }
   /// Its two halves: what the host does, and what may be recorded.
   void prepare(std::span<const BitMask> given);
-  void measure(ExecContext& ctx, const DeviceMesh& mesh);
+  void measure(ExecContext& ctx, const MeshView& mesh);
   /// Waits. Recall counts tiles (IoU is set to it): those of the mask that lie in the image of the workspace,
   /// whose four quarter points are set.
   HullQuality quality(ExecContext& ctx);
@@ -88,7 +88,7 @@ class HullCheck {
   std::vector<Content> content_;
   bool something_seen_ = false, was_well_ = false;
   std::vector<HullFinding> told_;
-  DeviceMesh mesh_;         ///< of the last `submit`
+  MeshView mesh_;           ///< of the last `submit`
   double seen_by_few_ = 0;  ///< share of its surface
   Index ticks_to_host_ = 0, host_interval_ = 1;
   Buffer<CheckCamera> device_cameras_;

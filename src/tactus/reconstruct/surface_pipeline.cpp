@@ -38,8 +38,8 @@ void SurfacePipeline::smooth() {
   if (smoothing_) smoothing_->smooth(devices_.context(0), hull_.mesh(), voxel_size_m(), smoothing_steps_);
 }
 
-DeviceMesh SurfacePipeline::surface() const {
-  DeviceMesh mesh = hull_.mesh();
+MeshView SurfacePipeline::surface() const {
+  MeshView mesh = hull_.mesh();
   if (smoothing_) mesh.positions_m = smoothing_->positions_m();
   return mesh;
 }

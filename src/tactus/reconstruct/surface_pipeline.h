@@ -28,7 +28,7 @@ class SurfacePipeline {
   void compute_normals();
 
   /// In the memory of the first device.
-  DeviceMesh surface() const;
+  MeshView surface() const;
   /// As compute_normals() left them.
   View<const Vec3f> normals() const { return normals_.view(); }
   /// The surface with its normals, which are computed. Synchronizes.

@@ -16,16 +16,15 @@ class SurfaceSmoothing {
   /// @param edge_m typical edge (the voxel) [m]  @param steps 1 or more; each looks one ring of triangles
   /// farther
   /// @throws Error when the mesh has more room than this, or for numbers out of range.
-  DeviceMesh smooth(ExecContext& ctx, const DeviceMesh& mesh, float edge_m, int steps);
+  MeshView smooth(ExecContext& ctx, const MeshView& mesh, float edge_m, int steps);
   /// (max_vertices) As the last call left them.
   View<const Vec3f> positions_m() const { return positions_.const_view(); }
 
  private:
-  void find_fans(ExecContext& ctx, const DeviceMesh& mesh);
+  void find_fans(ExecContext& ctx, const MeshView& mesh);
   /// Normals, areas and the volume of the mesh with these vertices.
-  void measure(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> positions_m,
-               View<float> volume_m3);
-  void restore_volume(ExecContext& ctx, const DeviceMesh& mesh, View<Vec3f> positions_m, float edge_m);
+  void measure(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> positions_m, View<float> volume_m3);
+  void restore_volume(ExecContext& ctx, const MeshView& mesh, View<Vec3f> positions_m, float edge_m);
 
   Buffer<std::uint32_t> corner_vertices_, vertices_scratch_;
   Buffer<Index> corners_, corners_scratch_, fan_begin_;

@@ -10,7 +10,7 @@
 namespace tactus {
 namespace {
 
-void check_room(const char* what, const DeviceMesh& mesh, Index room) {
+void check_room(const char* what, const MeshView& mesh, Index room) {
   if (mesh.positions_m.size() > room)
     throw Error(std::string(what) + ": the mesh has room for " + std::to_string(mesh.positions_m.size()) +
                 " vertices, max_vertices is " + std::to_string(room));
@@ -36,10 +36,10 @@ TextureCamera device_camera(const Camera& camera) {
 SurfaceNormals::SurfaceNormals(Device& device, Index max_vertices)
     : sums_(device, max_vertices), normals_(device, max_vertices) {}
 
-void SurfaceNormals::compute(ExecContext& ctx, const DeviceMesh& mesh, float edge_m, int smoothing_steps) {
+void SurfaceNormals::compute(ExecContext& ctx, const MeshView& mesh, float edge_m, int smoothing_steps) {
   check_room("normals", mesh, normals_.size());
   if (!(edge_m > 0)) throw Error("normals: edge_m is " + std::to_string(edge_m) + ", must be > 0");
-  const Count vertices = mesh.vertex_count(), triangles = mesh.triangle_count();
+  const Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
   ctx.fill_bytes(sums_.view(), 0);
   ctx.parallel_for("normals/faces", triangles,
                    AddFaceNormals{mesh.positions_m, mesh.triangles, 1.F / (edge_m * edge_m), sums_.view()});
@@ -117,10 +117,10 @@ void SurfaceTexture::upload(ExecContext& ctx, std::span<const ColorImage> photos
   ctx.upload(staging_.span(), photos_.view());
 }
 
-void SurfaceTexture::shade(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals,
+void SurfaceTexture::shade(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals,
                            std::optional<Vec3f> eye_m) {
   check_room("texture", mesh, colors_.size());
-  const Count vertices = mesh.vertex_count(), triangles = mesh.triangle_count();
+  const Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
   ctx.fill_bytes(maps_.view(), 0);
   ctx.parallel_for(
       "texture/depth_maps", ceil_div(vertices.capacity, DrawDepthMaps::kThreads),
@@ -146,12 +146,12 @@ void SurfaceTexture::shade(ExecContext& ctx, const DeviceMesh& mesh, View<const 
   }
 }
 
-void SurfaceTexture::choose(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals) {
+void SurfaceTexture::choose(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals) {
   if (mesh.triangles.size() > triangle_cameras_.size())
     throw Error("texture: the mesh has room for " + std::to_string(mesh.triangles.size()) +
                 " triangles, max_triangles is " + std::to_string(triangle_cameras_.size()));
   const PhotoScore score{maps_.const_view(), PhotoChoice::kBiasVoxels * options_.voxel_size_m, 0};
-  ctx.parallel_for("texture/triangles", mesh.triangle_count(),
+  ctx.parallel_for("texture/triangles", mesh.triangle_count,
                    ChooseTrianglePhotos{device_cameras_.const_view(), mesh.positions_m, normals,
                                         mesh.triangles, score, live_, triangle_cameras_.view()});
 }

@@ -19,7 +19,7 @@ class SurfaceNormals {
   SurfaceNormals(Device& device, Index max_vertices);
   /// Asynchronous; allocates nothing. @param edge_m typical edge of the mesh (the voxel) [m]
   /// @throws Error when the mesh may have more than max_vertices, or edge_m is not positive.
-  void compute(ExecContext& ctx, const DeviceMesh& mesh, float edge_m, int smoothing_steps = 1);
+  void compute(ExecContext& ctx, const MeshView& mesh, float edge_m, int smoothing_steps = 1);
   /// (max_vertices); those of the mesh come first.
   View<const Vec3f> view() const { return normals_.const_view(); }
 
@@ -50,13 +50,13 @@ class SurfaceTexture {
   void upload(ExecContext& ctx, std::span<const ColorImage> photos);
   /// Colours the vertices for a viewer at `eye_m` (world), or, without, each as seen along its own normal.
   /// Asynchronous; allocates nothing.
-  void shade(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals,
+  void shade(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals,
              std::optional<Vec3f> eye_m = {});
 
   /// Finds the best photo of every triangle, seen along its normals; for texture atlases. After `shade`,
   /// whose tests of what is hidden it uses. Asynchronous. @throws Error when the mesh may have more than
   /// max_triangles.
-  void choose(ExecContext& ctx, const DeviceMesh& mesh, View<const Vec3f> normals);
+  void choose(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals);
 
   /// (max_triangles) number of the camera; -1: no camera sees all of it.
   View<const Index> triangle_cameras() const { return triangle_cameras_.const_view(); }

@@ -277,17 +277,16 @@ void VisualHull::Impl::gather_staged() {
   }
 }
 
-Count DeviceMesh::vertex_count() const {
-  return {View<const Index>(&counts.data()->vertices, 1), positions_m.size()};
-}
-Count DeviceMesh::triangle_count() const {
-  return {View<const Index>(&counts.data()->triangles, 1), triangles.size()};
-}
-
-DeviceMesh VisualHull::mesh() const {
+MeshView VisualHull::mesh() const {
   const HullPart& first = impl_->parts.front();
-  return {first.positions_m.view(), first.triangles.view(),
-          impl_->parts.size() > 1 ? first.total.view() : first.counts.view()};
+  const PartCounts* counts = (impl_->parts.size() > 1 ? first.total.view() : first.counts.view()).data();
+  const View<const Vec3f> positions_m = first.positions_m.view();
+  const View<const Vec3i> triangles = first.triangles.view();
+  return {positions_m,
+          triangles,
+          {View<const Index>(&counts->vertices, 1), positions_m.size()},
+          {View<const Index>(&counts->triangles, 1), triangles.size()},
+          {}};
 }
 
 std::string HullOverflow::text(const std::string& as) const {
@@ -343,7 +342,7 @@ HullReport VisualHull::Impl::report_of(std::span<const PartCounts> counts) const
 TriangleMesh VisualHull::download() {
   const HullReport r = report();
   ExecContext& ctx = impl_->devices.context(0);
-  const DeviceMesh device_mesh = mesh();
+  const MeshView device_mesh = mesh();
   TriangleMesh out;
   out.positions_m = to_host(ctx, device_mesh.positions_m.part(0, r.vertices));
   const std::vector<Vec3i> triangles = to_host(ctx, device_mesh.triangles.part(0, r.triangles));

@@ -13,8 +13,8 @@
 #include "tactus/geom/camera.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh_view.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/reconstruct/mesh_kernels.h"
 
 namespace tactus {
 
@@ -42,16 +42,6 @@ struct HullOptions {
   Index max_triangles = 0;  ///< 0: twice max_vertices
   float depth_jump_m =
       0.1F;  ///< neighbouring depth pixels that differ by more are mixed ("flying") and not used
-};
-
-/// A mesh in the memory of the first device; counts are on the device, too.
-struct DeviceMesh {
-  View<const Vec3f> positions_m;
-  View<const Vec3i> triangles;
-  View<const PartCounts> counts;  ///< one
-  /// For launches over all vertices or triangles.
-  Count vertex_count() const;
-  Count triangle_count() const;
 };
 
 /// What a frame had too little room for.
@@ -100,7 +90,8 @@ class VisualHull {
   std::vector<Stage> stages(std::function<void()> upload);
   static constexpr const char* kMesh = "hull/mesh";  ///< what they write
 
-  DeviceMesh mesh() const;
+  /// In the memory of the first device, without normals.
+  MeshView mesh() const;
   /// Waits for the frame.
   HullReport report();
   /// Counts of the mesh are read back with the frame's other records; then report() doesn't wait.

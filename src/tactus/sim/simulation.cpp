@@ -46,7 +46,7 @@ float sample_spacing_m(const Scene& scene, float voxel_size_m) {
   return static_cast<float>(spacing);
 }
 
-RealSurfaceSettings surface_settings(const DeviceMesh& mesh, float spacing_m) {
+RealSurfaceSettings surface_settings(const MeshView& mesh, float spacing_m) {
   RealSurfaceSettings settings;
   settings.sample_spacing_m = spacing_m;
   settings.max_vertices = mesh.positions_m.size();
@@ -190,12 +190,7 @@ void Simulation::add_stages() {
                  .devices = touching,
                  .writes = {"surface/samples"},
                  .reads = {VisualHull::kMesh},
-                 .submit = [this](BlockPlace) {
-                   const DeviceMesh mesh = surface().surface();
-                   world_.update(
-                       {mesh.positions_m, mesh.vertex_count(), {}, mesh.triangles, mesh.triangle_count()},
-                       schedule_.frame());
-                 }});
+                 .submit = [this](BlockPlace) { world_.update(surface().surface(), schedule_.frame()); }});
   schedule_.add({.name = "contact/begin",
                  .timed_as = "begin",
                  .rate = Rate::before,

@@ -47,16 +47,6 @@ class FlatMap {
   void reserve(std::size_t count) {
     if (3 * count > 2 * slots_.size()) grow(std::bit_ceil(3 * count / 2 + 1));
   }
-  void clear() {
-    if (count_ > 0) std::fill(slots_.begin(), slots_.end(), Slot{});
-    count_ = 0;
-  }
-  /// In no particular order.
-  template <class F>
-  void for_each(F&& f) const {
-    for (const Slot& slot : slots_)
-      if (slot.is_used) f(slot.key, slot.value);
-  }
 
  private:
   struct Slot {
@@ -99,10 +89,6 @@ class Chains {
     (ends.first < 0 ? ends.first : links_[at(ends.last)].next) = place;
     ends.last = place;
     return links_.back().value;
-  }
-  void clear() {
-    ends_.clear();
-    links_.clear();
   }
 
   template <class Links, class Value>
