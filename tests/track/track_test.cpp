@@ -353,6 +353,21 @@ TEST(BladeTracker, AShortRodIsNoScalpel) {
     EXPECT_EQ(tracker.update(masks, k > 0 ? kFrame_s : 0).state, BladeState::absent) << k;
 }
 
+/// Spindles of the scalpel's length, 6 and 9 mm thick: without its step from the handle to the blade.
+TEST(BladeTracker, APenIsNoScalpel) {
+  const Room room;
+  for (const double radius_m : {0.003, 0.0045}) {
+    TriangleMesh pen = ball({}, radius_m);
+    for (Vec3f& p : pen.positions_m) p = Vec3f{p.x * static_cast<float>(0.08 / radius_m), p.y + 0.5F, p.z};
+    const auto masks = room.see({pen});
+    BladeTracker tracker(built_in_scalpel(), room.believed, {0, 0.5, 0});
+    for (int k = 0; k < 12; ++k) {
+      const TrackedBlade& now = tracker.update(masks, k > 0 ? kFrame_s : 0);
+      EXPECT_NE(now.state, BladeState::known) << k << " of " << radius_m;
+    }
+  }
+}
+
 /// Half of the handle is in a fist.
 TEST(BladeTracker, AHandHoldsIt) {
   const Room room;
