@@ -25,6 +25,9 @@ constexpr std::size_t kTriedPoses = 12;
 constexpr int kPause_frames = 5;  // before what is thin, and not the tool, is tried again
 constexpr int kBeside_px = 3;     // by how much a silhouette may be wider than the tool
 constexpr double kSeedSearch_px = 8, kMostSearch_px = 16;
+/// Of a fit that a prediction begins: later ones change less than the next frame does. Poses that compete are
+/// compared at their best.
+constexpr int kSteps = 5, kStepsToCompare = 12;
 constexpr std::size_t kFramesToSettle = 3;
 /// Of the outline, where the tool is missing all through: contours are then off by three quarters of its
 /// thickness (the share beyond that of a normal distribution), and what is stated of errors no longer holds.
@@ -85,7 +88,8 @@ void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double 
       std::clamp(2 * std::sqrt(variance_m2) * px_m, settings_.fit.reach_px, kMostSearch_px);
   // Far off, what is near the tool misleads: first where it is expected.
   const double expected = kExpected * h.fit.wrong + kLeastExpected;
-  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior);
+  const int most = hypotheses_.size() > 1 ? kStepsToCompare : kSteps;
+  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior, most);
   if (h.fit.wrong > expected && search_px > settings_.fit.reach_px) {
     const PoseFit far = h.fitter.fit(masks, prior.T_world_model, search_px, &prior);
     if (far.wrong < h.fit.wrong) h.fit = far;

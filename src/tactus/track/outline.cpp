@@ -62,7 +62,7 @@ bool OutlineFinder::find(const OutlineMesh& mesh, const Rigidd& T_world_model, c
   add_segments(camera);
   chain_segments();
   double left_px = 0.5 * spacing_px;
-  for (const Segment& s : segments_) add_points(s, spacing_px, left_px);
+  for (std::size_t i = 0; i < segments_.size(); ++i) add_points(i, spacing_px, left_px);
   return true;
 }
 
@@ -106,12 +106,14 @@ void OutlineFinder::chain_segments() {
 }
 
 /// @param left_px way to the next point, from segment to segment: each pixel of the outline counts the same
-void OutlineFinder::add_points(const Segment& segment, double spacing_px, double& left_px) {
+void OutlineFinder::add_points(std::size_t own, double spacing_px, double& left_px) {
+  const Segment& segment = segments_[own];
   const Vec2d along = segment.to_px - segment.from_px;
   const double length_px = std::sqrt(dot2(along, along));
   if (!(length_px > 0)) return;
   // Seen from outside, corners go round to the left, and y points down.
   const Vec2d normal = (1 / length_px) * Vec2d{-along.y, along.x};
+  if (left_px < length_px) find_beside(own, normal);
   const Vec3d a = camera_m_[static_cast<std::size_t>(segment.from)],
               b = camera_m_[static_cast<std::size_t>(segment.to)];
   for (; left_px < length_px; left_px += spacing_px) {
@@ -119,8 +121,7 @@ void OutlineFinder::add_points(const Segment& segment, double spacing_px, double
     const double share = t * a.z / (t * a.z + (1 - t) * b.z);  // in space
     const Vec3d from_m = mesh_->vertices_m[static_cast<std::size_t>(segment.from)],
                 to_m = mesh_->vertices_m[static_cast<std::size_t>(segment.to)];
-    measure(segment,
-            {.at_m = T_world_model_ * (from_m + share * (to_m - from_m)),
+    measure({.at_m = T_world_model_ * (from_m + share * (to_m - from_m)),
              .px = segment.from_px + t * along,
              .normal = normal},
             reach_px_);
@@ -128,16 +129,28 @@ void OutlineFinder::add_points(const Segment& segment, double spacing_px, double
   left_px -= length_px;
 }
 
+void OutlineFinder::find_beside(std::size_t own, Vec2d normal) {
+  beside_.clear();
+  const double begin = cross2(normal, segments_[own].from_px), end = cross2(normal, segments_[own].to_px),
+               low = std::min(begin, end), high = std::max(begin, end);
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Segment& s = segments_[i];
+    const double from = cross2(normal, s.from_px), to = cross2(normal, s.to_px);
+    if (std::max(from, to) < low || std::min(from, to) > high || i == own) continue;
+    beside_.push_back({from, dot2(normal, s.from_px), to, dot2(normal, s.to_px)});
+  }
+}
+
 /// How many layers of the model lie behind a point of the picture is how often all segments go round it. So
 /// along the normal it changes by one where it crosses a segment.
-void OutlineFinder::measure(const Segment& own, OutlinePoint point, double reach_px) {
+void OutlineFinder::measure(OutlinePoint point, double reach_px) {
   crossings_.clear();
   int outside = 0;
-  for (const Segment& s : segments_) {
-    const Vec2d a = s.from_px - point.px, b = s.to_px - point.px;
-    const double da = cross2(point.normal, a), db = cross2(point.normal, b);
-    if ((da < 0) == (db < 0) || &s == &own) continue;
-    const double at_px = (da * dot2(point.normal, b) - db * dot2(point.normal, a)) / (da - db);
+  const double along = cross2(point.normal, point.px), out = dot2(point.normal, point.px);
+  for (const Turned& s : beside_) {
+    const double da = s.from_along - along, db = s.to_along - along;
+    if ((da < 0) == (db < 0)) continue;
+    const double at_px = (da * (s.to_out - out) - db * (s.from_out - out)) / (da - db);
     const int change = da < db ? -1 : 1;
     if (at_px > 0) outside += change;
     crossings_.push_back({at_px, change});

@@ -58,8 +58,9 @@ class OutlineFinder {
   };
   void add_segments(const Camera& camera);
   void chain_segments();
-  void add_points(const Segment& segment, double spacing_px, double& left_px);
-  void measure(const Segment& own, OutlinePoint point, double reach_px);
+  void add_points(std::size_t own, double spacing_px, double& left_px);
+  void find_beside(std::size_t own, Vec2d normal);
+  void measure(OutlinePoint point, double reach_px);
 
   const OutlineMesh* mesh_ = nullptr;
   Rigidd T_world_model_;
@@ -74,6 +75,11 @@ class OutlineFinder {
   };
   std::vector<Crossing> crossings_;
   std::vector<OutlinePoint> points_;
+  /// A segment, in the axes of the one whose points are measured.
+  struct Turned {
+    double from_along, from_out, to_along, to_out;
+  };
+  std::vector<Turned> beside_;  ///< those that normals of its points may cross
   double reach_px_ = 0;
 };
 

@@ -18,7 +18,6 @@ constexpr double kFarWhite_px2 = 0.5;                   // while the pose is off
 constexpr double kMemory = 0.9;                         // of the noise's size, from frame to frame
 constexpr double kLeastOff_px = 0.3, kFarOff_px = 1.5;  // of residuals that are believed, near and at first
 constexpr double kSeenThrough_px = 1;                   // parts thinner than this show holes, anyway
-constexpr int kMostIterations = 12;
 
 float mask_at(const Image<float>& window, double x, double y) {
   const auto x0 = static_cast<Index>(std::floor(x)), y0 = static_cast<Index>(std::floor(y));
@@ -271,12 +270,13 @@ void PoseFitter::measure_noise() {
   const double contour_px2 = std::max(sum.products / sum.product_gains, 0.0) / lost;
   const double white_px2 =
       std::max((sum.squares - contour_px2 * lost * sum.square_gains) / sum.shares, kLeastWhite_px2);
-  const double memory = has_noise_ ? kMemory : 0;
+  const double memory = std::min(kMemory, noise_frames_ / (noise_frames_ + 1.0));
   const auto mean = [&](double before, double now) { return memory * before + (1 - memory) * now; };
   noise_.contour_px = std::sqrt(std::max(mean(noise_.contour_px * noise_.contour_px, contour_px2),
                                          kLeastContour_px * kLeastContour_px));
   noise_.white_px2 = mean(noise_.white_px2, white_px2);
   has_noise_ = true;
+  ++noise_frames_;
 }
 
 void PoseFitter::sum_up(PoseFit& fit) const {
@@ -319,14 +319,17 @@ void PoseFitter::state_covariance(PoseFit& fit) {
 }
 
 PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, double search_px,
-                        const PosePrior* prior) {
+                        const PosePrior* prior, int most_iterations) {
   PoseFit fit;
   fit.T_world_model = T_start;
   fit.shifts_px.assign(2 * views_.size(), 0);
-  if (prior != nullptr) fit.shifts_px = prior->shifts_px;
+  if (prior != nullptr)
+    fit.shifts_px = prior->shifts_px;
+  else
+    noise_frames_ = 0;  // of another pose
   double reach_px = std::max(search_px, settings_.reach_px);
   open_windows(masks, T_start, 2 * reach_px + settings_.reach_px + 2);
-  for (; fit.iterations < kMostIterations; ++fit.iterations) {
+  for (; fit.iterations < most_iterations; ++fit.iterations) {
     const bool is_far = reach_px > settings_.reach_px;
     look(fit.T_world_model, reach_px);
     weigh(is_far ? kFarOff_px : kLeastOff_px);

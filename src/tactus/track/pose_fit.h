@@ -52,7 +52,7 @@ class PoseFitter {
   /// @param search_px by how much the model's picture may be off at the start
   /// @param prior or nullptr
   PoseFit fit(std::span<const BitMask> masks, const Rigidd& T_start, double search_px,
-              const PosePrior* prior = nullptr);
+              const PosePrior* prior = nullptr, int most_iterations = 12);
   /// Share of the pixels near the outline of a posed model that contradict it, as PoseFit::wrong.
   double wrong(std::span<const BitMask> masks, const Rigidd& T_world_model);
   const OutlineMesh& mesh() const { return *mesh_; }
@@ -89,6 +89,7 @@ class PoseFitter {
   DenseMatrix normal_, step_;  ///< of the equations, with the prior
   ContourNoise noise_;         ///< its mean over frames
   bool has_noise_ = false;
+  int noise_frames_ = 0;  ///< in that mean
   double blur_px_ = 0.5;
 };
 
