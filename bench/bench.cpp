@@ -48,7 +48,6 @@ std::vector<Benchmark>& all_benchmarks() {
       {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes",
        run_fig20},
       {"cut", "a blade through a body of 20^3 cubes, and substeps with its copies", run_cut},
-      {"blade", "the pose of a tracked blade from the masks of 8 cameras", run_blade},
       {"fluid", "steps of the liquid, with the search: 2,000 particles to 8 million", run_fluid},
       {"frame", "whole frames of the demo and fig17 scenes: host masks to surfaces on the device", run_frame},
       {"texture", "normals and view-dependent texture of every vertex from 8 photos 640x480", run_texture},

@@ -32,7 +32,6 @@ Rows run_table5(const std::string& device_text);
 Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);
 Rows run_cut(const std::string& device_text);
-Rows run_blade(const std::string& device_text);
 Rows run_fluid(const std::string& device_text);
 Rows run_frame(const std::string& device_text);
 

@@ -58,7 +58,7 @@ class Touched {
                  .materials = {&material, 1},
                  .tled = body.options,
                  .flsm = body.matched},
-                {.least_elements = 0, .changes = body.matched_every > 1 ? 2 : 1}),
+                {.least_elements = 0, .changes = body.matching_every > 1 ? 2 : 1}),
         points_(tissue_, body.lattice, body_boundary(body.lattice, surface_of(body.lattice), body.elements)),
         world_(devices, tissue_.slab_count(),
                {.sample_spacing_m = body.lattice.spacing_m,
@@ -68,9 +68,9 @@ class Touched {
                 .max_samples = 1 << 15},
                {}, {}),
         frame_(devices),
-        every_(body.matched_every),
+        every_(body.matching_every),
         step_{.dt_s = body.step_s > 0 ? body.step_s : tissue_.stable_step_s(),
-              .matched_every = body.matched_every} {
+              .matching_every = body.matching_every} {
     tissue_.follow(frame_);
     frame_.begin({.dt_s = step_.dt_s, .gravity_m_s2 = {}, .substeps = kSubsteps});
     show_balls(body.lattice);

@@ -36,7 +36,7 @@ nlohmann::json row(DeviceSet& devices, const TissueCase& body, double bandwidth_
   const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
   const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
   BodyStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s(),
-                .matched_every = body.matched_every};
+                .matching_every = body.matching_every};
   if (body.frame_s > 0) step.dt_s = body.frame_s / static_cast<float>(count);
   const Index size = body.per_cube ? body.lattice.cube_count() : body.lattice.node_count();
   DeviceReplay substeps;
@@ -154,7 +154,7 @@ Rows run_fig20(const std::string& device_text) {
       rows.push_back(row(devices, bar(across, 3, 7, "3:7"), bandwidth));
       // As seldom as its stiffness allows with these materials.
       TissueCase seldom = bar(across, 3, 7, "3:7, matched every 4th");
-      seldom.matched_every = 4;
+      seldom.matching_every = 4;
       rows.push_back(row(devices, seldom, bandwidth));
     }
   });

@@ -14,7 +14,7 @@ struct TissueCase {
   bool per_cube = false;  ///< the row's size counts cubes, not nodes
   float step_s = 0;       ///< 0: the longest that is stable
   float frame_s = 0;      ///< not 0: times are of a whole frame with all its substeps
-  int matched_every = 1;
+  int matching_every = 1;
   std::vector<NodeMotion> motions{};
 };
 

@@ -19,7 +19,7 @@ _tactus() {
     run) COMPREPLY=($(compgen -f -X '!*.yaml' -- "$cur") $(compgen -d -- "$cur") $(_tactus_scenes "$program" "$cur")) ;;
     reconstruct|synth) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur") $(compgen -f -- "$cur")) ;;
     noise) COMPREPLY=($(compgen -W "$_tactus_figures" -- "$cur")) ;;
-    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 table5 tissue fig20 fluid cut blade frame texture wire" -- "$cur")) ;;
+    bench) COMPREPLY=($(compgen -W "all affine hull table2 table3 table4 table5 tissue fig20 fluid cut frame texture blade wire" -- "$cur")) ;;
     paper) COMPREPLY=($(compgen -W "fig14 fig15 fig16 fig17 fig18 fig19 fig20" -- "$cur")) ;;
     *) COMPREPLY=($(compgen -f -- "$cur")) ;;
   esac

@@ -34,7 +34,7 @@ struct Nodes {
   std::vector<Index> fixed;
   explicit Nodes(std::vector<Vec3f> positions, float mass_kg = 1e-3F);
   /// Uploads, corrects at the end of substep k, downloads. What they touch is kept from call to call.
-  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool rescue = false,
+  void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool push_out = false,
                View<const Obstacle> obstacles = {}, Index steps = 1);
   /// Begins the records of a frame.
   void begin_frame(ExecContext& ctx);

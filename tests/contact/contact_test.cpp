@@ -231,7 +231,7 @@ TEST(Contact, DeepNodesAreRescuedAndOutsideOnesAreNot) {
   nodes.begin_frame(ctx);
   contact.begin_frame(ctx, surface, one_at(0));
   nodes.correct(ctx, contact, surface, 0, true);
-  EXPECT_EQ(nodes.report(ctx, kDt, 1).rescued, 20);
+  EXPECT_EQ(nodes.report(ctx, kDt, 1).pushed_out, 20);
   for (std::size_t k = 0; k < x.size(); ++k) {
     if (k < 20)
       EXPECT_GT(length(nodes.x[k]), radius - 0.5F * kSpacing) << k;

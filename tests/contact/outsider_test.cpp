@@ -96,11 +96,11 @@ TEST(Outsider, NothingIsTouchedAcrossAGap) {
           turned, {Mat3f::identity(), (top + 0.1F * h - lowest(turned, out)) * out + beside}));
       scene.contact.begin_frame(ctx, scene.surface, {.dt_s = 1e-3F, .substeps = 1});
       body.points.begin_frame(ctx);
-      scene.contact.rescue(ctx, scene.surface, body.points, body.nodes());
+      scene.contact.push_out(ctx, scene.surface, body.points, body.nodes());
       scene.contact.correct(ctx, scene.surface, {}, body.points, body.nodes(), 0);
       body.points.end_frame(ctx);
       const ContactReport report = contact_report(to_host(ctx, body.points.totals()), 1, 1);
-      ASSERT_EQ(report.contacts_per_substep + report.rescued, 0) << name << " from side " << k;
+      ASSERT_EQ(report.contacts_per_substep + report.pushed_out, 0) << name << " from side " << k;
       ASSERT_TRUE(x == to_host(ctx, body.state.x_m.const_view())) << name << " from side " << k;
       ASSERT_TRUE(v == to_host(ctx, body.state.v_m_s.const_view())) << name << " from side " << k;
     }

@@ -92,7 +92,7 @@ ContactReport SoftScene::run(int substeps, float dt_s, Vec3f gravity_m_s2, float
   contact.begin_frame(ctx, surface,
                       {.dt_s = dt_s, .substeps = substeps, .dt_frame_s = moving ? frame_s : 0.F});
   body.points.begin_frame(ctx);
-  contact.rescue(ctx, surface, body.points, body.nodes());
+  contact.push_out(ctx, surface, body.points, body.nodes());
   for (int k = 0; k < substeps; ++k) {
     body.solver.step(ctx, body.state, {dt_s, gravity_m_s2, drag_per_s});
     contact.correct(ctx, surface, obstacles.view(), body.points, body.nodes(), k);

@@ -22,7 +22,7 @@ constexpr Vec3i kCubes{5, 4, 48};
 struct Case {
   const char* name;
   double elements = 1, matched = 0;  ///< shares of the nodes, along y: cuts go through both
-  int matched_every = 1;
+  int matching_every = 1;
   bool moved = false;      ///< nodes over its whole length, let go in the third frame
   bool inside = false;     ///< the first surface is one that came from nowhere, deep in the body
   int stop_at_frame = -1;  ///< the body has blown up then
@@ -32,10 +32,10 @@ struct Case {
 constexpr Case kCases[] = {{.name = "elements"},
                            {.name = "shape matching", .elements = 0, .matched = 1},
                            {.name = "both", .matched = 1},
-                           {.name = "both, matched every other", .matched = 1, .matched_every = 2},
+                           {.name = "both, matched every other", .matched = 1, .matching_every = 2},
                            {.name = "elements, moved", .moved = true},
                            {.name = "both, moved", .matched = 1, .moved = true},
-                           {.name = "rescue", .matched = 1, .inside = true, .frames = 2},
+                           {.name = "pushed out", .matched = 1, .inside = true, .frames = 2},
                            {.name = "stopped", .stop_at_frame = 2},
                            {.name = "cut", .cut_at_frame = 1, .frames = 6}};
 
@@ -109,7 +109,7 @@ class Player {
                  .tled = {.damping_ratio = 0.2F},
                  .flsm = {.young_Pa = 20000, .half_width = 1},
                  .conditions = {bar_.motions, {}, nullptr}},
-                {.least_elements = 0, .changes = c.matched_every > 1 ? 2 : 1}),
+                {.least_elements = 0, .changes = c.matching_every > 1 ? 2 : 1}),
         boundary_(body_boundary(bar_.lattice, bar_.surface, bar_.elements)),
         points_(tissue_, bar_.lattice, boundary_, c.cut_at_frame >= 0 ? kPointRoom : 0),
         world_(devices, tissue_.slab_count(), test::small_surface(kH),
@@ -182,14 +182,14 @@ class Player {
     tissue_.begin_frame();
     tissue_.begin_substeps();
     points_.begin_frame(world_);
-    const BodyStep step{.matched_every = case_.matched_every};
+    const BodyStep step{.matching_every = case_.matching_every};
     for (int k = 0; k < case_.substeps; ++k) {
       tissue_.substep(step, k, case_.substeps);
-      if (case_.matched_every == 1) {
+      if (case_.matching_every == 1) {
         points_.correct(world_, k, 1, PointPart::all);
       } else {
         points_.correct(world_, k, 1, PointPart::first);
-        if (k % case_.matched_every == 0) points_.correct(world_, k, case_.matched_every, PointPart::rest);
+        if (k % case_.matching_every == 0) points_.correct(world_, k, case_.matching_every, PointPart::rest);
       }
       tissue_.watch(k, case_.substeps);
     }
@@ -227,7 +227,7 @@ void expect_same_totals(const std::vector<OwnerTotals>& got, const std::vector<O
     const OwnerTotals &a = got[k], &b = expected[k];
     EXPECT_TRUE(std::memcmp(&a.sums, &b.sums, sizeof a.sums) == 0) << "owner " << k;
     EXPECT_EQ(a.contacts, b.contacts) << "owner " << k;
-    EXPECT_EQ(a.rescued, b.rescued) << "owner " << k;
+    EXPECT_EQ(a.pushed_out, b.pushed_out) << "owner " << k;
     EXPECT_EQ(a.max_depth_m, b.max_depth_m) << "owner " << k;
   }
 }
@@ -263,13 +263,13 @@ TEST(SlabContactCases, TouchWhatTheyShould) {
     const Played one = on_one_cpu(c);
     const CubeLattice lattice = Bar(c).lattice;
     for (const Vec3f& x : one.x_m) ASSERT_TRUE(std::isfinite(x.x + x.y + x.z));
-    Index contacts[4] = {}, rescued = 0;
+    Index contacts[4] = {}, pushed_out = 0;
     for (const std::vector<OwnerTotals>& frame : one.totals) {
       for (const Index k : {0, 1, 2, 3}) contacts[k] += frame[k < 2 ? k : kPieces + k - 2].contacts;
-      rescued += frame[0].rescued + frame[1].rescued;
+      pushed_out += frame[0].pushed_out + frame[1].pushed_out;
     }
     for (const Index count : contacts) EXPECT_GT(count, 0);
-    EXPECT_EQ(rescued > 0, c.inside);
+    EXPECT_EQ(pushed_out > 0, c.inside);
     Index below = 0, above = 0;  // a cut of three equal slabs
     for (const Index node : one.touched.front()) {
       const Index z = lattice.nodes[static_cast<std::size_t>(node)].z;

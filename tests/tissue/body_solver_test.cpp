@@ -37,7 +37,7 @@ std::vector<Vec3f> spin(const CubeLattice& lattice) {
 }
 
 Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMask& elements, int half_width,
-                int substeps, int* slabs = nullptr, int matched_every = 1) {
+                int substeps, int* slabs = nullptr, int matching_every = 1) {
   BodySolver body(devices,
                   {.lattice = lattice,
                    .elements = elements,
@@ -49,13 +49,14 @@ Motion on_slabs(DeviceSet& devices, const CubeLattice& lattice, const ElementMas
   // An odd number, twice: positions ahead begin in the same one of two buffers.
   DeviceReplay replay;
   for (int k = 0; k < 3; ++k)
-    replay.run(devices,
-               [&] { body.step({.dt_s = body.stable_step_s(), .matched_every = matched_every}, substeps); });
+    replay.run(devices, [&] {
+      body.step({.dt_s = body.stable_step_s(), .matching_every = matching_every}, substeps);
+    });
   return {body.positions_m(), body.velocities_m_s()};
 }
 
 Motion on_one_cpu(const CubeLattice& lattice, const ElementMask& elements, int half_width, int substeps,
-                  int matched_every = 1) {
+                  int matching_every = 1) {
   DeviceSet set("cpu");
   ExecContext& ctx = set.context(0);
   Hybrid body(ctx, {.lattice = lattice,
@@ -65,7 +66,7 @@ Motion on_one_cpu(const CubeLattice& lattice, const ElementMask& elements, int h
   BodyState state = rest_state(ctx, lattice);
   state.v_m_s = to_device(ctx, spin(lattice));
   for (int k = 0; k < 3; ++k)
-    body.step(ctx, state, {.dt_s = body.stable_step_s(), .matched_every = matched_every}, substeps);
+    body.step(ctx, state, {.dt_s = body.stable_step_s(), .matching_every = matching_every}, substeps);
   return {to_host(ctx, state.x_m.const_view()), to_host(ctx, state.v_m_s.const_view())};
 }
 

@@ -47,12 +47,12 @@ BodySolver make_body(DeviceSet& devices, const ElementMask& elements) {
           {.least_elements = 0}};
 }
 
-std::vector<Vec3f> stepped_by_host(const ElementMask& elements, int matched_every, int odd) {
+std::vector<Vec3f> stepped_by_host(const ElementMask& elements, int matching_every, int odd) {
   DeviceSet cpu("cpu");
   BodySolver body = make_body(cpu, elements);
   for (const FrameOfTest& f : kFrames) {
     body.begin_frame();
-    body.step({.dt_s = f.dt_s, .gravity_m_s2 = f.gravity_m_s2, .matched_every = matched_every},
+    body.step({.dt_s = f.dt_s, .gravity_m_s2 = f.gravity_m_s2, .matching_every = matching_every},
               f.substeps + odd);
     body.end_frame(f.substeps + odd);
   }
@@ -60,7 +60,7 @@ std::vector<Vec3f> stepped_by_host(const ElementMask& elements, int matched_ever
 }
 
 /// Blocks of two substeps and of one, recorded once where the device records.
-std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elements, int matched_every,
+std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elements, int matching_every,
                                      int odd) {
   BodySolver body = make_body(devices, elements);
   FrameOnDevices frame(devices);
@@ -68,7 +68,7 @@ std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elem
   DeviceReplay begin, pair, single, end;
   const auto block_of = [&](int count) {
     for (int k = 0; k < count; ++k) {
-      body.substep({.matched_every = matched_every}, k, count);
+      body.substep({.matching_every = matching_every}, k, count);
       body.watch(k, count);
     }
     frame.end_block(count);

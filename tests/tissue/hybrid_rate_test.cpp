@@ -64,7 +64,7 @@ TEST(HybridRate, RestsWhereItDoesInLockStep) {
     const int steps = static_cast<int>(2.F / dt) / 4 * 4;
     tip[every == 1 ? 0 : 1] =
         beam.tip_m(steps, 4,
-                   {.dt_s = dt, .gravity_m_s2 = {0, 0, -9.81F}, .drag_per_s = 20, .matched_every = every})
+                   {.dt_s = dt, .gravity_m_s2 = {0, 0, -9.81F}, .drag_per_s = 20, .matching_every = every})
             .back() -
         0.01F;
   }
@@ -95,7 +95,7 @@ TEST(HybridRate, SwingsInTheSameTime) {
     Beam beam(true, 0.02F);
     const auto z = beam.tip_m(
         1600, 4,
-        {.dt_s = beam.model->stable_step_s(), .gravity_m_s2 = {0, 0, -0.5F}, .matched_every = every});
+        {.dt_s = beam.model->stable_step_s(), .gravity_m_s2 = {0, 0, -0.5F}, .matching_every = every});
     lowest[every == 1 ? 0 : 1] = lowest_at(z);
   }
   std::printf("lowest after %.2f and %.2f times 4 substeps\n", lowest[0], lowest[1]);
@@ -111,7 +111,7 @@ TEST(HybridRate, KeepsMomentum) {
   for (std::size_t i = 0; i < v.size(); ++i) v[i].z = 0.05F * static_cast<float>(beam.lattice.nodes[i].x % 7);
   beam.body.v_m_s = to_device(beam.ctx(), v);
   const float dt = beam.model->stable_step_s();
-  beam.model->step(beam.ctx(), beam.body, {.dt_s = dt, .gravity_m_s2 = {}, .matched_every = 4},
+  beam.model->step(beam.ctx(), beam.body, {.dt_s = dt, .gravity_m_s2 = {}, .matching_every = 4},
                    static_cast<int>(1 / dt) / 4 * 4);
   const auto after = to_host(beam.ctx(), beam.body.v_m_s.const_view());
   Vec3d change{};
@@ -128,9 +128,9 @@ TEST(HybridRate, KeepsMomentum) {
 TEST(HybridRate, CountsThatDontDivideAreRefused) {
   Beam beam(true);
   const float dt = beam.model->stable_step_s();
-  EXPECT_GE(beam.model->most_matched_every(dt), 4);
-  EXPECT_THROW(beam.model->step(beam.ctx(), beam.body, {.dt_s = dt, .matched_every = 3}, 4), Error);
-  EXPECT_THROW(beam.model->step(beam.ctx(), beam.body, {.dt_s = dt, .matched_every = 0}, 4), Error);
+  EXPECT_GE(beam.model->most_matching_every(dt), 4);
+  EXPECT_THROW(beam.model->step(beam.ctx(), beam.body, {.dt_s = dt, .matching_every = 3}, 4), Error);
+  EXPECT_THROW(beam.model->step(beam.ctx(), beam.body, {.dt_s = dt, .matching_every = 0}, 4), Error);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ struct Column {
 
 struct Case {
   ElementMask elements{};
-  int half_width = 1, substeps = 6, matched_every = 1;
+  int half_width = 1, substeps = 6, matching_every = 1;
   BodyModel model(const Column& column) const {
     return {.lattice = column.lattice,
             .elements = elements,
@@ -81,7 +81,7 @@ Played on_slabs(DeviceSet& devices, const Column& column, const Case& c, BodySol
   if (body == nullptr)
     body = &own.emplace(devices, c.model(column), BodySolver::Settings{.least_elements = 0});
   EXPECT_EQ(body->slab_count() > 1, devices.count() > 1);
-  const BodyStep step{.dt_s = body->stable_step_s(), .matched_every = c.matched_every};
+  const BodyStep step{.dt_s = body->stable_step_s(), .matching_every = c.matching_every};
   DeviceReplay replay;
   Played played;
   for (int frame = 0; frame < kFrames; ++frame) {
@@ -106,7 +106,7 @@ Played on_one_cpu(const Column& column, const Case& c) {
   Hybrid body(ctx, c.model(column));
   Boundary boundary(ctx, column.lattice, column.conditions(), all_nodes(column.lattice));
   BodyState state = rest_state(ctx, column.lattice);
-  const BodyStep step{.dt_s = body.stable_step_s(), .matched_every = c.matched_every};
+  const BodyStep step{.dt_s = body.stable_step_s(), .matching_every = c.matching_every};
   Played played;
   for (int frame = 0; frame < kFrames; ++frame) {
     boundary.begin_frame(ctx);
@@ -127,7 +127,7 @@ Played on_one_cpu(const Column& column, const Case& c) {
 std::vector<Case> all_cases(const Column& column) {
   return {{},
           {.elements = column.mask(1, 1), .half_width = 2},
-          {.elements = column.mask(1, 1), .half_width = 2, .matched_every = 3},
+          {.elements = column.mask(1, 1), .half_width = 2, .matching_every = 3},
           {.elements = column.mask(0, 1), .half_width = 1}};
 }
 
@@ -142,7 +142,7 @@ TEST_P(SlabBoundary, MovedAndLoadedBodiesAreThoseOfOneCpu) {
   for (const Case& c : all_cases(column)) {
     DeviceSet devices(GetParam(), 11);
     const Played expected = on_one_cpu(column, c);
-    EXPECT_TRUE(on_slabs(devices, column, c) == expected) << "every " << c.matched_every;
+    EXPECT_TRUE(on_slabs(devices, column, c) == expected) << "every " << c.matching_every;
     for (const std::vector<Vec3d>& frame : expected.forces_N) EXPECT_GT(length(frame[0]), 0.01);
     EXPECT_GT(length(expected.forces_N[0][1]), 0.01);
   }

@@ -1,5 +1,6 @@
 #include <opencv2/core/utility.hpp>
 
+#include "tactus/cli/blade_bench.h"
 #include "tactus/cli/program.h"
 #include "tactus/cli/version.h"
 #include "tactus/cli/wire_bench.h"
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
         tactus::add_client_command(app);
         tactus::add_serve_command(app);
         tactus::add_rig_command(app);
+        tactus::add_blade_benchmark();
         tactus::add_wire_benchmark();
         tactus::add_bench_command(app);
         tactus::add_paper_command(app);

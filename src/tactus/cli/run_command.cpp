@@ -53,9 +53,9 @@ void tell_of_strain(const RunSummary& summary, const Simulation& simulation, con
   std::string names;
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const bool crushed = b < summary.least_volume.size() && summary.least_volume[b] < kBadVolume;
-    if (!crushed && !simulation.bodies()[b]->at_rest()) continue;
+    if (!crushed && !simulation.bodies()[b]->is_stopped()) continue;
     names += (names.empty() ? "'" : ", '") + simulation.bodies()[b]->name() + "'";
-    names += simulation.bodies()[b]->at_rest() ? " (blew up and rests)" : "";
+    names += simulation.bodies()[b]->is_stopped() ? " (blew up and rests)" : "";
   }
   if (names.empty() || options.explain) return;
   log_warning("crushed to less than " + number_text(kBadVolume) + " of their volume, or worse: " + names +

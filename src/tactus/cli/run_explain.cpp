@@ -73,7 +73,7 @@ void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecConte
 
 void RunExplainer::add(const StepReport& report, Simulation& simulation, std::int64_t tick) {
   for (const auto& body : simulation.bodies()) {
-    if (!body->at_rest()) note_body(report, *body, simulation.context(), tick);
+    if (!body->is_stopped()) note_body(report, *body, simulation.context(), tick);
   }
   for (const Notice& notice : report.notices)
     note(notice.message(), tick, 0, [&] { return notice.message(); });

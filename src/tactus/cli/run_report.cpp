@@ -137,7 +137,7 @@ void RunSummary::add(const StepReport& report) {
   settling_substeps += report.settling_substeps;
   max_vertices = std::max(max_vertices, report.hull.vertices);
   max_triangles = std::max(max_triangles, report.hull.triangles);
-  rescued += report.contact.rescued;
+  pushed_out += report.contact.pushed_out;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
   if (report.hull.overflow) ++open_frames;
@@ -175,10 +175,10 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
                          {"p99", simulation.timings().percentile_ms(stage, 99)}};
   }
   json["counters"] = {
-      {"bad_frames", summary.bad_frames},     {"open_frames", summary.open_frames},
-      {"substeps", summary.substeps},         {"settling_substeps", summary.settling_substeps},
-      {"max_vertices", summary.max_vertices}, {"max_triangles", summary.max_triangles},
-      {"rescued_nodes", summary.rescued}};
+      {"bad_frames", summary.bad_frames},      {"open_frames", summary.open_frames},
+      {"substeps", summary.substeps},          {"settling_substeps", summary.settling_substeps},
+      {"max_vertices", summary.max_vertices},  {"max_triangles", summary.max_triangles},
+      {"pushed_out_nodes", summary.pushed_out}};
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const SoftBody& body = *simulation.bodies()[b];
     json["bodies"].push_back({{"name", body.name()},

@@ -12,7 +12,7 @@ namespace tactus {
 struct RunSummary {
   int frames = 0, bad_frames = 0, substeps = 0, settling_substeps = 0;
   int open_frames = 0;  ///< whose surface had too little room: it is not closed
-  Index max_vertices = 0, max_triangles = 0, rescued = 0;
+  Index max_vertices = 0, max_triangles = 0, pushed_out = 0;
   double max_force_N = 0, max_correction_m = 0;
   std::vector<float>
       least_volume;  ///< per body: smallest share of a cube's volume at rest; 1 without elements

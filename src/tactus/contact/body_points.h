@@ -72,14 +72,14 @@ struct ContactRecord {
   Vec3f moment_N_m_s;     ///< of that impulse about SurfacePoses::reference_m
   float max_depth_m = 0;  ///< deepest point
   Index contacts = 0;     ///< corrections in which a point was in contact
-  Index rescued = 0;      ///< points that were deeper than 2 spacings
+  Index pushed_out = 0;   ///< points that were deeper than 2 spacings
   Index owner = -1;
   TACTUS_HD void add(const ContactRecord& r) {
     impulse_N_s += r.impulse_N_s;
     moment_N_m_s += r.moment_N_m_s;
     max_depth_m = max(max_depth_m, r.max_depth_m);
     contacts += r.contacts;
-    rescued += r.rescued;
+    pushed_out += r.pushed_out;
   }
 };
 
@@ -123,20 +123,20 @@ struct ReactionSums {
 struct OwnerTotals {
   ReactionSums sums;
   float max_depth_m;
-  Index contacts, rescued, owner;
+  Index contacts, pushed_out, owner;
   Vec3f impulse_N_s() const { return ReactionSums::value(sums.impulse); }
   Vec3f moment_N_m_s() const { return ReactionSums::value(sums.moment); }
   TACTUS_HD void add(const OwnerTotals& t) {
     sums.add(t.sums);
     max_depth_m = max(max_depth_m, t.max_depth_m);
     contacts += t.contacts;
-    rescued += t.rescued;
+    pushed_out += t.pushed_out;
   }
   TACTUS_HD void add(const ContactRecord& r) {
     sums.add(r.impulse_N_s, r.moment_N_m_s);
     max_depth_m = max(max_depth_m, r.max_depth_m);
     contacts += r.contacts;
-    rescued += r.rescued;
+    pushed_out += r.pushed_out;
   }
 };
 

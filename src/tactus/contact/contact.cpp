@@ -71,12 +71,12 @@ void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const Co
                    PaperVolumes{samples, {2 * surface.settings().sample_spacing_m}, sample_m3_.view()});
 }
 
-void Contact::rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& points,
-                     const ContactNodes& nodes) {
+void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints& points,
+                       const ContactNodes& nodes) {
   check(points, nodes);
   const View<const SurfacePoses> poses = poses_.const_view();
   const TouchingPoints body = touching_points(surface, points, nodes);
-  ctx.parallel_for("contact/rescue", points.count(),
+  ctx.parallel_for("contact/push_out", points.count(),
                    DeepRescue{times_,
                               {surface.triangles(), surface.coarse_samples(), poses, {}},
                               surface.samples(),
@@ -139,19 +139,19 @@ void ContactReport::add(const ContactReport& body) {
   torque_N_m += body.torque_N_m;
   max_depth_m = max(max_depth_m, body.max_depth_m);
   contacts_per_substep += body.contacts_per_substep;
-  rescued += body.rescued;
+  pushed_out += body.pushed_out;
 }
 
 ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps) {
   ContactReport report;
   Index contacts = 0;
   for (const OwnerTotals& total : totals) {
-    if (total.contacts + total.rescued == 0) continue;
+    if (total.contacts + total.pushed_out == 0) continue;
     const Vec3f impulse_N_s = total.impulse_N_s(), moment_N_m_s = total.moment_N_m_s();
     report.owners.push_back({total.owner, impulse_N_s / dt_frame_s, moment_N_m_s / dt_frame_s, impulse_N_s,
                              total.max_depth_m, total.contacts});
     contacts += total.contacts;
-    report.rescued += total.rescued;
+    report.pushed_out += total.pushed_out;
     report.max_depth_m = max(report.max_depth_m, total.max_depth_m);
     if (total.owner >= kPieces) continue;  // an obstacle is not real
     report.force_N += impulse_N_s / dt_frame_s;

@@ -43,7 +43,7 @@ struct ContactReport {
   Vec3f torque_N_m;       ///< mean torque about the centre of gravity of all that is real
   float max_depth_m = 0;  ///< how deep a point was
   double contacts_per_substep = 0;
-  Index rescued = 0;                  ///< points that were found deep inside
+  Index pushed_out = 0;               ///< points that were found deep inside
   std::vector<OwnerReaction> owners;  ///< those that were touched
   void add(const ContactReport& body);
 };
@@ -53,7 +53,7 @@ enum class PointPart : std::uint8_t { all, first, rest };
 
 /// Order in a frame, all on one context and without a read-back:
 ///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),
-///   contact.rescue(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
+///   contact.push_out(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
 ///   and where the frame was waited for, contact_report().
 class Contact {
  public:
@@ -65,7 +65,7 @@ class Contact {
   /// Moves points that lie deeper than 2 spacings (up to 8) in the real object to its surface, for each body
   /// once a frame before its first `correct`, as the surface is after the first substep: where it came from
   /// nowhere. Velocities stay.
-  void rescue(ExecContext& ctx, const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes);
+  void push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes);
   /// Points that are inside go back to the surface; an approaching velocity is reflected with e and its
   /// tangential part limited by μ. Points that nothing is near sleep (find_kernels.h).
   /// @param k substep at whose begin the points were corrected last @param steps after it, >= 1: where they

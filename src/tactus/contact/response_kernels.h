@@ -189,7 +189,7 @@ struct ApplyContacts {
   TouchingPoints body;
   Index end_point;  ///< points body.first .. end_point take part
   View<const SurfacePoses> poses;
-  Index is_rescue;     ///< != 0: counts as that, not as contact
+  Index is_push_out;     ///< != 0: counts as that, not as contact
   ContactTimes times;  ///< nothing moves in a frame without substeps
   struct Shared {
     Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
@@ -238,7 +238,7 @@ struct ApplyContacts {
   }
   TACTUS_HD void note(Index i, const PointContact& contact, Vec3f impulse_N_s) const {
     const bool moved = dot(contact.push_m, contact.push_m) > 0.F;
-    if (is_rescue != 0 && !moved) return;  // a contact of the last correction
+    if (is_push_out != 0 && !moved) return;  // a contact of the last correction
     ContactRecord& record = body.state.records[i];
     if (body.state.recorded[i]++ == 0)
       record = {};
@@ -247,7 +247,7 @@ struct ApplyContacts {
     record.owner = contact.owner;
     atomic_store(body.state.owner_used[contact.owner], 1U);
     record.add({impulse_N_s, cross(contact.x_m - poses[0].reference_m, impulse_N_s), contact.depth_m,
-                1 - is_rescue, is_rescue, contact.owner});
+                1 - is_push_out, is_push_out, contact.owner});
   }
   /// What was done to another owner so far is added up there.
   TACTUS_HD void move_on(ContactRecord& record) const {
@@ -280,12 +280,12 @@ struct DeepRescue {
       const Vec3f near = all.piece[k].to_capture(leader);
       // What is inside a closed surface is inside its box.
       if (all.piece[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
-        rescue(i, all, k);
+        push_out(i, all, k);
     }
   }
 
  private:
-  TACTUS_HD void rescue(Index i, const SurfacePoses& all, Index k) const {
+  TACTUS_HD void push_out(Index i, const SurfacePoses& all, Index k) const {
     const EmbeddedPoint& point = body.table.points[i];
     const SurfacePose& now = all.piece[k];
     const Vec3f x = body.position(point), p = now.to_capture(x);

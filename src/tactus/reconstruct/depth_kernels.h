@@ -175,7 +175,7 @@ struct VoteDepth {
 
   static constexpr int kThreads = 64;
   struct Shared {
-    std::uint32_t asked[kMaxDepthCameras], any;  ///< cameras that carve anything in the block
+    std::uint32_t carving[kMaxDepthCameras], any;  ///< cameras that carve anything in the block
     BlockStates states;
   };
 
@@ -183,10 +183,10 @@ struct VoteDepth {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Vec3i first = kBlockBricks * grid.block_at(b.index());
     b.for_threads(cameras.size(),
-                  [&](int t) { s.asked[t] = look(t, first, kBrick * kBlockBricks).inside ? 0U : 1U; });
+                  [&](int t) { s.carving[t] = look(t, first, kBrick * kBlockBricks).inside ? 0U : 1U; });
     b.on_one_thread([&] {
       s.any = 0;
-      for (Index d = 0; d < cameras.size(); ++d) s.any |= s.asked[d] << d;
+      for (Index d = 0; d < cameras.size(); ++d) s.any |= s.carving[d] << d;
       block_depth[b.index()] = s.any;
     });
     if (s.any == 0) return;
@@ -232,7 +232,7 @@ struct DepthSigns {
 
   static constexpr int kSubNodes = 64, kThreads = 8 * kSubNodes;
   struct Shared {
-    std::uint32_t asked[kMaxDepthCameras], any;  ///< cameras that carve anything in the brick
+    std::uint32_t carving[kMaxDepthCameras], any;  ///< cameras that carve anything in the brick
     std::uint32_t sub_mixed[8], sub_outside[8];
     std::uint32_t inside[8][kSubNodes];
   };
@@ -242,11 +242,11 @@ struct DepthSigns {
     const Vec3i brick = grid.brick_at(bricks[b.index()]), first = kBrick * brick;
     const std::uint32_t candidates = block_depth[grid.block_of(brick)];
     b.for_threads(cameras.size(), [&](int t) {
-      s.asked[t] = (candidates >> t & 1U) != 0 && !look(t, first, 0.5F * kBrick).inside ? 1U : 0U;
+      s.carving[t] = (candidates >> t & 1U) != 0 && !look(t, first, 0.5F * kBrick).inside ? 1U : 0U;
     });
     b.on_one_thread([&] {
       s.any = 0;
-      for (Index d = 0; d < cameras.size(); ++d) s.any |= s.asked[d] << d;
+      for (Index d = 0; d < cameras.size(); ++d) s.any |= s.carving[d] << d;
     });
     b.for_threads(8, [&](int t) { look_at_sub_brick(s, t, first, b.index() * 8 + t); });
     if (s.any == 0) return;

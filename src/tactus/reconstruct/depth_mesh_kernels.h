@@ -60,9 +60,9 @@ struct CutAtDepth {
     const DepthCamera c = cameras[number];
     const float* pixels = carving.data();
     b.for_threads(count, [&](int t) {
-      const bool asked = (s.cameras[t] >> number & 1U) != 0;
-      s.outer_D_m[t] = asked ? sample_depth_m(c, pixels, s.at(t, 1.F)) : kUnknownDepth_m;
-      s.inner_D_m[t] = asked ? sample_depth_m(c, pixels, s.at(t, 0.F)) : kUnknownDepth_m;
+      const bool carves = (s.cameras[t] >> number & 1U) != 0;
+      s.outer_D_m[t] = carves ? sample_depth_m(c, pixels, s.at(t, 1.F)) : kUnknownDepth_m;
+      s.inner_D_m[t] = carves ? sample_depth_m(c, pixels, s.at(t, 0.F)) : kUnknownDepth_m;
     });
     // One smooth surface changes D along an edge by little more than its length. More is the border of what
     // is known, or an object before another: not linear, so [P 2] does not hold.

@@ -147,8 +147,8 @@ struct BoxVotes {
   }
 };
 
-/// Sorts out the regions, 4^3 blocks, that are outside: most of a large grid, so that blocks elsewhere only
-/// need to be asked. One block is one region.
+/// Sorts out the regions, 4^3 blocks, that are outside, most of a large grid: only blocks elsewhere
+/// need to be looked at. One block is one region.
 struct SortRegions {
   HullGrid grid;
   Index tolerated;
@@ -157,8 +157,8 @@ struct SortRegions {
   View<std::uint32_t> tiles;       ///< out, of what is outside: as ClassifyBricks
   View<CameraBits> block_cameras;  ///< likewise
   View<Index> tile_active;         ///< likewise
-  View<Index> asked;               ///< out: the other regions, in any order
-  View<Index> asked_blocks;        ///< one; out: blocks of those, real or not; 0 before
+  View<Index> open_regions;        ///< out: the other regions, in any order
+  View<Index> open_blocks;         ///< one; out: blocks of those, real or not; 0 before
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -172,8 +172,9 @@ struct SortRegions {
     b.on_one_thread([&] {
       if (b.index() == 0) tile_active[tile_active.size() - 1] = 0;
       if (s.votes.outside) return;
-      auto& blocks = reinterpret_cast<std::uint32_t&>(asked_blocks[0]);
-      asked[static_cast<Index>(atomic_fetch_add(blocks, kBlocksOfRegion)) / kBlocksOfRegion] = b.index();
+      auto& blocks = reinterpret_cast<std::uint32_t&>(open_blocks[0]);
+      open_regions[static_cast<Index>(atomic_fetch_add(blocks, kBlocksOfRegion)) / kBlocksOfRegion] =
+          b.index();
     });
     if (!s.votes.outside) return;
     b.for_threads(kBlocksOfRegion, [&](int i) {
@@ -200,7 +201,7 @@ struct ClassifyBricks {
   View<std::uint32_t> tiles;       ///< out
   View<Index> tile_active;         ///< out: active bricks per tile, and a 0 behind the last
   View<CameraBits> block_cameras;  ///< out: cameras that carve within the block
-  View<const Index> asked;         ///< regions whose blocks these are, 64 each; empty: all blocks
+  View<const Index> open_regions;  ///< regions whose blocks these are, 64 each; empty: all blocks
 
   static constexpr int kThreads = 64;
   struct Shared {
@@ -210,9 +211,9 @@ struct ClassifyBricks {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Vec3i block =
-        asked.empty() ? grid.block_at(b.index())
-                      : grid.block_in_region(asked[b.index() / kBlocksOfRegion], b.index() % kBlocksOfRegion);
+    const Vec3i block = open_regions.empty() ? grid.block_at(b.index())
+                                             : grid.block_in_region(open_regions[b.index() / kBlocksOfRegion],
+                                                                    b.index() % kBlocksOfRegion);
     if (!grid.holds_block(block)) return;
     const Vec3i first = kBlockBricks * block;
     s.votes.ask(b, cameras, cells, first, kBrick * kBlockBricks, tolerated);

@@ -72,9 +72,9 @@ void HullPart::allocate(ExecContext& ctx, const HullPlan& plan, HullRole its_rol
     unseen_block_bits = to_device(ctx, plan.unseen_block_bits);
   }
   range = Buffer<PartRange>(device, 1);
-  asked_blocks = Buffer<Index>(device, 1);
+  open_blocks = Buffer<Index>(device, 1);
   counts = Buffer<PartCounts>(device, 1);
-  branch = std::make_unique<Branch>(device);
+  side_stream = std::make_unique<SideStream>(device);
   if (!plan.depth.empty()) depth.set_up(ctx, plan.depth);
   if (role.parts == 1) return;
   place = Buffer<PartPlace>(device, 1);
@@ -92,13 +92,13 @@ Count HullPart::bricks_of(const HullPlan& plan, const Index PartRange::*which) c
 
 void HullPart::prepare(ExecContext& ctx, const HullPlan& plan) {
   const bool has_depth = !plan.depth.empty();
-  ExecContext& beside = branch->follow(ctx);
-  if (plan.regions > 0) beside.fill_bytes(asked_blocks.view(), 0);
+  ExecContext& beside = side_stream->follow(ctx);
+  if (plan.regions > 0) beside.fill_bytes(open_blocks.view(), 0);
   masks.prepare_windows(beside);
   if (has_depth) depth.prepare(beside);
   masks.prepare(ctx);
-  branch->join(ctx);
-  if (has_depth) depth.fade(branch->follow(ctx), masks.cameras.const_view(), masks.bits.const_view());
+  side_stream->join(ctx);
+  if (has_depth) depth.fade(side_stream->follow(ctx), masks.cameras.const_view(), masks.bits.const_view());
   masks.sum_cells(ctx);
 }
 
@@ -109,12 +109,13 @@ void HullPart::classify(ExecContext& ctx, const HullPlan& plan) {
     ctx.parallel_for(
         "hull/sort_regions", plan.regions,
         SortRegions{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(), tiles.view(),
-                    block_cameras.view(), tile_first.view(), asked.view(), asked_blocks.view()});
-    blocks = {in.asked_blocks.view(), kBlocksOfRegion * plan.regions};
+                    block_cameras.view(), tile_first.view(), open_regions.view(), open_blocks.view()});
+    blocks = {in.open_blocks.view(), kBlocksOfRegion * plan.regions};
   }
-  ctx.parallel_for("hull/classify", blocks,
-                   ClassifyBricks{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(),
-                                  tiles.view(), tile_first.view(), block_cameras.view(), in.asked.view()});
+  ctx.parallel_for(
+      "hull/classify", blocks,
+      ClassifyBricks{plan.grid, plan.tolerated, in.masks.cameras.view(), in.masks.cells.view(), tiles.view(),
+                     tile_first.view(), block_cameras.view(), in.open_regions.view()});
 }
 
 void HullPart::vote_views(ExecContext& ctx, const HullPlan& plan) {
@@ -160,7 +161,7 @@ void HullPart::carve(ExecContext& ctx, const HullPlan& plan) {
     ctx.parallel_for("hull/tolerant_signs", carved_bricks, TolerantSigns{signs, plan.tolerated});
   clear_unseen(ctx, plan, carved_bricks);
   if (!has_depth) return;
-  branch->join(ctx);
+  side_stream->join(ctx);
   depth.sign(ctx, carved_bricks, table(plan), rows.view());
 }
 
@@ -196,9 +197,9 @@ void HullPart::find_place(ExecContext& ctx, const Parts<HullPart>& all) {
 }
 
 void HullPart::emit(ExecContext& ctx, const HullPlan& plan, HullPart& first) {
-  emit_triangles(branch->follow(ctx), plan, first);
+  emit_triangles(side_stream->follow(ctx), plan, first);
   emit_vertices(ctx, plan, first);
-  branch->join(ctx);
+  side_stream->join(ctx);
 }
 
 void HullPart::emit_vertices(ExecContext& ctx, const HullPlan& plan, HullPart& first) {

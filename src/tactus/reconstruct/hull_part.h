@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "tactus/compute/branch.h"
+#include "tactus/compute/side_stream.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/hull_plan.h"
 
@@ -31,7 +31,7 @@ struct HullPart {
   Buffer<HullCamera> views;  ///< as the plan's, and so the next two
   Buffer<Index> unseen_blocks;
   Buffer<std::uint32_t> unseen_block_bits;
-  Buffer<Index> asked, asked_blocks;  ///< regions that are not outside, and how many blocks they have
+  Buffer<Index> open_regions, open_blocks;  ///< regions that are not outside, and how many blocks they have
   Buffer<PartRange> range;
   Buffer<std::uint8_t> rows;
   Buffer<std::uint32_t> crossings, row_start;
@@ -43,7 +43,7 @@ struct HullPart {
   Buffer<PartCounts> total;
   Buffer<PartCounts> others;  ///< copies of all parts' counts, where kernels can't read them in place
   DepthPart depth;
-  std::unique_ptr<Branch> branch;
+  std::unique_ptr<SideStream> side_stream;
   Event carved, counted, done;
 
   /// visit(buffer, its number of elements), for all that grow with images, grid or surface.
@@ -93,7 +93,7 @@ void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
   visit(tiles, plan.tiles);
   visit(tile_first, plan.tiles + 1);
   visit(block_cameras, plan.blocks);
-  visit(asked, std::int64_t{plan.regions});
+  visit(open_regions, std::int64_t{plan.regions});
   visit(bricks, slots);
   visit(rows, slots * kBrickRows);
   visit(sub_cameras, slots * 8);

@@ -22,7 +22,7 @@ struct HullCapacity {
 struct HullPlan {
   HullGrid grid{};
   std::int64_t blocks = 0, tiles = 0;  ///< as the grid says, also where that is too many to be indexed
-  Index regions = 0;                   ///< that are sorted before their blocks; 0: all blocks are asked
+  Index regions = 0;                   ///< that are sorted before their blocks; 0: all blocks are looked at
   Index tolerated = 0;                 ///< views
   Index min_views = 0;                 ///< fewer see nothing; 0 also where every block is seen by enough
   std::vector<HullCamera> views;       ///< those that count: of silhouettes and of depth

@@ -9,7 +9,7 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevic
   const BodyStep step{.gravity_m_s2 = gravity_m_s2,
                       .drag_per_s = static_cast<float>(description_.material.drag_per_s),
                       .full_stiffness = full_stiffness_,
-                      .matched_every = matching_every()};
+                      .matching_every = matching_every()};
   tissue_.follow(schedule.frame());
   tissue_.add_reports(readback);
   schedule.add({.name = stage("begin"),
@@ -63,7 +63,7 @@ void SoftBody::begin_stage(ExecContext& ctx) {
 /// them, where the surface will be at their end.
 void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world) {
   const Resource records = stage("contact records");
-  schedule.add({.name = stage("rescue"),
+  schedule.add({.name = stage("push out"),
                 .timed_as = "begin",
                 .rate = Rate::before,
                 .devices = stage_devices(),

@@ -13,7 +13,7 @@ void SoftBody::archive(StateArchive& a) {
   a.value("strain", strain_);
   a.value("watch", watched_);
   a.value("motion", motion_);
-  a.value("whether it blew up", at_rest_);
+  a.value("whether it blew up", is_stopped_);
   a.value("whether it was inverted", was_inverted_);
   if (!a.reads()) return;
   a.check(strain_.fastest_cube >= 0 && strain_.fastest_cube < shape_.lattice.cube_count() &&
@@ -21,7 +21,7 @@ void SoftBody::archive(StateArchive& a) {
           "strain");
   a.check(watched_.fastest_node >= -1 && watched_.fastest_node < node_count(), "watch");
   tissue_.set_spin(motion_.spin_rad_s);
-  if (at_rest_) tissue_.stop();
+  if (is_stopped_) tissue_.stop();
 }
 
 /// What was cut, before the state of what it made: lists and places follow the same cuts.

@@ -300,7 +300,7 @@ bool Simulation::must_look_first(double dt_s) const {
   if (scene_.frame.substeps || !(dt_s > 0)) return false;
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
     const double moved_m = surface_m_s() * dt_s;
-    return !body->is_untouched() && !body->at_rest() &&
+    return !body->is_untouched() && !body->is_stopped() &&
            (moved_m < 0.01 * body->spacing_m() || moved_m > 0.5 * body->spacing_m());
   });
 }
@@ -408,23 +408,23 @@ double Simulation::surface_m_s(const SoftBody& body, double seconds) const {
 Simulation::FramePart Simulation::next_part(double left_s, double age_s, double from_s, int done) {
   if (scene_.frame.substeps) return {left_s, *scene_.frame.substeps, true};
   double spacings_per_s = 0;  // that anything moves by
-  int at_rest = 1;            // substeps of the rest of the frame
+  int unstrained = 1;         // substeps of the rest of the frame
   for (const auto& body : bodies_) {
     spacings_per_s =
         std::max(spacings_per_s, body->fastest_near_m_s(surface_m_s(*body, age_s), from_s, from_s + left_s) /
                                      body->spacing_m());
-    at_rest = std::max(at_rest, body->model().substeps_for(static_cast<float>(left_s)));
+    unstrained = std::max(unstrained, body->model().substeps_for(static_cast<float>(left_s)));
   }
-  if (liquid_) at_rest = std::max(at_rest, liquid_->substeps_for(left_s));
+  if (liquid_) unstrained = std::max(unstrained, liquid_->substeps_for(left_s));
   const auto in_units = [&](int count) { return ceil_div(count, schedule_.unit()) * schedule_.unit(); };
   // A part in which things move by a spacing, and in each of its substeps by a quarter.
-  const int most = std::max(scene_.frame.max_substeps - done, at_rest);
+  const int most = std::max(scene_.frame.max_substeps - done, unstrained);
   const int parts =
       static_cast<int>(std::ceil(std::clamp(left_s * spacings_per_s, 1.0, double{kMostSubsteps})));
   const double dt_s = left_s / parts;
   const int count = substeps_for(dt_s, 4 * spacings_per_s);
   if (parts == 1 && done == 0) return {left_s, in_units(substep_choice_.of_frame(count, most)), true};
-  const int rest = static_cast<int>(at_rest * (1 - 1.0 / parts));
+  const int rest = static_cast<int>(unstrained * (1 - 1.0 / parts));
   if (parts == 1 || count + rest >= most)
     return {left_s, in_units(std::min(substeps_for(left_s, 4 * spacings_per_s), most)), true};
   return {dt_s, in_units(count), false};

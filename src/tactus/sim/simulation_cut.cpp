@@ -34,7 +34,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
   ++cut_frame_;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const auto& body = bodies_[k];
-    if (!body->is_cuttable() || body->at_rest()) continue;
+    if (!body->is_cuttable() || body->is_stopped()) continue;
     const auto touch = [&](const TopologyChange& change, std::span<const PointChange> points) {
       touching_.apply(static_cast<Index>(k), body->cutter(), change, points);
     };

@@ -155,7 +155,7 @@ void SlabPoints::begin_frame(ContactOnDevices& world) {
     ExecContext& ctx = tissue_->slab(s).ctx;
     BodyPoints& points = parts_[static_cast<std::size_t>(s)].points;
     points.begin_frame(ctx);
-    world.part(s).contact.rescue(ctx, world.part(s).surface, points, nodes(s));
+    world.part(s).contact.push_out(ctx, world.part(s).surface, points, nodes(s));
   }
 }
 

@@ -135,7 +135,7 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
 int SoftBody::watch_every(int substeps) const { return nothing_acts() ? substeps : tissue_.watch_every(); }
 
 std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int substeps) {
-  if (at_rest_) return "";
+  if (is_stopped_) return "";
   const tled::CubeExtremes strain_before = strain_;
   const WatchRecord before = watched_;
   strain_ = tissue_.extremes(&readback);
@@ -160,7 +160,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   tissue_.stop();
   strain_ = strain_before;
   watched_ = before;
-  at_rest_ = true;
+  is_stopped_ = true;
   char state[200];
   std::snprintf(state, sizeof state,
                 "; in the frame before, its fastest node went at %.3g m/s, waves at %.3g m/s",
@@ -198,7 +198,7 @@ std::string SoftBody::impossible_state() const {
 }
 
 std::string SoftBody::newly_inverted() {
-  const bool before = std::exchange(was_inverted_, !at_rest_ && strain_.inverted > 0);
+  const bool before = std::exchange(was_inverted_, !is_stopped_ && strain_.inverted > 0);
   if (before || !was_inverted_) return "";
   char text[160];
   std::snprintf(text, sizeof text, "body '%s': %d cubes are inverted, the most %s, to %.3g times its volume",
@@ -208,7 +208,7 @@ std::string SoftBody::newly_inverted() {
 }
 
 double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
-  if (at_rest_ || nothing_acts()) return 0;
+  if (is_stopped_ || nothing_acts()) return 0;
   const double own_m_s = std::sqrt(double{watched_.fastest_element2_m2_s2});
   double speed = std::max(own_m_s, description_.contact ? surface_m_s : 0);
   for (const NodeMotion& motion : shape_.motions)
@@ -281,17 +281,18 @@ Vec3f SoftBody::cube_center_m(Index cube) const {
 }
 
 void SoftBody::warn_of_many_substeps(float dt_s, int substeps, int most) {
-  const int at_rest = model().substeps_for(dt_s), needed = substeps_for(dt_s);
-  if (warned_of_substeps_ || at_rest_ || needed <= most || (at_rest <= most && needed <= substeps)) return;
+  const int unstrained = model().substeps_for(dt_s), needed = substeps_for(dt_s);
+  if (warned_of_substeps_ || is_stopped_ || needed <= most || (unstrained <= most && needed <= substeps))
+    return;
   const MaterialDescription& m = description_.material;
   char text[320];
-  if (at_rest > most) {
+  if (unstrained > most) {
     std::snprintf(
         text, sizeof text,
         "': a frame of %.3g s takes %d substeps, as it is stable up to %.3g s: young_modulus_pa %.3g, "
         "density_kg_m3 %.3g and spacing_m %.3g make waves that fast; a coarser lattice, a softer or "
         "a heavier material takes fewer",
-        double{dt_s}, at_rest, double{model().stable_step_s()}, m.young_modulus_pa, m.density_kg_m3,
+        double{dt_s}, unstrained, double{model().stable_step_s()}, m.young_modulus_pa, m.density_kg_m3,
         description_.spacing_m);
   } else {
     std::snprintf(
@@ -323,7 +324,7 @@ void SoftBody::check_substeps(float dt_frame_s, int substeps, int most_of_frame)
                   matching_every());
     throw usage_error("body '" + name() + text);
   }
-  if (const int most = model().most_matched_every(dt_s); matching_every() > most) {
+  if (const int most = model().most_matching_every(dt_s); matching_every() > most) {
     std::snprintf(
         text, sizeof text,
         "': 'matching_every' is %d, but after more than %d substeps of %.3g s at once its shape matching "

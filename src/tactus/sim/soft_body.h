@@ -75,7 +75,7 @@ class SoftBody {
   /// @returns "" or what happened: substep, node, and what acts there.
   std::string end_frame(ExecContext& ctx, const Readback& readback, int substeps);
   const tled::CubeExtremes& strain() const { return strain_; }
-  bool at_rest() const { return at_rest_; }
+  bool is_stopped() const { return is_stopped_; }
   /// Fastest over the last frame [m/s]; node -1: nothing moved.
   float fastest_m_s() const;
   Index fastest_node() const { return watched_.fastest_node; }
@@ -200,7 +200,7 @@ class SoftBody {
   DeviceSet& devices_;
   bool on_first_device_;
   BodySolver tissue_;
-  bool at_rest_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
+  bool is_stopped_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   WatchRecord watched_;
   RigidMotion motion_;

@@ -5,7 +5,7 @@
 
 namespace tactus {
 
-/// begin_frame, look after each substep, and at the end of the frame report. Nothing is read back before
+/// begin_frame, check after each substep, and at the end of the frame report. Nothing is read back before
 /// that.
 class BodyWatch {
  public:
@@ -19,14 +19,14 @@ class BodyWatch {
   /// @param only_matched per node: 1: in no element; empty: all are
   /// @param frame when given, `substep` counts in a recorded block, and nodes are looked at after every so
   /// many of the frame's substeps and after the last
-  void look(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, View<const Index> only_matched,
-            Index substep, View<const FrameParams> frame = {}, Index every = 1) {
+  void check(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, View<const Index> only_matched,
+             Index substep, View<const FrameParams> frame = {}, Index every = 1) {
     ctx.parallel_for("watch/nodes", records_.size(),
                      WatchNodes{x_m, v_m_s, only_matched, {}, {}, records_.view(), substep, frame, every});
   }
   /// Of nodes that are in cells.
-  void look(ExecContext& ctx, View<const Index> cell, const NodeFields& fields, Index substep,
-            View<const FrameParams> frame, Index every) {
+  void check(ExecContext& ctx, View<const Index> cell, const NodeFields& fields, Index substep,
+             View<const FrameParams> frame, Index every) {
     ctx.parallel_for("watch/nodes", records_.size(),
                      WatchNodes{{}, {}, {}, cell, fields, records_.view(), substep, frame, every});
   }

@@ -48,7 +48,7 @@ class BodySolver {
   /// Nodes that nobody else changes go to where elements step them.
   void begin_substeps();
   /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
-  /// matched_every.
+  /// matching_every.
   void substep(const BodyStep& step, int k, int count);
   /// After substep k of the frame's `count`, or with follow(), of a block: notes which nodes diverged. The
   /// last look is end_frame's.
@@ -134,15 +134,15 @@ class BodySolver {
     void look_in_cells(int k, View<const FrameParams> frame, int every) {
       const auto cells = [&](Slab of) { return tissue.tled().cell().part(of.begin, of.count()); };
       const NodeFields fields = tissue.tled().fields(k + 1);
-      watch.look(ctx, cells(tissue.window().own), fields, k, frame, every);
-      if (patch_watch) patch_watch->look(ctx, cells(tissue.window().patch), fields, k, frame, every);
+      watch.check(ctx, cells(tissue.window().own), fields, k, frame, every);
+      if (patch_watch) patch_watch->check(ctx, cells(tissue.window().patch), fields, k, frame, every);
     }
     void look(int k, View<const FrameParams> frame, int every) {
-      watch.look(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
+      watch.check(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
       if (!patch_watch) return;
       const Slab patch = tissue.window().patch;
-      patch_watch->look(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
-                        state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
+      patch_watch->check(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
+                         state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
     }
     /// Of all nodes of the body, those that it holds.
     std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;
@@ -192,9 +192,9 @@ class BodySolver {
   auto cells(int k) {
     return [this, k](int part) {
       Tled& tled = parts_[static_cast<std::size_t>(part)]->tissue.tled();
-      const View<float> ahead_m = tled.ahead_m(k);
+      const View<float> extrapolated_m = tled.extrapolated_m(k);
       const Index n = tled.cells();
-      return std::array{ahead_m.part(0, n), ahead_m.part(n, n), ahead_m.part(2 * n, n)};
+      return std::array{extrapolated_m.part(0, n), extrapolated_m.part(n, n), extrapolated_m.part(2 * n, n)};
     };
   }
   /// The same with velocities.
@@ -202,8 +202,8 @@ class BodySolver {
     return [this, k](int part) {
       const NodeFields f = parts_[static_cast<std::size_t>(part)]->tissue.tled().fields(k);
       const auto field = [&](const View<float>& of, Index a) { return of.part(a * f.cells, f.cells); };
-      return std::array{field(f.ahead_m, 0), field(f.ahead_m, 1), field(f.ahead_m, 2),
-                        field(f.v_m_s, 0),   field(f.v_m_s, 1),   field(f.v_m_s, 2)};
+      return std::array{field(f.extrapolated_m, 0), field(f.extrapolated_m, 1), field(f.extrapolated_m, 2),
+                        field(f.v_m_s, 0),          field(f.v_m_s, 1),          field(f.v_m_s, 2)};
     };
   }
   /// Whether nodes are in cells from the first substep to the last: there they are held along all axes or

@@ -36,7 +36,7 @@ std::vector<std::uint8_t> element_materials(const BodyModel& model) {
 
 FlsmStep matching_step(const BodyStep& step) {
   return {.dt_s = step.dt_s,
-          .substeps = step.matched_every,
+          .substeps = step.matching_every,
           .gravity_m_s2 = step.gravity_m_s2,
           .full_stiffness = step.full_stiffness,
           .frame = step.frame,
@@ -203,12 +203,12 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model)
 
 void Hybrid::check_step(const BodyStep& step, int count) const {
   if (has_elements_) tled_.check_step(step.dt_s);
-  if (step.matched_every < 1 || count % step.matched_every != 0)
-    throw Error("shape matching every " + std::to_string(step.matched_every) + " of " +
+  if (step.matching_every < 1 || count % step.matching_every != 0)
+    throw Error("shape matching every " + std::to_string(step.matching_every) + " of " +
                 std::to_string(count) + " substeps: expected a positive number that divides them");
 }
 
-int Hybrid::most_matched_every(float dt_s) const {
+int Hybrid::most_matching_every(float dt_s) const {
   return flsm_ ? std::max(1, static_cast<int>(1 / (flsm_->omega_per_s() * dt_s))) : 1;
 }
 
@@ -223,7 +223,7 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const BodyStep& step, int 
 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k) {
   if (has_elements_) tled_.compute_forces(ctx, state, step.time());
-  if (!flsm_ || k % step.matched_every != 0) return;
+  if (!flsm_ || k % step.matching_every != 0) return;
   ctx.parallel_for(
       "hybrid/gather", matched_nodes_.size(),
       hybrid::GatherNodes{state.x_m.const_view(), state.v_m_s.const_view(), matched_nodes_.const_view(),
@@ -260,7 +260,7 @@ void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step
                         .pace = flsm_ ? flsm_->pace(matching_step(step)) : flsm::Pace{0, 0, 1, 1},
                         .drag_per_s = step.drag_per_s,
                         .elements_damping_time_s = tled_.damping_time_s(),
-                        .new_goals = k % step.matched_every == 0});
+                        .new_goals = k % step.matching_every == 0});
 }
 
 float Hybrid::stable_step_s() const {

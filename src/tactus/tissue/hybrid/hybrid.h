@@ -20,8 +20,8 @@ struct BodyStep {
   bool full_stiffness = false;  ///< shape matching with kappa = 1, the paper's choice
   /// So many substeps of the elements are one of shape matching, whose goals cost most: nodes that only it
   /// moves go that far at once, those of both get its pull in equal parts, so that momentum is kept. No more
-  /// than Hybrid::most_matched_every, or the material is softer than it should be.
-  int matched_every = 1;
+  /// than Hybrid::most_matching_every, or the material is softer than it should be.
+  int matching_every = 1;
   /// When given, dt_s and gravity are read from here when the kernels run: of the device that they run on.
   View<const FrameParams> frame = {};
   View<const Index> stopped = {};  ///< (1) with `frame`; != 0: the body stays where it is
@@ -55,7 +55,7 @@ class Hybrid {
   void move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k);
 
   /// The most for which shape matching still has its material's stiffness, at least 1.
-  int most_matched_every(float dt_s) const;
+  int most_matching_every(float dt_s) const;
 
   /// Substeps that keep the elements stable (waves faster than at rest by speed_ratio) and shape matching at
   /// its material's stiffness.

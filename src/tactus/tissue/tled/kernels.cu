@@ -40,7 +40,7 @@ TACTUS_CUDA_KERNEL(tactus::tled::FindExtremes);
 TACTUS_CUDA_KERNEL(tactus::tled::FindCopyCells);
 TACTUS_CUDA_KERNEL(tactus::tled::KeyCorners);
 TACTUS_CUDA_KERNEL(tactus::tled::FlagFirstCorners);
-TACTUS_CUDA_KERNEL(tactus::tled::KeepPush);
+TACTUS_CUDA_KERNEL(tactus::tled::KeepExternal);
 TACTUS_CUDA_KERNEL(tactus::tled::MovePatchNodes);
 TACTUS_CUDA_KERNEL(tactus::tled::AddPatchForces);
 TACTUS_CUDA_KERNEL(tactus::tled::FindCopyExtremes);

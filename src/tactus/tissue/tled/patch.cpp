@@ -53,17 +53,17 @@ void Patch::sort_corners(ExecContext& ctx, Index copies) {
   ctx.compact("tled/first_corners", corners, corner_scratch_.const_view(), first_.view(), node_count_.view());
 }
 
-void Patch::load(ExecContext& ctx, View<const float> push_m_s2, Index cells) {
+void Patch::load(ExecContext& ctx, View<const float> external_m_s2, Index cells) {
   ctx.parallel_for("tled/keep_push", nodes(),
-                   KeepPush{by_node(), cell_.const_view(), push_m_s2, outer_m_s2_.view(), cells});
+                   KeepExternal{by_node(), cell_.const_view(), external_m_s2, outer_m_s2_.view(), cells});
 }
 
-void Patch::move(ExecContext& ctx, const MoveNodes& nodes_move, View<float> push_m_s2) {
+void Patch::move(ExecContext& ctx, const MoveNodes& nodes_move, View<float> external_m_s2) {
   ctx.parallel_for("tled/move_patch", nodes(),
                    MovePatchNodes{.corners = by_node(),
                                   .cell = cell_.const_view(),
                                   .outer_m_s2 = outer_m_s2_.const_view(),
-                                  .push_m_s2 = push_m_s2,
+                                  .external_m_s2 = external_m_s2,
                                   .move = nodes_move,
                                   .first_virtual_cell = first_virtual_cell_});
 }

@@ -44,7 +44,7 @@ class Patch {
   /// is new
   void rebuild(ExecContext& ctx, Index end);
   /// Keeps the external accelerations that load() of the tiles found.
-  void load(ExecContext& ctx, View<const float> push_m_s2, Index cells);
+  void load(ExecContext& ctx, View<const float> external_m_s2, Index cells);
   /// What copies exert for these positions.
   template <class Cube>
   void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells) {
@@ -52,7 +52,7 @@ class Patch {
         "tled/copy_forces", used(),
         CopyForces<Cube>{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), cells, cube});
   }
-  void move(ExecContext& ctx, const MoveNodes& nodes, View<float> push_m_s2);
+  void move(ExecContext& ctx, const MoveNodes& nodes, View<float> external_m_s2);
   void add_to(ExecContext& ctx, View<float> f_N, Index cells);
   /// How strained the copies are. @param first_cube number of the first copy
   /// @param out one per 256 copies

@@ -69,7 +69,7 @@ struct MovePatchNodes {
   CornersOfNodes corners;
   View<const Index> cell;        ///< per node
   View<const Vec3f> outer_m_s2;  ///< per node that copies have: acceleration by external forces
-  View<float> push_m_s2;         ///< out, 3 fields over cells
+  View<float> external_m_s2;     ///< out, 3 fields over cells
   MoveNodes move;
   Index first_virtual_cell;
   MoveNodes::Moment now = {};
@@ -78,20 +78,20 @@ struct MovePatchNodes {
     const Index c = cell[corners.node_of(i)];
     const Vec3f f = corners.force(i);
     if (c >= first_virtual_cell) return move(c, f, move.read(c), now);
-    store_vector(push_m_s2, move.cells, c,
+    store_vector(external_m_s2, move.cells, c,
                  fused_add(outer_m_s2[i], move.inverse_mass_per_kg[c], turned_back(f, now.turn_rad)));
   }
 };
 
 /// External accelerations, which the copies' forces are added to.
-struct KeepPush {
+struct KeepExternal {
   CornersOfNodes corners;
   View<const Index> cell;
-  View<const float> push_m_s2;
+  View<const float> external_m_s2;
   View<Vec3f> outer_m_s2;  ///< out
   Index cells;
   TACTUS_HD void operator()(Index i) const {
-    outer_m_s2[i] = vector_at(push_m_s2, cells, cell[corners.node_of(i)]);
+    outer_m_s2[i] = vector_at(external_m_s2, cells, cell[corners.node_of(i)]);
   }
 };
 

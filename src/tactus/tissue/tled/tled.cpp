@@ -194,7 +194,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   kinds_ = to_device(ctx, kinds.stiffness);
   if (!ctx.device().is_cuda()) stiffness_ = to_device(ctx, kinds.fields());
   const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
-  for (Buffer<float>* fields : {&ahead_m_[0], &ahead_m_[1], &v_m_s_, &push_m_s2_, &f_N_})
+  for (Buffer<float>* fields : {&extrapolated_m_[0], &extrapolated_m_[1], &v_m_s_, &external_m_s2_, &f_N_})
     *fields = to_device(ctx, zero);
   for (Buffer<float>& history : history_Pa_) {
     if (relaxes())
@@ -268,7 +268,7 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
   const auto launch = [&]<class Shape>(Shape, const typename Shape::Stiffnesses& stiffness) {
     using Kernel = tled::ElementForces<Cube, Shape, Sink>;
     ctx.parallel_for("tled/element_forces", tiles.size(),
-                     Kernel{tiles, active_.const_view(), ahead_m(k), stiffness, grid_, cube, sink});
+                     Kernel{tiles, active_.const_view(), extrapolated_m(k), stiffness, grid_, cube, sink});
   };
   if (ctx.device().is_cuda())
     launch(tled::TilesOnGpu{}, kinds());
@@ -285,16 +285,17 @@ void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTi
 }
 
 tled::LoadPositions Tled::load_positions(const BodyState& state) {
-  return {state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(), ahead_m(0), grid_.cells,
-          damping_time_s_};
+  return {
+      state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(), extrapolated_m(0), grid_.cells,
+      damping_time_s_};
 }
 
 void Tled::load(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for(
       "tled/load", node_count(),
       tled::LoadNodes{load_positions(state), state.f_ext_N.const_view(), inverse_mass_per_kg_.const_view(),
-                      ahead_m(1), v_m_s_.view(), push_m_s2_.view()});
-  if (patch_.has_room()) patch_.load(ctx, push_m_s2_.const_view(), grid_.cells);
+                      extrapolated_m(1), v_m_s_.view(), external_m_s2_.view()});
+  if (patch_.has_room()) patch_.load(ctx, external_m_s2_.const_view(), grid_.cells);
 }
 
 template <class F>
@@ -334,7 +335,7 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time
 void Tled::find_patch_forces(ExecContext& ctx, int k, const StepTime& time) {
   if (!patch_.has_room()) return;
   with_cube(time, patch_.history_before(k), patch_.history_after(k), patch_.room(),
-            [&](const auto& cube) { patch_.find_forces(ctx, cube, ahead_m(k), grid_.cells); });
+            [&](const auto& cube) { patch_.find_forces(ctx, cube, extrapolated_m(k), grid_.cells); });
 }
 
 void Tled::keep_history(ExecContext& ctx, int count, View<const FrameParams> frame) {
@@ -367,11 +368,11 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
 }
 
 tled::MoveNodes Tled::move_nodes(const TledStep& step, int k) {
-  return {.ahead_m = ahead_m(k),
-          .push_m_s2 = push_m_s2_.const_view(),
+  return {.extrapolated_m = extrapolated_m(k),
+          .external_m_s2 = external_m_s2_.const_view(),
           .inverse_mass_per_kg = inverse_mass_per_kg_.const_view(),
           .v_m_s = v_m_s_.view(),
-          .next_ahead_m = ahead_m(k + 1),
+          .next_extrapolated_m = extrapolated_m(k + 1),
           .cells = grid_.cells,
           .time = step.time(),
           .drag_per_s = step.drag_per_s,
@@ -381,7 +382,7 @@ tled::MoveNodes Tled::move_nodes(const TledStep& step, int k) {
 void Tled::move_patch(ExecContext& ctx, const TledStep& step, int k) {
   if (!patch_.has_room()) return;
   find_patch_forces(ctx, k, step.time());
-  patch_.move(ctx, move_nodes(step, k), push_m_s2_.view());
+  patch_.move(ctx, move_nodes(step, k), external_m_s2_.view());
 }
 
 void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
@@ -390,8 +391,8 @@ void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
 
 void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame) {
   ctx.parallel_for("tled/store", node_count(),
-                   tled::StoreNodes{ahead_m(0),
-                                    ahead_m(1),
+                   tled::StoreNodes{extrapolated_m(0),
+                                    extrapolated_m(1),
                                     {count, frame},
                                     v_m_s_.const_view(),
                                     cell_.const_view(),
@@ -406,11 +407,13 @@ void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
   const Index tiled = ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads);
   const float gradient = 1 / (4 * spacing_m_);
-  ctx.parallel_for("tled/extremes", tiled,
-                   tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
-                                      ahead_m_[0].const_view(), kinds(), extremes_.view(), grid_, gradient});
-  patch_.find_extremes(ctx, ahead_m_[0].const_view(), grid_.cells, cube_cell_.size() - own_cubes_.begin,
-                       gradient, extremes_.view().part(tiled, extremes_.size() - tiled));
+  ctx.parallel_for(
+      "tled/extremes", tiled,
+      tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
+                         extrapolated_m_[0].const_view(), kinds(), extremes_.view(), grid_, gradient});
+  patch_.find_extremes(ctx, extrapolated_m_[0].const_view(), grid_.cells,
+                       cube_cell_.size() - own_cubes_.begin, gradient,
+                       extremes_.view().part(tiled, extremes_.size() - tiled));
   ctx.parallel_for("tled/worst_extremes", 1, SummariseExtremes{extremes_.const_view(), worst_.view()});
 }
 

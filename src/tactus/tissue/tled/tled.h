@@ -66,9 +66,9 @@ class Tled {
   /// @param frame when given, it says how many moves there were
   void store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame = {});
   /// Where move(k) finds positions ahead [m]: three fields over cells.
-  View<float> ahead_m(int k) { return ahead_m_[static_cast<std::size_t>(k % 2)].view(); }
+  View<float> extrapolated_m(int k) { return extrapolated_m_[static_cast<std::size_t>(k % 2)].view(); }
   /// Nodes before move(k).
-  NodeFields fields(int k) { return {ahead_m(k), v_m_s_.view(), grid_.cells, damping_time_s_}; }
+  NodeFields fields(int k) { return {extrapolated_m(k), v_m_s_.view(), grid_.cells, damping_time_s_}; }
 
   /// The step that step() accepts. Until measure_stable_step it is guaranteed: no smaller lattice of these
   /// materials and no deformation up to the monitor's margin has a smaller critical step than min h sqrt(rho
@@ -144,9 +144,9 @@ class Tled {
   Buffer<tled::CubeExtremes> extremes_, worst_;
   Buffer<std::uint16_t> kind_;  ///< over cells, into
   Buffer<tled::Stiffness> kinds_;
-  Buffer<float> stiffness_;                                      ///< fields of the same, on a CPU
-  Buffer<float> inverse_mass_per_kg_, f_N_, v_m_s_, push_m_s2_;  ///< over cells
-  std::array<Buffer<float>, 2> ahead_m_;                         ///< a step reads one and writes the other
+  Buffer<float> stiffness_;                                          ///< fields of the same, on a CPU
+  Buffer<float> inverse_mass_per_kg_, f_N_, v_m_s_, external_m_s2_;  ///< over cells
+  std::array<Buffer<float>, 2> extrapolated_m_;  ///< a step reads one and writes the other
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
   tled::Patch patch_;

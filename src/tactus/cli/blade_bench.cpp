@@ -1,3 +1,5 @@
+#include "tactus/cli/blade_bench.h"
+
 #include <cmath>
 
 #include "bench.h"
@@ -60,8 +62,6 @@ std::vector<double> follow_ms(const Stroke& stroke) {
   return ms;
 }
 
-}  // namespace
-
 /// The pose of a tracked blade from one frame's masks, on the processor.
 Rows run_blade(const std::string& device_text) {
   return collect([&](Rows& rows) {
@@ -83,4 +83,14 @@ Rows run_blade(const std::string& device_text) {
   });
 }
 
+}  // namespace
 }  // namespace tactus::bench
+
+namespace tactus {
+
+void add_blade_benchmark() {
+  bench::add_benchmark(
+      {"blade", "the pose of a tracked blade from the masks of 8 cameras", bench::run_blade});
+}
+
+}  // namespace tactus

@@ -7,9 +7,9 @@ namespace tactus {
 /// A second stream of a context's device. What it is given waits for all that the context was given before
 /// `follow`; what the context is given after `join` waits for all of it. Every `follow` needs its `join`
 /// before a recording ends.
-class Branch {
+class SideStream {
  public:
-  explicit Branch(Device& device) : beside_(device) {}
+  explicit SideStream(Device& device) : beside_(device) {}
 
   /// Where to submit. While kernels are timed one by one, the context itself.
   ExecContext& follow(ExecContext& ctx) {

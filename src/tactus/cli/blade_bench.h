@@ -1,0 +1,8 @@
+#pragma once
+/// The benchmark of tracked blades. Not in tactus-bench: what disturbs its masks comes from OpenCV.
+namespace tactus {
+
+/// To those of `tactus bench`, as "blade".
+void add_blade_benchmark();
+
+}  // namespace tactus
