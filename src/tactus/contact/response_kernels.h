@@ -189,7 +189,7 @@ struct ApplyContacts {
   TouchingPoints body;
   Index end_point;  ///< points body.first .. end_point take part
   View<const SurfacePoses> poses;
-  Index is_push_out;     ///< != 0: counts as that, not as contact
+  Index is_push_out;   ///< != 0: counts as that, not as contact
   ContactTimes times;  ///< nothing moves in a frame without substeps
   struct Shared {
     Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
