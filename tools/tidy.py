@@ -116,7 +116,8 @@ def check(batch: list[dict], together: tuple[str, ...], stamps: dict[str, pathli
         pathlib.Path(source).write_text(text)
         checks = [NOT_TOGETHER]
     run = subprocess.run(["clang-tidy", "--quiet", f"--config-file={ROOT / '.clang-tidy'}", *checks, source, "--",
-                          *(together if len(files) > 1 else flags_of(batch[0])), "-Wno-unknown-warning-option", "-Wno-ignored-optimization-argument"],
+                          *(together if len(files) > 1 else flags_of(batch[0])),
+                          "-Wno-unknown-warning-option", "-Wno-ignored-optimization-argument"],
                          capture_output=True, text=True, check=False, cwd=batch[0]["directory"])
     if run.returncode == 0:
         for file in files:

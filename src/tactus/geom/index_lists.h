@@ -5,9 +5,14 @@
 #include <vector>
 
 #include "tactus/compute/exec_context.h"
-#include "tactus/geom/index_lists_kernels.h"
+#include "tactus/geom/set_values.h"
 
 namespace tactus {
+
+/// Where a list lies in the array.
+struct IndexRange {
+  Index begin = 0, end = 0;
+};
 
 /// Many short lists, on the host and on a device. A list that changes goes behind the others; where that has
 /// no room, all are packed first. So a change costs what it changes, and no view changes.
@@ -22,7 +27,7 @@ class IndexLists {
     }
     device_ranges_ = to_device(ctx, ranges_);
     device_values_ = Buffer<Index>(ctx.device(), room > size() ? 2 * room : size());
-    if (room > 0) device_changes_ = Buffer<SetRanges::Change>(ctx.device(), count());
+    if (room > 0) device_changes_ = Buffer<SetValues<IndexRange>::Change>(ctx.device(), count());
     ctx.upload(values_, device_values_.view().part(0, size()));
     ctx.synchronize();
     uploaded_ = size();
@@ -54,10 +59,10 @@ class IndexLists {
     } else {
       changes_.clear();
       for (const Index list : changed_) changes_.push_back({list, ranges_[at(list)]});
-      const View<SetRanges::Change> part =
+      const View<SetValues<IndexRange>::Change> part =
           device_changes_.view().part(0, static_cast<Index>(changes_.size()));
       ctx.upload(changes_, part);
-      ctx.parallel_for("lists/set_ranges", part.size(), SetRanges{part, device_ranges_.view()});
+      ctx.parallel_for("lists/set_ranges", part.size(), SetValues<IndexRange>{part, device_ranges_.view()});
     }
     changed_.clear();
     is_packed_ = false;
@@ -89,8 +94,8 @@ class IndexLists {
   Index uploaded_ = 0;
   std::vector<Index> changed_;  ///< lists
   bool is_packed_ = false;      ///< so all have changed
-  std::vector<SetRanges::Change> changes_;
-  Buffer<SetRanges::Change> device_changes_;
+  std::vector<SetValues<IndexRange>::Change> changes_;
+  Buffer<SetValues<IndexRange>::Change> device_changes_;
   Buffer<IndexRange> device_ranges_;
   Buffer<Index> device_values_;
 };

@@ -1,7 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
 #include "tactus/geom/cell_list_kernels.h"
 #include "tactus/geom/cell_sort_kernels.h"
-#include "tactus/geom/index_lists_kernels.h"
+#include "tactus/geom/index_lists.h"
 #include "tactus/geom/neighbour_list_kernels.h"
 #include "tactus/geom/reorder_kernels.h"
 #include "tactus/geom/tile_scan_kernels.h"
@@ -16,6 +16,6 @@ TACTUS_CUDA_KERNEL(tactus::SpreadIds);
 TACTUS_CUDA_KERNEL(tactus::SortParticles);
 TACTUS_CUDA_KERNEL(tactus::SortNumbers);
 TACTUS_CUDA_KERNEL(tactus::ReorderFields);
-TACTUS_CUDA_KERNEL(tactus::SetRanges);
+TACTUS_CUDA_KERNEL(tactus::SetValues<tactus::IndexRange>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::CountNeighbours>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::WriteNeighbours>);

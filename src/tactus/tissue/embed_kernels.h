@@ -5,6 +5,7 @@
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 #include "tactus/geom/index_lists.h"
+#include "tactus/geom/set_values.h"
 
 namespace tactus::embed {
 
@@ -58,17 +59,6 @@ struct GatherNormals {
   }
 };
 
-/// Changes of a surface: its anchors, or the nodes of its cubes.
-template <class T>
-struct SetValues {
-  struct Change {
-    Index at = 0;
-    T value;
-  };
-  View<const Change> changes;
-  View<T> values;
-  TACTUS_HD void operator()(Index i) const { values[changes[i].at] = changes[i].value; }
-};
 struct SetTriangles {
   struct Change {
     Index triangle = 0;

@@ -189,10 +189,10 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   host_triangles_ = mesh.triangles;
   host_triangles_.resize(at(corners) / 3);
   is_changed_.resize(host_triangles_.size());
-  new_anchors_ = Buffer<embed::SetValues<embed::Anchor>::Change>(ctx.device(), vertices);
+  new_anchors_ = Buffer<SetValues<embed::Anchor>::Change>(ctx.device(), vertices);
   new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
-  new_cubes_ = Buffer<embed::SetValues<embed::CubeNodes>::Change>(ctx.device(),
-                                                                  static_cast<Index>(lattice.copies.size()));
+  new_cubes_ =
+      Buffer<SetValues<embed::CubeNodes>::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
 }
 
 /// Of the vertices of triangles that change, which triangles they have: ascending, so sums keep their order.
@@ -273,12 +273,12 @@ void EmbeddedSurface::check(const TopologyChange& change) const {
 
 void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
   check(change);
-  std::vector<embed::SetValues<embed::CubeNodes>::Change> cubes;
+  std::vector<SetValues<embed::CubeNodes>::Change> cubes;
   for (const TopologyChange::Copy& copy : change.copies) {
     cubes.push_back({copy.cube, {}});
     std::copy(copy.nodes.begin(), copy.nodes.end(), cubes.back().value.node);
   }
-  std::vector<embed::SetValues<embed::Anchor>::Change> anchors;
+  std::vector<SetValues<embed::Anchor>::Change> anchors;
   for (const TopologyChange::Vertex& v : change.vertices) {
     anchors.push_back({v.vertex, {v.cube, v.local}});
     counts_[0] = std::max(counts_[0], v.vertex + 1);
@@ -297,10 +297,9 @@ void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
   const auto of_cubes = put(cubes, new_cubes_);
   const auto of_vertices = put(anchors, new_anchors_);
   const auto of_triangles = put(triangles, new_triangles_);
-  ctx.parallel_for("embed/set_cubes", of_cubes.size(),
-                   embed::SetValues<embed::CubeNodes>{of_cubes, cubes_.view()});
+  ctx.parallel_for("embed/set_cubes", of_cubes.size(), SetValues<embed::CubeNodes>{of_cubes, cubes_.view()});
   ctx.parallel_for("embed/set_anchors", of_vertices.size(),
-                   embed::SetValues<embed::Anchor>{of_vertices, anchors_.view()});
+                   SetValues<embed::Anchor>{of_vertices, anchors_.view()});
   ctx.parallel_for("embed/set_triangles", of_triangles.size(),
                    embed::SetTriangles{of_triangles, triangles_.view()});
   list_triangles(change.triangles);

@@ -82,9 +82,9 @@ class EmbeddedSurface {
   std::vector<std::uint8_t> is_changed_;  ///< per triangle, while a change is taken over
   std::vector<Index> uses_at_;            ///< per vertex, likewise
   cut::IndexSet changed_vertices_;
-  Buffer<embed::SetValues<embed::Anchor>::Change> new_anchors_;
+  Buffer<SetValues<embed::Anchor>::Change> new_anchors_;
   Buffer<embed::SetTriangles::Change> new_triangles_;
-  Buffer<embed::SetValues<embed::CubeNodes>::Change> new_cubes_;
+  Buffer<SetValues<embed::CubeNodes>::Change> new_cubes_;
 };
 
 /// Rest signed distance of every node to a closed surface [m], positive outside: contact lets a node that

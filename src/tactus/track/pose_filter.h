@@ -26,7 +26,6 @@ class PoseFilter {
   const PosePrior& prior();
   const Rigidd& pose() const { return pose_; }
   Matrix6 covariance() const;
-  const Twist& velocity() const { return velocity_; }
 
  private:
   /// Number of the k-th unknown of a fit among the filter's: twist, velocity, shifts.
