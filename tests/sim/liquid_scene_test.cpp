@@ -293,6 +293,26 @@ TEST(LiquidScene, LiftsACube) {
   EXPECT_NEAR((floor_N - lift_N) / (particles * 1000 * 9.81 * d * d * d), 1, 0.02);
 }
 
+/// 30 particles, and jets of 9 a layer: from the third on, older ones leave, and the user is told what helps.
+TEST(LiquidScene, TellsWhenTheOldestLeave) {
+  Scene scene = pool_scene();
+  scene.fluid->blocks = {{{{0, 0, 0}, {5 * kSpacing, kSpacing, 3 * kSpacing}}, {}}};
+  scene.fluid->emitters.resize(1);
+  scene.fluid->emitters[0].position_m = {0, 0.3, 0};
+  scene.fluid->emitters[0].radius_m = 2 * kSpacing;
+  scene.fluid->max_particles = 30;
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  simulation.step(nullptr, 0);
+  const StepReport report = simulation.step(nullptr, 0.2);
+  EXPECT_EQ(report.liquid.here, 30);
+  EXPECT_EQ(report.liquid.replaced, report.liquid.placed + report.liquid.emitted - 30);
+  const auto is_full = [](const Notice& n) { return n.code == "liquid.full"; };
+  const auto notice = std::find_if(report.notices.begin(), report.notices.end(), is_full);
+  ASSERT_NE(notice, report.notices.end());
+  EXPECT_NE(notice->remedy.find("fluid.max_particles"), std::string::npos);
+}
+
 TEST(LiquidScene, RefusesStepsThatAreTooLong) {
   Scene scene = pool_scene();
   scene.frame.substeps = 5;
