@@ -6,9 +6,12 @@
 namespace tactus::bench {
 namespace {
 bool (*stop_asked)() = nullptr;
-}
+std::string wanted_case;  // empty: all
+}  // namespace
 
 void set_stop(bool (*asked)()) { stop_asked = asked; }
+void set_wanted_case(const std::string& text) { wanted_case = text; }
+bool is_wanted(const std::string& name) { return name.find(wanted_case) != std::string::npos; }
 void check_stop() {
   if (stop_asked != nullptr && stop_asked()) throw Stopped();
 }

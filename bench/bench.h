@@ -44,6 +44,9 @@ struct Stopped : std::runtime_error {
 };
 /// From now on `asked` is polled within benchmarks, never inside of what is timed (default: nobody asks).
 void set_stop(bool (*asked)());
+/// From now on only cases whose name holds `text` are run, by those who ask is_wanted() (default: all are).
+void set_wanted_case(const std::string& text);
+bool is_wanted(const std::string& name);
 /// For loops that don't use time_ms. @throws Stopped.
 void check_stop();
 /// The rows that `measure` appends; when it is stopped, those that were finished.

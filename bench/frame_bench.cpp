@@ -130,7 +130,8 @@ constexpr PaperFrame kTable5[] = {
 /// Scenes below the working directory, all their frames: host masks to the surfaces on the device.
 Rows run_frame(const std::string& device_text) {
   Rows rows;
-  for (const FrameCase& c : kCases) rows.push_back(run_case(c, device_text));
+  for (const FrameCase& c : kCases)
+    if (is_wanted(c.scene)) rows.push_back(run_case(c, device_text));
   return rows;
 }
 
@@ -138,6 +139,7 @@ Rows run_frame(const std::string& device_text) {
 Rows run_table5(const std::string& device_text) {
   return collect([&](Rows& rows) {
     for (const PaperFrame& paper : kTable5) {
+      if (!is_wanted(paper.scene)) continue;
       nlohmann::json row = run_case({"table5", paper.scene, paper.resolution, paper.frames, 0}, device_text);
       const double paper_ms = paper.on(DeviceSet(device_text));
       row["case"] = paper.scene;

@@ -256,8 +256,8 @@ TEST(Liquid, LeavesThroughAnOpenFace) {
   EXPECT_LT(before, 120U);
 }
 
-/// A jet falls into a sink. After every tenth of a second, what was placed and emitted is here or taken; with
-/// TACTUS_LONG_TESTS=1, for 60 s.
+/// A jet falls into a sink. After every tenth of a second, what was placed and emitted is here, taken or
+/// replaced; with TACTUS_LONG_TESTS=1, for 60 s.
 TEST_P(LiquidOn, KeepsItsBooks) {
   const float d = 0.01F;
   const int tenths = long_tests() ? 600 : 8;
@@ -278,12 +278,48 @@ TEST_P(LiquidOn, KeepsItsBooks) {
       liquid.step({.dt_s = 0.1F / static_cast<float>(steps), .gravity_m_s2 = kGravity});
     const LiquidReport r = report_of(ctx, liquid);
     EXPECT_EQ(r.placed, 200U);
-    EXPECT_EQ(r.placed + r.emitted, static_cast<std::uint32_t>(r.here) + r.taken);
+    EXPECT_EQ(r.placed + r.emitted, static_cast<std::uint32_t>(r.here) + r.taken + r.replaced);
     EXPECT_EQ(static_cast<std::size_t>(r.here), liquid.particles().size());
     // 0.5 m/s over 0.01 m is 50 layers a second, the first at once.
-    EXPECT_NEAR(r.emitted + r.waiting, layer * std::min(5 * k, 50 * tenths / 16), layer);
+    EXPECT_NEAR(r.emitted, layer * std::min(5 * k, 50 * tenths / 16), layer);
   }
   EXPECT_GT(report_of(ctx, liquid).taken, 300U);
+}
+
+/// Two jets into a box that nothing leaves. Once it has its 120 particles, those that come replace as many,
+/// and exactly the newest are here. Ids grow past 2^11, so that more than one digit of them is looked at.
+TEST_P(LiquidOn, AtTheCapTheOldestLeave) {
+  const float d = 0.01F;
+  DeviceSet set(GetParam(), 5);
+  ExecContext& ctx = set.context(0);
+  LiquidSettings settings = pool_settings(d, {0.1F, 0.1F, 0.1F});
+  settings.solver = LiquidSolver::dfsph;
+  settings.iterations = 1;
+  settings.emitters = {{.position_m = {0.03F, 0.15F, 0.05F}, .radius_m = 0.02F, .speed_m_s = 1},
+                       {.position_m = {0.07F, 0.15F, 0.05F}, .radius_m = 0.01F, .speed_m_s = 1}};
+  settings.max_particles = 120;
+  settings.least_particles = 1;
+  Liquid liquid(set, settings);
+  std::vector<LiquidParticle> placed(100);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const auto k = static_cast<float>(i % 10), row = static_cast<float>(i / 10);
+    placed[i].x_m = {0.005F + d * k, 0.005F, 0.005F + d * row};
+  }
+  liquid.place(placed);
+  std::uint32_t came = 0;
+  for (int k = 0; k < 700; ++k) {
+    liquid.step({.dt_s = liquid.largest_step_s(), .gravity_m_s2 = kGravity});
+    if (k % 20 != 19 && k > 20) continue;
+    const LiquidReport r = report_of(ctx, liquid);
+    came = r.placed + r.emitted;
+    ASSERT_EQ(r.here, std::min(static_cast<int>(came), 120)) << k;
+    ASSERT_EQ(r.replaced, came - static_cast<std::uint32_t>(r.here)) << k;
+    ASSERT_EQ(r.waiting, 0U);
+    Index next = static_cast<Index>(r.replaced);
+    for (const LiquidParticle& p : liquid.particles()) ASSERT_EQ(p.id, next++) << k;
+    ASSERT_EQ(next, static_cast<Index>(came));
+  }
+  EXPECT_GT(came, 1U << 11);
 }
 
 /// The tip of a dam that breaks, against Koshizuka & Oka 1996, on a slice of four spacings. Experiments lose

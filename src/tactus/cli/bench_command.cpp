@@ -29,8 +29,14 @@ void print_row(const nlohmann::json& row) {
   std::fflush(stdout);
 }
 
-void run_benchmarks(const std::string& name, const std::string& devices, const std::string& json_path) {
+struct BenchOptions {
+  std::string name = "all", wanted_case, devices = "auto", json_path;
+};
+
+void run_benchmarks(const BenchOptions& options) {
+  const auto& [name, wanted_case, devices, json_path] = options;
   if (!json_path.empty()) output_is_writable(json_path);
+  bench::set_wanted_case(wanted_case);
   parse_devices(devices);  // what is not here is told before the table begins
   bench::set_stop(interrupted);
   std::vector<std::string> names{"all"};
@@ -59,19 +65,18 @@ void run_benchmarks(const std::string& name, const std::string& devices, const s
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
-  struct Options {
-    std::string name = "all", devices = "auto", json_path;
-  };
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench", "Time the parts, beside a reference and a floor");
   std::string list = "all";
   for (const bench::Benchmark& b : bench::benchmarks()) list += ", " + b.name + " (" + b.what + ")";
   command->add_option("name", options->name, list)->capture_default_str();
   command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->capture_default_str();
+  command->add_option("--case", options->wanted_case,
+                      "of frame and table5 only the scenes whose name holds this, as fig19");
   add_output(*command, "--json", options->json_path, "write the rows (-: standard output)");
   command->footer("Example:\n  tactus bench hull --devices cpu --json hull.json");
-  command->callback([options] { run_benchmarks(options->name, options->devices, options->json_path); });
+  command->callback([options] { run_benchmarks(*options); });
 }
 
 }  // namespace tactus

@@ -80,10 +80,11 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
   return json;
 }
 
-/// The books of the liquid, frame by frame: placed + emitted = here + taken, exactly.
+/// The books of the liquid, frame by frame: placed + emitted = here + taken + replaced, exactly.
 nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& liquid) {
   nlohmann::json json{{"particle_m3", liquid.spacing_m * liquid.spacing_m * liquid.spacing_m}};
-  for (const char* key : {"particles", "placed", "emitted", "waiting", "taken", "fastest_m_s", "densest"})
+  for (const char* key :
+       {"particles", "placed", "emitted", "waiting", "taken", "replaced", "fastest_m_s", "densest"})
     json[key] = nlohmann::json::array();
   for (const LiquidReport& r : summary.liquid) {
     json["particles"].push_back(r.here);
@@ -91,6 +92,7 @@ nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& l
     json["emitted"].push_back(r.emitted);
     json["waiting"].push_back(r.waiting);
     json["taken"].push_back(r.taken);
+    json["replaced"].push_back(r.replaced);
     json["fastest_m_s"].push_back(r.fastest_m_s);
     json["densest"].push_back(r.densest);
   }

@@ -1,6 +1,7 @@
 #include "tactus/contact/body_pairs.h"
 
 #include <algorithm>
+#include "tactus/contact/pair_bound_kernels.h"
 #include "tactus/contact/pair_cut_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 
@@ -60,6 +61,9 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   used_ = zeros(bodies.size() * bodies.size());
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
+  cube_bounds_ = Buffer<float>(ctx.device(), 6 * patch_cubes_.room());
+  cube_places_ = Buffer<CubePlace>(ctx.device(), patch_cubes_.room());
+  body_wakes_ = Buffer<std::uint32_t>(ctx.device(), size_of(bodies));
   patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
   last_x_ = to_device(ctx, std::vector<Vec3f>(at(patch_nodes_.room())));
   self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
@@ -147,11 +151,11 @@ PairTable BodyPairs::table() const {
 }
 
 PairState BodyPairs::state() {
-  return {patch_box_.view(),   body_box_.view(),    patch_way_.view(),   last_x_.view(),
-          self_motion_.view(), group_sleep_.view(), point_sleep_.view(), group_active_.view(),
-          contact_.view(),     row_weight_.view(),  cube_list_.view(),   next_.view(),
-          recorded_.view(),    records_.view(),     moved_on_.view(),    used_.view(),
-          smallest_mass_kg_};
+  return {patch_box_.view(),   body_box_.view(),    {cube_bounds_.view()}, cube_places_.view(),
+          body_wakes_.view(),  patch_way_.view(),   last_x_.view(),        self_motion_.view(),
+          group_sleep_.view(), point_sleep_.view(), group_active_.view(),  contact_.view(),
+          row_weight_.view(),  cube_list_.view(),   next_.view(),          recorded_.view(),
+          records_.view(),     moved_on_.view(),    used_.view(),          smallest_mass_kg_};
 }
 
 void BodyPairs::begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
@@ -161,8 +165,10 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   const PairState s = state();
   ctx.parallel_for("contact/bound patches", patches_.size(), BoundPatches{t, s});
   ctx.parallel_for("contact/bound bodies", bodies_.size(), BoundBodies{t, s});
+  const Index touch_others = touch_others_ ? 1 : 0;
+  ctx.parallel_for("contact/bound cubes", patches_.size(), BoundCubes{t, s, touch_others});
   ctx.parallel_for("contact/find pairs", groups_.size(),
-                   FindPairs{t, s, settings_.restitution, settings_.friction, touch_others_ ? 1 : 0});
+                   FindPairs{t, s, settings_.restitution, settings_.friction, touch_others});
   ctx.parallel_for("contact/pair impulses", groups_.size(), PairImpulses{t, s, poses});
   ctx.parallel_for("contact/move pairs", nodes_.size(), MovePairs{t, s});
 }

@@ -146,7 +146,10 @@ struct SearchContacts {
     });
     // Where the new list is too short, a GPU's lanes look for the gap together.
     constexpr int kRounds = Block::kIsLoop ? 1 : 2;
-    for (int round = 0; round < kRounds && p.now == PointFinding::Now::lost; ++round) {
+    for (int round = 0; round < kRounds; ++round) {
+      const bool is_lost = p.now == PointFinding::Now::lost;
+      b.barrier();  // the search may say something else at once
+      if (!is_lost) break;
       finder.search(b, i, s.found.surface, p, s.search, round == 0);
       if (p.now != PointFinding::Now::listed) break;
       s.found.see_list(b, finder, i);

@@ -5,6 +5,7 @@
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/near_wall_kernels.h"
 #include "tactus/contact/pair_cut_kernels.h"
+#include "tactus/contact/pair_bound_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 #include "tactus/contact/paper_kernels.h"
@@ -61,6 +62,7 @@ TACTUS_CUDA_KERNEL(tactus::CopyElements<tactus::Vec3f>);
 TACTUS_CUDA_KERNEL(tactus::CopyElements<tactus::Vec3i>);
 TACTUS_CUDA_KERNEL(tactus::BoundPatches);
 TACTUS_CUDA_KERNEL(tactus::BoundBodies);
+TACTUS_CUDA_KERNEL(tactus::BoundCubes);
 TACTUS_CUDA_KERNEL(tactus::FindPairs);
 TACTUS_CUDA_KERNEL(tactus::PairImpulses);
 TACTUS_CUDA_KERNEL(tactus::SetSolidCubes);

@@ -10,92 +10,6 @@
 
 namespace tactus {
 
-/// Block: patch. The box of its nodes; no point touches in its cubes so far.
-struct BoundPatches {
-  static constexpr int kThreads = 64, kGrain = 8;
-  PairTable table;
-  PairState state;
-  struct Shared {
-    PatchBox of_thread[kThreads];
-    float way2_m2[kThreads];
-  };
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const CubePatch& patch = table.patches[b.index()];
-    const ContactNodes& nodes = table.bodies[patch.body].nodes;
-    const bool is_self = table.bodies[patch.body].self != SelfTouch::none;
-    const Vec3f shift = state.self_motion[patch.body].shift_m;
-    const IndexRange own = table.patch_nodes.ranges[b.index()], cubes = table.patch_cubes.ranges[b.index()];
-    const int lanes = min(Index(kThreads), own.end - own.begin);
-    b.for_threads(lanes, [&](int t) {
-      PatchBox box = PatchBox::empty();
-      float way2 = 0;
-      for (Index k = own.begin + t; k < own.end; k += kThreads) {
-        const Vec3f x = nodes.x_m[table.patch_nodes.values[k]];
-        box = {min(box.min_m, x), max(box.max_m, x)};
-        if (!is_self) continue;
-        const Vec3f way = x - state.last_x_m[k] - shift;
-        way2 = max(way2, dot(way, way));
-        state.last_x_m[k] = x;
-      }
-      s.of_thread[t] = box;
-      s.way2_m2[t] = way2;
-      for (Index c = cubes.begin + t; c < cubes.end; c += lanes)
-        state.cube_list[table.patch_cubes.values[c]] = 0;
-    });
-    b.on_one_thread([&] {
-      PatchBox box = PatchBox::empty();
-      float way2 = 0;
-      for (int t = 0; t < lanes; ++t) {
-        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
-        way2 = max(way2, s.way2_m2[t]);
-      }
-      state.patch_box[b.index()] = box;
-      state.patch_way_m[b.index()] = tactus::sqrt(way2);
-    });
-  }
-};
-
-/// Block: body. The box of its patches.
-struct BoundBodies {
-  static constexpr int kThreads = 128;
-  PairTable table;
-  PairState state;
-  struct Shared {
-    PatchBox of_thread[kThreads];
-    float way_m[kThreads];
-  };
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const PairBody& body = table.bodies[b.index()];
-    b.for_each_thread([&](int t) {
-      PatchBox box = PatchBox::empty();
-      float way = 0;
-      for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
-        way = max(way, state.patch_way_m[p]);
-        box.min_m = min(box.min_m, state.patch_box[p].min_m);
-        box.max_m = max(box.max_m, state.patch_box[p].max_m);
-      }
-      s.of_thread[t] = box;
-      s.way_m[t] = way;
-    });
-    b.on_one_thread([&] {
-      PatchBox box = s.of_thread[0];
-      float way = s.way_m[0];
-      for (int t = 1; t < kThreads; ++t) {
-        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
-        way = max(way, s.way_m[t]);
-      }
-      state.body_box[b.index()] = box;
-      SelfMotion& motion = state.self_motion[b.index()];
-      const Vec3f middle = 0.5F * (box.min_m + box.max_m);
-      motion.moved += SelfMotion::units(way, body.spacing_m);
-      motion.shift_m = middle - motion.middle_m;
-      motion.middle_m = middle;
-    });
-  }
-};
-
 TACTUS_HD inline std::uint32_t signed_units(float weight, int sign) {
   const std::uint32_t units = PointWeights::quantized(weight);
   return sign > 0 ? units : 0U - units;
@@ -115,20 +29,23 @@ TACTUS_HD inline void add_pair_weights(const PairTable& table, const PairState& 
   }
 }
 
-/// Block: group of points.
+/// Block: group of points. On a GPU several threads look for each: all points wait for those that search.
 struct FindPairs {
-  static constexpr int kThreads = kGroupPoints, kGrain = 4;
+  static constexpr int kThreads = 512, kGrain = 4;
   PairTable table;
   PairState state;
   float restitution, friction;
   Index touch_others;
+  enum class Self : std::uint8_t { sleeps, inside, sought };
   struct Shared {
     int near[kThreads], near_count;  ///< patches that may hold points of the group, from the first of a row
-    float reach2_m2[kThreads];       ///< of those: no cube is larger
-    Vec3f x_m[kThreads], q[kThreads];
-    Index cube[kThreads];    ///< that the point is in; -1: none
-    float free_m[kThreads];  ///< no cube of its own body is nearer
-    std::uint32_t active;
+    int sought[kGroupPoints], sought_count;  ///< points that are looked for there
+    std::uint32_t first[kGroupPoints];       ///< cube of those patches that a point is in, in their order
+    Vec3f x_m[kGroupPoints], q[kGroupPoints];
+    Index cube[kGroupPoints];              ///< that the point is in; -1: none
+    Self self[kGroupPoints];               ///< whether the point looks for its own body
+    std::uint32_t free2_m2[kGroupPoints];  ///< bits of a squared distance: no cube of its own body is nearer
+    std::uint32_t active, sleep_m;
   };
 
   template <class Block>
@@ -152,61 +69,51 @@ struct FindPairs {
     if (is_self) search_itself(b, s, group, box);
     for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
-      const Index end = table.bodies[body].end_patch;
-      for (Index first = table.bodies[body].first_patch; first < end; first += kThreads) {
-        const auto is_near = [&](int t) { return box.meets(state.patch_box[first + t], slack_m(group)); };
-        b.compact(min(Index(kThreads), end - first), is_near, s.near, &s.near_count);
-        b.for_threads(s.near_count, [&](int n) { s.reach2_m2[n] = largest_cube2_m2(first + s.near[n]); });
-        b.for_threads(group.count, [&](int t) { search(group, t, first, is_one, s); });
-      }
+      search(
+          b, s, group, table.bodies[body],
+          [&](const PatchBox& patch) { return box.meets(patch, slack_m(group)); },
+          [&](int t) { return s.cube[t] < 0; },
+          [&](int n, int t, Index patch) { search_patch<row_of<Block>()>(group, n, t, patch, is_one, s); });
     }
     b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
-    b.on_one_thread([&] {
-      state.group_active[b.index()] = s.active;
-      if (is_self) state.group_sleep[b.index()] = sleep_of(group);
-    });
+    if (is_self) note_sleep(b, s, group);
+    b.on_one_thread([&] { state.group_active[b.index()] = s.active; });
   }
 
  private:
-  /// Points may stick out of all cubes by that much.
-  TACTUS_HD float slack_m(const PointGroup& group) const { return 0.1F * table.bodies[group.body].spacing_m; }
+  TACTUS_HD float slack_m(const PointGroup& group) const {
+    return PairTable::slack_m(table.bodies[group.body]);
+  }
   TACTUS_HD bool may_meet(const PointGroup& group, const PatchBox& box, Index body) const {
     return body != group.body && touch_others != 0 && box.meets(state.body_box[body], slack_m(group));
-  }
-  TACTUS_HD static Vec3f middle_of(const ContactNodes& nodes, const SolidCube& cube) {
-    return 0.5F * (nodes.x_m[cube.node[0]] + nodes.x_m[cube.node[7]]);
   }
   TACTUS_HD bool may_meet_itself(Index group) const {
     const Index body = table.groups[group].body;
     return table.bodies[body].self != SelfTouch::none &&
            state.self_motion[body].may_wake(state.group_sleep[group], table.bodies[body].spacing_m);
   }
-  /// Squared: no point of a cube of the patch is farther from the cube's middle.
-  TACTUS_HD float largest_cube2_m2(Index patch) const {
-    const IndexRange cubes = table.patch_cubes.ranges[patch];
-    const ContactNodes& nodes = table.bodies[table.patches[patch].body].nodes;
-    float most = 0;
-    for (Index c = cubes.begin; c < cubes.end; ++c) {
-      const SolidCube& cube = table.cubes[table.patch_cubes.values[c]];
-      const Vec3f middle = middle_of(nodes, cube);
-      for (int k = 0; k < 7; ++k) {
-        const Vec3f d = nodes.x_m[cube.node[k]] - middle;
-        most = max(most, dot(d, d));
-      }
+  /// What decides which cubes of its own body a point may touch.
+  struct OwnPlace {
+    PointRest rest;
+    Index part;
+    SelfTouch self;
+    Index is_cut;
+    /// At q in that cube, or anywhere within `slack` spacings of there.
+    TACTUS_HD bool may_touch(const CubePlace& cube, Vec3f q, float slack) const {
+      const Vec3f apart = vec_cast<float>(cube.cell) + q - rest.p;
+      if (self == SelfTouch::all && dot(apart, apart) > sqr(kSelfSpacings - slack)) return true;
+      if (is_cut == 0) return false;
+      const bool is_on_wall = dot(rest.wall, rest.wall) > 0.F;
+      return (is_on_wall && dot(apart, rest.wall) > kBeyondWall - slack) || cube.part != part;
     }
-    return 1.001F * most;
+  };
+  TACTUS_HD OwnPlace own_place(Index body, Index point) const {
+    const PairBody& own = table.bodies[body];
+    return {table.rest[point], table.part[table.rows[8 * point]], own.self, own.is_cut};
   }
-  TACTUS_HD bool is_apart(Index point, Index group_body, const SolidCube& cube, Vec3f q) const {
-    return cube.body != group_body || may_touch(point, cube, q, 0.F);
-  }
-  /// Whether a point may touch its own body there, or anywhere within `slack` spacings.
-  TACTUS_HD bool may_touch(Index point, const SolidCube& cube, Vec3f q, float slack) const {
-    const PointRest& rest = table.rest[point];
-    const Vec3f apart = vec_cast<float>(cube.cell) + q - rest.p;
-    const PairBody& body = table.bodies[cube.body];
-    if (body.self == SelfTouch::all && dot(apart, apart) > sqr(kSelfSpacings - slack)) return true;
-    return body.is_cut != 0 && (dot(apart, rest.wall) > kBeyondWall - slack * length(rest.wall) ||
-                                table.part[table.rows[8 * point]] != table.part[cube.row[0]]);
+  TACTUS_HD bool is_apart(Index point, Index body, const SolidCube& cube, Vec3f q) const {
+    return cube.body != body ||
+           own_place(body, point).may_touch({cube.cell, table.part[cube.row[0]]}, q, 0.F);
   }
   /// A point is in its own material, to rounding, and must not touch it.
   static constexpr float kBeyondWall = 1e-3F;
@@ -217,34 +124,89 @@ struct FindPairs {
     s.x_m[t] = table.bodies[group.body].nodes.position(table.points[i]);
     s.cube[t] = -1;
     const PairContact& contact = state.contact[i];
-    if (contact.cube >= 0) settle(group, t, contact.cube, contact.q, is_one, s);
+    Vec3f q = contact.q;
+    if (contact.cube < 0 || !is_in(group, t, contact.cube, is_one, s, q)) return;
+    s.cube[t] = contact.cube;
+    s.q[t] = q;
   }
-  /// Whether the point is in that cube, and need not be looked for elsewhere.
-  TACTUS_HD bool settle(const PointGroup& group, int t, Index c, Vec3f q, bool is_one, Shared& s) const {
+  /// Whether the point is in that cube, and need not be looked for elsewhere. @param q where, from a guess
+  TACTUS_HD bool is_in(const PointGroup& group, int t, Index c, bool is_one, const Shared& s,
+                       Vec3f& q) const {
     const SolidCube& cube = table.cubes[c];
     const CubeMap map = CubeCorners::map(table.bodies[cube.body].nodes, cube);
     if (!map.find(s.x_m[t], q) || !is_apart(group.first + t, group.body, cube, q)) return false;
-    if (!is_one && !(table.samples.at(c, q).distance_m < 0.F)) return false;
-    s.cube[t] = c;
-    s.q[t] = q;
-    return true;
+    return is_one || table.samples.at(c, q).distance_m < 0.F;
   }
-  TACTUS_HD void search(const PointGroup& group, int t, Index first, bool is_one, Shared& s) const {
-    const Vec3f x = s.x_m[t];
-    for (int n = 0; n < s.near_count && s.cube[t] < 0; ++n) {
-      const Index p = first + s.near[n];
-      if (!state.patch_box[p].holds(x)) continue;
-      const IndexRange cubes = table.patch_cubes.ranges[p];
-      const ContactNodes& nodes = table.bodies[table.patches[p].body].nodes;
-      const Vec3f middle{0.5F, 0.5F, 0.5F};
-      for (Index k = cubes.begin; k < cubes.end; ++k) {
-        const Index c = table.patch_cubes.values[k];
-        const SolidCube& cube = table.cubes[c];
-        const Vec3f d = x - middle_of(nodes, cube);
-        if (!(dot(d, d) <= s.reach2_m2[n])) continue;
-        if (settle(group, t, c, middle, is_one, s)) break;
-      }
+
+  static constexpr std::uint32_t kNone = ~0U;
+  static constexpr int kCubeBits = 22;
+  /// Where cube k of the n-th patch that is near comes among the cubes of all of those.
+  TACTUS_HD static std::uint32_t order(int n, Index k) {
+    static_assert(kThreads < 1 << (32 - kCubeBits) && kGroupPoints <= kThreads);
+    return static_cast<std::uint32_t>(n) << kCubeBits | static_cast<std::uint32_t>(k);
+  }
+  static constexpr Vec3f kMiddle{0.5F, 0.5F, 0.5F};
+
+  /// look(n, t, patch) for all points t with seeks(t) and patches of a body with is_near(box); notes the
+  /// first cube that a point is in. On a GPU all threads share the work, of however few points.
+  template <class Block, class N, class S, class L>
+  TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
+                        S&& seeks, L&& look) const {
+    for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
+      b.compact(
+          min(Index(kThreads), body.end_patch - row),
+          [&](int t) { return is_near(state.patch_box[row + t]); }, s.near, &s.near_count);
+      b.compact(group.count, seeks, s.sought, &s.sought_count);
+      const int patches = s.near_count, points = s.sought_count;
+      if (patches == 0 || points == 0) continue;
+      b.for_range(points, [&](int p) { s.first[s.sought[p]] = kNone; });
+      b.for_range(patches * points,
+                  [&](int e) { look(e / points, s.sought[e % points], row + s.near[e / points]); });
+      b.for_range(points, [&](int p) {
+        const int t = s.sought[p];
+        if (s.first[t] == kNone) return;
+        const IndexRange cubes = table.patch_cubes.ranges[row + s.near[s.first[t] >> kCubeBits]];
+        s.cube[t] =
+            table.patch_cubes.values[cubes.begin + static_cast<Index>(s.first[t] & ((1U << kCubeBits) - 1U))];
+        Vec3f q = kMiddle;
+        CubeCorners::map(body.nodes, table.cubes[s.cube[t]]).find(s.x_m[t], q);
+        s.q[t] = q;
+      });
     }
+  }
+  /// f(k, squared distance) for cubes of a patch whose boxes are no farther than limit2_m2() squared, until f
+  /// says false. Looks at kRow of them at once.
+  template <int kRow, class L, class F>
+  TACTUS_HD void for_cubes_within(Index patch, Vec3f x, L&& limit2_m2, F&& f) const {
+    const IndexRange cubes = table.patch_cubes.ranges[patch];
+    if (state.patch_box[patch].distance2_m2(x) > limit2_m2()) return;
+    for (Index row = cubes.begin; row < cubes.end; row += kRow) {
+      const int count = min(Index(kRow), cubes.end - row);
+      float away2_m2[kRow];
+      if (state.cube_boxes.distances2_m2(row, count, x, away2_m2) > limit2_m2()) continue;
+      for (int k = 0; k < count; ++k)
+        if (away2_m2[k] <= limit2_m2() && !f(row + k - cubes.begin, away2_m2[k])) return;
+    }
+  }
+  template <class Block>
+  static constexpr int row_of() {
+    return Block::kIsLoop ? 16 : 1;
+  }
+  template <int kRow>
+  TACTUS_HD void search_patch(const PointGroup& group, int n, int t, Index patch, bool is_one,
+                              Shared& s) const {
+    const auto within2_m2 = [&] { return atomic_load(s.first[t]) < order(n, 0) ? -1.F : 0.F; };
+    for_cubes_within<kRow>(patch, s.x_m[t], within2_m2,
+                           [&](Index k, float) { return !note_first(group, n, t, patch, k, is_one, s); });
+  }
+  /// Returns whether the point is in that cube.
+  TACTUS_HD bool note_first(const PointGroup& group, int n, int t, Index patch, Index k, bool is_one,
+                            Shared& s) const {
+    Vec3f q = kMiddle;
+    const Index cube = table.patch_cubes.values[table.patch_cubes.ranges[patch].begin + k];
+    if (!is_in(group, t, cube, is_one, s, q)) return false;
+    atomic_min(s.first[t], order(n, k));
+    return true;
   }
 
   /// Patches and cubes of the point's own body; notes how far they are.
@@ -253,62 +215,59 @@ struct FindPairs {
                                const PatchBox& box) const {
     const PairBody& body = table.bodies[group.body];
     const SelfMotion& motion = state.self_motion[group.body];
+    const float farthest_m = kFarthest * body.spacing_m;
     b.for_threads(group.count, [&](int t) {
-      // What touches its own body is looked at every time; what sleeps isn't: < 0.
+      // What touches its own body is looked at every time.
       const bool sleeps = !motion.may_wake(state.point_sleep[group.first + t], body.spacing_m);
       const bool is_there = s.cube[t] >= 0 && table.cubes[s.cube[t]].body == group.body;
-      s.free_m[t] = is_there ? 0.F : sleeps ? -1.F : farthest_m(body);
+      s.self[t] = is_there ? Self::inside : sleeps ? Self::sleeps : Self::sought;
+      s.free2_m2[t] = std::bit_cast<std::uint32_t>(is_there ? 0.F : sqr(farthest_m));
     });
-    for (Index first = body.first_patch; first < body.end_patch; first += kThreads) {
-      const auto is_near = [&](int t) { return box.meets(state.patch_box[first + t], farthest_m(body)); };
-      b.compact(min(Index(kThreads), body.end_patch - first), is_near, s.near, &s.near_count);
-      b.for_threads(s.near_count, [&](int n) { s.reach2_m2[n] = largest_cube2_m2(first + s.near[n]); });
-      b.for_threads(group.count, [&](int t) {
-        if (s.free_m[t] > 0.F) search_itself(group, t, first, s);
-      });
-    }
+    search(
+        b, s, group, body, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
+        [&](int t) { return s.self[t] == Self::sought && s.free2_m2[t] > 0U; },
+        [&](int n, int t, Index patch) { search_own_patch<row_of<Block>()>(group, n, t, patch, s); });
     const float least_m = body.is_cut != 0 ? kWallSleep * body.spacing_m : 0.F;
     b.for_threads(group.count, [&](int t) {
-      if (s.free_m[t] >= 0.F) state.point_sleep[group.first + t] = {motion.moved, max(s.free_m[t], least_m)};
+      if (s.self[t] != Self::sleeps)
+        state.point_sleep[group.first + t] = {
+            motion.moved, max(tactus::sqrt(std::bit_cast<float>(s.free2_m2[t])), least_m)};
     });
   }
   /// What lies on a wall has the other wall beside it always. It is looked for again once nodes have moved by
   /// half of that, in spacings.
   static constexpr float kWallSleep = 0.01F;
-  /// No more is asked of how far the point's own body is.
-  TACTUS_HD static float farthest_m(const PairBody& body) { return 1.5F * body.spacing_m; }
-  TACTUS_HD void search_itself(const PointGroup& group, int t, Index first, Shared& s) const {
-    const Vec3f x = s.x_m[t], middle{0.5F, 0.5F, 0.5F};
-    const ContactNodes& nodes = table.bodies[group.body].nodes;
-    for (int n = 0; n < s.near_count; ++n) {
-      const Index p = first + s.near[n];
-      const float reach = tactus::sqrt(s.reach2_m2[n]);
-      if (state.patch_box[p].distance2_m2(x) > sqr(s.free_m[t])) continue;
-      const IndexRange cubes = table.patch_cubes.ranges[p];
-      for (Index k = cubes.begin; k < cubes.end; ++k) {
-        const Index c = table.patch_cubes.values[k];
-        const SolidCube& cube = table.cubes[c];
-        // No point of the cube is farther from its middle than 0.87.
-        if (!may_touch(group.first + t, cube, middle, 0.87F)) continue;
-        const Vec3f d = x - middle_of(nodes, cube);
-        const float d2 = dot(d, d);
-        if (d2 >= sqr(s.free_m[t] + reach)) continue;
-        s.free_m[t] = max(tactus::sqrt(d2) - reach, 0.F);
-        if (s.free_m[t] == 0.F && (s.cube[t] >= 0 || settle(group, t, c, middle, false, s))) return;
-      }
-    }
+  /// No more is asked of how far the point's own body is, in spacings.
+  static constexpr float kFarthest = 1.5F;
+
+  /// The least of distances doesn't depend on their order: nothing is left out that could change it.
+  template <int kRow>
+  TACTUS_HD void search_own_patch(const PointGroup& group, int n, int t, Index patch, Shared& s) const {
+    const auto free2_m2 = [&] { return std::bit_cast<float>(atomic_load(s.free2_m2[t])); };
+    const Index first = table.patch_cubes.ranges[patch].begin;
+    if (state.patch_box[patch].distance2_m2(s.x_m[t]) > free2_m2()) return;
+    const OwnPlace own = own_place(group.body, group.first + t);
+    for_cubes_within<kRow>(patch, s.x_m[t], free2_m2, [&](Index k, float away2_m2) {
+      // No point of the cube is farther from its middle at rest than 0.87.
+      if (!own.may_touch(state.cube_places[first + k], kMiddle, 0.87F)) return true;
+      atomic_min(s.free2_m2[t], std::bit_cast<std::uint32_t>(away2_m2));
+      if (away2_m2 > 0.F) return true;
+      if (s.cube[t] >= 0 || atomic_load(s.first[t]) < order(n, k)) return false;
+      return !note_first(group, n, t, patch, k, false, s);
+    });
   }
   /// Of a group whose points were just looked at.
-  TACTUS_HD SelfSleep sleep_of(const PointGroup& group) const {
+  template <class Block>
+  TACTUS_HD void note_sleep(const Block& b, Shared& s, const PointGroup& group) const {
     const SelfMotion& motion = state.self_motion[group.body];
     const float unit_m = 2 * SelfMotion::kUnit * table.bodies[group.body].spacing_m;
-    SelfSleep least{motion.moved, 1e30F};
-    for (Index i = group.first; i < group.first + group.count; ++i) {
-      const SelfSleep& sleep = state.point_sleep[i];
+    b.on_one_thread([&] { s.sleep_m = std::bit_cast<std::uint32_t>(1e30F); });
+    b.for_threads(group.count, [&](int t) {
+      const SelfSleep& sleep = state.point_sleep[group.first + t];
       const float left = sleep.free_m - unit_m * static_cast<float>(motion.moved - sleep.since);
-      least.free_m = min(least.free_m, left);
-    }
-    return least;
+      atomic_min(s.sleep_m, std::bit_cast<std::uint32_t>(max(left, 0.F)));
+    });
+    b.on_one_thread([&] { state.group_sleep[b.index()] = {motion.moved, std::bit_cast<float>(s.sleep_m)}; });
   }
 
   TACTUS_HD void conclude(const PointGroup& group, int t, Shared& s) const {

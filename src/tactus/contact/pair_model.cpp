@@ -47,6 +47,7 @@ void PairModel::add(const PairedBody& b) {
   out.self = b.touches_itself ? SelfTouch::all : SelfTouch::none;
   out.first_patch = size_of(patches);
   out.first_point = size_of(points);
+  out.first_group = size_of(groups);
   const Index first_cube = size_of(cubes);
   if (b.cuttable) {
     host_.back().place_of_cube.assign(b.lattice.cubes.size(), -1);
@@ -65,6 +66,7 @@ void PairModel::add(const PairedBody& b) {
   bodies[at(body)].end_patch = size_of(patches);
   if (b.cuttable) add_room(b, body);
   bodies[at(body)].end_point = size_of(points);
+  bodies[at(body)].end_group = size_of(groups);
   add_rows(b, body, first_cube);
   for (const float m : b.lattice.node_mass_kg)
     if (m > 0) smallest_mass_kg = std::min(smallest_mass_kg, m);

@@ -74,6 +74,12 @@ struct PairSum {
       shift[a] += units(weight * c.shift_kg_m[a] * inverse_mass_1_kg, kShift);
     }
   }
+  TACTUS_HD void add(const PairSum& other) {
+    for (int a = 0; a < 3; ++a) {
+      impulse[a] += other.impulse[a];
+      shift[a] += other.shift[a];
+    }
+  }
   TACTUS_HD static Vec3f value(const std::int64_t* sum, float unit) {
     return {unit * static_cast<float>(sum[0]), unit * static_cast<float>(sum[1]),
             unit * static_cast<float>(sum[2])};
@@ -86,25 +92,46 @@ struct PairSum {
   }
 };
 
-/// Thread: node. Takes the impulses of its own points and of the points of others in its cubes.
+/// Block: node. Takes the impulses of its own points and of the points of others in its cubes. On a GPU lanes
+/// share its lists.
 struct MovePairs {
-  static constexpr int kGrain = 256;
+  static constexpr int kThreads = 32, kGrain = 256;
   PairTable table;
   PairState state;
-  TACTUS_HD void operator()(Index row) const {
+  struct Shared {
+    PairSum of_lane[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index row = b.index();
     if (state.row_weight[row] == 0U) return;
     const PairNode& at = table.nodes[row];
     const ContactNodes& nodes = table.bodies[at.body].nodes;
     if (nodes.is_held(at.node) || nodes.has_stopped()) return;
+    constexpr int kLanes = Block::kIsLoop ? 1 : kThreads;
+    b.for_threads(kLanes, [&](int lane) { s.of_lane[lane] = sum_of(row, lane, kLanes); });
+    b.on_one_thread([&] {
+      PairSum sum;
+      for (int lane = 0; lane < kLanes; ++lane) sum.add(s.of_lane[lane]);
+      const float share = state.smallest_mass_kg / nodes.mass_kg[at.node];
+      nodes.v_m_s[at.node] +=
+          nodes.free_part(at.node, share * PairSum::value(sum.impulse, PairSum::kImpulse));
+      nodes.x_m[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.shift, PairSum::kShift));
+    });
+  }
+
+ private:
+  /// Of every `lanes`-th of the row's lists, from the lane-th on.
+  TACTUS_HD PairSum sum_of(Index row, int lane, int lanes) const {
     const float inverse = 1.F / state.smallest_mass_kg;
     PairSum sum;
     const IndexRange points = table.incident_points.ranges[row], cubes = table.incident_cubes.ranges[row];
-    for (Index e = points.begin; e < points.end; ++e) {
+    for (Index e = points.begin + lane; e < points.end; e += lanes) {
       const Index entry = table.incident_points.values[e], i = entry / 8;
       if (state.contact[i].touching == 1)
         sum.add(table.points[i].weight[entry % 8], state.contact[i], inverse);
     }
-    for (Index e = cubes.begin; e < cubes.end; ++e) {
+    for (Index e = cubes.begin + lane; e < cubes.end; e += lanes) {
       const Index entry = table.incident_cubes.values[e];
       for (std::uint32_t i = state.cube_list[entry / 8]; i != 0U;
            i = state.next[static_cast<Index>(i - 1U)]) {
@@ -112,9 +139,7 @@ struct MovePairs {
         sum.add(-CubeMap::weight(contact.q, entry % 8), contact, inverse);
       }
     }
-    const float share = state.smallest_mass_kg / nodes.mass_kg[at.node];
-    nodes.v_m_s[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.impulse, PairSum::kImpulse));
-    nodes.x_m[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.shift, PairSum::kShift));
+    return sum;
   }
 };
 

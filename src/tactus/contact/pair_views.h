@@ -21,6 +21,7 @@ struct PairBody {
   ContactNodes nodes;
   Index first_patch = 0, end_patch = 0;
   Index first_point = 0, end_point = 0;
+  Index first_group = 0, end_group = 0;
   float spacing_m = 0;
   SelfTouch self = SelfTouch::none;
   Index is_cut = 0;  ///< cubes overlap, and points are in several
@@ -68,6 +69,43 @@ struct PairNode {
   Index body = 0, node = 0;
 };
 
+/// Boxes of cubes as they are deformed now; each coordinate in a row of its own, for many at once.
+struct CubeBoxes {
+  View<float> bounds_m;  ///< 6 rows: least x, y, z, largest x, y, z
+  TACTUS_HD Index room() const { return bounds_m.size() / 6; }
+  TACTUS_HD void set(Index i, const PatchBox& box) const {
+    const Index n = room();
+    const float bound[6] = {box.min_m.x, box.min_m.y, box.min_m.z, box.max_m.x, box.max_m.y, box.max_m.z};
+    for (Index k = 0; k < 6; ++k) bounds_m[k * n + i] = bound[k];
+  }
+  /// Squared distances of boxes first .. first + count - 1 from p; returns the least.
+  TACTUS_HD float distances2_m2(Index first, int count, Vec3f p, float* out_m2) const {
+    const float* least = bounds_m.data() + first;
+    const Index n = room();
+    const auto beyond = [](float low, float high) {  // 0 inside
+      const float most = low > high ? low : high;
+      return most > 0.F ? most : 0.F;
+    };
+    float nearest2_m2 = 1e30F;
+#pragma omp simd reduction(min : nearest2_m2)
+    for (int k = 0; k < count; ++k) {
+      const float x = beyond(least[k] - p.x, p.x - least[3 * n + k]),
+                  y = beyond(least[n + k] - p.y, p.y - least[4 * n + k]),
+                  z = beyond(least[2 * n + k] - p.z, p.z - least[5 * n + k]);
+      const float d2 = x * x + y * y + z * z;
+      out_m2[k] = d2;
+      nearest2_m2 = d2 < nearest2_m2 ? d2 : nearest2_m2;
+    }
+    return nearest2_m2;
+  }
+};
+
+/// What decides whether points of its own body may touch a cube.
+struct CubePlace {
+  Vec3i cell;
+  Index part = 0;
+};
+
 /// Where a point of a surface rests.
 struct PointRest {
   Vec3f p;     ///< in spacings of its lattice
@@ -105,6 +143,9 @@ struct PairTable {
   View<const Index> part;          ///< per row: of the body, which the node hangs together with
   IndexListsView incident_points;  ///< per row: 8 point + corner
   IndexListsView incident_cubes;   ///< per row: 8 cube + corner
+
+  /// Points of a body may stick out of all cubes by that much.
+  TACTUS_HD static float slack_m(const PairBody& body) { return 0.1F * body.spacing_m; }
 };
 
 /// What a point of one body wants that is inside of another, or of its own.
@@ -141,6 +182,9 @@ struct SelfMotion {
 
 struct PairState {
   View<PatchBox> patch_box, body_box;
+  CubeBoxes cube_boxes;            ///< of patch_cubes' values
+  View<CubePlace> cube_places;     ///< likewise
+  View<std::uint32_t> body_wakes;  ///< != 0: some of its points look for their own body
   View<float> patch_way_m;       ///< how far its nodes moved since the last correction, less the body's shift
   View<Vec3f> last_x_m;          ///< of patch_nodes' values
   View<SelfMotion> self_motion;  ///< of bodies

@@ -4,11 +4,11 @@
 
 namespace tactus {
 
-/// What the liquid did since it was placed. Exactly: placed + emitted = here + taken; what was to come and
-/// found no room is waiting.
+/// What the liquid did since it was placed. Exactly: placed + emitted = here + taken + replaced. The oldest
+/// are replaced when newer ones need their room; layers for which all of the room is too little are waiting.
 struct LiquidReport {
   Index here = 0;
-  std::uint32_t placed = 0, emitted = 0, taken = 0, waiting = 0;
+  std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
   float densest = 0;  ///< largest density over that at rest
@@ -18,6 +18,7 @@ struct LiquidReport {
     placed += part.placed;
     emitted += part.emitted;
     taken += part.taken;
+    replaced += part.replaced;
     waiting += part.waiting;
     fast += part.fast;
     fastest_m_s = max(fastest_m_s, part.fastest_m_s);
@@ -28,7 +29,7 @@ struct LiquidReport {
 /// The counters of that which the device goes on with.
 struct LiquidCounters {
   Index next_id = 0;
-  std::uint32_t placed = 0, emitted = 0, taken = 0;
+  std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0;
 };
 
 /// So many particles go on, and so many of them aren't copies of what another device has.
@@ -48,25 +49,24 @@ struct EmitterState {
   double from_s = 0, until_s = 0;
   Index first = 0, points = 0;  ///< of the layers' points
   double time_s = 0, next_s = 0;
-  Index waiting = 0;  ///< layers that are due and find no room
+  Index waiting = 0;  ///< layers that are due and have more points than there is room in all
   // The layer of this step:
   Index slot = -1, id = 0;  ///< of its first particle; slot -1: none
   float age_s = 0;
 };
 
-/// Decides which layers come.
+/// Decides which layers come: those that are due, of all emitters no more points in a step than there is room
+/// for particles.
 struct PlanLayers {
   StepTime time;
   View<LiquidCounters> counters;
-  View<Index> count;
+  View<Index> count, own;  ///< with copies, and without
   View<EmitterState> emitters;
   Index room;
-  View<const Index> elsewhere;  ///< (1) particles on other devices; empty: none
   TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index) const {
     LiquidCounters c = counters[0];
-    Index used = count[0];
-    const Index room_here = room - (elsewhere.empty() ? 0 : elsewhere[0]);
+    Index come = 0;
     for (Index k = 0; k < emitters.size(); ++k) {
       EmitterState e = emitters[k];
       if (!time.settles()) e.time_s += static_cast<double>(time.dt_s);
@@ -77,18 +77,19 @@ struct PlanLayers {
         e.next_s += static_cast<double>(e.layer_s);
         ++e.waiting;
       }
-      if (e.waiting > 0 && used + e.points <= room_here) {
+      if (e.waiting > 0 && come + e.points <= room) {
         if (!is_due) e.age_s = 0;
         --e.waiting;
-        e.slot = used;
+        e.slot = count[0] + come;
         e.id = c.next_id;
-        used += e.points;
+        come += e.points;
         c.next_id += e.points;
         c.emitted += static_cast<std::uint32_t>(e.points);
       }
       emitters[k] = e;
     }
-    count[0] = used;
+    count[0] += come;
+    own[0] += come;
     counters[0] = c;
   }
 };
@@ -168,6 +169,7 @@ struct ReportLiquid {
     r.placed = counters[0].placed;
     r.emitted = counters[0].emitted;
     r.taken = counters[0].taken;
+    r.replaced = counters[0].replaced;
     for (Index k = 0; k < emitters.size(); ++k)
       r.waiting += static_cast<std::uint32_t>(emitters[k].waiting * emitters[k].points);
   }

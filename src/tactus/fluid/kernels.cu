@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/fluid/cap_kernels.h"
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/flow_kernels.h"
 #include "tactus/fluid/split_kernels.h"
@@ -45,6 +46,6 @@ TACTUS_CUDA_KERNEL(tactus::PullGhosts<tactus::LiquidNormal>);
 TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<float>);
 TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<tactus::LiquidMotion>);
 TACTUS_CUDA_KERNEL(tactus::PoisonGhosts<tactus::LiquidNormal>);
-TACTUS_CUDA_KERNEL(tactus::CountElsewhere);
+TACTUS_CUDA_KERNEL(tactus::KeepYoungest);
 TACTUS_CUDA_KERNEL(tactus::CountLayers);
 TACTUS_CUDA_KERNEL(tactus::MergeParts);

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <string>
+
+#include "tactus/fluid/cap_kernels.h"
 
 namespace tactus {
 namespace {
@@ -23,6 +24,13 @@ std::vector<Vec3f> layer_of(const LiquidEmitter& e, float d) {
     }
   }
   return points;
+}
+
+/// The most that come between two steps.
+Index arrivals_of(const LiquidSettings& settings) {
+  std::size_t points = 0;
+  for (const LiquidEmitter& e : settings.emitters) points += layer_of(e, settings.spacing_m).size();
+  return settings.arrivals + static_cast<Index>(points);
 }
 
 /// A little more than the reach: positions and cuts are rounded.
@@ -51,15 +59,14 @@ Liquid::Liquid(DeviceSet& devices, const LiquidSettings& settings)
         std::vector<LiquidPart> parts;
         const int count = part_count(devices, settings_);
         for (int p = 0; p < count; ++p)
-          parts.emplace_back(devices.device(p), settings_.max_particles, constants_.kernel.reach_m(),
-                             kFaces + settings_.other_walls, p, count);
+          parts.emplace_back(devices.device(p), settings_.max_particles, arrivals_of(settings_),
+                             constants_.kernel.reach_m(), kFaces + settings_.other_walls, p, count);
         return parts;
       }()),
       split_(devices, parts_),
       balance_(settings_.box_m, part_count()),
       wall_impulse_(devices.device(0), kFaces + settings_.other_walls),
-      report_(devices.device(0), 1),
-      elsewhere_(devices.device(0), part_count() > 1 ? 1 : 0) {
+      report_(devices.device(0), 1) {
   make_emitters();
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.sinks = to_device(ctx, settings_.sinks_m);
@@ -96,53 +103,6 @@ void Liquid::make_emitters() {
   emitter_of_ = to_device(ctx, of);
 }
 
-void Liquid::place(std::span<const LiquidParticle> particles) {
-  if (particles.size() > static_cast<std::size_t>(settings_.max_particles)) {
-    throw Error("liquid: " + std::to_string(particles.size()) + " particles, but max_particles is " +
-                std::to_string(settings_.max_particles));
-  }
-  std::vector<Kept> kept;
-  for (const LiquidParticle& p : particles)
-    kept.push_back({.particle = {p.x_m, p.v_m_s, static_cast<Index>(kept.size())}});
-  const auto n = static_cast<Index>(particles.size());
-  put(kept, n, {.next_id = n, .placed = static_cast<std::uint32_t>(n)});
-}
-
-void Liquid::put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters) {
-  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-  const auto room = static_cast<std::size_t>(parts_[0].id.size());
-  std::vector<Vec3f> x(room, {kNowhere, kNowhere, kNowhere}), v(room);
-  std::vector<float> push(room);
-  std::vector<Index> id(room), layers(LiquidLayers::kCounts);
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    x[i] = particles[i].particle.x_m;
-    v[i] = particles[i].particle.v_m_s;
-    id[i] = particles[i].particle.id;
-    push[i] = particles[i].push;
-    for (Index axis = 0; axis < 3; ++axis) ++layers[at(LiquidLayers{settings_.box_m}.at(x[i], axis))];
-  }
-  const std::vector<Index> none{0}, all{count};
-  const std::vector<LiquidCounters> no_counters(1), all_counters{counters};
-  each([&](ExecContext& ctx, LiquidPart& part) {
-    const bool is_first = part.number == 0;
-    ctx.upload(is_first ? all : none, part.count.view());
-    ctx.upload(is_first ? all : none, part.own.view());
-    ctx.upload(none, part.ghost_count.view());
-    ctx.upload(is_first ? all_counters : no_counters, part.counters.view());
-    ctx.fill_bytes(part.density_kg_m3.view(), 0);
-    if (!is_first) return;
-    ctx.upload(x, part.x_m.view());
-    ctx.upload(v, part.v_m_s.view());
-    ctx.upload(id, part.id.view());
-    ctx.upload(push, part.push.view());
-  });
-  balance_.begin(layers);
-  split_.send_slabs(balance_.slabs());
-  devices_.synchronize();
-  end_frame();
-  devices_.synchronize();
-}
-
 void Liquid::step(const StepTime& time) {
   if (time.frame.empty() && !(time.dt_s <= largest_step_s())) {
     throw Error("liquid: a step of " + std::to_string(time.dt_s) + " s, but the largest stable step is " +
@@ -157,19 +117,32 @@ void Liquid::emit(const StepTime& time) {
   if (emitters_.empty()) return;
   ExecContext& ctx = devices_.context(0);
   LiquidPart& part = parts_[0];
-  if (split_.is_split())
-    ctx.parallel_for("fluid/elsewhere", 1,
-                     CountElsewhere{part.shown_by.const_view(), part.count.const_view(), elsewhere_.view()});
   ctx.parallel_for("fluid/layers", 1,
-                   PlanLayers{time, part.counters.view(), part.count.view(), emitters_.view(),
-                              settings_.max_particles, elsewhere_.const_view()});
+                   PlanLayers{time, part.counters.view(), part.count.view(), part.own.view(),
+                              emitters_.view(), settings_.max_particles});
   ctx.parallel_for("fluid/emit", layer_points_.size(),
                    EmitLayers{emitters_.const_view(), layer_points_.const_view(), emitter_of_.const_view(),
                               part.x_m.view(), part.v_m_s.view(), part.id.view(), part.push.view()});
 }
 
+void Liquid::keep_youngest() {
+  if (parts_[0].ages.empty()) return;
+  each([&](ExecContext& ctx, LiquidPart& part) { ctx.fill_bytes(part.ages.view(), 0); });
+  for (Index level = 0; level <= KeepYoungest::kLevels; ++level) {
+    if (split_.is_split()) split_.barrier().meet();
+    each([&](ExecContext& ctx, LiquidPart& part) {
+      ctx.parallel_for(
+          "fluid/cap", KeepYoungest::kBlocks,
+          KeepYoungest{level, settings_.max_particles, part.shown_by.const_view(), part.count.const_view(),
+                       part.id.const_view(), part.x_m.view(), part.ages.view(),
+                       View<std::uint32_t>(&part.counters.view().data()->replaced, 1)});
+    });
+  }
+}
+
 void Liquid::begin_step(const StepTime& time, const FrameOnDevices* frame) {
   emit(of_part(time, frame, 0));
+  keep_youngest();
   split_.migrate();
   split_.add_ghosts(kCopiedReach * constants_.kernel.reach_m());
   each([&](ExecContext& ctx, LiquidPart& part) {
@@ -399,95 +372,6 @@ LiquidView Liquid::view(int part) const {
   const LiquidPart& p = parts_[at(part)];
   return {Count(p.count.const_view(), settings_.max_particles), p.x_m.const_view(), p.v_m_s.const_view(),
           p.id.const_view()};
-}
-
-void Liquid::archive(StateArchive& a) {
-  ExecContext& ctx = devices_.context(0);
-  std::vector<Kept> particles = kept();
-  LiquidCounters counters;
-  Index count = 0;
-  each([&](ExecContext& there, LiquidPart& part) {
-    const LiquidCounters c = to_host(there, part.counters.view())[0];
-    counters.next_id = std::max(counters.next_id, c.next_id);
-    counters.placed += c.placed;
-    counters.emitted += c.emitted;
-    counters.taken += c.taken;
-    count += to_host(there, part.own.view())[0];
-  });
-  a.set_owner("liquid");
-  auto here = static_cast<Index>(particles.size());
-  a.value("count", count);
-  a.value("here", here);
-  a.check(here >= 0 && here <= count && count <= settings_.max_particles, "count");
-  particles.resize(static_cast<std::size_t>(settings_.max_particles));
-  a.values("particles", particles);
-  a.value("counters", counters);
-  std::vector<EmitterState> emitters = to_host(ctx, emitters_.const_view());
-  for (EmitterState& e : emitters) e.slot = -1;  // where the layer of the last step went
-  a.values("emitters", emitters);
-  if (!a.reads()) return;
-  ctx.upload(emitters, emitters_.view());
-  particles.resize(static_cast<std::size_t>(here));
-  put(particles, count, counters);
-  if (part_count() == 1) sort_again(particles);
-}
-
-void Liquid::sort_again(const std::vector<Kept>& particles) {
-  ExecContext& ctx = devices_.context(0);
-  LiquidPart& part = parts_[0];
-  const std::vector<Vec3f> x_m = to_host(ctx, part.x_m.view()), v_m_s = to_host(ctx, part.v_m_s.view());
-  const std::vector<float> push = to_host(ctx, part.push.view());
-  const std::vector<Index> id = to_host(ctx, part.id.view());
-  std::vector<Vec3f> sorted_m = x_m;
-  for (std::size_t i = 0; i < particles.size(); ++i) sorted_m[i] = particles[i].sorted_m;
-  ctx.upload(sorted_m, part.x_m.view());
-  part.search.build(ctx, part.x_m.const_view(), part.id.const_view(), part.given(), part.first_copy());
-  const auto here = static_cast<Index>(particles.size());
-  std::vector<Index> order = to_host(ctx, part.search.cells().order);
-  // Before the first step, nothing was sorted.
-  if (to_host(ctx, part.search.cells().placed)[0] != here) std::iota(order.begin(), order.end(), 0);
-  const auto put_in_order = [&](const auto& list, auto& buffer) {
-    auto out = list;
-    for (Index slot = 0; slot < here; ++slot) out[at(slot)] = list[at(order[at(slot)])];
-    ctx.upload(out, buffer.view());
-    ctx.synchronize();
-  };
-  put_in_order(x_m, part.x_m);
-  put_in_order(v_m_s, part.v_m_s);
-  put_in_order(push, part.push);
-  put_in_order(id, part.id);
-}
-
-std::vector<Liquid::Kept> Liquid::kept() const {
-  std::vector<Kept> all;
-  for (int p = 0; p < part_count(); ++p) {
-    ExecContext& ctx = devices_.context(p);
-    const LiquidPart& part = parts_[at(p)];
-    const Index count = to_host(ctx, part.count.view())[0];
-    const std::vector<Vec3f> x = to_host(ctx, part.x_m.view().part(0, count)),
-                             v = to_host(ctx, part.v_m_s.view().part(0, count));
-    const std::vector<float> push = to_host(ctx, part.push.view().part(0, count)),
-                             density = to_host(ctx, part.density_kg_m3.view().part(0, count));
-    const std::vector<Index> id = to_host(ctx, part.id.view().part(0, count));
-    const std::vector<SearchParticle> sorted = to_host(ctx, part.search.cells().particles.part(0, count));
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (std::isfinite(x[i].x)) all.push_back({{x[i], v[i], id[i]}, push[i], density[i], sorted[i].x_m});
-  }
-  std::sort(all.begin(), all.end(),
-            [](const Kept& a, const Kept& b) { return a.particle.id < b.particle.id; });
-  return all;
-}
-
-std::vector<LiquidParticle> Liquid::particles() const {
-  std::vector<LiquidParticle> all;
-  for (const Kept& k : kept()) all.push_back(k.particle);
-  return all;
-}
-
-std::vector<float> Liquid::densities_kg_m3() const {
-  std::vector<float> all;
-  for (const Kept& k : kept()) all.push_back(k.density_kg_m3);
-  return all;
 }
 
 }  // namespace tactus

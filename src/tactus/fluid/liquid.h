@@ -47,9 +47,10 @@ struct LiquidSettings {
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
   Box3f box_m;                         ///< the world of the liquid
   Index open_faces = 0;                ///< bits of -x, +x, -y, +y, -z, +z where it flows out
-  Index max_particles = 40000;
+  Index max_particles = 40000;         ///< the oldest leave when newer ones need their room
   std::vector<LiquidEmitter> emitters = {};
   std::vector<Box3f> sinks_m = {};
+  Index arrivals = 0;     ///< the most that others bring between two steps: Liquid::arrivals()
   Index other_walls = 0;  ///< owners of walls beside the faces of the box: kFaces, kFaces + 1, ..
   /// That a device has room for at least; absent: Liquid::kLeast.. on GPUs, none elsewhere.
   std::optional<Index> least_particles = {};
@@ -111,8 +112,13 @@ class Liquid {
   /// Of a liquid in one part, for those who bring particles between two steps.
   LiquidArrivals arrivals() {
     LiquidPart& part = parts_[0];
-    return {part.counters.view(), part.count.view(), part.x_m.view(),        part.v_m_s.view(),
-            part.id.view(),       part.push.view(),  settings_.max_particles};
+    return {part.counters.view(),
+            part.count.view(),
+            part.x_m.view(),
+            part.v_m_s.view(),
+            part.id.view(),
+            part.push.view(),
+            settings_.max_particles + settings_.arrivals};
   }
   /// The walls of the box, of others than the liquid's particles; the first that `near` gets.
   void find_box_walls(ExecContext& ctx, const NeighbourSearch& places, const NearWalls& near) const {
@@ -164,6 +170,7 @@ class Liquid {
   }
   void make_emitters();
   void emit(const StepTime& time);
+  void keep_youngest();
   void measure_shear();
   void pull_surface(const StepTime& time, const FrameOnDevices* frame);
   void end_weakly(const StepTime& time, const FrameOnDevices* frame);
@@ -188,7 +195,7 @@ class Liquid {
   Buffer<LiquidReport> report_;
   Buffer<EmitterState> emitters_;
   Buffer<Vec3f> layer_points_;
-  Buffer<Index> emitter_of_, elsewhere_;
+  Buffer<Index> emitter_of_;
 };
 
 /// Particles on a lattice that fill a box, along each edge as many as fit `spacing_m` apart or farther:

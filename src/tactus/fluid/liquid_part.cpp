@@ -3,14 +3,14 @@
 namespace tactus {
 
 /// Of several parts, particles that left and copies of the last step are still there when others come.
-LiquidPart::LiquidPart(Device& device, Index max_particles, float reach_m, Index wall_owners, Index part,
-                       Index parts)
+LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m, Index wall_owners,
+                       Index part, Index parts)
     : number(part),
       search(device, {.max_particles = max_particles,
                       .reach_m = reach_m,
-                      .max_given = parts > 1 ? 2 * max_particles : max_particles}),
+                      .max_given = (parts > 1 ? 2 : 1) * max_particles + arrivals}),
       count(device, 1),
-      id(device, parts > 1 ? 2 * max_particles : max_particles),
+      id(device, (parts > 1 ? 2 : 1) * max_particles + arrivals),
       wall_count(device, max_particles),
       list_count(device, max_particles),
       near(device, NearLists::size(max_particles)),
@@ -29,6 +29,7 @@ LiquidPart::LiquidPart(Device& device, Index max_particles, float reach_m, Index
       wall_totals(device, wall_owners),
       counters(device, 1),
       reports(device, ReportLiquid::kReports),
+      ages(device, arrivals > 0 ? LiquidAges::kCounts : 0),
       own(device, 1),
       ghost_count(device, 1),
       shown_by(device, parts) {
@@ -53,6 +54,7 @@ LiquidShown LiquidPart::shown() {
           .room = wall_count.size(),
           .slot_of = slot_of.const_view(),
           .own = own.const_view(),
+          .ages = ages.const_view(),
           .wall_totals = wall_totals.const_view(),
           .reports = reports.const_view()};
 }

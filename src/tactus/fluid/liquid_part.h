@@ -9,9 +9,10 @@ namespace tactus {
 
 /// Owns the memory of one device. Particles are in slots; slots change in every step.
 struct LiquidPart {
-  /// @param max_particles of the whole liquid: all may come to one part @param walls owners of walls
-  /// @param part its number @param parts of the liquid
-  LiquidPart(Device& device, Index max_particles, float reach_m, Index walls, Index part, Index parts);
+  /// @param max_particles of the whole liquid: all may come to one part @param arrivals that come before the
+  /// oldest leave @param walls owners of walls @param part its number @param parts of the liquid
+  LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m, Index walls, Index part,
+             Index parts);
 
   NearWalls near_walls() { return {wall_count.view(), walls.view()}; }
   NearLists near_lists() { return {list_count.view(), near.view()}; }
@@ -39,6 +40,7 @@ struct LiquidPart {
   Buffer<LiquidCounters> counters;
   Buffer<LiquidReport> reports;
   Buffer<Box3f> sinks;
+  Buffer<std::uint32_t> ages;  ///< of those that come
   // Of several parts:
   Buffer<Index> own, ghost_count;  ///< (1) each; ghosts: copies of what others have, in this step
   Buffer<LiquidSlabs> slabs;       ///< (1)

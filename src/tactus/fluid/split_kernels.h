@@ -11,6 +11,13 @@
 
 namespace tactus {
 
+/// Particles of a part by the digits of their ids, the highest first.
+struct LiquidAges {
+  static constexpr Index kDigits = 3, kMostBits = 11, kCounts = kDigits << kMostBits;
+  TACTUS_HD static Index bits(Index digit) { return digit < 2 ? 10 : 11; }
+  TACTUS_HD static Index shift(Index digit) { return digit == 0 ? 21 : (digit == 1 ? 11 : 0); }
+};
+
 /// What one part of a liquid shows to the others. All of them have this of all.
 struct LiquidShown {
   View<Vec3f> x_m, v_m_s;
@@ -22,6 +29,7 @@ struct LiquidShown {
   Index room = 0;
   View<const Index> slot_of;  ///< per number of a particle, in the order of the search
   View<const Index> own;      ///< (1) particles that aren't copies
+  View<const std::uint32_t> ages;
   View<const WallSums> wall_totals;
   View<const LiquidReport> reports;  ///< (ReportLiquid::kReports)
   TACTUS_HD Index& listed(Index part, Index k) const { return export_list[part * room + k]; }
@@ -179,18 +187,6 @@ struct CountLayers {
     if (!(abs(x.x) < 1e9F)) return;
     for (Index axis = 0; axis < 3; ++axis)
       atomic_add(reinterpret_cast<std::uint32_t&>(counts[layers.at(x, axis)]), 1U);
-  }
-};
-
-/// How many places are taken on the others: this one's copies are there. One thread.
-struct CountElsewhere {
-  View<const LiquidShown> shown;
-  View<const Index> count;
-  View<Index> elsewhere;
-  TACTUS_HD void operator()(Index) const {
-    Index all = 0;
-    for (Index part = 0; part < shown.size(); ++part) all += shown[part].own[0];
-    elsewhere[0] = all - count[0];
   }
 };
 

@@ -21,9 +21,19 @@ struct NearWalls {
   View<Index> count;
   View<NearWall> walls;  ///< kNearWalls each
   TACTUS_HD NearWall& at(Index i, Index k) const { return walls[kNearWalls * i + k]; }
-  /// Where there are too many, the farthest is dropped.
+  /// Cosine of the angle below which two planes are one. Walls press within a spacing; there, planes at that
+  /// angle are no farther from each other than a quarter of it, which is as near as particles get to walls.
+  static constexpr float kSamePlane = 0.968F;
+  /// Of planes that face the same way the nearest counts: it is in front of the others. Of those that are
+  /// equally near, but for rounding, the newest. Where there are too many walls, the farthest is dropped.
   TACTUS_HD void add(Index i, const NearWall& wall) const {
     const Index n = count[i];
+    for (Index k = 0; k < n; ++k) {
+      NearWall& old = at(i, k);
+      if (dot(old.n, wall.n) < kSamePlane) continue;
+      if (wall.distance_m <= old.distance_m + 1e-3F * abs(old.distance_m)) old = wall;
+      return;
+    }
     if (n < kNearWalls) {
       at(i, n) = wall;
       count[i] = n + 1;

@@ -52,7 +52,7 @@ LiquidSettings settings_of(const Scene& scene) {
   // Wounds look for room in all of the liquid: it stays on one device.
   if (std::any_of(scene.bodies.begin(), scene.bodies.end(),
                   [](const BodyDescription& b) { return b.bleeding.has_value(); }))
-    s.least_particles = f.max_particles;
+    s.least_particles = f.max_particles, s.arrivals = 1024;
   for (const EmitterDescription& e : f.emitters) {
     s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
                           .direction = vec_cast<float>(e.direction),
@@ -225,11 +225,16 @@ LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& 
   std::move(first_notices_.begin(), first_notices_.end(), std::back_inserter(notices));
   first_notices_.clear();
   const LiquidReport r = readback.get<LiquidReport>(report_)[0];
-  if (r.waiting > 0)
+  if (std::exchange(replaced_, r.replaced) != r.replaced)
     notices.push_back({"liquid.full", Severity::warning,
                        "the liquid has its " + std::to_string(description_.max_particles) +
-                           " particles: what emitters bring waits",
-                       "raise 'fluid.max_particles', or add a sink"});
+                           " particles: the oldest leave where newer ones need their room",
+                       "raise 'fluid.max_particles', add a sink, or let emitters end: 'until_s'"});
+  if (r.waiting > 0)
+    notices.push_back({"liquid.waiting", Severity::warning,
+                       "'fluid.max_particles' is " + std::to_string(description_.max_particles) +
+                           ", less than emitters bring at once: they wait",
+                       "raise 'fluid.max_particles', or lower 'radius_m' of the emitters"});
   if (r.fast > 0)
     notices.push_back({"liquid.fast", Severity::warning,
                        "liquid is faster than the " +

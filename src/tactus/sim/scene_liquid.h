@@ -95,6 +95,7 @@ class SceneLiquid {
   Readback::Place report_, impulses_;
   std::vector<Readback::Place> layers_;  ///< per part
   std::vector<Notice> first_notices_;    ///< of the start
+  std::uint32_t replaced_ = 0;           ///< until the last frame
 };
 
 }  // namespace tactus

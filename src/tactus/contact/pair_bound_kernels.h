@@ -1,0 +1,142 @@
+#pragma once
+/// Boxes of bodies that touch one another, of their patches and of their cubes, as they are deformed now.
+#include "tactus/compute/atomic.h"
+#include "tactus/contact/pair_views.h"
+
+namespace tactus {
+
+/// Block: patch. The box of its nodes; no point touches in its cubes so far.
+struct BoundPatches {
+  static constexpr int kThreads = 64, kGrain = 8;
+  PairTable table;
+  PairState state;
+  struct Shared {
+    PatchBox of_thread[kThreads];
+    float way2_m2[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const CubePatch& patch = table.patches[b.index()];
+    const ContactNodes& nodes = table.bodies[patch.body].nodes;
+    const bool is_self = table.bodies[patch.body].self != SelfTouch::none;
+    const Vec3f shift = state.self_motion[patch.body].shift_m;
+    const IndexRange own = table.patch_nodes.ranges[b.index()], cubes = table.patch_cubes.ranges[b.index()];
+    const int lanes = min(Index(kThreads), own.end - own.begin);
+    b.for_threads(lanes, [&](int t) {
+      PatchBox box = PatchBox::empty();
+      float way2 = 0;
+      for (Index k = own.begin + t; k < own.end; k += kThreads) {
+        const Vec3f x = nodes.x_m[table.patch_nodes.values[k]];
+        box = {min(box.min_m, x), max(box.max_m, x)};
+        if (!is_self) continue;
+        const Vec3f way = x - state.last_x_m[k] - shift;
+        way2 = max(way2, dot(way, way));
+        state.last_x_m[k] = x;
+      }
+      s.of_thread[t] = box;
+      s.way2_m2[t] = way2;
+      for (Index c = cubes.begin + t; c < cubes.end; c += lanes)
+        state.cube_list[table.patch_cubes.values[c]] = 0;
+    });
+    b.on_one_thread([&] {
+      PatchBox box = PatchBox::empty();
+      float way2 = 0;
+      for (int t = 0; t < lanes; ++t) {
+        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
+        way2 = max(way2, s.way2_m2[t]);
+      }
+      state.patch_box[b.index()] = box;
+      state.patch_way_m[b.index()] = tactus::sqrt(way2);
+    });
+  }
+};
+
+/// Block: body. The box of its patches, and whether a group of its points has to look for its own body.
+struct BoundBodies {
+  static constexpr int kThreads = 128;
+  PairTable table;
+  PairState state;
+  struct Shared {
+    PatchBox of_thread[kThreads];
+    float way_m[kThreads];
+    std::uint32_t wakes;
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const PairBody& body = table.bodies[b.index()];
+    b.for_each_thread([&](int t) {
+      PatchBox box = PatchBox::empty();
+      float way = 0;
+      for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
+        way = max(way, state.patch_way_m[p]);
+        box.min_m = min(box.min_m, state.patch_box[p].min_m);
+        box.max_m = max(box.max_m, state.patch_box[p].max_m);
+      }
+      s.of_thread[t] = box;
+      s.way_m[t] = way;
+    });
+    b.on_one_thread([&] {
+      PatchBox box = s.of_thread[0];
+      float way = s.way_m[0];
+      for (int t = 1; t < kThreads; ++t) {
+        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
+        way = max(way, s.way_m[t]);
+      }
+      state.body_box[b.index()] = box;
+      SelfMotion& motion = state.self_motion[b.index()];
+      const Vec3f middle = 0.5F * (box.min_m + box.max_m);
+      motion.moved += SelfMotion::units(way, body.spacing_m);
+      motion.shift_m = middle - motion.middle_m;
+      motion.middle_m = middle;
+      s.wakes = 0;
+    });
+    if (body.self != SelfTouch::none) {
+      b.for_each_thread([&](int t) {
+        for (Index g = body.first_group + t; g < body.end_group; g += kThreads) {
+          if (table.groups[g].count > 0 &&
+              state.self_motion[b.index()].may_wake(state.group_sleep[g], body.spacing_m))
+            atomic_store(s.wakes, 1U);
+        }
+      });
+    }
+    b.on_one_thread([&] { state.body_wakes[b.index()] = s.wakes; });
+  }
+};
+
+/// Block: patch. The boxes of its cubes, if points may be looked for there.
+struct BoundCubes {
+  static constexpr int kThreads = 64, kGrain = 8;
+  PairTable table;
+  PairState state;
+  Index touch_others;
+  struct Shared {};
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index body = table.patches[b.index()].body;
+    if (state.body_wakes[body] == 0U && !meets_others(b.index(), body)) return;
+    const ContactNodes& nodes = table.bodies[body].nodes;
+    const IndexRange cubes = table.patch_cubes.ranges[b.index()];
+    b.for_range(cubes.end - cubes.begin, [&](int k) {
+      const SolidCube& cube = table.cubes[table.patch_cubes.values[cubes.begin + k]];
+      PatchBox box = PatchBox::empty();
+      for (int n = 0; n < 8; ++n) {
+        const Vec3f x = nodes.x_m[cube.node[n]];
+        box = {min(box.min_m, x), max(box.max_m, x)};
+      }
+      state.cube_boxes.set(cubes.begin + k, box);
+      state.cube_places[cubes.begin + k] = {cube.cell, table.part[cube.row[0]]};
+    });
+  }
+
+ private:
+  TACTUS_HD bool meets_others(Index patch, Index body) const {
+    if (touch_others == 0) return false;
+    for (Index other = 0; other < table.bodies.size(); ++other) {
+      const float slack_m = PairTable::slack_m(table.bodies[other]);
+      if (other != body && state.patch_box[patch].meets(state.body_box[other], slack_m)) return true;
+    }
+    return false;
+  }
+};
+
+}  // namespace tactus
