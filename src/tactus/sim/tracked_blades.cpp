@@ -43,7 +43,60 @@ TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const
     settings.two_sigma_m = own.two_sigma_m;
     own.tracker = std::make_unique<BladeTracker>(model_of(blade, assets), rig.cameras,
                                                  vec_cast<double>(rig.workspace_m.center()), settings);
+    own.center_m = vec_cast<double>(bounds(own.tracker->model().mesh).center());
   }
+}
+
+std::vector<ObstacleDescription> TrackedBlades::after(std::vector<ObstacleDescription> obstacles) const {
+  for (const Blade& blade : blades_)
+    obstacles.push_back({.name = blade.name,
+                         .kind = ObstacleKind::mesh,
+                         .mesh = blade.tracker->model().mesh,
+                         .moves = true,
+                         .edge_m = blade.tracker->model().edge_m});
+  return obstacles;
+}
+
+std::vector<ToolMotion> TrackedBlades::motions() const {
+  std::vector<ToolMotion> all;
+  for (const Blade& blade : blades_) all.push_back(blade.motion);
+  return all;
+}
+
+std::vector<TrackedBlades::Reach> TrackedBlades::reaches() const {
+  std::vector<Reach> all;
+  for (const Blade& blade : blades_) {
+    if (blade.motion.is_there == 0) continue;
+    const Rigidd T = blade.tracker->now().T_world_model;
+    const TriangleMesh& mesh = blade.tracker->model().mesh;
+    Reach reach{T * blade.center_m, T * blade.center_m, 0};
+    for (const Vec3f p : mesh.positions_m) {
+      const Vec3d p_m = T * vec_cast<double>(p);
+      reach.low_m = min(reach.low_m, p_m);
+      reach.high_m = max(reach.high_m, p_m);
+    }
+    const float turning = 0.5F * length(bounds(mesh).extent()) * length(blade.motion.spin_rad_s);
+    reach.m_s = static_cast<double>(length(blade.motion.velocity_m_s) + turning);
+    all.push_back(reach);
+  }
+  return all;
+}
+
+/// @param before its pose with the last images, where it was known then
+void TrackedBlades::follow(Blade& blade, const std::optional<Rigidd>& before, double dt_s) {
+  const TrackedBlade& now = blade.tracker->now();
+  blade.motion = {};
+  if (now.state != BladeState::known) return;
+  blade.motion.is_there = 1;
+  blade.motion.R_world_tool = mat_cast<float>(now.T_world_model.R);
+  blade.motion.center_m = vec_cast<float>(now.T_world_model * blade.center_m);
+  if (!before || !(dt_s > 0)) return;
+  const Twist by = twist_between(*before, now.T_world_model, blade.center_m);
+  const auto part = [&](std::size_t k) {
+    return vec_cast<float>((1 / dt_s) * Vec3d{by[k], by[k + 1], by[k + 2]});
+  };
+  blade.motion.spin_rad_s = part(0);
+  blade.motion.velocity_m_s = part(3);
 }
 
 std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, double dt_s,
@@ -57,7 +110,10 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
       for (const Blade& other : blades_)
         if (&other != &blade) other.tracker->add_to(taken);
     }
+    std::optional<Rigidd> before;
+    if (blade.motion.is_there != 0) before = blade.tracker->now().T_world_model;
     blade.tracker->update(masks, dt_s, taken);
+    follow(blade, before, dt_s);
     sweep(blade);
     tell(blade, notices);
   }

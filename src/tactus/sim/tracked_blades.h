@@ -1,8 +1,10 @@
 #pragma once
 /// Blades of a scene that are real tools: where they are, and what their edges swept. They are taken out of
-/// the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing.
+/// the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing; its model does instead.
 #include <memory>
+#include <optional>
 
+#include "tactus/contact/obstacles.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/sim/notice.h"
@@ -25,6 +27,17 @@ class TrackedBlades {
   /// Nothing follows those.
   void forget_strips();
   const TrackedBlade& now(std::size_t number) const;
+  /// What bodies touch: obstacles, and after them, in place of the tools' hulls, their models.
+  std::vector<ObstacleDescription> after(std::vector<ObstacleDescription> obstacles) const;
+  /// Of all tools, as of the last images: there is only what is known. A tool moves from where the last
+  /// images had it to where these have it, as the real surface does.
+  std::vector<ToolMotion> motions() const;
+  /// Of each tool that is there: its box and the speed of its fastest point.
+  struct Reach {
+    Vec3d low_m, high_m;
+    double m_s = 0;
+  };
+  std::vector<Reach> reaches() const;
   /// Of those that are seen, world.
   std::vector<TriangleMesh> meshes() const;
 
@@ -35,10 +48,13 @@ class TrackedBlades {
     double two_sigma_m;
     std::unique_ptr<BladeTracker> tracker;
     BladeState told = BladeState::absent;
+    Vec3d center_m;  ///< of the model's box, in its frame
+    ToolMotion motion;
     std::vector<Vec3f> from_m;  ///< where its edge cut last; empty: no stroke
     cut::BladeStrip strip;
     int strips = 0;
   };
+  static void follow(Blade& blade, const std::optional<Rigidd>& before, double dt_s);
   void sweep(Blade& blade);
   void tell(Blade& blade, std::vector<Notice>& notices) const;
 
