@@ -224,6 +224,17 @@ TEST(TrackedBlade, IsCheckedByName) {
   expect("{model: scalpel, two_sigma_m: -1}", "two_sigma_m");
   expect("{model: scalpel}\n    to_m: [1, 0, 0]", "to_m");
   expect("{model: scalpl}", "scalpel");
+  const auto markers = [](const std::string& list, const std::string& more = "") {
+    return "{model: scalpel, markers: [" + list + "]" + more + "}";
+  };
+  const std::string good = "{id: 3, at: [0, 0, 0], right: [1, 0, 0], down: [0, -1, 0], size: 0.02}";
+  expect(markers("{id: 50, at: [0, 0, 0], right: [1, 0, 0], down: [0, -1, 0], size: 0.02}").c_str(),
+         "0 to 49");
+  expect(markers("{id: 3, at: [0, 0, 0], right: [1, 0, 0], down: [1, -1, 0], size: 0.02}").c_str(),
+         "right angles");
+  expect(markers("{id: 3, at: [0, 0, 0], right: [1, 0, 0], down: [0, -1, 0]}").c_str(), "size");
+  expect(markers(good, ", dictionary: 4X4_5").c_str(), "4X4_50");
+  expect(markers(good + ", " + good).c_str(), "expected it once");
 }
 
 }  // namespace

@@ -230,7 +230,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     begin_savings();
     has_surface_ = true;
     incoming_ = frame;
-    masks_ = follow_blades(silhouettes(*frame, report.notices), times.dt_capture_s, report.notices);
+    masks_ = follow_blades(silhouettes(*frame, report.notices), *frame, times.dt_capture_s, report.notices);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
     released_s_ = frame->captured_s > 0 ? frame->released_s : 0;

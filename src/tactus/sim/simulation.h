@@ -142,7 +142,7 @@ class Simulation {
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
   /// The same without tools that are tracked.
-  std::span<const BitMask> follow_blades(std::span<const BitMask> masks, double dt_s,
+  std::span<const BitMask> follow_blades(std::span<const BitMask> masks, const FrameSet& frame, double dt_s,
                                          std::vector<Notice>& notices);
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;

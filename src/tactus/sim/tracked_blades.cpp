@@ -27,6 +27,17 @@ double two_sigma_m(const BladeDescription& blade, const Scene& scene) {
   return spacing_m / 4;
 }
 
+/// Of the places of markers' corners, 1 sigma along each axis: edges of a square meet there, each found to
+/// half a pixel over many of them; the rest is rounding and blur.
+constexpr double kCorner_px = 0.5;
+
+/// Clockwise from the top left of its pattern.
+std::array<Vec3d, 4> corners_m(const BladeMarkerDescription& m, double unit_m) {
+  const Vec3d right = (0.5 * m.size * unit_m) * normalized(m.right),
+              down = (0.5 * m.size * unit_m) * normalized(m.down), middle_m = unit_m * m.at;
+  return {middle_m - right - down, middle_m + right - down, middle_m + right + down, middle_m - right + down};
+}
+
 std::string mm(double m) { return number_text(std::round(m * 1e4) / 10) + " mm"; }
 
 }  // namespace
@@ -43,6 +54,8 @@ TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const
     settings.two_sigma_m = own.two_sigma_m;
     own.tracker = std::make_unique<BladeTracker>(model_of(blade, assets), rig.cameras,
                                                  vec_cast<double>(rig.workspace_m.center()), settings);
+    for (const BladeMarkerDescription& m : blade.tracked->markers)
+      own.corners_m[m.id] = corners_m(m, blade.tracked->unit_m);
     own.center_m = vec_cast<double>(bounds(own.tracker->model().mesh).center());
   }
 }
@@ -100,8 +113,10 @@ void TrackedBlades::follow(Blade& blade, const std::optional<Rigidd>& before, do
 }
 
 std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, double dt_s,
+                                               std::span<const SeenMarker> markers,
                                                std::vector<Notice>& notices) {
   std::vector<BitMask> taken;
+  std::vector<SeenPoint> points;
   for (Blade& blade : blades_) {
     // What is another's can't be found again as this one.
     taken.clear();
@@ -112,7 +127,14 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
     }
     std::optional<Rigidd> before;
     if (blade.motion.is_there != 0) before = blade.tracker->now().T_world_model;
-    blade.tracker->update(masks, dt_s, taken);
+    points.clear();
+    for (const SeenMarker& marker : markers) {
+      const auto own = blade.corners_m.find(marker.id);
+      for (std::size_t k = 0; k < 4 && own != blade.corners_m.end(); ++k)
+        points.push_back({static_cast<std::size_t>(marker.camera), own->second.at(k), marker.corners_px.at(k),
+                          kCorner_px});
+    }
+    blade.tracker->update(masks, dt_s, taken, points);
     follow(blade, before, dt_s);
     sweep(blade);
     tell(blade, notices);

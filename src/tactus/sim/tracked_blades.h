@@ -1,6 +1,8 @@
 #pragma once
 /// Blades of a scene that are real tools: where they are, and what their edges swept. They are taken out of
 /// the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing; its model does instead.
+#include <array>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -18,9 +20,10 @@ class TrackedBlades {
   /// @throws Error naming the blade and what is wrong with its model.
   TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig);
   bool empty() const { return blades_.empty(); }
-  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break
-  /// @returns the masks without the tools; valid until the next call
-  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s, std::vector<Notice>& notices);
+  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break @param markers that
+  /// cameras see @returns the masks without the tools; valid until the next call
+  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s,
+                                  std::span<const SeenMarker> markers, std::vector<Notice>& notices);
   /// What the edge of the scene's blade of this number swept with the last images. Nothing where it is not
   /// known well enough, and where it moved less than it is known: noise is no motion.
   cut::BladeStrip strip(std::size_t number) const;
@@ -47,6 +50,7 @@ class TrackedBlades {
     std::string name;
     double two_sigma_m;
     std::unique_ptr<BladeTracker> tracker;
+    std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
     BladeState told = BladeState::absent;
     Vec3d center_m;  ///< of the model's box, in its frame
     ToolMotion motion;
