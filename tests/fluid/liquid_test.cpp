@@ -212,10 +212,8 @@ TEST_P(LiquidPool, Rests) {
   }
   EXPECT_NEAR(y / double{d}, 6, 0.25 / 2) << "half of the level's 0.25 d";
   EXPECT_NEAR(level_m / d, 11.5F, 0.5F) << "the top layer isn't flat any more";
-  // Four iterations don't find the pressure of twelve layers: they swing about it, at 5 % of the speed that
-  // steps are made for.
   const bool is_dfsph = GetParam() == LiquidSolver::dfsph;
-  EXPECT_LT(std::sqrt(speed2), is_dfsph ? 0.1 : 0.02);
+  EXPECT_LT(std::sqrt(speed2), 0.02);
   EXPECT_LT(excess / samples, is_dfsph ? 0.001 : 0.01);
   // Below the first two layers, which lack neighbours above, the liquid is as dense as its own weight presses
   // it: rho g h / (rho c^2) <= 0.5 %; and particles that left the lattice differ by about as much.

@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <optional>
 
 #include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/geom/rasterize.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic_noise.h"
 #include "tactus/rig/synthetic_source.h"
@@ -113,6 +116,89 @@ TEST(TrackedBlade, ItsHullPushesNothing) {
   EXPECT_GT(play(scene, {}, 26).most_moved_m, 0.05F * 0.015F);
 }
 
+/// A bar that touches, without gravity, and exact masks of the scalpel at poses that a test gives.
+struct Posed {
+  DeviceSet devices{"cpu", 3};
+  Rig rig;
+  BladeModel model = built_in_scalpel();
+  std::optional<Simulation> simulation;
+  int frames = 0;
+
+  explicit Posed(const std::function<void(BodyDescription&)>& change) {
+    Scene scene = parse_scene(kScene, "scenes/x.yaml");
+    scene.bodies[0].contact = true;
+    scene.gravity_m_s2 = {};
+    change(scene.bodies[0]);
+    SyntheticOptions options;
+    options.figure = "scalpel";
+    options.depth = options.truth = false;
+    rig = SyntheticSource(options).rig();
+    simulation.emplace(devices, scene, rig, BodyAssets{});
+  }
+  /// Its blade is 38 mm before `handle_m`, the edge 8 mm below, along x; its flanks face z.
+  StepReport step(Vec3d handle_m) {
+    TriangleMesh posed = model.mesh;
+    for (Vec3f& p : posed.positions_m) p += vec_cast<float>(handle_m);
+    FrameSet frame;
+    for (const Camera& camera : rig.cameras) frame.silhouettes.push_back(render_silhouette(posed, camera));
+    return simulation->step(frame, frames++ > 0 ? 1.0 / 30 : 0);
+  }
+  SoftBody& body() { return *simulation->bodies()[0]; }
+};
+
+/// The scalpel goes down through a bar. Before a cube is cut through, its edge is up to a spacing deep in it,
+/// and nothing moves. Then its flanks part the cut, by about the blade's thickness: 0.4 mm at the edge, 2 mm
+/// at the back.
+TEST(TrackedBlade, ItsFlanksOpenTheCutAndItsEdgePushesNothing) {
+  constexpr float kWidth_m = 0.045F;
+  Posed scene([&](BodyDescription& bar) {
+    bar.shape.size_m = {0.0225, 0.06, double{kWidth_m}};
+    bar.spacing_m = 0.0075;
+  });
+  const std::vector<Vec3f> rest_m = scene.body().positions_m(scene.simulation->context());
+  float before_m = 0, opened_m = 0;
+  Index touched = 0;
+  for (int k = 0; k < 16; ++k) {
+    const StepReport report = scene.step({0.138, 0.49 - 0.1 * k / 30, 0});
+    for (const BodyContact& c : report.contacts) touched += c.piece == "scalpel" ? c.reaction.contacts : 0;
+    if (scene.simulation->cuts().empty()) {
+      EXPECT_EQ(touched, 0);
+      const std::vector<Vec3f> x_m = scene.body().positions_m(scene.simulation->context());
+      for (std::size_t i = 0; i < x_m.size(); ++i) before_m = std::max(before_m, length(x_m[i] - rest_m[i]));
+    }
+    const Box3f box = bounds(scene.simulation->snapshot().bodies[0]);
+    opened_m = std::max(opened_m, box.max.z - box.min.z - kWidth_m);
+  }
+  EXPECT_EQ(scene.simulation->tracked_blades().now(0).state, BladeState::known);
+  EXPECT_EQ(scene.simulation->cuts().size(), 1U);
+  EXPECT_LT(before_m, 0.05F * 0.0075F);
+  EXPECT_GT(touched, 0);
+  EXPECT_GT(opened_m, 0.0004F);
+  EXPECT_LT(opened_m, 0.003F);  // 2 mm, and what the edge may be off by at either flank, 2 x 0.5 mm
+}
+
+/// Moved along the normal of its flank against a free bar, the scalpel gives it the momentum that it is said
+/// to lose. Sums of 10,000 floats: 1e-4.
+TEST(TrackedBlade, ItsFlankPushes) {
+  Posed scene([](BodyDescription& bar) { bar.fixed.clear(); });
+  Vec3d impulse_N_s{}, momentum_N_s{};
+  for (int k = 0; k < 15; ++k) {
+    const StepReport report = scene.step({0.142, 0.44, -0.045 + 0.1 * k / 30});  // the bar begins at -22.5 mm
+    for (const BodyContact& contact : report.contacts) {
+      EXPECT_EQ(contact.piece, "scalpel");
+      impulse_N_s += vec_cast<double>(contact.reaction.impulse_N_s);
+    }
+  }
+  EXPECT_EQ(scene.simulation->tracked_blades().now(0).state, BladeState::known);
+  EXPECT_TRUE(scene.simulation->cuts().empty());
+  const std::vector<Vec3f> v_m_s = scene.body().velocities_m_s(scene.simulation->context());
+  for (std::size_t i = 0; i < v_m_s.size(); ++i)
+    momentum_N_s +=
+        static_cast<double>(scene.body().shape().lattice.node_mass_kg[i]) * vec_cast<double>(v_m_s[i]);
+  EXPECT_GT(momentum_N_s.z, 1e-3);
+  EXPECT_NEAR(length(impulse_N_s + momentum_N_s), 0, 1e-4 * length(momentum_N_s));
+}
+
 TEST(TrackedBlade, RefusesWhatItDoesNotKnow) {
   Scene scene = parse_scene(kScene, "scenes/x.yaml");
   scene.blades[0].tracked->two_sigma_m = 0.0005;
@@ -138,6 +224,17 @@ TEST(TrackedBlade, IsCheckedByName) {
   expect("{model: scalpel, two_sigma_m: -1}", "two_sigma_m");
   expect("{model: scalpel}\n    to_m: [1, 0, 0]", "to_m");
   expect("{model: scalpl}", "scalpel");
+  const auto markers = [](const std::string& list, const std::string& more = "") {
+    return "{model: scalpel, markers: [" + list + "]" + more + "}";
+  };
+  const std::string good = "{id: 3, at: [0, 0, 0], right: [1, 0, 0], down: [0, -1, 0], size: 0.02}";
+  expect(markers("{id: 50, at: [0, 0, 0], right: [1, 0, 0], down: [0, -1, 0], size: 0.02}").c_str(),
+         "0 to 49");
+  expect(markers("{id: 3, at: [0, 0, 0], right: [1, 0, 0], down: [1, -1, 0], size: 0.02}").c_str(),
+         "right angles");
+  expect(markers("{id: 3, at: [0, 0, 0], right: [1, 0, 0], down: [0, -1, 0]}").c_str(), "size");
+  expect(markers(good, ", dictionary: 4X4_5").c_str(), "4X4_50");
+  expect(markers(good + ", " + good).c_str(), "expected it once");
 }
 
 }  // namespace

@@ -88,6 +88,8 @@ int expect_sound(const Body& body, double volume_error = 1e-4, bool may_reach = 
   int reaching = 0;
   const CubeLattice& lattice = body.cutter.lattice().lattice();
   EXPECT_NEAR(lattice.mass_kg(), body.lattice.mass_kg(), 1e-6 * body.lattice.mass_kg());
+  for (Index c = 0; c < lattice.regular_cubes(); ++c)
+    for (const Index cube : body.cutter.lattice().live(c)) EXPECT_GT(lattice.cube_fill[at(cube)], 0) << cube;
   std::map<std::pair<Index, Index>, int> edges;
   const std::vector<Index> parts = parts_of_cubes(lattice);
   // Nodes hang together as this sum over all cubes says.

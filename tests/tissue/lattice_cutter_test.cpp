@@ -40,9 +40,8 @@ BladeStrip plane_z(float z, float n) {
 TopologyChange cut(LatticeCutter& cutter, const BladeStrip& s) {
   cutter.mark(s, cutter.lattice().rest_positions_m());
   const auto stages = cutter.splits();
-  std::vector<std::vector<double>> share;
-  for (const auto& stage : stages) share.emplace_back(stage.size(), 0.5);
-  return cutter.commit(stages, share);
+  for (const auto& stage : stages) cutter.divide(stage, std::vector<double>(stage.size(), 0.5));
+  return cutter.commit(stages);
 }
 
 /// What every cut lattice is: masses are kept, corners that are a copy's own have the regular node, a cube
@@ -151,7 +150,8 @@ TEST(LatticeCutter, CutsOneHalfAlone) {
   cutter.mark(plane_y(3.5F, 8), x);
   const auto stages = cutter.splits();
   ASSERT_EQ(stages.size(), 1U);
-  cutter.commit(stages, {std::vector<double>(stages[0].size(), 0.5)});
+  cutter.divide(stages[0], std::vector<double>(stages[0].size(), 0.5));
+  cutter.commit(stages);
   EXPECT_EQ(cutter.part_count(), 3);
   EXPECT_EQ(cutter.copies_in_use(), 2 * 64 + 2 * 5 * 8);
   expect_sound(cutter, whole.mass_kg());

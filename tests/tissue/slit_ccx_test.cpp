@@ -115,9 +115,8 @@ CubeLattice blade_block(Index cuts, float bottom_m) {
   const cut::BladeStrip strip{{{x_m, 1, -1}, {x_m, 1, 1}}, {{x_m, bottom_m, -1}, {x_m, bottom_m, 1}}, 0};
   cutter.mark(strip, cutter.lattice().rest_positions_m());
   const auto stages = cutter.splits();
-  std::vector<std::vector<double>> halves;
-  for (const auto& stage : stages) halves.emplace_back(stage.size(), 0.5);
-  cutter.commit(stages, halves);
+  for (const auto& stage : stages) cutter.divide(stage, std::vector<double>(stage.size(), 0.5));
+  cutter.commit(stages);
   return cutter.lattice();
 }
 

@@ -25,6 +25,7 @@
 #include "tactus/io/mesh_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/io/vtk_file.h"
+#include "tactus/rig/markers.h"
 #include "tactus/rig/wire/recording_file.h"
 #include "tactus/view/renderer.h"
 
@@ -128,6 +129,35 @@ void check_photographs(const RunOptions& options, const Scene& scene, const Fram
       "; expected 0 for a surface of clay");
 }
 
+/// Of the markers on its tools; nullptr: it has none.
+const std::string* marker_dictionary_of(const Scene& scene) {
+  for (const BladeDescription& blade : scene.blades)
+    if (blade.tracked && !blade.tracked->markers.empty()) return &blade.tracked->dictionary;
+  return nullptr;
+}
+
+/// Markers are seen in photographs.
+void see_markers(const RunOptions& options, const Scene& scene, FrameSet& frame) {
+  const std::string* dictionary = marker_dictionary_of(scene);
+  if (dictionary == nullptr) return;
+  if (frame.colors.empty())
+    throw usage_error(options.scene_path +
+                      ": a blade has 'markers', but its source has no photographs to see them in");
+  frame.markers = find_markers(frame.colors, *dictionary);
+}
+
+/// Before anything is opened.
+void check_markers(const RunOptions& options, const Scene& scene) {
+  if (marker_dictionary_of(scene) == nullptr) return;
+  if (!markers_missing().empty())
+    throw Error(options.scene_path + ": a blade has 'markers', but " + markers_missing());
+  if (!options.record_path.empty())
+    throw usage_error(
+        "--record '" + options.record_path +
+        "': a blade of the scene has 'markers', and recordings keep photographs with losses, so it "
+        "would not replay to the same bits");
+}
+
 /// What a scene is shown instead of its own source.
 SourceDescription source_of_file(const std::string& path) {
   SourceDescription source;
@@ -183,6 +213,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
       ++summary.bad_frames;
       continue;
     }
+    if (next == NextFrame::success) see_markers(options, scene, frame);
     const StepReport report = simulation.step(next == NextFrame::success ? &frame : nullptr,
                                               progress.has_last ? frame.time_s - progress.last_time_s : 0);
     progress.last_time_s = frame.time_s;
@@ -258,9 +289,11 @@ void run(const RunOptions& options) {
     lock.emplace(options.out);
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   if (!options.checkpoint_path.empty()) output_is_writable(options.checkpoint_path);
+  check_markers(options, scene);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_frame_source(
-      scene.source, {.colors = scene.view.photographs > 0, .depth = scene.reconstruction.depth});
+      scene.source, {.colors = scene.view.photographs > 0 || marker_dictionary_of(scene) != nullptr,
+                     .depth = scene.reconstruction.depth});
   const double budget_s = options.budget.empty() ? 0 : parse_budget_s(options.budget);
   const BodyAssets assets = load_body_assets(scene);
   Simulation simulation(devices, scene, source->rig(), assets, budget_s > 0);

@@ -59,6 +59,8 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
   if (room > 0) {
     host_points_.assign(points.begin(), points.end());
     changes_ = Buffer<SetPoints::Change>(ctx.device(), n);
+    sides_ = Buffer<WallSide>(ctx.device(), n);
+    ctx.fill_bytes(sides_.view(), 0);
   }
   reset(ctx);
   begin_frame(ctx);
@@ -120,14 +122,15 @@ void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
   std::vector<SetPoints::Change> set;
   for (const PointChange& change : changes) {
     host_points_[at(change.point)] = change.to;
-    set.push_back({change.point, change.to, {}});
+    set.push_back({change.point, change.to, {}, change.side});
     for (std::size_t k = 0; k < 8; ++k) set.back().rows[k] = row_of_[at(change.to.node[k])];
   }
   change_blocks(changes);
   const View<SetPoints::Change> staged = changes_.view().part(0, static_cast<Index>(set.size()));
   ctx.upload(set, staged);
-  ctx.parallel_for("contact/set_points", staged.size(),
-                   SetPoints{View<const SetPoints::Change>(staged), points_.view(), rows_.view()});
+  ctx.parallel_for(
+      "contact/set_points", staged.size(),
+      SetPoints{View<const SetPoints::Change>(staged), points_.view(), rows_.view(), sides_.view()});
   incident_.upload(ctx);
   block_nodes_.upload(ctx);
   ctx.upload(host_blocks_, blocks_.view());
@@ -229,7 +232,7 @@ void BodyPoints::end_frame(ExecContext& ctx) {
 
 PointTable BodyPoints::table() const {
   return {points_.const_view(), nodes_.const_view(), incident_.ranges(), incident_.values(),
-          rows_.const_view(),   own_rows_,           moved_rows_};
+          rows_.const_view(),   sides_.const_view(), own_rows_,          moved_rows_};
 }
 
 PointState BodyPoints::state() {

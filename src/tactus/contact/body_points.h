@@ -64,6 +64,7 @@ struct PointContact {
   Index owner = -1;  ///< of what it touches
   Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
   Vec3f held_m;      ///< where friction holds it; moves along with what it touches
+  float left_m = 0;  ///< how deep it stays for now: the wall of a cut that is being parted
 };
 
 /// What one point, or all, did to an owner since the frame began.
@@ -147,6 +148,7 @@ struct PointTable {
   View<const IndexRange> lists;  ///< per row
   View<const Index> incident;    ///< 8 point + corner
   View<const Index> rows;        ///< at 8 point + corner: of that node; any, where its weight is 0
+  View<const WallSide> sides;    ///< per point; empty: no point can be on a wall of a cut
   Index own = 0, moved = 0;      ///< so many of the first rows are NodeShare::own; or that or copy
 };
 
@@ -226,13 +228,16 @@ struct SetPoints {
     Index point = 0;
     EmbeddedPoint to;
     Index rows[8] = {};
+    WallSide side;
   };
   View<const Change> changes;
   View<EmbeddedPoint> points;
   View<Index> rows;
+  View<WallSide> sides;
   TACTUS_HD void operator()(Index i) const {
     const Change& change = changes[i];
     points[change.point] = change.to;
+    sides[change.point] = change.side;
     for (int k = 0; k < 8; ++k) rows[8 * change.point + k] = change.rows[k];
   }
 };
@@ -319,6 +324,7 @@ class BodyPoints {
   Buffer<IndexRange> blocks_;
   Buffer<Index> nodes_, rows_, touching_, recorded_, searched_, block_pose_, awake_, lost_, list_counts_;
   Buffer<SetPoints::Change> changes_;
+  Buffer<WallSide> sides_;
   Buffer<float> sleep_m_, mass_kg_;
   Buffer<Vec3f> block_x_m_;
   Buffer<PointNeighbours> neighbours_;

@@ -56,14 +56,15 @@ ContactSettings checked(const ContactSettings& s) {
 Contact::Contact(Device& device, const ContactSettings& settings)
     : settings_(checked(settings)), poses_(device, kMostSubsteps) {}
 
-void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times) {
+void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times,
+                          View<const ToolMotion> tools) {
   times_ = times;
   if (times.substeps > kMostSubsteps) {
     throw Error("contact: " + std::to_string(times.substeps) + " substeps, expected at most " +
                 std::to_string(kMostSubsteps));
   }
   ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
-                   PoseSurface{surface.motions(), surface.pieces(), times, poses_.view()});
+                   PoseSurface{surface.motions(), surface.pieces(), times, poses_.view(), tools});
   if (settings_.response != ContactResponse::paper) return;
   const SamplesView samples = surface.samples();
   if (sample_m3_.empty()) sample_m3_ = Buffer<float>(ctx.device(), samples.x_m.size());

@@ -1,6 +1,6 @@
 #pragma once
-/// Contact of bodies with the real surface and with what stands still. One-way: nothing moves those; what is
-/// done to them is reported.
+/// Contact of bodies with the real surface, with what stands still and with tools. One-way: nothing moves
+/// those; what is done to them is reported.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -60,8 +60,10 @@ class Contact {
   /// @throws Error naming the setting that is out of range.
   explicit Contact(Device& device, const ContactSettings& settings = {});
 
-  /// Finds where the surface is after each substep. @throws Error for more than kMostSubsteps.
-  void begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times);
+  /// Finds where the surface and tools are after each substep. @param tools as Obstacles counts them
+  /// @throws Error for more than kMostSubsteps.
+  void begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times,
+                   View<const ToolMotion> tools = {});
   /// Moves points that lie deeper than 2 spacings (up to 8) in the real object to its surface, for each body
   /// once a frame before its first `correct`, as the surface is after the first substep: where it came from
   /// nowhere. Velocities stay.

@@ -25,8 +25,10 @@ struct Deepest {
   float gap_m = 0;
   Vec3f n, velocity_m_s;
   Index owner = -1;
-  TACTUS_HD void see(float gap, Vec3f normal, Vec3f velocity, Index who) {
+  bool parts = false;  ///< a blade is there already: the wall gives way little by little
+  TACTUS_HD void see(float gap, Vec3f normal, Vec3f velocity, Index who, bool is_parted = false) {
     if (!(gap < gap_m)) return;
+    parts = is_parted;
     gap_m = gap;
     n = normal;
     velocity_m_s = velocity;
@@ -67,17 +69,44 @@ struct ContactFinder {
 
   TACTUS_HD const SurfacePoses& poses() const { return boundaries.poses[pose]; }
   TACTUS_HD Index own(Index owner) const { return owner < kPieces ? poses().own(owner) : kAnyPiece; }
+  /// The number of the tool that an owner is; -1: it is none.
+  TACTUS_HD Index tool_of(Index owner) const {
+    return owner < kPieces ? -1 : boundaries.obstacles[owner - kPieces].tool;
+  }
   TACTUS_HD Vec3f velocity_of(Index owner, Vec3f x) const {
-    return owner < kPieces ? poses().piece[owner].velocity_at(x) : Vec3f{};
+    if (owner < kPieces) return poses().piece[owner].velocity_at(x);
+    const Index t = tool_of(owner);
+    return t >= 0 ? poses().tool[t].velocity_at(x) : Vec3f{};
+  }
+  /// The other way round than to the owner's coordinates.
+  TACTUS_HD Vec3f to_world(Index owner, Vec3f direction) const {
+    if (owner < kPieces) return poses().piece[owner].turn * direction;
+    const Index t = tool_of(owner);
+    return t >= 0 ? poses().tool[t].turn * direction : direction;
   }
   TACTUS_HD MeetingPoint meet(Index owner, Vec3f x, Vec3f v, Vec3f facing) const {
-    if (owner >= kPieces) return {x, x - dt_s * v, facing};
-    const SurfacePose& surface = poses().piece[owner];
-    const Mat3f back = transpose(surface.turn);
-    const Vec3f p = surface.to_capture(x);
-    return {p, p - dt_s * (back * (v - surface.velocity_at(x))), back * facing};
+    const Index t = tool_of(owner);
+    if (owner >= kPieces && t < 0) return {x, x - dt_s * v, facing};
+    const Mat3f back = transpose(t >= 0 ? poses().tool[t].turn : poses().piece[owner].turn);
+    const Vec3f p = t >= 0 ? poses().tool[t].to_tool(x) : poses().piece[owner].to_capture(x);
+    return {p, p - dt_s * (back * (v - velocity_of(owner, x))), back * facing};
   }
-  TACTUS_HD Vec3f facing(Index i) const {
+  /// Out of the wall of a cut that a point is on; 0: it is on none.
+  TACTUS_HD Vec3f wall_out(Index i) const {
+    Vec3f out{};
+    if (body.table.sides.empty()) return out;
+    const EmbeddedPoint& point = body.table.points[i];
+    const WallSide& side = body.table.sides[i];
+    for (int k = 0; k < 8; ++k)
+      if (side.weight[k] != 0.F) out += side.weight[k] * body.nodes.position(point.node[k]);
+    return out;
+  }
+  /// The normal of what the point touches, as it was; 0: it touches nothing. The wall of a cut is on the side
+  /// of a blade that faces it: both walls may be where the blade is, and each goes to its own side.
+  TACTUS_HD Vec3f facing(Index i, Index owner) const {
+    if (tool_of(owner) >= 0) {
+      if (const Vec3f out = wall_out(i); out != Vec3f{}) return -normalized(out);
+    }
     return body.state.touching[i] != 0 ? body.state.contact[i].n : Vec3f{};
   }
   /// Squared: how far a point moved at most relative to anything since the pose `then`, at which it was at
@@ -88,6 +117,10 @@ struct ContactFinder {
     float most = boundaries.obstacles.empty() ? 0.F : dot(moved, moved);
     for (Index k = 0; k < all.count; ++k) {
       moved = all.piece[k].to_capture(x_m) - before.piece[k].to_capture(from_m);
+      most = max(most, dot(moved, moved));
+    }
+    for (Index t = 0; t < all.tools; ++t) {
+      moved = all.tool[t].to_tool(x_m) - before.tool[t].to_tool(from_m);
       most = max(most, dot(moved, moved));
     }
     return most;
@@ -142,8 +175,12 @@ struct ContactFinder {
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       const Obstacle& o = boundaries.obstacles[k];
+      if (o.tool >= 0 && all.tool[o.tool].is_there == 0) continue;
       if (o.kind == ObstacleKind::mesh) {
-        if (o.mesh.may_be_near(x))
+        const Vec3f there = o.tool >= 0 ? all.tool[o.tool].to_tool(x) : x;
+        if (o.tool >= 0 && o.outside_m(there) > body.reach_m)
+          near.free_m = min(near.free_m, o.outside_m(there));
+        else if (o.mesh.may_be_near(there))
           to_search |= 1U << (kPieces + k);
         else
           near.free_m = min(near.free_m, o.mesh.sure_reach_m());
@@ -187,7 +224,7 @@ struct ContactFinder {
   /// Triangle e of the list of point i.
   TACTUS_HD void see(Index i, Index e, const SurfaceTrianglesView& surface, PointFinding& p) const {
     const NearTriangle near = listed(i, e);
-    const MeetingPoint at = meet(near.owner, p.x_m, p.v_m_s, facing(i));
+    const MeetingPoint at = meet(near.owner, p.x_m, p.v_m_s, facing(i, near.owner));
     const SurfaceTrianglesView& mesh = mesh_of(near.owner, surface);
     p.seen[e] =
         SeenTriangle::of(mesh.corners[near.slot], at.p_m, at.before_m, at.facing, mesh.slack_m(body.reach_m));
@@ -201,13 +238,13 @@ struct ContactFinder {
       const auto owner = static_cast<Index>(lowest_bit(left));
       SurfaceGap g;
       if (!find_gap(i, owner, surface, may_search, p, g)) return lose(p);
-      if (!g.inside) continue;
-      const Vec3f n = owner < kPieces ? poses().piece[owner].turn * g.n : g.n;
-      deepest.see(g.gap_m, n, velocity_of(owner, x), owner);
+      if (!g.inside || (tool_of(owner) >= 0 && !touches_tool(i, owner, p, g))) continue;
+      deepest.see(g.gap_m, to_world(owner, g.n), velocity_of(owner, x), owner,
+                  tool_of(owner) >= 0 && !g.entered);
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       if (boundaries.obstacles[k].kind == ObstacleKind::mesh) continue;
-      const SurfaceGap g = boundaries.obstacles[k].shape_gap(x, x - dt_s * v, facing(i));
+      const SurfaceGap g = boundaries.obstacles[k].shape_gap(x, x - dt_s * v, facing(i, kPieces + k));
       if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
     }
     if (deepest.owner < 0) {
@@ -224,12 +261,31 @@ struct ContactFinder {
     const Index touching = body.state.touching[i];
     if (touching == 0) return;
     PointContact& contact = body.state.contact[i];
-    if (contact.owner < poses().count)
-      contact.held_m += dt_s * poses().piece[contact.owner].velocity_at(contact.held_m);
+    if (contact.owner >= kPieces || contact.owner < poses().count)
+      contact.held_m += dt_s * velocity_of(contact.owner, contact.held_m);
     body.set_touching(i, body.table.points[i], touching < kLingering ? touching + 1 : 0);
   }
 
  private:
+  /// Of the walls of a new cut, which are where the blade is. Waves in soft tissue have some m/s; at once, a
+  /// millimetre would throw them apart.
+  static constexpr float kParting_m_s = 0.05F;
+  /// A blade that moves with its edge ahead is a wedge of less than that slope.
+  static constexpr float kSteepestWedge = 0.2F;
+  /// The edge of a blade pushes nothing away: it is to cut it. Nor does a flank push what came in by the
+  /// edge: beside a cut that is still to open, a lattice can't be parted. But the walls of a cut are parted.
+  TACTUS_HD bool touches_tool(Index i, Index owner, const PointFinding& p, const SurfaceGap& g) const {
+    const Obstacle& o = boundaries.obstacles[owner - kPieces];
+    if (o.edge_m.empty()) return true;
+    const ToolPose& tool = poses().tool[o.tool];
+    const Vec3f at = tool.to_tool(p.x_m), off = o.to_edge(at - g.gap_m * g.n);
+    if (dot(off, off) < sqr(o.edge_reach_m)) return false;
+    if (wall_out(i) != Vec3f{} || (body.state.touching[i] != 0 && body.state.contact[i].owner == owner))
+      return true;
+    const Vec3f rel = p.v_m_s - tool.velocity_at(p.x_m);
+    const float ahead = dot(rel, tool.turn * normalized(o.to_edge(at))), approach = dot(rel, tool.turn * g.n);
+    return g.entered && approach <= kSteepestWedge * min(ahead, 0.F);
+  }
   /// The triangles of that owner.
   TACTUS_HD const SurfaceTrianglesView& mesh_of(Index owner, const SurfaceTrianglesView& surface) const {
     return owner < kPieces ? surface : boundaries.obstacles[owner - kPieces].mesh;
@@ -239,7 +295,7 @@ struct ContactFinder {
   }
 
   TACTUS_HD void begin_search(TriangleSearch& q, Index owner, Index i, const PointFinding& p) const {
-    q.at = meet(owner, p.x_m, p.v_m_s, facing(i));
+    q.at = meet(owner, p.x_m, p.v_m_s, facing(i, owner));
     q.way_m = min(length(q.at.p_m - q.at.before_m), body.reach_m);
     q.least = q.held = {};
     q.candidates = 0;
@@ -315,7 +371,7 @@ struct ContactFinder {
   TACTUS_HD bool find_gap(Index i, Index owner, const SurfaceTrianglesView& surface, bool may_search,
                           const PointFinding& p, SurfaceGap& gap) const {
     const SurfaceTrianglesView& mesh = mesh_of(owner, surface);
-    const Vec3f face = facing(i);
+    const Vec3f face = facing(i, owner);
     const MeetingPoint at = meet(owner, p.x_m, p.v_m_s, face);
     GapOfTriangles found(body.reach_m);
     bool crowded = (p.crowded >> owner & 1U) != 0U;
@@ -341,7 +397,11 @@ struct ContactFinder {
                            const PointFinding& p) const {
     if (needed_m <= mesh.sure_reach_m()) return true;
     Vec3f then = p.near.x_m;
-    if (owner < kPieces) then = boundaries.poses[body.state.searched[i]].piece[owner].to_capture(then);
+    const SurfacePoses& before = boundaries.poses[body.state.searched[i]];
+    if (const Index t = tool_of(owner); t >= 0)
+      then = before.tool[t].to_tool(then);
+    else if (owner < kPieces)
+      then = before.piece[owner].to_capture(then);
     return mesh.cells.grid.cell(at_m) == mesh.cells.grid.cell(then);
   }
   TACTUS_HD GapOfTriangles gap_of_list(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m,
@@ -376,15 +436,16 @@ struct ContactFinder {
   /// which what rests creeps. Restitution is for what arrives: what touched already is carried.
   TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
     const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
-    const float depth = -deepest.gap_m;
     PointContact& contact = body.state.contact[i];
     const bool same = touching != 0 && contact.owner == deepest.owner;
+    const float deep = -deepest.gap_m, before = same ? max(contact.left_m - kParting_m_s * dt_s, 0.F) : deep,
+                left = deepest.parts ? min(before, deep) : 0.F, depth = deep - left;
     const Vec3f held = same ? contact.held_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
     const Vec3f away = x - held, slide = away - dot(away, n) * n;
     const float distance = length(slide), most = friction * depth;
     const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
     const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);
-    contact = {x + push, push, kick, depth, deepest.owner, n, x + push};
+    contact = {x + push, push, kick, deep, deepest.owner, n, x + push, left};
   }
 };
 

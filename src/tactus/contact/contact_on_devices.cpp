@@ -1,5 +1,7 @@
 #include "tactus/contact/contact_on_devices.h"
 
+#include <algorithm>
+
 #include "tactus/contact/copy_kernels.h"
 
 namespace tactus {
@@ -12,14 +14,28 @@ ContactOnDevices::ContactOnDevices(DeviceSet& devices, int count, const RealSurf
     ExecContext& ctx = devices.context(p);
     parts_.push_back(std::unique_ptr<Part>(new Part{RealSurface(ctx.device(), surface),
                                                     Obstacles(ctx, obstacles, surface.sample_spacing_m),
-                                                    Contact(ctx.device(), contact)}));
+                                                    Contact(ctx.device(), contact),
+                                                    {}}));
     part(p).surface.clear(ctx);
+    if (const Index tools = part(p).obstacles.tool_count(); tools > 0) {
+      part(p).tools = Buffer<ToolMotion>(ctx.device(), tools);
+      ctx.fill_bytes(part(p).tools.view(), 0);
+    }
     if (p == 0) continue;
     copies_[static_cast<std::size_t>(p)] = {Buffer<Vec3f>(ctx.device(), surface.max_vertices),
                                             Buffer<Vec3i>(ctx.device(), surface.max_triangles),
                                             Buffer<Index>(ctx.device(), 2)};
   }
+  if (first().obstacles.tool_count() > 0)
+    tool_ring_ = UploadRing<ToolMotion>(devices, first().obstacles.tool_count());
   devices.synchronize();
+}
+
+void ContactOnDevices::move_tools(std::span<const ToolMotion> tools) {
+  if (tools.empty()) return;
+  std::copy(tools.begin(), tools.end(), tool_ring_.next().begin());
+  for (int p = 0; p < count(); ++p) devices_.context(p).upload(tool_ring_.newest(), part(p).tools.view());
+  tool_ring_.sent();
 }
 
 /// What is used of it, where kernels can read it in place, else all that there is room for.
@@ -59,7 +75,8 @@ void ContactOnDevices::update(const MeshView& mesh, const FrameOnDevices& frame)
 
 void ContactOnDevices::begin_frame(const FrameOnDevices& frame) {
   for (int p = 0; p < count(); ++p)
-    part(p).contact.begin_frame(devices_.context(p), part(p).surface, {.frame = frame.view(p)});
+    part(p).contact.begin_frame(devices_.context(p), part(p).surface, {.frame = frame.view(p)},
+                                part(p).tools.const_view());
 }
 
 }  // namespace tactus

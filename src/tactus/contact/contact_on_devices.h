@@ -2,6 +2,7 @@
 /// What bodies touch, on every device that has a part of one that may.
 #include "tactus/contact/contact.h"
 #include "tactus/frame/frame_on_devices.h"
+#include "tactus/multi_device/upload_ring.h"
 
 namespace tactus {
 
@@ -13,6 +14,7 @@ class ContactOnDevices {
     RealSurface surface;
     Obstacles obstacles;
     Contact contact;
+    Buffer<ToolMotion> tools;
   };
 
   /// @param count of devices. Synchronizes. @throws Error as RealSurface, Obstacles and Contact.
@@ -31,7 +33,10 @@ class ContactOnDevices {
   void set_coarseness(float spacings) {
     for (auto& part : parts_) part->surface.set_coarseness(spacings);
   }
-  /// Finds where the surface is after each substep. Asynchronous.
+  /// How tools move from now on; until then none is there. Asynchronous, between frames.
+  /// @param tools as the obstacles count them
+  void move_tools(std::span<const ToolMotion> tools);
+  /// Finds where the surface and tools are after each substep. Asynchronous.
   void begin_frame(const FrameOnDevices& frame);
 
  private:
@@ -47,6 +52,7 @@ class ContactOnDevices {
   std::vector<std::unique_ptr<Part>> parts_;
   std::vector<MeshCopy> copies_;  ///< per device; of the first, empty
   Event ready_;
+  UploadRing<ToolMotion> tool_ring_;  ///< empty where there are no tools
 };
 
 }  // namespace tactus

@@ -60,8 +60,8 @@ struct NearestOnSurface {
   }
 };
 
-/// Adds the pieces of the real surface and the obstacles to the walls near every particle. A plane or box is
-/// exact; of a mesh or a piece, the nearest point counts.
+/// Adds the pieces of the real surface, obstacles and tools to the walls near every particle. A plane or box
+/// is exact; of a mesh or a piece, the nearest point counts.
 struct FindNearWalls {
   static constexpr int kGrain = 256;
   View<const SearchParticle> particles;
@@ -92,6 +92,10 @@ struct FindNearWalls {
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       const Obstacle& o = boundaries.obstacles[k];
+      if (o.tool >= 0) {
+        add_tool(i, o, all.tool[o.tool], first_owner + kPieces + k);
+        continue;
+      }
       const NearestOnSurface on = o.kind == ObstacleKind::mesh ? of_mesh(o.mesh, x) : of_shape(o, x);
       if (on.found && on.distance_m < reach_m)
         near.add(i, {on.n, on.distance_m, {}, first_owner + kPieces + k, 0.F, {}});
@@ -99,6 +103,13 @@ struct FindNearWalls {
   }
 
  private:
+  TACTUS_HD void add_tool(Index i, const Obstacle& o, const ToolPose& tool, Index owner) const {
+    const Vec3f x = particles[i].x_m, p = tool.to_tool(x);
+    if (tool.is_there == 0 || o.outside_m(p) > reach_m) return;
+    const NearestOnSurface on = of_mesh(o.mesh, p);
+    if (on.found && on.distance_m < reach_m)
+      near.add(i, {tool.turn * on.n, on.distance_m, tool.velocity_at(x), owner, 0.F, {}});
+  }
   TACTUS_HD static float spacing_m(const SurfaceTrianglesView& mesh) {
     return 0.5F / mesh.cells.grid.inverse_cell_1_m;
   }

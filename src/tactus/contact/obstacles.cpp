@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/contact/body_points.h"
+#include "tactus/geom/closest_point.h"
 #include "tactus/geom/mesh_defects.h"
 
 namespace tactus {
@@ -44,7 +45,8 @@ std::unique_ptr<RealSurface> sorted_mesh(ExecContext& ctx, const ObstacleDescrip
                 " m^3, must be > 0: its triangles must be counter-clockwise from outside");
   }
   TriangleMesh mesh = with_short_edges(description.mesh, 16 * spacing_m);
-  for (Vec3f& p : mesh.positions_m) p = description.T_world_obstacle * p;
+  const Rigidf T = description.moves ? Rigidf{} : description.T_world_obstacle;
+  for (Vec3f& p : mesh.positions_m) p = T * p;
   std::vector<Vec3i> triangles;
   Index samples = 0;
   for (const auto& t : mesh.triangles) {
@@ -73,6 +75,33 @@ std::unique_ptr<RealSurface> sorted_mesh(ExecContext& ctx, const ObstacleDescrip
   return surface;
 }
 
+/// Blades are at most so thick where they cut: what is nearer than half of it to the edge is the edge.
+constexpr float kEdgeThickness_m = 1e-3F;
+
+/// From its centre, as ToolPose counts.
+ObstacleDescription centered(ObstacleDescription tool) {
+  const Vec3f center_m = bounds(tool.mesh).center();
+  for (Vec3f& p : tool.mesh.positions_m) p -= center_m;
+  for (Vec3f& p : tool.edge_m) p -= center_m;
+  return tool;
+}
+
+float distance_m(const TriangleMesh& mesh, Vec3f p_m) {
+  float nearest_m = 1e30F;
+  for (const auto& t : mesh.triangles) {
+    const auto at = [&](std::size_t k) { return mesh.positions_m[static_cast<std::size_t>(t.at(k))]; };
+    nearest_m = std::min(nearest_m, length(closest_point_on_triangle(p_m, at(0), at(1), at(2)) - p_m));
+  }
+  return nearest_m;
+}
+
+/// Where the polyline is beside the mesh, its points are as far off as those of the mesh may be.
+float edge_reach_m(const ObstacleDescription& tool) {
+  float off_m = 0;
+  for (const Vec3f p : tool.edge_m) off_m = std::max(off_m, distance_m(tool.mesh, p));
+  return off_m + 0.5F * kEdgeThickness_m;
+}
+
 }  // namespace
 
 Obstacles::Obstacles(ExecContext& ctx, std::span<const ObstacleDescription> descriptions,
@@ -82,9 +111,13 @@ Obstacles::Obstacles(ExecContext& ctx, std::span<const ObstacleDescription> desc
                       std::to_string(kMaxObstacles));
   }
   std::vector<Obstacle> obstacles;
-  for (const ObstacleDescription& d : descriptions) {
+  for (const ObstacleDescription& description : descriptions) {
+    const ObstacleDescription d = description.moves ? centered(description) : description;
     names_.push_back(d.name);
-    Obstacle o{d.kind, inverse(d.T_world_obstacle), d.half_m, {}};
+    Obstacle o;
+    o.kind = d.kind;
+    o.T_obstacle_world = inverse(d.T_world_obstacle);
+    o.half_m = d.half_m;
     try {
       if (d.kind == ObstacleKind::box && !(min(d.half_m.x, min(d.half_m.y, d.half_m.z)) > 0)) {
         throw usage_error("its size is " + std::to_string(2 * d.half_m.x) + " x " +
@@ -94,6 +127,16 @@ Obstacles::Obstacles(ExecContext& ctx, std::span<const ObstacleDescription> desc
       if (d.kind == ObstacleKind::mesh) {
         meshes_.push_back(sorted_mesh(ctx, d, sample_spacing_m));
         o.mesh = meshes_.back()->triangles();
+      }
+      if (d.moves) {
+        if (d.kind != ObstacleKind::mesh) throw usage_error("it moves, so it must be a mesh");
+        if (tools_ == kMostTools)
+          throw usage_error("expected at most " + std::to_string(kMostTools) + " that move");
+        o.tool = tools_++;
+        o.bounds = bounds(d.mesh);
+        edges_.push_back(to_device(ctx, d.edge_m));
+        o.edge_m = edges_.back().const_view();
+        o.edge_reach_m = edge_reach_m(d);
       }
     } catch (const Error& e) {
       throw Error("obstacle '" + d.name + "': " + e.what(), e.kind());

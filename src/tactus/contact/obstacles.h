@@ -1,5 +1,6 @@
 #pragma once
-/// What stands still in a scene and is touched: planes, boxes, meshes.
+/// What is touched and has a shape that is known: planes, boxes and meshes that stand still, and tools, whose
+/// motion is given.
 #include <memory>
 #include <span>
 #include <string>
@@ -12,12 +13,61 @@ namespace tactus {
 
 enum class ObstacleKind : Index { plane = 0, box = 1, mesh = 2 };
 
+/// How a tool moves from a capture on, as a piece of the real surface does. Its centre is the middle of its
+/// mesh's box.
+struct ToolMotion {
+  Index is_there = 0;  ///< 0: nobody knows where it is, and it touches nothing
+  Mat3f R_world_tool = Mat3f::identity();
+  Vec3f center_m;      ///< world
+  Vec3f velocity_m_s;  ///< of the centre
+  Vec3f spin_rad_s;
+};
+
+/// At most so many tools.
+inline constexpr Index kMostTools = 4;
+
+/// Where a tool is at one time.
+struct ToolPose {
+  Index is_there;
+  Mat3f turn;  ///< R_world_tool
+  Vec3f center_m, velocity_m_s, spin_rad_s;
+  TACTUS_HD static ToolPose at(const ToolMotion& m, float time_s) {
+    const float rate = length(m.spin_rad_s);
+    const Mat3f turned = rotation_matrix(axis_angle(normalized(m.spin_rad_s), rate * time_s));
+    return {m.is_there, turned * m.R_world_tool, m.center_m + time_s * m.velocity_m_s, m.velocity_m_s,
+            m.spin_rad_s};
+  }
+  /// From its own centre. What bodies are told of a tool counts from there.
+  TACTUS_HD Vec3f to_tool(Vec3f p_m) const { return transpose(turn) * (p_m - center_m); }
+  TACTUS_HD Vec3f velocity_at(Vec3f p_m) const { return velocity_m_s + cross(spin_rad_s, p_m - center_m); }
+};
+
 /// An obstacle on the device.
 struct Obstacle {
   ObstacleKind kind = ObstacleKind::plane;
   Rigidf T_obstacle_world;  ///< plane: y is its height; box: its middle is the origin
   Vec3f half_m;             ///< box
   SurfaceTrianglesView mesh;
+  Index tool = -1;  ///< >= 0: it moves by that pose of SurfacePoses, and its mesh is in its own coordinates
+  Box3f bounds;     ///< of a tool
+  View<const Vec3f> edge_m;  ///< of a tool: a polyline that cuts, and so doesn't push
+  float edge_reach_m = 0;    ///< so far from the polyline
+
+  /// From a point to the nearest one of a tool's edge, in its coordinates.
+  TACTUS_HD Vec3f to_edge(Vec3f p_m) const {
+    Vec3f nearest{1e30F, 0, 0};
+    for (Index k = 0; k + 1 < edge_m.size(); ++k) {
+      const Vec3f along = edge_m[k + 1] - edge_m[k], to = edge_m[k] - p_m;
+      const Vec3f off = to + clamp(-dot(to, along) / dot(along, along), 0.F, 1.F) * along;
+      if (k == 0 || dot(off, off) < dot(nearest, nearest)) nearest = off;
+    }
+    return nearest;
+  }
+  /// How far a point is outside of a tool's box along the farthest axis, in its coordinates; < 0: in it.
+  TACTUS_HD float outside_m(Vec3f p_m) const {
+    const Vec3f out = max(bounds.min - p_m, p_m - bounds.max);
+    return max(out.x, max(out.y, out.z));
+  }
 
   /// The gap of a point that is inside a plane or box, or went through since it was at `before_m`, in world
   /// coordinates; `facing` as SurfaceTrianglesView::gap.
@@ -93,6 +143,8 @@ struct ObstacleDescription {
   Rigidf T_world_obstacle{};
   Vec3f half_m{0.5F, 0.05F, 0.5F};  ///< box
   TriangleMesh mesh{};              ///< closed, in the obstacle's coordinates
+  bool moves = false;               ///< a tool: of kind mesh, T_world_obstacle isn't used
+  std::vector<Vec3f> edge_m{};      ///< of a tool: along what cuts; no points: it has no edge
 };
 
 class Obstacles {
@@ -104,11 +156,14 @@ class Obstacles {
   Obstacles(ExecContext& ctx, std::span<const ObstacleDescription> descriptions, float sample_spacing_m);
 
   View<const Obstacle> view() const { return obstacles_.const_view(); }
+  Index tool_count() const { return tools_; }
   const std::vector<std::string>& names() const { return names_; }
 
  private:
   std::vector<std::string> names_;
   std::vector<std::unique_ptr<RealSurface>> meshes_;
+  std::vector<Buffer<Vec3f>> edges_;
+  Index tools_ = 0;
   Buffer<Obstacle> obstacles_;
 };
 

@@ -45,7 +45,7 @@ struct FindPairs {
     Index cube[kGroupPoints];              ///< that the point is in; -1: none
     Self self[kGroupPoints];               ///< whether the point looks for its own body
     std::uint32_t free2_m2[kGroupPoints];  ///< bits of a squared distance: no cube of its own body is nearer
-    std::uint32_t active, sleep_m;
+    std::uint32_t active, sleep_m, reach_m;
   };
 
   template <class Block>
@@ -62,7 +62,7 @@ struct FindPairs {
       cut += table.bodies[body].is_cut;
     }
     if (others == 0 && !is_self && state.group_active[b.index()] == 0U) return;
-    b.on_one_thread([&] { s.active = 0; });
+    b.on_one_thread([&] { s.active = s.reach_m = 0; });
     // A point that is in a cube of the only body in question is in no other cube.
     const bool is_one = others == 1 && cut == 0 && !is_self;
     b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
@@ -215,14 +215,16 @@ struct FindPairs {
                                const PatchBox& box) const {
     const PairBody& body = table.bodies[group.body];
     const SelfMotion& motion = state.self_motion[group.body];
-    const float farthest_m = kFarthest * body.spacing_m;
     b.for_threads(group.count, [&](int t) {
       // What touches its own body is looked at every time.
       const bool sleeps = !motion.may_wake(state.point_sleep[group.first + t], body.spacing_m);
       const bool is_there = s.cube[t] >= 0 && table.cubes[s.cube[t]].body == group.body;
       s.self[t] = is_there ? Self::inside : sleeps ? Self::sleeps : Self::sought;
-      s.free2_m2[t] = std::bit_cast<std::uint32_t>(is_there ? 0.F : sqr(farthest_m));
+      const float reach_m = is_there ? 0.F : reach_of(state.point_sleep[group.first + t], body);
+      s.free2_m2[t] = std::bit_cast<std::uint32_t>(sqr(reach_m));
+      if (s.self[t] == Self::sought) atomic_max(s.reach_m, std::bit_cast<std::uint32_t>(reach_m));
     });
+    const float farthest_m = std::bit_cast<float>(s.reach_m);
     search(
         b, s, group, body, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
         [&](int t) { return s.self[t] == Self::sought && s.free2_m2[t] > 0U; },
@@ -237,8 +239,12 @@ struct FindPairs {
   /// What lies on a wall has the other wall beside it always. It is looked for again once nodes have moved by
   /// half of that, in spacings.
   static constexpr float kWallSleep = 0.01F;
-  /// No more is asked of how far the point's own body is, in spacings.
-  static constexpr float kFarthest = 1.5F;
+  /// So far a point looks: twice as far as its body was the last time. What is near would be found near, and
+  /// what is far away is asked for less and less often.
+  TACTUS_HD static float reach_of(const SelfSleep& last, const PairBody& body) {
+    constexpr float kLeast = 0.1F, kMost = 1.5F;  // in spacings
+    return clamp(2 * last.free_m, kLeast * body.spacing_m, kMost * body.spacing_m);
+  }
 
   /// The least of distances doesn't depend on their order: nothing is left out that could change it.
   template <int kRow>

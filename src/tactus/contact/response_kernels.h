@@ -23,11 +23,13 @@ struct SurfacePose {
   }
 };
 
-/// All pieces at one time.
+/// All pieces and tools at one time.
 struct SurfacePoses {
   Index count = 0;    ///< of pieces, >= 1
   Vec3f reference_m;  ///< what moments are about: the centre of gravity of all pieces at their capture
   SurfacePose piece[kPieces];
+  Index tools = 0;
+  ToolPose tool[kMostTools];
   /// Which samples a search for piece k takes: kAnyPiece where all are its own.
   TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyPiece; }
 };
@@ -63,13 +65,14 @@ struct SubstepsTo {
   }
 };
 
-/// Thread i: all pieces after i + 1 substeps.
+/// Thread i: all pieces and tools after i + 1 substeps.
 struct PoseSurface {
   static constexpr int kGrain = 16;
   View<const SurfaceMotion> motion;
   View<const SurfacePieces> pieces;
   ContactTimes times;
   View<SurfacePoses> poses;
+  View<const ToolMotion> tools = {};
   TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index i) const {
     const SurfacePieces& all = pieces[0];
@@ -84,6 +87,8 @@ struct PoseSurface {
       x += m.area_m2 * m.center_m;
     }
     out.count = all.count;
+    out.tools = tools.size();
+    for (Index t = 0; t < tools.size(); ++t) out.tool[t] = ToolPose::at(tools[t], time_s);
     out.reference_m = all.count > 1 && area > 0.F ? x / area : motion[0].center_m;
   }
 };
@@ -100,7 +105,7 @@ TACTUS_HD inline Vec3f touch_kick(Vec3f rel, Vec3f n, float restitution, float f
   return -(1.F + restitution) * approach * n - taken * slide;
 }
 
-/// What is touched: the real surface at one time, and what stands still.
+/// What is touched: the real surface at one time, what stands still, and tools.
 struct Boundaries {
   SurfaceTrianglesView surface;
   SamplesView coarse;              ///< of the real surface

@@ -51,8 +51,9 @@ struct TriangleCorners {
 /// Signed distance of a point to a surface, negative inside.
 struct SurfaceGap {
   float gap_m = 0;
-  Vec3f n;              ///< unit, outward: the direction in which the gap grows
-  bool inside = false;  ///< only then are the other two meant
+  Vec3f n;               ///< unit, outward: the direction in which the gap grows
+  bool inside = false;   ///< only then are the others meant
+  bool entered = false;  ///< it came through a triangle from the front since it was at `before`
 };
 
 /// A triangle as a point sees it that came from `before`.
@@ -134,7 +135,7 @@ struct GapOfTriangles {
   }
   TACTUS_HD SurfaceGap gap(const TriangleCorners& t, Vec3f p) const {
     const Vec3f face = normalized(cross(t.b - t.a, t.c - t.a));
-    if (crossed >= 0) return {crossed_side_m, face, true};
+    if (crossed >= 0) return {crossed_side_m, face, true, true};
     const Vec3f offset = t.offset_of(p);
     const float distance = length(offset);
     return {-distance, distance > 1e-7F ? (-1.F / distance) * offset : face, true};

@@ -7,8 +7,8 @@
 ///   kd_i    = max(0, omega Drho_i / D_i),                             D_i = -d Drho_i / d k_i
 ///   k_i     = max(0, k_i + omega (rho_i + dt Drho_i - rho0) / (dt D_i)).
 ///
-/// The second is a fixed number of Jacobi iterations that begin with the last step's k, and go on by half of
-/// their last change (Nesterov 1983): two in place of three.
+/// The second is a fixed number of Jacobi iterations that begin with what the last step kept of its k, and go
+/// on by half of their last change (Nesterov 1983): two in place of three.
 #include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/geom/neighbour_visit.h"
@@ -56,16 +56,15 @@ TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls&
   return kick;
 }
 
-/// v and the first k, in the order of the search. Thread: slot.
+/// v and the k that the last step kept, in the order of the search. Thread: slot.
 struct TakeMotion {
-  static constexpr float kWarm = 0.95F;  ///< of the last step's k: what is wrong in it fades
   View<const Index> order;
   View<const Vec3f> v_m_s;
   View<const float> last_push;
   View<LiquidMotion> motion;
   View<float> found;
   TACTUS_HD void operator()(Index i) const {
-    const float k = kWarm * last_push[order[i]];
+    const float k = last_push[order[i]];
     motion[i] = {v_m_s[order[i]], k};
     found[i] = k;
   }
@@ -210,6 +209,8 @@ struct DfsphVelocity {
   View<const LiquidMotion> motion = {};  ///< before the step
   LiquidStepped stepped = {};
   View<float> last_push = {};
+  View<const float> density_kg_m3 = {}, inverse_D = {};
+  float share = 0;  ///< of what iterations add for too much density: DfsphPressure::share
 
   TACTUS_HD void load() {
     time.load();
@@ -232,17 +233,43 @@ struct DfsphVelocity {
     const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5(), push = own.push[t];
     const Vec3f v = star[i].v_m_s - scale * Vec3f{own.x[t], own.y[t], own.z[t]};
     if constexpr (kSteps) {
-      last_push[i] = push;
+      last_push[i] = kept(i, push, motion[i].push);
       stepped.end(liquid, walls, particles[i], i, kd[i] + push, motion[i].v_m_s, time, v);
     } else {
       moved[i] = {v + wall_kick(liquid, walls, i, kd[i] + push, time), push};
     }
+  }
+
+ private:
+  /// Larger errors of the density come from blows. While they last, k may grow.
+  static constexpr float kMostKept = 0.01F;
+  /// With what the next step begins: k, but for what the iterations added because the density was wrong. (A
+  /// start with that, too, would add up the density's error over steps. Velocities add up accelerations, and
+  /// densities velocities, so waves that the iterations don't find in one step, the long ones, would swing
+  /// higher and higher.) It is known for long waves alone, so no more is taken away than came in this step.
+  TACTUS_HD float kept(Index i, float push, float first) const {
+    const float rho0 = liquid.density_kg_m3, rho = density_kg_m3[i];
+    if (!(time.dt_s > 0.F)) return push;
+    if (!(push > 0.F && rho > DfsphDensity::kThinnest * rho0)) return 0.F;
+    const float most = kMostKept * rho0,
+                added = share * clamp(rho - rho0, -most, most) * inverse_D[i] / time.dt_s;
+    return clamp(push - added, min(push, first), max(push, first));
   }
 };
 
 /// One Jacobi step of all k.
 struct DfsphPressure {
   static constexpr float kMomentum = 0.5F;
+  /// Of what `excess` k gains in so many iterations, where neighbours' k change alike: over D^-1 excess / dt.
+  static float share(int iterations) {
+    float k = 0, found = 0;
+    for (int i = 1; i <= iterations; ++i) {
+      const float next = k + kJacobiRelaxation;
+      k = i == iterations ? next : next + kMomentum * (next - found);
+      found = next;
+    }
+    return k;
+  }
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], sum[kLanes];

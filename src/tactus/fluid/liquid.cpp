@@ -314,7 +314,10 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
                                                  part.search.cells().particles,
                                                  part.motion.const_view(),
                                                  stepped(part),
-                                                 part.push.view()},
+                                                 part.push.view(),
+                                                 part.density_kg_m3.const_view(),
+                                                 part.inverse_D.const_view(),
+                                                 DfsphPressure::share(settings_.iterations)},
                              part.near_lists());
   });
 }

@@ -155,6 +155,8 @@ class Liquid {
   /// Of those that are here, by id. Synchronize.
   std::vector<LiquidParticle> particles() const;
   std::vector<float> densities_kg_m3() const;
+  /// Of the last step, which was that long: p, which is never negative.
+  std::vector<float> pressures_Pa(float dt_s) const;
 
  private:
   /// On the host.

@@ -146,4 +146,27 @@ std::vector<float> Liquid::densities_kg_m3() const {
   return all;
 }
 
+std::vector<float> Liquid::pressures_Pa(float dt_s) const {
+  std::vector<std::pair<Index, float>> by_id;
+  for (int p = 0; p < part_count(); ++p) {
+    ExecContext& ctx = devices_.context(p);
+    const LiquidPart& part = parts_[at(p)];
+    const Index count = to_host(ctx, part.count.view())[0];
+    const auto read = [&](const auto& buffer) { return to_host(ctx, buffer.view().part(0, count)); };
+    const std::vector<Vec3f> x = read(part.x_m);
+    const std::vector<Index> id = read(part.id);
+    const std::vector<float> rho = read(part.density_kg_m3), k = read(part.push), kd = read(part.kd);
+    const std::vector<LiquidMotion> motion = read(part.motion);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (!std::isfinite(x[i].x)) continue;
+      const float push = settings_.solver == LiquidSolver::dfsph ? (k[i] + kd[i]) / dt_s : motion[i].push;
+      by_id.emplace_back(id[i], push * sqr(rho[i]));
+    }
+  }
+  std::sort(by_id.begin(), by_id.end());
+  std::vector<float> all;
+  for (const auto& [id, p_Pa] : by_id) all.push_back(p_Pa);
+  return all;
+}
+
 }  // namespace tactus

@@ -26,12 +26,19 @@ struct EmbeddedPoint {
   float area_m2 = 0;  ///< at rest
 };
 
+/// Which way a wall of a cut faces: sum_k weight[k] x_node[k], with the nodes of a point on it, is where a
+/// step of one spacing out of the material at rest leads. All 0: the point is on no wall.
+struct WallSide {
+  float weight[8] = {};
+};
+
 /// A point of a body that was cut: it is new, or moves with other nodes from now on.
 struct PointChange {
   Index point = 0;
   EmbeddedPoint to;
-  Vec3f rest{};  ///< where it rests, in spacings from node (0, 0, 0)
-  Vec3f wall{};  ///< of the wall of a cut, the normal away from its material; 0: it is on none
+  Vec3f rest{};     ///< where it rests, in spacings from node (0, 0, 0)
+  Vec3f wall{};     ///< of the wall of a cut, the normal away from its material; 0: it is on none
+  WallSide side{};  ///< the same, as the nodes of `to` tell it; 0 also where the wall can't be parted
 };
 
 /// @param cube_of the cube that holds each point, or is nearest to it @param local_of where in that cube, in

@@ -279,30 +279,6 @@ void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
   for (const char* key : {"path", "unit_m"}) v.only_when(mesh, key, "'kind' is mesh");
 }
 
-void describe_tracked(FieldVisitor& v, TrackedBladeDescription& t) {
-  v.choice({"model", "`scalpel`: 16 cm, as the figure `scalpel` with a `scale` of 0.29; `mesh`: a file"},
-           t.model, {{"scalpel", BladeShape::scalpel}, {"mesh", BladeShape::mesh}});
-  v.path({"path", "closed mesh of the whole tool (.ply .obj .stl .off .gltf .glb)"}, t.path);
-  v.real({"unit_m", "metres per unit of length in the mesh file and of `edge` (0.001: millimetres)"},
-         t.unit_m, positive("m", 1000));
-  v.list({"edge", "its cutting edge as a polyline, from the tip, in the file's coordinates"},
-         [&t]() -> FieldVisitor::Describe {
-           Vec3d& at = t.edge.emplace_back();
-           return [&at](FieldVisitor& in) {
-             in.vector({"at", "a point of the edge", kRequired}, at, {"", -1e6, 1e6});
-           };
-         });
-  v.real_or_auto(
-      {"two_sigma_m",
-       "it cuts only while every point of its edge is known so well (95 %); else a notice says so"},
-      t.two_sigma_m, positive("m", 0.1), "a quarter of the finest `spacing_m` of what it may cut");
-  const bool mesh = t.model == BladeShape::mesh;
-  v.check(!mesh || !t.path.empty(), "path", "the blade lacks the key 'path': the file of its mesh");
-  v.check(!mesh || t.edge.size() >= 2, "edge",
-          "'edge' has " + std::to_string(t.edge.size()) + " points, expected two or more, from the tip");
-  for (const char* key : {"path", "unit_m", "edge"}) v.only_when(mesh, key, "'model' is mesh");
-}
-
 void describe_blade(FieldVisitor& v, BladeDescription& b) {
   describe_name(v, {"name", "unique name, used in results", kRequired}, b.name);
   v.section({"tracked", "a real tool of known shape that the cameras see, instead of keyframes"},

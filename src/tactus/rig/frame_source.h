@@ -1,5 +1,6 @@
 #pragma once
 /// What cameras deliver, and the one interface behind which data sets, videos and synthetic rigs stand.
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,12 @@ struct Rig {
   int slack_px = 0;                   ///< by how much silhouettes of different cameras are known to disagree
 };
 
+/// A square marker that a camera sees. Its corners are clockwise from the top left of its pattern.
+struct SeenMarker {
+  int camera = 0, id = 0;
+  std::array<Vec2d, 4> corners_px{};
+};
+
 /// What the rig saw at one trigger tick.
 struct FrameSet {
   std::int64_t tick = 0;
@@ -30,6 +37,7 @@ struct FrameSet {
   std::vector<AlphaImage> alphas;         ///< where asked for, of silhouettes before a room: one per camera
   std::vector<ColorImage> colors;         ///< one per camera (empty: it missed the tick), or none
   std::vector<DepthImage> depths_m;       ///< radial [m], one per depth camera (empty: it missed the tick)
+  std::vector<SeenMarker> markers;        ///< where asked for (markers.h), of all cameras
   std::optional<double> truth_volume_m3;  ///< synthetic sources only
 };
 

@@ -188,12 +188,22 @@ struct FixedRegion {
 enum class BladeShape : std::uint8_t { scalpel, mesh };
 
 /// A tool whose shape is known, followed by what the cameras see of it.
+/// A square marker on a tool, in the coordinates of its model's file.
+struct BladeMarkerDescription {
+  int id = 0;
+  Vec3d at;           ///< its middle
+  Vec3d right, down;  ///< of its pattern as one reads it; any length, at right angles
+  double size = 0;    ///< of the black square
+};
+
 struct TrackedBladeDescription {
   BladeShape model = BladeShape::scalpel;
   std::string path;                   ///< mesh: the file, resolved
   double unit_m = 1;                  ///< mesh: metres per unit of length in the file, and of the edge
   std::vector<Vec3d> edge;            ///< mesh: its cutting edge from the tip, in the file's units
   std::optional<double> two_sigma_m;  ///< it cuts only where its edge is known so well
+  std::vector<BladeMarkerDescription> markers;
+  std::string dictionary = "4X4_50";  ///< of all markers of a scene
 };
 
 /// The straight edge of a blade that follows keyframes. It cuts from the first to the last of them. Or a real

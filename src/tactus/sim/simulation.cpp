@@ -122,18 +122,18 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         }
         return bodies;
       }()),
+      tracked_blades_(scene, assets, rig),
       world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
              surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
               .friction = static_cast<float>(scene.contact.friction),
               .response = scene.contact.response},
-             obstacle_descriptions(scene, assets)),
+             tracked_blades_.after(obstacle_descriptions(scene, assets))),
       touching_(devices.context(0), bodies_, scene.contact),
       readback_(devices),
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),
       is_settled_(scene.frame.start == FrameStart::undeformed),
-      tracked_blades_(scene, assets, rig),
       timings_(scene.output.trace) {
   check_settles();
   if (scene.reconstruction.repair_masks)
@@ -231,7 +231,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     begin_savings();
     has_surface_ = true;
     incoming_ = frame;
-    masks_ = follow_blades(silhouettes(*frame, report.notices), times.dt_capture_s, report.notices);
+    masks_ = follow_blades(silhouettes(*frame, report.notices), *frame, times.dt_capture_s, report.notices);
     tick_ = frame->tick;
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
     released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
@@ -284,7 +284,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                 1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));
   if (!has_surface_) return;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
-  piece_speeds_.clear();
+  piece_speeds_ = tool_speeds_;
   for (Index k = 0; k < surface.pieces.count; ++k) {
     const SurfaceMotion& motion = surface.motions.at(static_cast<std::size_t>(k));
     if (motion.source == MotionSource::too_fast) continue;

@@ -142,7 +142,7 @@ class Simulation {
   /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
   /// The same without tools that are tracked.
-  std::span<const BitMask> follow_blades(std::span<const BitMask> masks, double dt_s,
+  std::span<const BitMask> follow_blades(std::span<const BitMask> masks, const FrameSet& frame, double dt_s,
                                          std::vector<Notice>& notices);
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
@@ -192,6 +192,7 @@ class Simulation {
   std::vector<BitMask> repaired_;
   float sample_spacing_m_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
+  TrackedBlades tracked_blades_;
   ContactOnDevices world_;
   TouchingBodies touching_;
   std::unique_ptr<SceneLiquid> liquid_;
@@ -215,8 +216,8 @@ class Simulation {
     double m_s = 0;
   };
   std::vector<PieceSpeed> piece_speeds_;
-  int part_ = 0;  ///< of the frame that runs
-  TrackedBlades tracked_blades_;
+  std::vector<PieceSpeed> tool_speeds_;  ///< likewise
+  int part_ = 0;                         ///< of the frame that runs
   std::vector<CutScore> cuts_;
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;

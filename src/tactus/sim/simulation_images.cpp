@@ -25,11 +25,17 @@ std::span<const BitMask> Simulation::silhouettes(const FrameSet& frame, std::vec
   return repaired_;
 }
 
-std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> masks, double dt_s,
-                                                   std::vector<Notice>& notices) {
+std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> masks, const FrameSet& frame,
+                                                   double dt_s, std::vector<Notice>& notices) {
   if (tracked_blades_.empty()) return masks;
   const StageTimer timer(timings_, "blades");
-  return tracked_blades_.follow(masks, dt_s, notices);
+  const std::span<const BitMask> others = tracked_blades_.follow(masks, dt_s, frame.markers, notices);
+  world_.move_tools(tracked_blades_.motions());
+  tool_speeds_.clear();
+  for (const TrackedBlades::Reach& r : tracked_blades_.reaches())
+    tool_speeds_.push_back({r.low_m, r.high_m, r.m_s});
+  piece_speeds_.insert(piece_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
+  return others;
 }
 
 std::vector<Notice> Simulation::last_notices() {

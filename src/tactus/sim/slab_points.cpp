@@ -137,7 +137,7 @@ void SlabPoints::apply(const TopologyChange& change, const CubeLattice& lattice,
       Index& place = part.place[at(point.point)];
       if (place < 0) place = part.next++;
       part.leader[at(place)] = point.to.node[0];
-      here.push_back({place, *to});
+      here.push_back({.point = place, .to = *to, .side = point.side});
     }
     part.points.apply(ctx, here);
     ctx.synchronize();

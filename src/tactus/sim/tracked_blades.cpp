@@ -27,6 +27,17 @@ double two_sigma_m(const BladeDescription& blade, const Scene& scene) {
   return spacing_m / 4;
 }
 
+/// Of the places of markers' corners, 1 sigma along each axis: edges of a square meet there, each found to
+/// half a pixel over many of them; the rest is rounding and blur.
+constexpr double kCorner_px = 0.5;
+
+/// Clockwise from the top left of its pattern.
+std::array<Vec3d, 4> corners_m(const BladeMarkerDescription& m, double unit_m) {
+  const Vec3d right = (0.5 * m.size * unit_m) * normalized(m.right),
+              down = (0.5 * m.size * unit_m) * normalized(m.down), middle_m = unit_m * m.at;
+  return {middle_m - right - down, middle_m + right - down, middle_m + right + down, middle_m - right + down};
+}
+
 std::string mm(double m) { return number_text(std::round(m * 1e4) / 10) + " mm"; }
 
 }  // namespace
@@ -43,12 +54,69 @@ TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const
     settings.two_sigma_m = own.two_sigma_m;
     own.tracker = std::make_unique<BladeTracker>(model_of(blade, assets), rig.cameras,
                                                  vec_cast<double>(rig.workspace_m.center()), settings);
+    for (const BladeMarkerDescription& m : blade.tracked->markers)
+      own.corners_m[m.id] = corners_m(m, blade.tracked->unit_m);
+    own.center_m = vec_cast<double>(bounds(own.tracker->model().mesh).center());
   }
 }
 
+std::vector<ObstacleDescription> TrackedBlades::after(std::vector<ObstacleDescription> obstacles) const {
+  for (const Blade& blade : blades_)
+    obstacles.push_back({.name = blade.name,
+                         .kind = ObstacleKind::mesh,
+                         .mesh = blade.tracker->model().mesh,
+                         .moves = true,
+                         .edge_m = blade.tracker->model().edge_m});
+  return obstacles;
+}
+
+std::vector<ToolMotion> TrackedBlades::motions() const {
+  std::vector<ToolMotion> all;
+  for (const Blade& blade : blades_) all.push_back(blade.motion);
+  return all;
+}
+
+std::vector<TrackedBlades::Reach> TrackedBlades::reaches() const {
+  std::vector<Reach> all;
+  for (const Blade& blade : blades_) {
+    if (blade.motion.is_there == 0) continue;
+    const Rigidd T = blade.tracker->now().T_world_model;
+    const TriangleMesh& mesh = blade.tracker->model().mesh;
+    Reach reach{T * blade.center_m, T * blade.center_m, 0};
+    for (const Vec3f p : mesh.positions_m) {
+      const Vec3d p_m = T * vec_cast<double>(p);
+      reach.low_m = min(reach.low_m, p_m);
+      reach.high_m = max(reach.high_m, p_m);
+    }
+    const float turning = 0.5F * length(bounds(mesh).extent()) * length(blade.motion.spin_rad_s);
+    reach.m_s = static_cast<double>(length(blade.motion.velocity_m_s) + turning);
+    all.push_back(reach);
+  }
+  return all;
+}
+
+/// @param before its pose with the last images, where it was known then
+void TrackedBlades::follow(Blade& blade, const std::optional<Rigidd>& before, double dt_s) {
+  const TrackedBlade& now = blade.tracker->now();
+  blade.motion = {};
+  if (now.state != BladeState::known) return;
+  blade.motion.is_there = 1;
+  blade.motion.R_world_tool = mat_cast<float>(now.T_world_model.R);
+  blade.motion.center_m = vec_cast<float>(now.T_world_model * blade.center_m);
+  if (!before || !(dt_s > 0)) return;
+  const Twist by = twist_between(*before, now.T_world_model, blade.center_m);
+  const auto part = [&](std::size_t k) {
+    return vec_cast<float>((1 / dt_s) * Vec3d{by[k], by[k + 1], by[k + 2]});
+  };
+  blade.motion.spin_rad_s = part(0);
+  blade.motion.velocity_m_s = part(3);
+}
+
 std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, double dt_s,
+                                               std::span<const SeenMarker> markers,
                                                std::vector<Notice>& notices) {
   std::vector<BitMask> taken;
+  std::vector<SeenPoint> points;
   for (Blade& blade : blades_) {
     // What is another's can't be found again as this one.
     taken.clear();
@@ -57,7 +125,17 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
       for (const Blade& other : blades_)
         if (&other != &blade) other.tracker->add_to(taken);
     }
-    blade.tracker->update(masks, dt_s, taken);
+    std::optional<Rigidd> before;
+    if (blade.motion.is_there != 0) before = blade.tracker->now().T_world_model;
+    points.clear();
+    for (const SeenMarker& marker : markers) {
+      const auto own = blade.corners_m.find(marker.id);
+      for (std::size_t k = 0; k < 4 && own != blade.corners_m.end(); ++k)
+        points.push_back({static_cast<std::size_t>(marker.camera), own->second.at(k), marker.corners_px.at(k),
+                          kCorner_px});
+    }
+    blade.tracker->update(masks, dt_s, taken, points);
+    follow(blade, before, dt_s);
     sweep(blade);
     tell(blade, notices);
   }

@@ -1,8 +1,12 @@
 #pragma once
 /// Blades of a scene that are real tools: where they are, and what their edges swept. They are taken out of
-/// the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing.
+/// the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing; its model does instead.
+#include <array>
+#include <map>
 #include <memory>
+#include <optional>
 
+#include "tactus/contact/obstacles.h"
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/sim/notice.h"
@@ -16,15 +20,27 @@ class TrackedBlades {
   /// @throws Error naming the blade and what is wrong with its model.
   TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig);
   bool empty() const { return blades_.empty(); }
-  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break
-  /// @returns the masks without the tools; valid until the next call
-  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s, std::vector<Notice>& notices);
+  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break @param markers that
+  /// cameras see @returns the masks without the tools; valid until the next call
+  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s,
+                                  std::span<const SeenMarker> markers, std::vector<Notice>& notices);
   /// What the edge of the scene's blade of this number swept with the last images. Nothing where it is not
   /// known well enough, and where it moved less than it is known: noise is no motion.
   cut::BladeStrip strip(std::size_t number) const;
   /// Nothing follows those.
   void forget_strips();
   const TrackedBlade& now(std::size_t number) const;
+  /// What bodies touch: obstacles, and after them, in place of the tools' hulls, their models.
+  std::vector<ObstacleDescription> after(std::vector<ObstacleDescription> obstacles) const;
+  /// Of all tools, as of the last images: there is only what is known. A tool moves from where the last
+  /// images had it to where these have it, as the real surface does.
+  std::vector<ToolMotion> motions() const;
+  /// Of each tool that is there: its box and the speed of its fastest point.
+  struct Reach {
+    Vec3d low_m, high_m;
+    double m_s = 0;
+  };
+  std::vector<Reach> reaches() const;
   /// Of those that are seen, world.
   std::vector<TriangleMesh> meshes() const;
 
@@ -34,11 +50,15 @@ class TrackedBlades {
     std::string name;
     double two_sigma_m;
     std::unique_ptr<BladeTracker> tracker;
+    std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
     BladeState told = BladeState::absent;
+    Vec3d center_m;  ///< of the model's box, in its frame
+    ToolMotion motion;
     std::vector<Vec3f> from_m;  ///< where its edge cut last; empty: no stroke
     cut::BladeStrip strip;
     int strips = 0;
   };
+  static void follow(Blade& blade, const std::optional<Rigidd>& before, double dt_s);
   void sweep(Blade& blade);
   void tell(Blade& blade, std::vector<Notice>& notices) const;
 

@@ -60,24 +60,25 @@ BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> came
 }
 
 const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double dt_s,
-                                         std::span<const BitMask> taken) {
+                                         std::span<const BitMask> taken, std::span<const SeenPoint> points) {
   if (!(dt_s > 0)) {
     hypotheses_.clear();
     last_edge_m_.clear();
   }
   since_known_s_ += dt_s;
-  for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s);
+  for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s, points);
   std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
   drop_worse();
   if (hypotheses_.empty() && --pause_frames_ < 0) {
-    const bool has_tried = seek(masks, taken);
+    const bool has_tried = seek(masks, taken, points);
     pause_frames_ = hypotheses_.empty() && has_tried ? kPause_frames : 0;
   }
   judge();
   return now_;
 }
 
-void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double dt_s) {
+void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double dt_s,
+                          std::span<const SeenPoint> points) {
   h.filter.predict(dt_s);
   const PosePrior& prior = h.filter.prior();
   const Matrix6 covariance = h.filter.covariance();
@@ -89,9 +90,9 @@ void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double 
   // Far off, what is near the tool misleads: first where it is expected.
   const double expected = kExpected * h.fit.wrong + kLeastExpected;
   const int most = hypotheses_.size() > 1 ? kStepsToCompare : kSteps;
-  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior, most);
+  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior, most, points);
   if (h.fit.wrong > expected && search_px > settings_.fit.reach_px) {
-    const PoseFit far = h.fitter.fit(masks, prior.T_world_model, search_px, &prior);
+    const PoseFit far = h.fitter.fit(masks, prior.T_world_model, search_px, &prior, kStepsToCompare, points);
     if (far.wrong < h.fit.wrong) h.fit = far;
   }
   if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) {
@@ -133,7 +134,7 @@ void BladeTracker::drop_worse() {
     if (is_worse(hypotheses_[k])) hypotheses_.erase(hypotheses_.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
-bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken) {
+BladeTracker::Tries BladeTracker::tries(std::span<const BitMask> masks, std::span<const BitMask> taken) {
   const std::span<const Camera> cameras = fitter_.cameras();
   std::vector<std::vector<ThinPart>> parts(cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -143,17 +144,26 @@ bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask>
     parts[c] = thin_parts(mask, radius_px_[c]);
   }
   const double tolerance_px = *std::max_element(radius_px_.begin(), radius_px_.end());
-  std::vector<std::pair<double, Rigidd>> tries;  // by what they get wrong
+  Tries all;
   for (const SeenLine& line : seen_lines(cameras, parts, tolerance_px))
-    for (const Rigidd& pose : poses_along(mesh_, line)) tries.emplace_back(fitter_.wrong(masks, pose), pose);
+    for (const Rigidd& pose : poses_along(mesh_, line)) all.emplace_back(fitter_.wrong(masks, pose), pose);
   const auto better = [](const auto& a, const auto& b) { return a.first < b.first; };
-  std::sort(tries.begin(), tries.end(), better);
-  if (tries.size() > kTriedPoses) tries.resize(kTriedPoses);
+  std::sort(all.begin(), all.end(), better);
+  if (all.size() > kTriedPoses) all.resize(kTriedPoses);
+  return all;
+}
+
+bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken,
+                        std::span<const SeenPoint> points) {
+  const std::span<const Camera> cameras = fitter_.cameras();
+  const std::optional<Rigidd> by_points = pose_of_points(cameras, points);
+  const Tries tries = by_points ? Tries{{0, *by_points}} : this->tries(masks, taken);
   for (const auto& [wrong, pose] : tries) {
     Hypothesis h{
         PoseFitter(mesh_, cameras, settings_.fit), PoseFilter(mesh_.center_m, settings_.motion), {}, {}};
-    const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px);
-    h.fit = h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px);
+    const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px, nullptr, kStepsToCompare, points);
+    h.fit =
+        h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px, nullptr, kStepsToCompare, points);
     if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) continue;
     h.filter.start(h.fit, settings_.fit.calibration_px);
     h.surprises.push_back(h.fit.surprise);

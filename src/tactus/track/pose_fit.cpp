@@ -17,6 +17,7 @@ constexpr double kLeastContour_px = 0.05;
 constexpr double kFarWhite_px2 = 0.5;                   // while the pose is off: far residuals are no field
 constexpr double kMemory = 0.9;                         // of the noise's size, from frame to frame
 constexpr double kLeastOff_px = 0.3, kFarOff_px = 1.5;  // of residuals that are believed, near and at first
+constexpr double kMostPointOff_px = 6;                  // of a marker's corner: more is another's
 constexpr double kSeenThrough_px = 1;                   // parts thinner than this show holes, anyway
 
 float mask_at(const Image<float>& window, double x, double y) {
@@ -208,8 +209,36 @@ double PoseFitter::shift_information() const {
   return 2 / (sigma_px * sigma_px);
 }
 
+/// Of each, two residuals: where it is seen less where the model has it.
+void PoseFitter::add_points(PoseFit& fit, std::span<const SeenPoint> points, bool is_near) {
+  const Vec3d center_m = fit.T_world_model * mesh_->center_m;
+  for (const SeenPoint& point : points) {
+    const Camera& camera = cameras_[point.camera];
+    const Vec3d p_m = fit.T_world_model * point.model_m;
+    const Pixel at = project(camera, p_m);
+    if (!(at.z_m > 0)) continue;
+    const std::size_t shift = 2 * point.camera;
+    const Vec2d off_px{point.px.x - at.u_px - fit.shifts_px[shift],
+                       point.px.y - at.v_px - fit.shifts_px[shift + 1]};
+    if (is_near && std::hypot(off_px.x, off_px.y) > kMostPointOff_px) continue;
+    const double weight = 1 / (point.sigma_px * point.sigma_px);
+    for (int axis = 0; axis < 2; ++axis) {
+      const Vec3d g = image_gradient(camera, p_m, axis == 0 ? Vec2d{1, 0} : Vec2d{0, 1}),
+                  by_turn = cross(p_m - center_m, g);
+      const double row[7] = {by_turn.x, by_turn.y, by_turn.z, g.x, g.y, g.z, 1},
+                   off = axis == 0 ? off_px.x : off_px.y;
+      const auto place = [&](int i) { return i < 6 ? i : 6 + static_cast<int>(shift) + axis; };
+      for (int i = 0; i < 7; ++i) {
+        step_(place(i), 0) += weight * row[i] * off;
+        for (int k = 0; k < 7; ++k) fit.information(place(i), place(k)) += weight * row[i] * row[k];
+      }
+    }
+  }
+}
+
 /// Gauss and Newton's.
-double PoseFitter::step(PoseFit& fit, const PosePrior* prior) {
+double PoseFitter::step(PoseFit& fit, const PosePrior* prior, std::span<const SeenPoint> points,
+                        bool is_near) {
   const int n = 6 + 2 * static_cast<int>(views_.size());
   fit.information.reset(n, n);
   step_.reset(n, 1);
@@ -222,6 +251,7 @@ double PoseFitter::step(PoseFit& fit, const PosePrior* prior) {
         fit.information(at(i), at(k)) += own.information[i][k];
     }
   }
+  add_points(fit, points, is_near);
   normal_ = fit.information;
   // What masks say nothing about stays: as if one residual of a pixel spoke of a radian, and of a metre.
   for (int i = 0; i < 6; ++i) normal_(i, i) += 1e-4 * normal_(i, i) + 1;
@@ -319,7 +349,7 @@ void PoseFitter::state_covariance(PoseFit& fit) {
 }
 
 PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, double search_px,
-                        const PosePrior* prior, int most_iterations) {
+                        const PosePrior* prior, int most_iterations, std::span<const SeenPoint> points) {
   PoseFit fit;
   fit.T_world_model = T_start;
   fit.shifts_px.assign(2 * views_.size(), 0);
@@ -334,7 +364,7 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
     look(fit.T_world_model, reach_px);
     weigh(is_far ? kFarOff_px : kLeastOff_px);
     assemble(fit, is_far ? kFarWhite_px2 : has_noise_ ? 0 : kFarWhite_px2);
-    const double sigmas2 = step(fit, prior);
+    const double sigmas2 = step(fit, prior, points, !is_far && fit.iterations > 0);
     Twist by;
     std::copy(step_.v.begin(), step_.v.begin() + 6, by.begin());
     const double turn = length(Vec3d{by[0], by[1], by[2]}), shift_m = length(Vec3d{by[3], by[4], by[5]});
@@ -351,9 +381,59 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
   }
   measure_noise();
   sum_up(fit);
+  fit.surprise += surprise_of(points, fit);
   state_covariance(fit);
   blur_px_ = std::sqrt(kBlur_px * kBlur_px + fit.rms_px * fit.rms_px);
   return fit;
+}
+
+/// As of contours: a mean, but for a constant.
+double PoseFitter::surprise_of(std::span<const SeenPoint> points, const PoseFit& fit) const {
+  double sum = 0;
+  for (const SeenPoint& point : points) {
+    const Pixel at = project(cameras_[point.camera], fit.T_world_model * point.model_m);
+    sum += sqr(std::hypot(point.px.x - at.u_px, point.px.y - at.v_px) / point.sigma_px);
+  }
+  return points.empty() ? 0 : sum / static_cast<double>(2 * points.size());
+}
+
+std::optional<Rigidd> pose_of_points(std::span<const Camera> cameras, std::span<const SeenPoint> points) {
+  std::vector<Vec3d> model_m, world_m;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3d& at_m = points[i].model_m;
+    if (std::find(model_m.begin(), model_m.end(), at_m) != model_m.end()) continue;
+    // The point nearest to all rays.
+    SmallMatrix<3> sum;
+    SmallMatrix<3, 1> right;
+    int rays = 0;
+    for (std::size_t k = i; k < points.size(); ++k) {
+      if (points[k].model_m != at_m) continue;
+      const Camera& camera = cameras[points[k].camera];
+      const Vec3d from_m = camera.center_world(),
+                  along = pixel_ray_world(camera, points[k].px.x, points[k].px.y);
+      ++rays;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          const double across = (a == b ? 1 : 0) - along[a] * along[b];
+          sum(a, b) += across;
+          right(a, 0) += across * from_m[b];
+        }
+    }
+    if (rays < 2) continue;
+    const SmallMatrix<3, 1> x = inverse_of_definite(sum) * right;
+    model_m.push_back(at_m);
+    world_m.push_back({x(0, 0), x(1, 0), x(2, 0)});
+  }
+  if (model_m.size() < 3) return std::nullopt;
+  const auto axes = [](const std::vector<Vec3d>& p) {
+    const Vec3d x = normalized(p[1] - p[0]), across = cross(x, p[2] - p[0]), z = normalized(across);
+    return std::pair{Mat3d{{x, cross(z, x), z}}, length(across)};
+  };
+  const auto [of_model, model_size_m2] = axes(model_m);
+  const auto [of_world, world_size_m2] = axes(world_m);
+  if (!(model_size_m2 > 1e-12 && world_size_m2 > 1e-12)) return std::nullopt;
+  const Mat3d R = transpose(of_world) * of_model;
+  return Rigidd{R, world_m[0] - R * model_m[0]};
 }
 
 double PoseFitter::wrong(std::span<const BitMask> masks, const Rigidd& T_world_model) {

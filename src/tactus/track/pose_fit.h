@@ -1,5 +1,6 @@
 #pragma once
 /// The pose in which a known shape has the silhouettes that cameras saw, with its covariance.
+#include <optional>
 #include <span>
 
 #include "tactus/geom/image.h"
@@ -8,6 +9,18 @@
 #include "tactus/track/small_matrix.h"
 
 namespace tactus {
+
+/// A point of the model that a camera sees and knows by name: a corner of a marker.
+struct SeenPoint {
+  std::size_t camera = 0;
+  Vec3d model_m;
+  Vec2d px;
+  double sigma_px = 0.5;  ///< of the place in the picture, 1 sigma along each axis
+};
+
+/// The pose in which points are where at least two cameras see them; none: fewer than three such points, or
+/// they are in a line. Rays are intersected by least squares; the first three points give the axes.
+std::optional<Rigidd> pose_of_points(std::span<const Camera> cameras, std::span<const SeenPoint> points);
 
 struct PoseFitSettings {
   double spacing_px = 1;  ///< of the points on outlines
@@ -51,8 +64,10 @@ class PoseFitter {
   /// @param masks one per camera; empty: it missed the tick. What else they show may cover the model
   /// @param search_px by how much the model's picture may be off at the start
   /// @param prior or nullptr
+  /// @param points more of what cameras see; one that is off by 6 px at last doesn't count
   PoseFit fit(std::span<const BitMask> masks, const Rigidd& T_start, double search_px,
-              const PosePrior* prior = nullptr, int most_iterations = 12);
+              const PosePrior* prior = nullptr, int most_iterations = 12,
+              std::span<const SeenPoint> points = {});
   /// Share of the pixels near the outline of a posed model that contradict it, as PoseFit::wrong.
   double wrong(std::span<const BitMask> masks, const Rigidd& T_world_model);
   const OutlineMesh& mesh() const { return *mesh_; }
@@ -74,9 +89,12 @@ class PoseFitter {
   void look(std::size_t camera, const Rigidd& T, double reach_px);
   void weigh(double least_px);
   void assemble(const PoseFit& fit, double least_white_px2);
+  /// Adds the equations of points to those of a fit.
+  void add_points(PoseFit& fit, std::span<const SeenPoint> points, bool is_near);
   /// Solves for a step. @returns the square of its size, in standard deviations
-  double step(PoseFit& fit, const PosePrior* prior);
+  double step(PoseFit& fit, const PosePrior* prior, std::span<const SeenPoint> points, bool is_near);
   void measure_noise();
+  double surprise_of(std::span<const SeenPoint> points, const PoseFit& fit) const;
   void sum_up(PoseFit& fit) const;
   void state_covariance(PoseFit& fit);
   double shift_information() const;

@@ -10,14 +10,10 @@
 #endif
 
 #include "tactus/base/error.h"
+#include "tactus/rig/marker_dictionaries.h"
 
 namespace tactus {
 namespace {
-
-/// OpenCV's dictionaries in the order of its enumeration.
-const std::vector<std::string> kDictionaries{
-    "4X4_50",  "4X4_100", "4X4_250",  "4X4_1000", "5X5_50",  "5X5_100", "5X5_250",  "5X5_1000",      "6X6_50",
-    "6X6_100", "6X6_250", "6X6_1000", "7X7_50",   "7X7_100", "7X7_250", "7X7_1000", "ARUCO_ORIGINAL"};
 
 std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
   std::vector<cv::Point2f> found;
@@ -45,8 +41,8 @@ std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& gr
 
 #ifdef TACTUS_WITH_ARUCO
 std::vector<BoardCorner> detect_charuco(const Board& board, const cv::Mat& grey) {
-  const auto at =
-      std::find(kDictionaries.begin(), kDictionaries.end(), board.dictionary) - kDictionaries.begin();
+  const std::vector<std::string>& all = marker_dictionaries();
+  const auto at = std::find(all.begin(), all.end(), board.dictionary) - all.begin();
   const auto dictionary = cv::aruco::getPredefinedDictionary(static_cast<int>(at));
   const auto charuco =
       cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.square_m),
@@ -84,9 +80,10 @@ Board parse_board(const std::string& text, double square_m, double marker_m, boo
   if (std::sscanf(text.c_str(), "charuco:%dx%d:%31s", &board.columns, &board.rows, dictionary) == 3) {
     board.kind = BoardKind::charuco;
     board.dictionary = std::string(dictionary).starts_with("DICT_") ? dictionary + 5 : dictionary;
-    if (std::find(kDictionaries.begin(), kDictionaries.end(), board.dictionary) == kDictionaries.end())
+    const std::vector<std::string>& all = marker_dictionaries();
+    if (std::find(all.begin(), all.end(), board.dictionary) == all.end())
       throw usage_error("--board '" + text + "': no dictionary '" + dictionary + "'" +
-                        suggestion(board.dictionary, kDictionaries));
+                        suggestion(board.dictionary, all));
     board.marker_m = marker_m;
     if (!(marker_m > 0 && marker_m < square_m))
       throw usage_error("--marker-mm: expected above 0 and below the square's " +

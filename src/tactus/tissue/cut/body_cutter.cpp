@@ -23,12 +23,11 @@ CutReport BodyCutter::cut_marked(TopologyChange& change) {
   report.is_full = lattice_.is_full();
   if (stages.empty()) return report;
   const double area_before = surface_.wall_area();
-  std::vector<std::vector<double>> shares;
   for (const auto& stage : stages) {
-    shares.push_back(surface_.cut(lattice_, stage));
+    lattice_.divide(stage, surface_.cut(lattice_, stage));
     report.cut_cubes += static_cast<Index>(stage.size());
   }
-  change = lattice_.commit(stages, shares);
+  change = lattice_.commit(stages);
   surface_.update(lattice_, stages, change);
   const double h = double{lattice_.lattice().spacing_m};
   report.area_m2 = (surface_.wall_area() - area_before) * h * h;

@@ -1,11 +1,38 @@
 #include "tactus/tissue/cut/cut_points.h"
 
+#include <algorithm>
+
 #include "tactus/tissue/cut/wall_parts.h"
 
 namespace tactus::cut {
 namespace {
 
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+/// The gradient of a cube's trilinear weights along the wall's normal. Where both sides of the cut share most
+/// of what moves the point, at the end of a cut, the wall can't be parted: 0.
+WallSide side_of(const LatticeCutter& cutter, Index cube, Vec3d local, const PointChange& change) {
+  const CubeLattice& lattice = cutter.lattice();
+  WallSide side;
+  float own = 0;  // of the weights
+  for (std::size_t k = 0; k < 8; ++k) {
+    const Index node = change.to.node[k];
+    const auto& nodes = lattice.cube_nodes[at(cube)];
+    const auto q = static_cast<unsigned>(std::find(nodes.begin(), nodes.end(), node) - nodes.begin());
+    const auto share = [&](int a) {
+      return (q >> static_cast<unsigned>(a) & 1U) != 0 ? local[a] : 1 - local[a];
+    };
+    for (int a = 0; a < 3; ++a) {
+      const double slope = (q >> static_cast<unsigned>(a) & 1U) != 0 ? 1 : -1;
+      side.weight[k] += change.wall[a] * static_cast<float>(slope * share((a + 1) % 3) * share((a + 2) % 3));
+    }
+    bool is_shared = false;
+    for (const Index other : cutter.live(cutter.regular_of(cube)))
+      is_shared = is_shared || (other != cube && lattice.cube_nodes[at(other)].at(q) == node);
+    own += is_shared ? 0.F : change.to.weight[k];
+  }
+  return own > 0.5F ? side : WallSide{};
+}
 
 }  // namespace
 
@@ -69,7 +96,9 @@ std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const Cu
   std::vector<PointChange> changes;
   for (std::size_t k = 0; k < moved.size(); ++k) {
     const Point& point = points_[moved[k]];
-    changes.push_back({point.place, embedded[k], vec_cast<float>(point.p), point.wall});
+    changes.push_back({point.place, embedded[k], vec_cast<float>(point.p), point.wall, {}});
+    if (dot(point.wall, point.wall) > 0)
+      changes.back().side = side_of(cutter, point.cube, vec_cast<double>(local_of[k]), changes.back());
   }
   std::sort(changes.begin(), changes.end(),
             [](const PointChange& a, const PointChange& b) { return a.point < b.point; });

@@ -39,8 +39,8 @@ struct CubeSplit {
       0;  ///< bit q: corner q is on the side of part[1], also where the parent has no material
 };
 
-/// Owns the lattice as it is cut now. In a frame: mark(), splits(), and commit() with the shares of the
-/// parts. Cuts of edges stay until they take part in a split; until then nothing moves.
+/// Owns the lattice as it is cut now. In a frame: mark(), splits(), divide() for each stage, and
+/// commit(). Cuts of edges stay until they take part in a split; until then nothing moves.
 class LatticeCutter {
  public:
   /// @param lattice with room for copies, not cut yet
@@ -74,9 +74,11 @@ class LatticeCutter {
   /// @returns nothing where there is no room; is_full() says so, and the cuts stay
   std::vector<std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
   bool is_full() const { return is_full_; }
-  /// Gives copies their nodes and masses. @param share per split: part[1]'s share of the parent's fill
-  TopologyChange commit(const std::vector<std::vector<CubeSplit>>& stages,
-                        const std::vector<std::vector<double>>& share);
+  /// Gives a stage's parts what their parents had, before the next stage parts them again. @param share per
+  /// split: part[1]'s share of the parent's fill
+  void divide(const std::vector<CubeSplit>& stage, const std::vector<double>& share);
+  /// Gives copies their nodes, and these their masses, once all stages were divided.
+  TopologyChange commit(const std::vector<std::vector<CubeSplit>>& stages);
 
   /// Where a wall crosses the way between two corners, of which `a` is the lower: share of the way.
   double place(Index cube, int a, int b) const;

@@ -260,27 +260,33 @@ void LatticeCutter::add_copies(const std::vector<Index>& root, Index first_copy,
   }
 }
 
-TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& stages,
-                                     const std::vector<std::vector<double>>& share) {
+void LatticeCutter::divide(const std::vector<CubeSplit>& stage, const std::vector<double>& share) {
+  for (std::size_t k = 0; k < stage.size(); ++k) {
+    const CubeSplit& split = stage[k];
+    const double fill = double{lattice_.cube_fill[at(split.parent)]},
+                 mass_kg = double{lattice_.cube_mass_kg[at(split.parent)]};
+    lattice_.cube_fill[at(split.parent)] = lattice_.cube_mass_kg[at(split.parent)] = 0;
+    for (const int part : {0, 1}) {
+      const double of = part == 1 ? share[k] : 1 - share[k];
+      lattice_.cube_fill[at(split.part[part])] = static_cast<float>(of * fill);
+      lattice_.cube_mass_kg[at(split.part[part])] = static_cast<float>(of * mass_kg);
+    }
+  }
+}
+
+TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& stages) {
   TopologyChange change;
   if (stages.empty()) return change;
   const Index first_copy = stages.front().front().part[0];
   std::vector<Index> root(at(next_copy_ - first_copy));
-  for (std::size_t s = 0; s < stages.size(); ++s) {
-    for (std::size_t k = 0; k < stages[s].size(); ++k) {
-      const CubeSplit& split = stages[s][k];
+  for (const std::vector<CubeSplit>& stage : stages) {
+    for (const CubeSplit& split : stage) {
       const bool is_new = split.parent >= first_copy;
       const Index parent = is_new ? root[at(split.parent - first_copy)] : split.parent;
       if (!is_new) change.cut.push_back({parent, lattice_.cubes[at(parent)].z});
-      const double fill = double{lattice_.cube_fill[at(split.parent)]},
-                   mass_kg = double{lattice_.cube_mass_kg[at(split.parent)]};
-      lattice_.cube_fill[at(split.parent)] = lattice_.cube_mass_kg[at(split.parent)] = 0;
-      for (const int part : {0, 1}) {
-        const double of = part == 1 ? share[s][k] : 1 - share[s][k];
-        lattice_.cube_fill[at(split.part[part])] = static_cast<float>(of * fill);
-        lattice_.cube_mass_kg[at(split.part[part])] = static_cast<float>(of * mass_kg);
-        root[at(split.part[part] - first_copy)] = parent;
-        touched_.insert(split.part[part]);
+      for (const Index part : split.part) {
+        root[at(part - first_copy)] = parent;
+        touched_.insert(part);
       }
     }
   }
