@@ -208,6 +208,28 @@ TEST(BladeTracker, RefusesFourTimesTheNoise) {
   EXPECT_LE(known, frames / 100);
 }
 
+/// Pictures that stay the same to the bit say nothing new: the pose stays, and with it its error within the
+/// stated two sigma. As if their errors were new in every frame, it drifted by a millimetre in two seconds.
+TEST(BladeTracker, StaysWhereAStillToolIs) {
+  const Room room;
+  const BladeModel model = built_in_scalpel();
+  BladeTracker tracker(model, room.rig.cameras, {0, 0.5, 0});
+  const auto at = [](int k) { return Rigidd{Mat3d::identity(), {0.14, 0.49 - 0.1 * k / 30, 0}}; };
+  constexpr int kMoves = 12;
+  for (int k = 0; k < kMoves; ++k)
+    tracker.update(room.see({at_pose(model.mesh, at(k))}), k > 0 ? kFrame_s : 0);
+  ASSERT_EQ(tracker.now().state, BladeState::known);
+  const Rigidd T = at(kMoves - 1), before = tracker.now().T_world_model;
+  const std::vector<BitMask> still = room.see({at_pose(model.mesh, T)});
+  for (int k = 0; k < 60; ++k) tracker.update(still, kFrame_s);
+  EXPECT_EQ(tracker.now().state, BladeState::known);
+  EXPECT_EQ(tracker.now().T_world_model.t, before.t);
+  const Vec3d tip = vec_cast<double>(model.edge_m[0]);
+  EXPECT_LT(length(tracker.now().T_world_model * tip - T * tip), tracker.now().two_sigma_m);
+  tracker.update(room.see({at_pose(model.mesh, at(kMoves))}), kFrame_s);
+  EXPECT_EQ(tracker.now().state, BladeState::known);  // it goes on
+}
+
 TEST(BladeTracker, LeavesAndReturns) {
   const Room room;
   const BladeModel model = built_in_scalpel();

@@ -66,7 +66,17 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
     last_edge_m_.clear();
   }
   since_known_s_ += dt_s;
-  for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s, more);
+  // Pixels of a still picture are off as before: counted again and again, they would draw the pose with them.
+  const bool is_still = hypotheses_.size() == 1 &&
+                        std::equal(masks.begin(), masks.end(), last_masks_.begin(), last_masks_.end()) &&
+                        more.points.empty() && more.depths.empty();
+  last_masks_.assign(masks.begin(), masks.end());
+  for (Hypothesis& h : hypotheses_) {
+    if (is_still && h.lost_frames == 0)
+      h.filter.stay();
+    else
+      follow(h, masks, dt_s, more);
+  }
   std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
   drop_worse();
   if (hypotheses_.empty() && --pause_frames_ < 0) {

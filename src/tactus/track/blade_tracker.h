@@ -84,7 +84,8 @@ class BladeTracker {
   std::vector<int> radius_px_;  ///< of the tool, per camera
   TrackedBlade now_;
   std::vector<Hypothesis> hypotheses_;  ///< the best first
-  int frames_ = 0;                      ///< since one was left
+  std::vector<BitMask> last_masks_;
+  int frames_ = 0;  ///< since one was left
   int pause_frames_ = 0;
   double since_known_s_ = 0;
   std::vector<Vec3f> last_edge_m_;  ///< when it was known or jumped

@@ -19,6 +19,9 @@ class PoseFilter {
   /// @param calibration_px 1 sigma of the shift of a point
   void start(const PoseFit& fit, double calibration_px);
   void predict(double dt_s);
+  /// In place of a prediction and an update: pictures are those of the last frame, to the bit. The tool
+  /// stands still, and their errors are the same ones again: nothing is learned.
+  void stay() { velocity_ = {}; }
   /// What a fit with `prior()` found.
   void update(const PoseFit& fit);
 
