@@ -68,5 +68,20 @@ TEST(Timing, KeepsTheNewestSamplesAlone) {
   EXPECT_EQ(timings.last_ms("stage"), 3000);
 }
 
+TEST(Timing, SumsWhatAStageTakesInTheSeveralPartsOfAFrame) {
+  Timings timings;
+  timings.begin_frame();
+  timings.add("bodies", 0, 1);
+  timings.add("end", 1, 2);
+  timings.add("bodies", 2, 4);
+  EXPECT_EQ(timings.count("bodies"), 1U);
+  EXPECT_EQ(timings.last_ms("bodies"), 3000);
+  timings.begin_frame();
+  timings.add("bodies", 4, 5);
+  EXPECT_EQ(timings.count("bodies"), 2U);
+  EXPECT_EQ(timings.last_ms("bodies"), 1000);
+  EXPECT_EQ(timings.last_ms("end"), 1000);
+}
+
 }  // namespace
 }  // namespace tactus

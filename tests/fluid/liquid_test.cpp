@@ -320,41 +320,62 @@ TEST_P(LiquidOn, AtTheCapTheOldestLeave) {
   EXPECT_GT(came, 1U << 11);
 }
 
-/// The tip of a dam that breaks, against Koshizuka & Oka 1996, on a slice of four spacings. Experiments lose
-/// about 0.05 s to the gate, which a liquid that is let go at once doesn't have. So it is the speed of the
-/// tip that is compared, from 0.41 s on, and where the tip is 0.05 s earlier: 5 %. With 20 spacings to a
-/// column; with TACTUS_LONG_TESTS=1, 40.
-TEST(Liquid, DamBreaks) {
+/// The tip of a dam that breaks, against Koshizuka & Oka 1996, on a slice of four spacings; 20 of them to a
+/// column, with TACTUS_LONG_TESTS=1, 40. The record's origin of time is unknown: while a gate is pulled,
+/// water leaves late. All of that lies before the tip has moved by a quarter of the column; from then on, the
+/// record is 0.04 to 0.06 s late throughout, in both solvers and resolutions. (A gate counts as pulled at
+/// once within (2 h / g)^(1/2) = 0.64 s, Lauber & Hager 1998.) So one number is taken from the comparison,
+/// the mean delay from 1.4 m on: with it, positions agree within 5 %, and it does not drift by more than 5 %
+/// of the time.
+TEST_P(LiquidPool, DamBreaks) {
   std::ifstream table(data_folder() + "/dambreak/dualsphysics_koshizuka_oka_tip.txt");
   if (!table) GTEST_SKIP() << without_data("dambreak/dualsphysics_koshizuka_oka_tip.txt");
   std::string line;
   std::getline(table, line);
   std::getline(table, line);
+  struct Passes {
+    float measured_s = 0, tip_m = 0, speed_m_s = 0, delay_s = 0;
+  };
+  std::vector<Passes> passes;
+  for (Passes p; table >> p.measured_s >> p.tip_m && p.measured_s < 0.72F;)
+    if (p.tip_m > 1.4F) passes.push_back(p);
+  ASSERT_GT(passes.size(), 8U);
   const float d = long_tests() ? 1.F / 40 : 1.F / 20, width = 4 * d;
   DeviceSet set("cpu");
-  Liquid liquid(set, {.spacing_m = d,
+  Liquid liquid(set, {.solver = GetParam(),
+                      .spacing_m = d,
                       .density_kg_m3 = 1000,
                       .viscosity_Pa_s = 0.001F,
                       .max_speed_m_s = 4.5F,
                       .box_m = {{0, 0, 0}, {6, 4, width}},
                       .max_particles = 20000});
   liquid.place(fill_box({{0, 0, 0}, {1, 2, width}}, d));
-  constexpr float kGate_s = 0.05F;
-  float now_s = 0, measured_s = 0, measured_m = 0, first_s = 0, first_m = 0, first_measured_m = 0, tip_m = 0;
-  while (table >> measured_s >> measured_m && measured_s < 0.72F) {
-    const float until_s = measured_s - kGate_s;
-    const int steps = static_cast<int>((until_s - now_s) / liquid.largest_step_s()) + 1;
-    for (int i = 0; i < steps; ++i)
-      liquid.step({.dt_s = (until_s - now_s) / static_cast<float>(steps), .gravity_m_s2 = kGravity});
-    now_s = until_s;
-    if (measured_s < 0.4F) continue;
-    tip_m = 0.5F * d;
+  const int every = GetParam() == LiquidSolver::dfsph ? 1 : 10;
+  const float dt_s = liquid.largest_step_s(), between_s = static_cast<float>(every) * dt_s;
+  float now_s = 0, last_m = 1, mean_s = 0;
+  for (std::size_t k = 0; k < passes.size() && now_s < 1;) {
+    for (int i = 0; i < every; ++i) liquid.step({.dt_s = dt_s, .gravity_m_s2 = kGravity});
+    now_s += between_s;
+    float tip_m = 0;
     for (const LiquidParticle& p : liquid.particles()) tip_m = std::max(tip_m, p.x_m.x + 0.5F * d);
-    EXPECT_NEAR(tip_m / measured_m, 1, 0.05) << "at " << measured_s << " s";
-    if (first_s == 0) first_s = measured_s, first_m = tip_m, first_measured_m = measured_m;
+    for (; k < passes.size() && tip_m >= passes[k].tip_m; ++k) {
+      Passes& p = passes[k];
+      p.speed_m_s = (tip_m - last_m) / between_s;
+      p.delay_s = p.measured_s - (now_s - (tip_m - p.tip_m) / p.speed_m_s);
+      mean_s += p.delay_s / static_cast<float>(passes.size());
+    }
+    last_m = tip_m;
   }
-  ASSERT_GT(first_s, 0);
-  EXPECT_NEAR((tip_m - first_m) / (3.9F - first_measured_m), 1, 0.05);
+  float first_s = 0, last_s = 0;  // means of four
+  for (std::size_t k = 0; k < passes.size(); ++k) {
+    const Passes& p = passes[k];
+    EXPECT_LT(std::abs(p.delay_s - mean_s) * p.speed_m_s, 0.05F * p.tip_m) << "at " << p.tip_m << " m";
+    if (k < 4) first_s += p.delay_s / 4;
+    if (k + 4 >= passes.size()) last_s += p.delay_s / 4;
+  }
+  EXPECT_LT(std::abs(last_s - first_s), 0.05F * passes.back().measured_s);
+  EXPECT_GT(mean_s, 0);
+  EXPECT_LT(mean_s, std::sqrt(2 * 2 / 9.81F));
 }
 
 /// SPHERIC's second test (Kleefsman et al. 2005): a column of 1.228 x 0.55 m is let go, and its front meets a

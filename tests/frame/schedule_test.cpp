@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "frame/schedule_test_kernels.h"
 #include "support/device_sets.h"
 #include "support/message_of.h"
@@ -96,6 +99,27 @@ TEST(Schedule, WithoutNewImagesNothingIsReconstructed) {
   schedule.run({}, true);
   schedule.run({}, false);
   EXPECT_EQ(log.names, (std::vector<std::string>{"upload", "hull", "bodies", "bodies"}));
+}
+
+/// Two rows share the substeps, and what they say sums to what the substeps took: no less than what was
+/// slept, no more than went by.
+TEST(Schedule, DividesTheTimeOfSubstepsAmongTheirRows) {
+  DeviceSet devices("cpu");
+  Schedule schedule(devices);
+  for (const char* name : {"bodies", "liquid"})
+    schedule.add({.name = name, .timed_as = name, .rate = Rate::substep, .submit = [](BlockPlace) {
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                  }});
+  schedule.close();
+  Timings timings;
+  const double begin_s = now_s();
+  schedule.run({.dt_s = 1, .gravity_m_s2 = {}, .substeps = 6}, true);
+  schedule.finish(timings);
+  const double bodies_ms = timings.last_ms("bodies"), liquid_ms = timings.last_ms("liquid");
+  EXPECT_GT(bodies_ms, 0);
+  EXPECT_GT(liquid_ms, 0);
+  EXPECT_GE(bodies_ms + liquid_ms, 12);
+  EXPECT_LE(bodies_ms + liquid_ms, 1e3 * (now_s() - begin_s));
 }
 
 class ScheduleOnDevices : public testing::TestWithParam<std::string> {

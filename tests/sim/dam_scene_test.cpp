@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, SphericDam, ::testing::Values(LiquidModel::wcs
 
 /// All of the tank, with 18 mm, until 1 s: every height within 10 % of the column's 0.55 m, at all times.
 /// Only H3, behind the box, is compared until 0.95 s: then it is reached by the wave that the end of the tank
-/// threw back, which comes too late here, with 2 layers of particles. Pressures are printed beside the
+/// threw back, which comes too late here. Pressures are printed beside the
 /// record. docs/concepts/liquid.md has the figures.
 TEST_P(SphericDam, HeightsFollowTheRecord) {
   if (std::getenv("TACTUS_LONG_TESTS") == nullptr) GTEST_SKIP() << "takes minutes: set TACTUS_LONG_TESTS=1";

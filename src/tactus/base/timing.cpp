@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
 
 #include "tactus/base/safe_file.h"
 
@@ -16,13 +17,21 @@ double percentile(std::vector<double> samples, double p) {
   return samples[low] + (at - static_cast<double>(low)) * (samples[high] - samples[low]);
 }
 
+void Timings::begin_frame() {
+  const std::lock_guard lock(mutex_);
+  ++frame_;
+}
+
 void Timings::add(const std::string& stage, double begin_s, double end_s, int track) {
   const std::lock_guard lock(mutex_);
   auto [it, fresh] = samples_.try_emplace(stage);
   if (fresh) order_.push_back(stage);
   Samples& samples = it->second;
   const double ms = (end_s - begin_s) * 1e3;
-  if (samples.ms.size() < kMostSamples) {
+  const bool is_same_frame = frame_ > 0 && std::exchange(samples.frame, frame_) == frame_;
+  if (is_same_frame) {
+    samples.ms[samples.newest] += ms;
+  } else if (samples.ms.size() < kMostSamples) {
     samples.newest = samples.ms.size();
     samples.ms.push_back(ms);
   } else {

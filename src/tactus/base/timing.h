@@ -2,6 +2,7 @@
 /// Wall-clock time of named stages, their percentiles, and a Chrome trace (chrome://tracing,
 /// ui.perfetto.dev).
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <string>
@@ -24,6 +25,9 @@ class Timings {
   static constexpr std::size_t kMostSamples = 8192, kMostEvents = 200000;
   /// Keep begin and end of every stage for `write_trace` (off: only durations).
   explicit Timings(bool keep_trace = false) : keep_trace_(keep_trace) {}
+  /// From now on, what is added of a stage until the next begin_frame() is summed: a frame may run in parts,
+  /// and a stage several times in it. Without it, each duration counts for itself.
+  void begin_frame();
   void add(const std::string& stage, double begin_s, double end_s, int track = 0);
   /// Duration of the newest sample of a stage [ms]; 0 when it never ran.
   double last_ms(const std::string& stage) const;
@@ -48,7 +52,9 @@ class Timings {
   struct Samples {
     std::vector<double> ms;  ///< a ring
     std::size_t newest = 0;
+    std::int64_t frame = 0;  ///< of the newest
   };
+  std::int64_t frame_ = 0;  ///< 0: there are no frames
   std::map<std::string, Samples> samples_;
   std::vector<Event> events_;
 };

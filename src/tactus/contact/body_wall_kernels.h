@@ -8,6 +8,7 @@
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/surface_triangles.h"
 #include "tactus/contact/wall_mesh.h"
+#include "tactus/geom/index_lists.h"
 #include "tactus/geom/near_walls.h"
 #include "tactus/geom/neighbour_visit.h"
 
@@ -55,65 +56,25 @@ struct PoseWallVertices {
   }
 };
 
-/// Thread: vertex that halving added.
-struct PoseAddedVertices {
-  static constexpr int kGrain = 512;
-  View<const WallVertex> added;
-  Index first;  ///< place of the first
-  View<PosedVertex> posed;
-  View<VertexImpulse> impulse;
-  TACTUS_HD void operator()(Index i) const {
-    const WallVertex v = added[i];
-    const PosedVertex p = posed[v.corners.x], q = posed[v.corners.y], r = posed[v.corners.z];
-    const float a = 1.F - v.b - v.c;
-    posed[first + i] = {p.x_m + (v.b * (q.x_m - p.x_m) + v.c * (r.x_m - p.x_m)),
-                        a * p.v_m_s + (v.b * q.v_m_s + v.c * r.v_m_s),
-                        a * p.give_1_kg + (v.b * q.give_1_kg + v.c * r.give_1_kg)};
-    impulse[first + i] = {};
-  }
-};
-
 /// Thread: vertex. To another device.
 struct CopyWallVertices {
   View<const PosedVertex> from;
-  Index first;  ///< place of the first
   View<PosedVertex> posed;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
-    posed[first + i] = from[first + i];
-    impulse[first + i] = {};
+    posed[i] = from[i];
+    impulse[i] = {};
   }
 };
 
-/// Thread: vertex. What it got on another device.
+/// Thread: vertex. What it got on another device, which forgets it.
 struct AddWallImpulses {
-  View<const VertexImpulse> from;
+  View<VertexImpulse> from;
   Index first;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
     for (int a = 0; a < 3; ++a) impulse[first + i].sum[a] += from[first + i].sum[a];
-  }
-};
-
-/// Thread: triangle. One that is not in use is nowhere: the search drops it.
-struct PoseWallTriangles {
-  View<const Vec3i> triangles;
-  View<const PosedVertex> posed;
-  View<Vec3f> middle_m;
-  View<float> radius_m;  ///< of a ball round it that holds the triangle
-  TACTUS_HD void operator()(Index t) const {
-    const Vec3i v = triangles[t];
-    if (v.x < 0) {
-      const float nowhere = std::bit_cast<float>(0x7FC00000U);
-      middle_m[t] = {nowhere, nowhere, nowhere};
-      return;
-    }
-    const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m,
-                middle = (1.F / 3) * ((a + b) + c);
-    const float r2 =
-        max(dot(a - middle, a - middle), max(dot(b - middle, b - middle), dot(c - middle, c - middle)));
-    middle_m[t] = middle;
-    radius_m[t] = 1.0001F * tactus::sqrt(r2);  // rounding
+    from[first + i] = {};
   }
 };
 
@@ -227,15 +188,15 @@ struct PushVertices {
   }
 };
 
-/// Thread: vertex that halving added. The corners of its triangle get what it got.
+/// What a vertex that halving added got, the corners of its triangle get. It forgets it.
 struct PushCorners {
-  static constexpr int kGrain = 512;
   View<const WallVertex> added;
   Index first;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
     const VertexImpulse own = impulse[first + i];
     if (own.is_zero()) return;
+    impulse[first + i] = {};
     const WallVertex v = added[i];
     for (int k = 0; k < 3; ++k) {
       const float J = VertexImpulse::newton_seconds(own.sum[k]);
@@ -245,6 +206,18 @@ struct PushCorners {
       atomic_add(impulse[v.corners.y].sum[k], b);
       atomic_add(impulse[v.corners.z].sum[k], c);
     }
+  }
+};
+/// Thread: triangle of the surface that is listed. As PushCorners, of its vertices.
+struct PushListedCorners {
+  static constexpr int kGrain = 64;
+  View<const Index> listed;
+  View<const IndexRange> added_of;
+  View<const Index> added_list;
+  PushCorners push;
+  TACTUS_HD void operator()(Index k) const {
+    const IndexRange range = added_of[listed[k]];
+    for (Index i = range.begin; i < range.end; ++i) push(added_list[i]);
   }
 };
 

@@ -7,28 +7,52 @@ namespace {
 
 /// The surface in short edges, with at least the room that it needs itself.
 WallMesh mesh_of(const WallSurface& surface, float longest_m) {
-  Index vertices = surface.room.vertices;
+  Index vertices = surface.room.vertices, triangles = surface.room.surface;
   for (const WallChange::Vertex& v : surface.all.vertices) vertices = std::max(vertices, v.vertex + 1);
+  for (const WallChange::Triangle& t : surface.all.triangles) triangles = std::max(triangles, t.triangle + 1);
   constexpr Index kAny = 1 << 30;
-  WallMesh whole(longest_m, {vertices, kAny, kAny});
+  WallMesh whole(longest_m, {vertices, kAny, kAny, triangles});
   whole.apply(surface.all);
-  WallMesh mesh(longest_m, {vertices, static_cast<Index>(whole.added().size()) + surface.room.added,
-                            static_cast<Index>(whole.triangles().size()) + surface.room.triangles});
+  WallMesh mesh(longest_m,
+                {vertices, static_cast<Index>(whole.added().size()) + surface.room.added,
+                 static_cast<Index>(whole.triangles().size()) + surface.room.triangles, triangles});
   mesh.apply(surface.all);
   return mesh;
 }
 
+/// Of all triangles of the surface that there is room for.
+IndexLists lists_of(ExecContext& ctx, const WallMesh& mesh, std::vector<Index> WallMesh::Parts::*which,
+                    Index room) {
+  std::vector<std::vector<Index>> lists(static_cast<std::size_t>(mesh.room().surface));
+  for (std::size_t t = 0; t < mesh.parts().size(); ++t) lists[t] = mesh.parts()[t].*which;
+  return {ctx, lists, room};
+}
+
 }  // namespace
 
-BodyWalls::Part::Part(Device& device, const WallMesh::Room& room, float search_reach_m, Index max_particles)
-    : search(device, {.max_particles = room.triangles, .reach_m = search_reach_m}),
-      counts(device, 3),
-      triangles(device, room.triangles),
-      posed(device, room.vertices + room.added),
-      impulse(device, posed.size()),
-      middle_m(device, room.triangles),
-      radius_m(device, room.triangles),
-      hits(device, max_particles) {}
+BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, Index grid_words, float search_reach_m,
+                      Index max_particles)
+    : search(ctx.device(), {.max_particles = mesh.room().triangles, .reach_m = search_reach_m}),
+      counts(ctx.device(), 3),
+      surface(ctx.device(), mesh.room().surface),
+      triangles(ctx.device(), mesh.room().triangles),
+      added(ctx.device(), mesh.room().added),
+      added_of(lists_of(ctx, mesh, &WallMesh::Parts::added, mesh.room().added)),
+      pieces_of(lists_of(ctx, mesh, &WallMesh::Parts::triangles, mesh.room().triangles)),
+      posed(ctx.device(), mesh.room().vertices + mesh.room().added),
+      impulse(ctx.device(), posed.size()),
+      marks(ctx.device(), grid_words),
+      near(ctx.device(), grid_words),
+      list_counts(ctx.device(), 2),
+      listed(ctx.device(), mesh.room().surface),
+      number(ctx.device(), mesh.room().triangles),
+      corners(ctx.device(), mesh.room().triangles),
+      middle_m(ctx.device(), mesh.room().triangles),
+      radius_m(ctx.device(), mesh.room().triangles),
+      hits(ctx.device(), max_particles) {
+  ctx.fill_bytes(impulse.view(), 0);
+  ctx.fill_bytes(list_counts.view(), 0);
+}
 
 BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner,
                      float particle_spacing_m, Index max_particles)
@@ -38,15 +62,15 @@ BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, 
       owner_(owner),
       reach_m_(1.5F * particle_spacing_m),
       crowd_(std::max(1.F, sqr(surface.lattice_spacing_m / particle_spacing_m))),
+      grid_(WallGrid::over(surface.box_m, 1.01F * reach_m_)),
       mesh_(mesh_of(surface, kLongestEdge * particle_spacing_m)),
       points_(devices.device(0), mesh_.room().vertices),
-      added_(devices.device(0), mesh_.room().added),
       node_impulse_(devices.device(0), surface.nodes.size()) {
   // No point of a triangle is farther from its middle than 2/3 of its longest edge; twice that when
   // stretched.
   const float search_reach_m = reach_m_ + 4.F / 3 * kLongestEdge * particle_spacing_m;
   for (int p = 0; p < parts; ++p)
-    parts_.emplace_back(devices.device(p), mesh_.room(), search_reach_m, max_particles);
+    parts_.emplace_back(devices.context(p), mesh_, grid_.words(), search_reach_m, max_particles);
   devices_.context(0).fill_bytes(node_impulse_.view(), 0);
   upload();
 }
@@ -57,11 +81,15 @@ void BodyWalls::upload() {
     if (n > 0) devices_.context(part).upload(std::span<const T>(from), to.view().part(0, n));
     return n;
   };
-  const std::vector<Index> counts{put(0, mesh_.vertices(), points_), put(0, mesh_.added(), added_),
-                                  static_cast<Index>(mesh_.triangles().size())};
+  std::vector<Index> counts{put(0, mesh_.vertices(), points_), 0, 0};
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    put(static_cast<int>(p), mesh_.triangles(), parts_[p].triangles);
-    devices_.context(static_cast<int>(p)).upload(counts, parts_[p].counts.view());
+    const int part = static_cast<int>(p);
+    put(part, mesh_.triangles(), parts_[p].triangles);
+    counts[1] = put(part, mesh_.added(), parts_[p].added);
+    counts[2] = put(part, mesh_.surface(), parts_[p].surface);
+    devices_.context(part).upload(counts, parts_[p].counts.view());
+    parts_[p].added_of.upload(devices_.context(part));
+    parts_[p].pieces_of.upload(devices_.context(part));
   }
   devices_.synchronize();
 }
@@ -69,45 +97,57 @@ void BodyWalls::upload() {
 void BodyWalls::apply(const WallChange& change) {
   if (change.vertices.empty() && change.triangles.empty()) return;
   mesh_.apply(change);
+  for (const WallChange::Triangle& t : change.triangles) {
+    if (t.triangle >= mesh_.room().surface) continue;
+    const WallMesh::Parts& now = mesh_.parts()[at(t.triangle)];
+    for (Part& part : parts_) {
+      part.added_of.set(t.triangle, now.added);
+      part.pieces_of.set(t.triangle, now.triangles);
+    }
+  }
   upload();
 }
 
-void BodyWalls::pose() {
+void BodyWalls::pose(const Particles& particles) {
   ExecContext& ctx = devices_.context(0);
   Part& first = parts_[0];
   ctx.parallel_for(
       "body walls/vertices", first.vertices(points_.size()),
       PoseWallVertices{points_.const_view(), nodes_, crowd_, first.posed.view(), first.impulse.view()});
-  ctx.parallel_for(
-      "body walls/added", first.added(added_.size()),
-      PoseAddedVertices{added_.const_view(), points_.size(), first.posed.view(), first.impulse.view()});
   barrier_.meet();
   copy_vertices();
-  sort_triangles();
+  for (int p = 0; p < static_cast<int>(parts_.size()); ++p) list_triangles(p, particles(p));
 }
 
 void BodyWalls::copy_vertices() {
-  const Index room = points_.size(), added = added_.size();
   for (std::size_t p = 1; p < parts_.size(); ++p) {
-    ExecContext& ctx = devices_.context(static_cast<int>(p));
     Part& here = parts_[p];
-    const CopyWallVertices copy{parts_[0].posed.const_view(), 0, here.posed.view(), here.impulse.view()};
-    CopyWallVertices copy_added = copy;
-    copy_added.first = room;
-    ctx.parallel_for("body walls/copy", here.vertices(room), copy);
-    ctx.parallel_for("body walls/copy", here.added(added), copy_added);
+    devices_.context(static_cast<int>(p))
+        .parallel_for("body walls/copy", here.vertices(points_.size()),
+                      CopyWallVertices{parts_[0].posed.const_view(), here.posed.view(), here.impulse.view()});
   }
 }
 
-void BodyWalls::sort_triangles() {
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    ExecContext& ctx = devices_.context(static_cast<int>(p));
-    Part& here = parts_[p];
-    ctx.parallel_for("body walls/triangles", here.used_triangles(),
-                     PoseWallTriangles{here.triangles.const_view(), here.posed.const_view(),
-                                       here.middle_m.view(), here.radius_m.view()});
-    here.search.build(ctx, here.middle_m.const_view(), {}, here.used_triangles());
-  }
+/// The pieces of the surface that are near particles, sorted.
+void BodyWalls::list_triangles(int part, const NeighbourSearch& particles) {
+  ExecContext& ctx = devices_.context(part);
+  Part& here = parts_[at(part)];
+  const View<const std::uint32_t> near = here.near.const_view();
+  ctx.fill_bytes(here.marks.view(), 0);
+  ctx.parallel_for("body walls/mark", particles.placed(),
+                   MarkCells{grid_, particles.cells().particles, here.marks.view()});
+  ctx.parallel_for("body walls/spread", grid_.rows * grid_.layers,
+                   SpreadMarks{grid_, here.marks.const_view(), here.near.view(), here.list_counts.view()});
+  ctx.parallel_for("body walls/list", here.of_surface(),
+                   ListNearTriangles{grid_, near, here.surface.const_view(), here.posed.const_view(),
+                                     here.listed.view(), here.list_counts.view()});
+  ctx.parallel_for("body walls/pieces", here.listed_ones(),
+                   PoseNearTriangles{grid_, near, here.listed.const_view(), here.added_of.ranges(),
+                                     here.pieces_of.ranges(), here.added_of.values(), here.pieces_of.values(),
+                                     here.added.const_view(), points_.size(), here.triangles.const_view(),
+                                     here.posed.view(), here.list_counts.view(), here.number.view(),
+                                     here.corners.view(), here.middle_m.view(), here.radius_m.view()});
+  here.search.build(ctx, here.middle_m.const_view(), here.number.const_view(), here.pieces());
 }
 
 void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const NearWalls& near,
@@ -115,7 +155,7 @@ void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const Nea
   const Part& here = parts_[at(part)];
   particles.visit(
       devices_.context(part), "body walls/find", here.search,
-      FindBodyWalls{particles.cells().particles, here.search.cells().order, here.triangles.const_view(),
+      FindBodyWalls{particles.cells().particles, here.search.cells().order, here.corners.const_view(),
                     here.radius_m.const_view(), here.posed.const_view(), owner_, reach_m_, near, hits});
 }
 
@@ -123,7 +163,7 @@ void BodyWalls::push(int part, const NeighbourSearch& particles, const NearWalls
   Part& here = parts_[at(part)];
   devices_.context(part).parallel_for(
       "body walls/push", particles.placed(),
-      PushVertices{here.hits.const_view(), here.triangles.const_view(), near, owner_, here.impulse.view()});
+      PushVertices{here.hits.const_view(), here.corners.const_view(), near, owner_, here.impulse.view()});
 }
 
 void BodyWalls::end_push() {
@@ -131,14 +171,19 @@ void BodyWalls::end_push() {
   Part& first = parts_[0];
   barrier_.meet();
   for (std::size_t p = 1; p < parts_.size(); ++p) {
-    const AddWallImpulses add{parts_[p].impulse.const_view(), 0, first.impulse.view()};
+    const AddWallImpulses add{parts_[p].impulse.view(), 0, first.impulse.view()};
     AddWallImpulses add_added = add;
     add_added.first = points_.size();
     ctx.parallel_for("body walls/add", first.vertices(points_.size()), add);
-    ctx.parallel_for("body walls/add", first.added(added_.size()), add_added);
+    ctx.parallel_for("body walls/add", first.all_added(), add_added);
   }
-  ctx.parallel_for("body walls/push added", first.added(added_.size()),
-                   PushCorners{added_.const_view(), points_.size(), first.impulse.view()});
+  const PushCorners push{first.added.const_view(), points_.size(), first.impulse.view()};
+  if (parts_.size() > 1)
+    ctx.parallel_for("body walls/push added", first.all_added(), push);
+  else
+    ctx.parallel_for(
+        "body walls/push added", first.listed_ones(),
+        PushListedCorners{first.listed.const_view(), first.added_of.ranges(), first.added_of.values(), push});
   ctx.parallel_for("body walls/gather", first.vertices(points_.size()),
                    GatherAtNodes{points_.const_view(), first.impulse.const_view(), node_impulse_.view()});
   ctx.parallel_for("body walls/nodes", node_impulse_.size(), PushNodes{node_impulse_.view(), nodes_});

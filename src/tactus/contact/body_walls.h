@@ -1,6 +1,8 @@
 #pragma once
 /// A soft body's surface as a wall of a liquid.
-#include "tactus/contact/body_wall_kernels.h"
+#include <functional>
+
+#include "tactus/contact/wall_grid_kernels.h"
 #include "tactus/geom/neighbour_search.h"
 #include "tactus/multi_device/device_barrier.h"
 
@@ -11,13 +13,16 @@ struct WallSurface {
   WallChange all;            ///< triangles are counter-clockwise from outside
   WallMesh::Room room = {};  ///< where a cut may add some; no less than the surface needs is taken
   float lattice_spacing_m = 0;
+  Box3f box_m;         ///< where the liquid is
   ContactNodes nodes;  ///< the views stay valid
 };
 
 /// Owns the surface of one body. Its nodes are on the first device; all devices that have particles have a
-/// copy of its vertices. Per step of the liquid: pose; once particles are sorted, find_walls of each part;
+/// copy of its vertices. Per step of the liquid, once particles are sorted: pose; find_walls of each part;
 /// once the liquid told the impulses on walls, push of each part, then end_push. Asynchronous, may be
 /// recorded. When the body was cut, apply: recordings stay valid.
+///
+/// The surface's own vertices and boxes cost time in each step; its short edges only where particles are.
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
@@ -27,8 +32,9 @@ class BodyWalls {
   BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner, float particle_spacing_m,
             Index max_particles);
 
-  /// Where the surface is now. Before find_walls.
-  void pose();
+  using Particles = std::function<const NeighbourSearch&(int part)>;
+  /// Where the surface is now, near these particles. Before find_walls of them.
+  void pose(const Particles& particles);
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
     find_walls(part, particles, near, parts_[at(part)].hits.view());
   }
@@ -46,15 +52,27 @@ class BodyWalls {
  private:
   /// On one device. Vertices that halving added are behind the room for the others.
   struct Part {
-    Part(Device& device, const WallMesh::Room& room, float search_reach_m, Index max_particles);
+    Part(ExecContext& ctx, const WallMesh& mesh, Index grid_words, float search_reach_m, Index max_particles);
     Count vertices(Index room) const { return {counts.const_view().part(0, 1), room}; }
-    Count added(Index room) const { return {counts.const_view().part(1, 1), room}; }
-    Count used_triangles() const { return {counts.const_view().part(2, 1), triangles.size()}; }
+    Count all_added() const { return {counts.const_view().part(1, 1), added.size()}; }
+    Count of_surface() const { return {counts.const_view().part(2, 1), surface.size()}; }
+    Count listed_ones() const { return {View<const Index>(near_counts()), listed.size()}; }
+    Count pieces() const { return {View<const Index>(near_counts()).part(1, 1), number.size()}; }
+    View<const Index> near_counts() const {
+      return {reinterpret_cast<const Index*>(list_counts.const_view().data()), 2};
+    }
     NeighbourSearch search;
-    Buffer<Index> counts;  ///< of vertices, added ones, triangles
-    Buffer<Vec3i> triangles;
+    Buffer<Index> counts;  ///< of vertices, added ones, triangles of the surface
+    Buffer<Vec3i> surface, triangles;
+    Buffer<WallVertex> added;
+    IndexLists added_of, pieces_of;  ///< triangles of the surface
     Buffer<PosedVertex> posed;
-    Buffer<VertexImpulse> impulse;
+    Buffer<VertexImpulse> impulse;  ///< of added vertices, zero but between push and end_push
+    // What is near particles:
+    Buffer<std::uint32_t> marks, near;
+    Buffer<std::uint32_t> list_counts;  ///< of the triangles of the surface that are listed, and of pieces
+    Buffer<Index> listed, number;
+    Buffer<Vec3i> corners;
     Buffer<Vec3f> middle_m;
     Buffer<float> radius_m;
     Buffer<WallHit> hits;
@@ -62,18 +80,18 @@ class BodyWalls {
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }
   void upload();
   void copy_vertices();
-  void sort_triangles();
+  void list_triangles(int part, const NeighbourSearch& particles);
 
   DeviceSet& devices_;
   DeviceBarrier barrier_;
   ContactNodes nodes_;
   Index owner_;
   float reach_m_, crowd_;
+  WallGrid grid_;
   WallMesh mesh_;
   std::vector<Part> parts_;
   // On the first device:
   Buffer<EmbeddedPoint> points_;
-  Buffer<WallVertex> added_;
   Buffer<VertexImpulse> node_impulse_;
 };
 

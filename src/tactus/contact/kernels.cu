@@ -1,16 +1,16 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/contact/body_wall_kernels.h"
 #include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/near_wall_kernels.h"
-#include "tactus/contact/pair_cut_kernels.h"
 #include "tactus/contact/pair_bound_kernels.h"
+#include "tactus/contact/pair_cut_kernels.h"
 #include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 #include "tactus/contact/paper_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
+#include "tactus/contact/wall_grid_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::TriangleCuts);
 TACTUS_CUDA_KERNEL(tactus::TriangleSamples);
@@ -43,16 +43,19 @@ TACTUS_CUDA_KERNEL(tactus::SearchContacts);
 TACTUS_CUDA_KERNEL(tactus::WeighPoints);
 TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
 TACTUS_CUDA_KERNEL(tactus::PoseWallVertices);
-TACTUS_CUDA_KERNEL(tactus::PoseAddedVertices);
 TACTUS_CUDA_KERNEL(tactus::CopyWallVertices);
 TACTUS_CUDA_KERNEL(tactus::AddWallImpulses);
-TACTUS_CUDA_KERNEL(tactus::PoseWallTriangles);
+TACTUS_CUDA_KERNEL(tactus::MarkCells);
+TACTUS_CUDA_KERNEL(tactus::SpreadMarks);
+TACTUS_CUDA_KERNEL(tactus::ListNearTriangles);
+TACTUS_CUDA_KERNEL(tactus::PoseNearTriangles);
 TACTUS_CUDA_KERNEL(tactus::NodeMasses);
 TACTUS_CUDA_KERNEL(tactus::SetPoints);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindBodyWalls>);
 TACTUS_CUDA_KERNEL(tactus::WeighRows);
 TACTUS_CUDA_KERNEL(tactus::PushVertices);
 TACTUS_CUDA_KERNEL(tactus::PushCorners);
+TACTUS_CUDA_KERNEL(tactus::PushListedCorners);
 TACTUS_CUDA_KERNEL(tactus::GatherAtNodes);
 TACTUS_CUDA_KERNEL(tactus::PushNodes);
 TACTUS_CUDA_KERNEL(tactus::ApplyContacts);

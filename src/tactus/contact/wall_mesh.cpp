@@ -29,15 +29,23 @@ void WallMesh::apply(const WallChange& change) {
     points_[at(v.vertex)] = v.to;
     rest_m_[at(v.vertex)] = v.rest_m;
   }
+  const auto known = static_cast<Index>(points_.size());
   for (const WallChange::Triangle& t : change.triangles) {
+    if (t.triangle >= room_.surface) {
+      is_full_ = true;
+      continue;
+    }
     if (at(t.triangle) >= coarse_.size()) {
-      coarse_.resize(at(t.triangle) + 1);
+      coarse_.resize(at(t.triangle) + 1, kUnused);
       parts_.resize(coarse_.size());
     }
     drop(t.triangle);
-    coarse_[at(t.triangle)] = t.vertices;
+    const auto& [a, b, c] = t.vertices;
+    const bool is_used = !(a == b && b == c) && std::max({a, b, c}) < known;  // else is_full
+    coarse_[at(t.triangle)] = is_used ? Vec3i{a, b, c} : kUnused;
   }
-  for (const WallChange::Triangle& t : change.triangles) divide(t.triangle);
+  for (const WallChange::Triangle& t : change.triangles)
+    if (t.triangle < room_.surface) divide(t.triangle);
 }
 
 void WallMesh::drop(Index triangle) {
@@ -64,8 +72,7 @@ Index WallMesh::add_vertex(Index triangle, float b, float c) {
   } else {
     added_.emplace_back();
   }
-  const auto& [v0, v1, v2] = coarse_[at(triangle)];
-  added_[at(place)] = {{v0, v1, v2}, b, c};
+  added_[at(place)] = {coarse_[at(triangle)], b, c};
   parts.added.push_back(place);
   return room_.vertices + place;
 }
@@ -87,9 +94,8 @@ void WallMesh::add_triangle(Index triangle, const std::array<Corner, 3>& corners
 }
 
 void WallMesh::divide(Index triangle) {
-  const auto& [v0, v1, v2] = coarse_[at(triangle)];
-  if (v0 == v1 && v1 == v2) return;
-  if (std::max({v0, v1, v2}) >= static_cast<Index>(points_.size())) return;  // is_full
+  const auto [v0, v1, v2] = coarse_[at(triangle)];
+  if (v0 < 0) return;
   const Vec3f origin = rest_m_[at(v0)], to_1 = rest_m_[at(v1)] - origin, to_2 = rest_m_[at(v2)] - origin;
   const auto place = [&](const Corner& corner) { return corner.b * to_1 + corner.c * to_2; };
   std::vector<std::array<Corner, 3>> left{{{{v0, 0, 0}, {v1, 1, 0}, {v2, 0, 1}}}};

@@ -34,9 +34,13 @@ struct WallChange {
 /// do.
 class WallMesh {
  public:
-  /// Vertices, vertices that halving adds, and triangles that there is room for.
+  /// Vertices, vertices that halving adds, triangles, and triangles of the surface that there is room for.
   struct Room {
-    Index vertices = 0, added = 0, triangles = 0;
+    Index vertices = 0, added = 0, triangles = 0, surface = 0;
+  };
+  /// Of a triangle of the surface.
+  struct Parts {
+    std::vector<Index> triangles, added;
   };
   WallMesh() = default;
   /// @throws Error for a length that is not positive.
@@ -51,6 +55,9 @@ class WallMesh {
   const std::vector<WallVertex>& added() const { return added_; }
   /// Of vertices; (-1, -1, -1): not in use.
   const std::vector<Vec3i>& triangles() const { return fine_; }
+  /// Of vertices; (-1, -1, -1): not in use.
+  const std::vector<Vec3i>& surface() const { return coarse_; }
+  const std::vector<Parts>& parts() const { return parts_; }
   const Room& room() const { return room_; }
 
  private:
@@ -68,10 +75,7 @@ class WallMesh {
   Room room_;
   std::vector<EmbeddedPoint> points_;
   std::vector<Vec3f> rest_m_;
-  std::vector<std::array<Index, 3>> coarse_;
-  struct Parts {
-    std::vector<Index> triangles, added;
-  };
+  std::vector<Vec3i> coarse_;
   std::vector<Parts> parts_;  ///< of each triangle of the surface
   std::vector<WallVertex> added_;
   std::vector<Vec3i> fine_;

@@ -82,6 +82,12 @@ void Schedule::close() {
     }
   }
   for (const Rate rate : kAllRates) order(rate, after);
+  std::vector<Group>& groups = segment(Rate::substep).groups;
+  if (groups.size() < 2) return;
+  for (Group& group : groups) {
+    group.begins.resize(static_cast<std::size_t>(unit_));
+    group.ends.resize(static_cast<std::size_t>(unit_));
+  }
 }
 
 Schedule::After Schedule::find_edges() const {
@@ -182,13 +188,35 @@ void Schedule::submit_groups(Segment& s) {
 
 void Schedule::submit_block(int units) {
   const int count = units * unit_;
-  for (int k = 0; k < count; ++k) {
-    for (const Group& group : segment(Rate::substep).groups) {
-      for (const std::size_t stage : group.stages)
-        if (k % stages_[stage].every == 0) submit_stage(stage, {k, count});
-    }
-  }
+  for (int k = 0; k < count; ++k) submit_substep({k, count});
   frame_.end_block(count);
+}
+
+void Schedule::submit_substep(BlockPlace place) {
+  const auto k = static_cast<std::size_t>(place.substep);
+  for (Group& group : segment(Rate::substep).groups) {
+    const bool is_timed = k < group.begins.size();
+    if (is_timed) group.begins[k].take(devices_.context(0));
+    for (const std::size_t stage : group.stages)
+      if (place.substep % stages_[stage].every == 0) submit_stage(stage, place);
+    if (is_timed) group.ends[k].take(devices_.context(0));
+  }
+}
+
+/// How the time of the substeps divides among its groups, as it did in one unit.
+std::vector<double> Schedule::substep_shares() const {
+  const std::vector<Group>& groups = segment(Rate::substep).groups;
+  std::vector<double> shares;
+  double sum_s = 0;
+  for (const Group& group : groups) {
+    double seconds = 0;
+    for (std::size_t k = 0; k < group.begins.size(); ++k)
+      seconds += group.ends[k].seconds_since(group.begins[k]);
+    shares.push_back(seconds);
+    sum_s += seconds;
+  }
+  for (double& share : shares) share = sum_s > 0 ? share / sum_s : 1 / static_cast<double>(groups.size());
+  return shares;
 }
 
 bool Schedule::replays() const {
@@ -291,8 +319,11 @@ void Schedule::tell_times(Timings& timings) {
   };
   for (const Rate rate : kAllRates) {
     if (rate == Rate::substep) {
-      if (std::exchange(ran_substeps_, false))
-        add(segment(rate).groups.front().timed_as, substeps_end_.seconds_since(substeps_begin_));
+      if (!std::exchange(ran_substeps_, false)) continue;
+      const double seconds = substeps_end_.seconds_since(substeps_begin_);
+      const std::vector<double> shares = substep_shares();
+      for (std::size_t g = 0; g < shares.size(); ++g)
+        add(segment(rate).groups[g].timed_as, shares[g] * seconds);
       continue;
     }
     for (Group& group : segment(rate).groups) {

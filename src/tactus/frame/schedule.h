@@ -59,6 +59,7 @@ class Schedule {
     std::string timed_as;
     std::vector<std::size_t> stages;
     TimeStamp begin, end;
+    std::vector<TimeStamp> begins, ends;  ///< rate substep: in the first unit of the last block
     bool ran = false;
   };
   struct Segment {
@@ -78,10 +79,12 @@ class Schedule {
   void submit_stage(std::size_t stage, BlockPlace place);
   void submit_groups(Segment& segment);
   void submit_block(int units);
+  void submit_substep(BlockPlace place);
   void run_segment(Rate rate);
   void run_substeps(int substeps);
   void record();
   void tell_times(Timings& timings);
+  std::vector<double> substep_shares() const;
   bool replays() const;
   Recording& recording() { return *recordings_[choice_]; }
   const Recording& recording() const { return *recordings_[choice_]; }

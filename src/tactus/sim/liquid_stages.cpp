@@ -9,7 +9,8 @@ void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec
                        int in_block) {
   const StepTime time{.gravity_m_s2 = gravity_m_s2, .in_block = in_block};
   liquid_.begin_step(time, &frame);
-  for (const Felt& felt : bodies_) felt.walls->pose();
+  for (const Felt& felt : bodies_)
+    felt.walls->pose([&](int p) -> const NeighbourSearch& { return liquid_.search(p); });
   for (int p = 0; p < liquid_.part_count(); ++p) {
     const ContactOnDevices::Part& solid = world.part(p);
     const NeighbourSearch& search = liquid_.search(p);
@@ -41,7 +42,6 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                   .updates = moved,
                   .reads = {"contact/poses"},
                   .submit = [this, &world, &frame](BlockPlace) {
-                    for (const Felt& felt : bodies_) felt.walls->pose();
                     for (Felt& felt : bodies_)
                       if (felt.wounds) bleed(felt, world.part(0), frame.view(0));
                   }});
@@ -76,8 +76,10 @@ void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<co
   solid.contact.find_walls(ctx, solid.surface, solid.obstacles.view(), wounds.search().cells().particles,
                            wounds.search().placed(), liquid_.constants().kernel.reach_m(), Liquid::kFaces, 0,
                            wounds.near_walls());
-  for (const Felt& other : bodies_)
+  for (const Felt& other : bodies_) {
+    other.walls->pose([&](int) -> const NeighbourSearch& { return wounds.search(); });
     other.walls->find_walls(0, wounds.search(), wounds.near_walls(), felt.hits.view());
+  }
   wounds.bleed(ctx, liquid_.search(), liquid_.arrivals());
 }
 

@@ -166,12 +166,12 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
 
 void SceneLiquid::add_body(SoftBody& body, Index owner) {
   const float d = liquid_.settings().spacing_m, h = body.shape().lattice.spacing_m;
-  WallSurface surface{body.walls(devices_.context(0)), {}, h, body.contact_nodes()};
+  WallSurface surface{body.walls(devices_.context(0)), {}, h, liquid_.settings().box_m, body.contact_nodes()};
   if (const auto copies = static_cast<Index>(body.shape().lattice.copies.size()); copies > 0) {
     // A copy has a wall of some 1.2 h^2, in triangles of 0.2 d^2, or in a few, and pieces of the surface.
     const Index each = 30 + static_cast<Index>(10 * sqr(h / d));
-    surface.room = {surface_room(body.shape().lattice, body.shape().surface_m).vertices, each * copies,
-                    each * copies};
+    const SurfaceRoom room = surface_room(body.shape().lattice, body.shape().surface_m);
+    surface.room = {room.vertices, each * copies, each * copies, room.triangles};
   }
   Felt& felt = bodies_.emplace_back();
   felt.body = &body;

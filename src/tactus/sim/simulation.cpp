@@ -219,6 +219,7 @@ void Simulation::add_stages() {
 }
 
 StepReport Simulation::step(const FrameSet* frame, double dt_s) {
+  timings_.begin_frame();
   const StageTimer whole(timings_, "frame");
   StepReport report;
   if (!std::exchange(is_settled_, true)) settle(report);

@@ -20,10 +20,15 @@ class TrackedBlades {
   /// @throws Error naming the blade and what is wrong with its model.
   TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig);
   bool empty() const { return blades_.empty(); }
-  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break @param markers that
-  /// cameras see @returns the masks without the tools; valid until the next call
-  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s,
-                                  std::span<const SeenMarker> markers, std::vector<Notice>& notices);
+  /// What is seen of tools beside silhouettes.
+  struct Seen {
+    std::span<const SeenMarker> markers;
+    std::span<const DepthImage> depths_m;  ///< one per depth camera of the rig; or none
+  };
+  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break
+  /// @returns the masks without the tools; valid until the next call
+  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s, const Seen& seen,
+                                  std::vector<Notice>& notices);
   /// What the edge of the scene's blade of this number swept with the last images. Nothing where it is not
   /// known well enough, and where it moved less than it is known: noise is no motion.
   cut::BladeStrip strip(std::size_t number) const;
@@ -63,6 +68,7 @@ class TrackedBlades {
   void sweep(Blade& blade);
   void tell(Blade& blade, std::vector<Notice>& notices) const;
 
+  std::vector<Camera> depth_cameras_;
   std::vector<Blade> blades_;
   std::vector<BitMask> masks_;
 };

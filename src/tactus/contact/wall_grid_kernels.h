@@ -1,0 +1,157 @@
+#pragma once
+/// Which triangles of a body's surface are near particles: the others need not be posed. Particles mark the
+/// cells that they are in, marks spread by a reach, and a triangle is near when its box meets a marked cell.
+#include "tactus/compute/atomic.h"
+#include "tactus/contact/body_wall_kernels.h"
+#include "tactus/geom/index_lists.h"
+
+namespace tactus {
+
+/// Cells of a box, a bit each. What lies outside of the box counts in the cells at its faces.
+struct WallGrid {
+  static constexpr Index kWordBits = 32, kRowWords = 2, kRow = kWordBits * kRowWords;  ///< cells along x
+  Vec3f low_m;
+  float inverse_cell_1_m = 1;
+  Index rows = 1, layers = 1;  ///< along y and z
+  Index spread = 1;            ///< cells that the reach may touch on each side
+
+  /// @param reach_m of particles
+  static WallGrid over(const Box3f& box_m, float reach_m) {
+    const Vec3f edge = box_m.max - box_m.min;
+    const float cell_m =
+        max(max(edge.x, max(edge.y, edge.z)) / static_cast<float>(kRow), max(reach_m, 1e-9F));
+    const auto cells = [&](float m) { return clamp(floor_to_int(m / cell_m) + 1, Index(1), kRow); };
+    return {box_m.min, 1.F / cell_m, cells(edge.y), cells(edge.z),
+            floor_to_int(1.001F * reach_m / cell_m) + 1};
+  }
+  Index words() const { return kRowWords * rows * layers; }
+  TACTUS_HD Vec3i cell(Vec3f x_m) const {
+    const Vec3f at = inverse_cell_1_m * (x_m - low_m);
+    return {cell(at.x, kRow), cell(at.y, rows), cell(at.z, layers)};
+  }
+  /// What is not finite is in the first one.
+  TACTUS_HD static Index cell(float at, Index cells) {
+    return at > 0.F ? static_cast<Index>(min(at, static_cast<float>(cells - 1))) : 0;
+  }
+  TACTUS_HD Index word(Index x, Index y, Index z) const { return (z * rows + y) * kRowWords + x / kWordBits; }
+  /// Bits of cells first .. last of a row.
+  TACTUS_HD static std::uint64_t row_bits(Index first, Index last) {
+    return (~std::uint64_t{0} >> static_cast<unsigned>(kRow - 1 - (last - first)))
+           << static_cast<unsigned>(first);
+  }
+  TACTUS_HD std::uint64_t row_of(View<const std::uint32_t> marks, Index y, Index z) const {
+    const Index first = word(0, y, z);
+    return std::uint64_t{marks[first]} | std::uint64_t{marks[first + 1]} << 32U;
+  }
+  TACTUS_HD bool meets(View<const std::uint32_t> marks, Vec3f low, Vec3f high) const {
+    const Vec3i a = cell(low), b = cell(high);
+    const std::uint64_t bits = row_bits(a.x, b.x);
+    for (Index z = a.z; z <= b.z; ++z)
+      for (Index y = a.y; y <= b.y; ++y)
+        if ((row_of(marks, y, z) & bits) != 0) return true;
+    return false;
+  }
+};
+
+/// Thread: particle.
+struct MarkCells {
+  WallGrid grid;
+  View<const SearchParticle> particles;
+  View<std::uint32_t> marks;
+  TACTUS_HD void operator()(Index i) const {
+    const Vec3i c = grid.cell(particles[i].x_m);
+    const std::uint32_t bit = 1U << static_cast<unsigned>(c.x % WallGrid::kWordBits);
+    std::uint32_t& word = marks[grid.word(c.x, c.y, c.z)];
+    if ((atomic_load(word) & bit) == 0) atomic_or(word, bit);
+  }
+};
+
+/// Thread: row of cells. Each cell takes the marks of those round it.
+struct SpreadMarks {
+  WallGrid grid;
+  View<const std::uint32_t> marks;
+  View<std::uint32_t> near;
+  View<std::uint32_t> counts;  ///< emptied
+  TACTUS_HD void operator()(Index row) const {
+    if (row == 0)
+      for (Index k = 0; k < counts.size(); ++k) counts[k] = 0;
+    const Index y = row % grid.rows, z = row / grid.rows, r = grid.spread;
+    std::uint64_t all = 0;
+    for (Index b = max(z - r, Index(0)); b <= min(z + r, grid.layers - 1); ++b)
+      for (Index a = max(y - r, Index(0)); a <= min(y + r, grid.rows - 1); ++a)
+        all |= grid.row_of(marks, a, b);
+    std::uint64_t wide = all;
+    for (Index k = 1; k <= r; ++k) wide |= all << static_cast<unsigned>(k) | all >> static_cast<unsigned>(k);
+    near[grid.word(0, y, z)] = static_cast<std::uint32_t>(wide);
+    near[grid.word(0, y, z) + 1] = static_cast<std::uint32_t>(wide >> 32U);
+  }
+};
+
+/// Thread: triangle of the surface. Lists those that are near particles, in any order.
+struct ListNearTriangles {
+  static constexpr int kGrain = 512;
+  WallGrid grid;
+  View<const std::uint32_t> near;
+  View<const Vec3i> surface;
+  View<const PosedVertex> posed;
+  View<Index> listed;
+  View<std::uint32_t> counts;  ///< of these, and of their pieces
+  TACTUS_HD void operator()(Index t) const {
+    const Vec3i v = surface[t];
+    if (v.x < 0) return;
+    const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
+    if (grid.meets(near, min(a, min(b, c)), max(a, max(b, c))))
+      listed[static_cast<Index>(atomic_fetch_add(counts[0], 1U))] = t;
+  }
+};
+
+/// Thread: triangle that is near. Poses the vertices that halving added there, and lists its pieces that are
+/// near, in any order: the search sorts them by their numbers.
+struct PoseNearTriangles {
+  static constexpr int kGrain = 8;
+  WallGrid grid;
+  View<const std::uint32_t> near;
+  View<const Index> listed;
+  View<const IndexRange> added_of, pieces_of;
+  View<const Index> added_list, piece_list;
+  View<const WallVertex> added;
+  Index first;  ///< place of the first added vertex
+  View<const Vec3i> triangles;
+  View<PosedVertex> posed;
+  View<std::uint32_t> counts;
+  // By place in the list:
+  View<Index> number;
+  View<Vec3i> corners;
+  View<Vec3f> middle_m;
+  View<float> radius_m;  ///< of a ball round it that holds the triangle
+  TACTUS_HD void operator()(Index k) const {
+    const Index t = listed[k];
+    for (Index i = added_of[t].begin; i < added_of[t].end; ++i) pose(added_list[i]);
+    for (Index i = pieces_of[t].begin; i < pieces_of[t].end; ++i) list(piece_list[i]);
+  }
+
+ private:
+  TACTUS_HD void pose(Index i) const {
+    const WallVertex v = added[i];
+    const PosedVertex p = posed[v.corners.x], q = posed[v.corners.y], r = posed[v.corners.z];
+    const float a = 1.F - v.b - v.c;
+    posed[first + i] = {p.x_m + (v.b * (q.x_m - p.x_m) + v.c * (r.x_m - p.x_m)),
+                        a * p.v_m_s + (v.b * q.v_m_s + v.c * r.v_m_s),
+                        a * p.give_1_kg + (v.b * q.give_1_kg + v.c * r.give_1_kg)};
+  }
+  TACTUS_HD void list(Index t) const {
+    const Vec3i v = triangles[t];
+    const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
+    if (!grid.meets(near, min(a, min(b, c)), max(a, max(b, c)))) return;
+    const Vec3f middle = (1.F / 3) * ((a + b) + c);
+    const float r2 =
+        max(dot(a - middle, a - middle), max(dot(b - middle, b - middle), dot(c - middle, c - middle)));
+    const auto k = static_cast<Index>(atomic_fetch_add(counts[1], 1U));
+    number[k] = t;
+    corners[k] = v;
+    middle_m[k] = middle;
+    radius_m[k] = 1.0001F * tactus::sqrt(r2);  // rounding
+  }
+};
+
+}  // namespace tactus
