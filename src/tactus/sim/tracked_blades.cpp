@@ -51,6 +51,7 @@ TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const
     own.number = b;
     own.name = blade.name;
     own.two_sigma_m = two_sigma_m(blade, scene);
+    own.touches = blade.tracked->touches;
     BladeTrackerSettings settings;
     settings.two_sigma_m = own.two_sigma_m;
     own.tracker = std::make_unique<BladeTracker>(model_of(blade, assets), rig.cameras,
@@ -73,14 +74,14 @@ std::vector<ObstacleDescription> TrackedBlades::after(std::vector<ObstacleDescri
 
 std::vector<ToolMotion> TrackedBlades::motions() const {
   std::vector<ToolMotion> all;
-  for (const Blade& blade : blades_) all.push_back(blade.motion);
+  for (const Blade& blade : blades_) all.push_back(blade.touches ? blade.motion : ToolMotion{});
   return all;
 }
 
 std::vector<TrackedBlades::Reach> TrackedBlades::reaches() const {
   std::vector<Reach> all;
   for (const Blade& blade : blades_) {
-    if (blade.motion.is_there == 0) continue;
+    if (blade.motion.is_there == 0 || !blade.touches) continue;
     const Rigidd T = blade.tracker->now().T_world_model;
     const TriangleMesh& mesh = blade.tracker->model().mesh;
     Reach reach{T * blade.center_m, T * blade.center_m, 0};

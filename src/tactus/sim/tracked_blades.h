@@ -37,8 +37,8 @@ class TrackedBlades {
   const TrackedBlade& now(std::size_t number) const;
   /// What bodies touch: obstacles, and after them, in place of the tools' hulls, their models.
   std::vector<ObstacleDescription> after(std::vector<ObstacleDescription> obstacles) const;
-  /// Of all tools, as of the last images: there is only what is known. A tool moves from where the last
-  /// images had it to where these have it, as the real surface does.
+  /// Of all tools, as of the last images: there is only what is known and touches. A tool moves from where
+  /// the last images had it to where these have it, as the real surface does.
   std::vector<ToolMotion> motions() const;
   /// Of each tool that is there: its box and the speed of its fastest point.
   struct Reach {
@@ -54,6 +54,7 @@ class TrackedBlades {
     std::size_t number;  ///< among the scene's
     std::string name;
     double two_sigma_m;
+    bool touches;
     std::unique_ptr<BladeTracker> tracker;
     std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
     BladeState told = BladeState::absent;
