@@ -127,6 +127,7 @@ struct Posed {
   explicit Posed(const std::function<void(BodyDescription&)>& change) {
     Scene scene = parse_scene(kScene, "scenes/x.yaml");
     scene.bodies[0].contact = true;
+    scene.blades[0].tracked->touches = true;
     scene.gravity_m_s2 = {};
     change(scene.bodies[0]);
     SyntheticOptions options;

@@ -120,8 +120,8 @@ Followed follow(bool corners, int frames) {
           points.push_back({c, at, {px.u_px + noise(random), px.v_px + noise(random)}, kNoise_px});
       }
     }
-    const TrackedBlade& now =
-        tracker.update(room.see({test::at_pose(model.mesh, T)}, k), k > 0 ? kFrame_s : 0, {}, points);
+    const TrackedBlade& now = tracker.update(room.see({test::at_pose(model.mesh, T)}, k),
+                                             k > 0 ? kFrame_s : 0, {}, {.points = points});
     if (now.state != BladeState::known) continue;
     if (all.first_known < 0) all.first_known = k;
     ++all.known;

@@ -43,6 +43,11 @@ void describe_tracked(FieldVisitor& v, TrackedBladeDescription& t) {
       {"two_sigma_m",
        "it cuts only while every point of its edge is known so well (95 %); else a notice says so"},
       t.two_sigma_m, positive("m", 0.1), "a quarter of the finest `spacing_m` of what it may cut");
+  v.boolean(
+      {"touches",
+       "whether its handle, back and flanks push and rub, beside the cut that its edge makes; a blade that "
+       "is thinner than a few cubes and dragged through tissue tears it"},
+      t.touches);
   v.list({"markers", "square ArUco markers on it; its source must have photographs"},
          appender(t.markers, describe_marker));
   v.word({"dictionary", "of the markers, the same for all blades"}, t.dictionary, marker_dictionaries());

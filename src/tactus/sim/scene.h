@@ -202,6 +202,7 @@ struct TrackedBladeDescription {
   double unit_m = 1;                  ///< mesh: metres per unit of length in the file, and of the edge
   std::vector<Vec3d> edge;            ///< mesh: its cutting edge from the tip, in the file's units
   std::optional<double> two_sigma_m;  ///< it cuts only where its edge is known so well
+  bool touches = false;               ///< whether its handle, back and flanks push and rub
   std::vector<BladeMarkerDescription> markers;
   std::string dictionary = "4X4_50";  ///< of all markers of a scene
 };

@@ -29,7 +29,8 @@ std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> mask
                                                    double dt_s, std::vector<Notice>& notices) {
   if (tracked_blades_.empty()) return masks;
   const StageTimer timer(timings_, "blades");
-  const std::span<const BitMask> others = tracked_blades_.follow(masks, dt_s, frame.markers, notices);
+  const std::span<const BitMask> others =
+      tracked_blades_.follow(masks, dt_s, {frame.markers, depths(frame)}, notices);
   world_.move_tools(tracked_blades_.motions());
   tool_speeds_.clear();
   for (const TrackedBlades::Reach& r : tracked_blades_.reaches())

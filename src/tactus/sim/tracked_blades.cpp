@@ -42,7 +42,8 @@ std::string mm(double m) { return number_text(std::round(m * 1e4) / 10) + " mm";
 
 }  // namespace
 
-TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig) {
+TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig)
+    : depth_cameras_(rig.depth_cameras) {
   for (std::size_t b = 0; b < scene.blades.size(); ++b) {
     const BladeDescription& blade = scene.blades[b];
     if (!blade.tracked) continue;
@@ -50,6 +51,7 @@ TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const
     own.number = b;
     own.name = blade.name;
     own.two_sigma_m = two_sigma_m(blade, scene);
+    own.touches = blade.tracked->touches;
     BladeTrackerSettings settings;
     settings.two_sigma_m = own.two_sigma_m;
     own.tracker = std::make_unique<BladeTracker>(model_of(blade, assets), rig.cameras,
@@ -72,14 +74,14 @@ std::vector<ObstacleDescription> TrackedBlades::after(std::vector<ObstacleDescri
 
 std::vector<ToolMotion> TrackedBlades::motions() const {
   std::vector<ToolMotion> all;
-  for (const Blade& blade : blades_) all.push_back(blade.motion);
+  for (const Blade& blade : blades_) all.push_back(blade.touches ? blade.motion : ToolMotion{});
   return all;
 }
 
 std::vector<TrackedBlades::Reach> TrackedBlades::reaches() const {
   std::vector<Reach> all;
   for (const Blade& blade : blades_) {
-    if (blade.motion.is_there == 0) continue;
+    if (blade.motion.is_there == 0 || !blade.touches) continue;
     const Rigidd T = blade.tracker->now().T_world_model;
     const TriangleMesh& mesh = blade.tracker->model().mesh;
     Reach reach{T * blade.center_m, T * blade.center_m, 0};
@@ -112,11 +114,13 @@ void TrackedBlades::follow(Blade& blade, const std::optional<Rigidd>& before, do
   blade.motion.velocity_m_s = part(3);
 }
 
-std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, double dt_s,
-                                               std::span<const SeenMarker> markers,
+std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, double dt_s, const Seen& seen,
                                                std::vector<Notice>& notices) {
   std::vector<BitMask> taken;
   std::vector<SeenPoint> points;
+  std::vector<SeenDepth> depths;
+  for (std::size_t c = 0; c < seen.depths_m.size(); ++c)
+    depths.push_back({&depth_cameras_[c], &seen.depths_m[c]});
   for (Blade& blade : blades_) {
     // What is another's can't be found again as this one.
     taken.clear();
@@ -128,13 +132,13 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
     std::optional<Rigidd> before;
     if (blade.motion.is_there != 0) before = blade.tracker->now().T_world_model;
     points.clear();
-    for (const SeenMarker& marker : markers) {
+    for (const SeenMarker& marker : seen.markers) {
       const auto own = blade.corners_m.find(marker.id);
       for (std::size_t k = 0; k < 4 && own != blade.corners_m.end(); ++k)
         points.push_back({static_cast<std::size_t>(marker.camera), own->second.at(k), marker.corners_px.at(k),
                           kCorner_px});
     }
-    blade.tracker->update(masks, dt_s, taken, points);
+    blade.tracker->update(masks, dt_s, taken, {points, depths});
     follow(blade, before, dt_s);
     sweep(blade);
     tell(blade, notices);

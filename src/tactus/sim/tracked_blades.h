@@ -20,10 +20,15 @@ class TrackedBlades {
   /// @throws Error naming the blade and what is wrong with its model.
   TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig);
   bool empty() const { return blades_.empty(); }
-  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break @param markers that
-  /// cameras see @returns the masks without the tools; valid until the next call
-  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s,
-                                  std::span<const SeenMarker> markers, std::vector<Notice>& notices);
+  /// What is seen of tools beside silhouettes.
+  struct Seen {
+    std::span<const SeenMarker> markers;
+    std::span<const DepthImage> depths_m;  ///< one per depth camera of the rig; or none
+  };
+  /// Takes in new images. @param dt_s since the last ones; 0: the first, or a break
+  /// @returns the masks without the tools; valid until the next call
+  std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s, const Seen& seen,
+                                  std::vector<Notice>& notices);
   /// What the edge of the scene's blade of this number swept with the last images. Nothing where it is not
   /// known well enough, and where it moved less than it is known: noise is no motion.
   cut::BladeStrip strip(std::size_t number) const;
@@ -32,8 +37,8 @@ class TrackedBlades {
   const TrackedBlade& now(std::size_t number) const;
   /// What bodies touch: obstacles, and after them, in place of the tools' hulls, their models.
   std::vector<ObstacleDescription> after(std::vector<ObstacleDescription> obstacles) const;
-  /// Of all tools, as of the last images: there is only what is known. A tool moves from where the last
-  /// images had it to where these have it, as the real surface does.
+  /// Of all tools, as of the last images: there is only what is known and touches. A tool moves from where
+  /// the last images had it to where these have it, as the real surface does.
   std::vector<ToolMotion> motions() const;
   /// Of each tool that is there: its box and the speed of its fastest point.
   struct Reach {
@@ -49,6 +54,7 @@ class TrackedBlades {
     std::size_t number;  ///< among the scene's
     std::string name;
     double two_sigma_m;
+    bool touches;
     std::unique_ptr<BladeTracker> tracker;
     std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
     BladeState told = BladeState::absent;
@@ -62,6 +68,7 @@ class TrackedBlades {
   void sweep(Blade& blade);
   void tell(Blade& blade, std::vector<Notice>& notices) const;
 
+  std::vector<Camera> depth_cameras_;
   std::vector<Blade> blades_;
   std::vector<BitMask> masks_;
 };

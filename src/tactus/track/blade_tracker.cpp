@@ -60,17 +60,17 @@ BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> came
 }
 
 const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double dt_s,
-                                         std::span<const BitMask> taken, std::span<const SeenPoint> points) {
+                                         std::span<const BitMask> taken, const PoseEvidence& more) {
   if (!(dt_s > 0)) {
     hypotheses_.clear();
     last_edge_m_.clear();
   }
   since_known_s_ += dt_s;
-  for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s, points);
+  for (Hypothesis& h : hypotheses_) follow(h, masks, dt_s, more);
   std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
   drop_worse();
   if (hypotheses_.empty() && --pause_frames_ < 0) {
-    const bool has_tried = seek(masks, taken, points);
+    const bool has_tried = seek(masks, taken, more);
     pause_frames_ = hypotheses_.empty() && has_tried ? kPause_frames : 0;
   }
   judge();
@@ -78,7 +78,7 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
 }
 
 void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double dt_s,
-                          std::span<const SeenPoint> points) {
+                          const PoseEvidence& more) {
   h.filter.predict(dt_s);
   const PosePrior& prior = h.filter.prior();
   const Matrix6 covariance = h.filter.covariance();
@@ -90,9 +90,9 @@ void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double 
   // Far off, what is near the tool misleads: first where it is expected.
   const double expected = kExpected * h.fit.wrong + kLeastExpected;
   const int most = hypotheses_.size() > 1 ? kStepsToCompare : kSteps;
-  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior, most, points);
+  h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior, most, more);
   if (h.fit.wrong > expected && search_px > settings_.fit.reach_px) {
-    const PoseFit far = h.fitter.fit(masks, prior.T_world_model, search_px, &prior, kStepsToCompare, points);
+    const PoseFit far = h.fitter.fit(masks, prior.T_world_model, search_px, &prior, kStepsToCompare, more);
     if (far.wrong < h.fit.wrong) h.fit = far;
   }
   if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) {
@@ -154,16 +154,15 @@ BladeTracker::Tries BladeTracker::tries(std::span<const BitMask> masks, std::spa
 }
 
 bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken,
-                        std::span<const SeenPoint> points) {
+                        const PoseEvidence& more) {
   const std::span<const Camera> cameras = fitter_.cameras();
-  const std::optional<Rigidd> by_points = pose_of_points(cameras, points);
+  const std::optional<Rigidd> by_points = pose_of_points(cameras, more.points);
   const Tries tries = by_points ? Tries{{0, *by_points}} : this->tries(masks, taken);
   for (const auto& [wrong, pose] : tries) {
     Hypothesis h{
         PoseFitter(mesh_, cameras, settings_.fit), PoseFilter(mesh_.center_m, settings_.motion), {}, {}};
-    const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px, nullptr, kStepsToCompare, points);
-    h.fit =
-        h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px, nullptr, kStepsToCompare, points);
+    const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px, nullptr, kStepsToCompare, more);
+    h.fit = h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px, nullptr, kStepsToCompare, more);
     if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) continue;
     h.filter.start(h.fit, settings_.fit.calibration_px);
     h.surprises.push_back(h.fit.surprise);

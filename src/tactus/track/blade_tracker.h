@@ -42,9 +42,9 @@ class BladeTracker {
   BladeTracker& operator=(const BladeTracker&) = delete;
   /// The next frame. @param dt_s since the last one; 0: the first, or a break
   /// @param taken of each camera, or none: what other tools show, which this one isn't
-  /// @param points of the model that cameras know by name: seen by two cameras, they tell the first pose, too
+  /// @param more markers' corners, if two cameras see them, tell the first pose, too
   const TrackedBlade& update(std::span<const BitMask> masks, double dt_s, std::span<const BitMask> taken = {},
-                             std::span<const SeenPoint> points = {});
+                             const PoseEvidence& more = {});
   const TrackedBlade& now() const { return now_; }
   const BladeModel& model() const { return model_; }
   /// Sets the pixels that show it, and those beside them.
@@ -61,11 +61,9 @@ class BladeTracker {
     std::vector<double> surprises;  ///< of each frame since it was found, while there are others
     int lost_frames = 0;
   };
-  void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s,
-              std::span<const SeenPoint> points);
+  void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s, const PoseEvidence& more);
   /// @returns whether there was anything to try, which takes some 40 ms
-  bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken,
-            std::span<const SeenPoint> points);
+  bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken, const PoseEvidence& more);
   /// By what they get wrong.
   using Tries = std::vector<std::pair<double, Rigidd>>;
   Tries tries(std::span<const BitMask> masks, std::span<const BitMask> taken);

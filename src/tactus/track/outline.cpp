@@ -31,6 +31,7 @@ OutlineMesh::OutlineMesh(const TriangleMesh& mesh, const char* what) {
     for (std::size_t i = 0; i < 3; ++i)
       face_of[{t[i], t[(i + 1) % 3]}].push_back(static_cast<Index>(faces.size()));
     faces.push_back({n, dot(n, a)});
+    triangles.push_back(t);
   }
   center_m = moment / volume;
   for (const Vec3d& p : vertices_m) radius_m = std::max(radius_m, length(p - center_m));

@@ -25,6 +25,7 @@ class OutlineMesh {
   };
   std::vector<Vec3d> vertices_m;
   std::vector<Face> faces;
+  std::vector<std::array<Index, 3>> triangles;
   std::vector<Edge> edges;
   Vec3d center_m;       ///< of the volume
   double radius_m = 0;  ///< of all vertices about it

@@ -236,9 +236,40 @@ void PoseFitter::add_points(PoseFit& fit, std::span<const SeenPoint> points, boo
   }
 }
 
+/// Along each ray, the distance that is measured less that of the model. A motion of the surface by x, whose
+/// normal is n, moves where the ray d meets it by x . n / (d . n). With the variance s² of a pixel and b² of
+/// what all have in common, the inverse covariance is (1 - b² / (s² + N b²) 1 1^T) / s² (Sherman and
+/// Morrison).
+void PoseFitter::add_depth(PoseFit& fit, const SeenDepth& depth) {
+  if (depth.image->empty()) return;
+  const Vec3d center_m = fit.T_world_model * mesh_->center_m;
+  const double own = sqr(settings_.depth_m), common = sqr(settings_.depth_bias_m),
+               most_m = 4 * std::sqrt(own + common);
+  double square[6][6]{}, sum[6]{}, right[6]{}, off_sum_m = 0;
+  int count = 0;
+  for (const DepthRays::Hit& hit : rays_.find(*mesh_, fit.T_world_model, *depth.camera)) {
+    const double off_m = double{(*depth.image)(hit.x_px, hit.y_px)} - hit.distance_m;
+    if (!(std::abs(off_m) < most_m)) continue;  // 0 or NaN: nothing was measured
+    const Vec3d by_shift = (1 / dot(hit.along, hit.normal)) * hit.normal,
+                by_turn = cross(hit.at_m - center_m, by_shift);
+    const double row[6] = {by_turn.x, by_turn.y, by_turn.z, by_shift.x, by_shift.y, by_shift.z};
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k < 6; ++k) square[i][k] += row[i] * row[k];
+      sum[i] += row[i];
+      right[i] += row[i] * off_m;
+    }
+    off_sum_m += off_m;
+    ++count;
+  }
+  const double less = common / (own + count * common);
+  for (int i = 0; i < 6; ++i) {
+    step_(i, 0) += (right[i] - less * sum[i] * off_sum_m) / own;
+    for (int k = 0; k < 6; ++k) fit.information(i, k) += (square[i][k] - less * sum[i] * sum[k]) / own;
+  }
+}
+
 /// Gauss and Newton's.
-double PoseFitter::step(PoseFit& fit, const PosePrior* prior, std::span<const SeenPoint> points,
-                        bool is_near) {
+double PoseFitter::step(PoseFit& fit, const PosePrior* prior, const PoseEvidence& more, bool is_near) {
   const int n = 6 + 2 * static_cast<int>(views_.size());
   fit.information.reset(n, n);
   step_.reset(n, 1);
@@ -251,7 +282,8 @@ double PoseFitter::step(PoseFit& fit, const PosePrior* prior, std::span<const Se
         fit.information(at(i), at(k)) += own.information[i][k];
     }
   }
-  add_points(fit, points, is_near);
+  add_points(fit, more.points, is_near);
+  for (const SeenDepth& depth : more.depths) add_depth(fit, depth);
   normal_ = fit.information;
   // What masks say nothing about stays: as if one residual of a pixel spoke of a radian, and of a metre.
   for (int i = 0; i < 6; ++i) normal_(i, i) += 1e-4 * normal_(i, i) + 1;
@@ -349,7 +381,7 @@ void PoseFitter::state_covariance(PoseFit& fit) {
 }
 
 PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, double search_px,
-                        const PosePrior* prior, int most_iterations, std::span<const SeenPoint> points) {
+                        const PosePrior* prior, int most_iterations, const PoseEvidence& more) {
   PoseFit fit;
   fit.T_world_model = T_start;
   fit.shifts_px.assign(2 * views_.size(), 0);
@@ -364,7 +396,7 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
     look(fit.T_world_model, reach_px);
     weigh(is_far ? kFarOff_px : kLeastOff_px);
     assemble(fit, is_far ? kFarWhite_px2 : has_noise_ ? 0 : kFarWhite_px2);
-    const double sigmas2 = step(fit, prior, points, !is_far && fit.iterations > 0);
+    const double sigmas2 = step(fit, prior, more, !is_far && fit.iterations > 0);
     Twist by;
     std::copy(step_.v.begin(), step_.v.begin() + 6, by.begin());
     const double turn = length(Vec3d{by[0], by[1], by[2]}), shift_m = length(Vec3d{by[3], by[4], by[5]});
@@ -381,7 +413,7 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
   }
   measure_noise();
   sum_up(fit);
-  fit.surprise += surprise_of(points, fit);
+  fit.surprise += surprise_of(more.points, fit);
   state_covariance(fit);
   blur_px_ = std::sqrt(kBlur_px * kBlur_px + fit.rms_px * fit.rms_px);
   return fit;

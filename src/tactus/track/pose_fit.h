@@ -5,6 +5,7 @@
 
 #include "tactus/geom/image.h"
 #include "tactus/track/contour_equations.h"
+#include "tactus/track/depth_rays.h"
 #include "tactus/track/outline.h"
 #include "tactus/track/small_matrix.h"
 
@@ -18,6 +19,18 @@ struct SeenPoint {
   double sigma_px = 0.5;  ///< of the place in the picture, 1 sigma along each axis
 };
 
+/// What a time-of-flight camera measured.
+struct SeenDepth {
+  const Camera* camera = nullptr;
+  const DepthImage* image = nullptr;  ///< empty: it missed the tick
+};
+
+/// What is seen of the model beside its silhouettes.
+struct PoseEvidence {
+  std::span<const SeenPoint> points = {};
+  std::span<const SeenDepth> depths = {};
+};
+
 /// The pose in which points are where at least two cameras see them; none: fewer than three such points, or
 /// they are in a line. Rays are intersected by least squares; the first three points give the axes.
 std::optional<Rigidd> pose_of_points(std::span<const Camera> cameras, std::span<const SeenPoint> points);
@@ -29,6 +42,8 @@ struct PoseFitSettings {
   double calibration_px = 0.3;
   /// Within which errors of contours are alike.
   double correlation_px = 8;
+  /// Of measured distances, 1 sigma: of each pixel, and of what all pixels of a camera have in common.
+  double depth_m = 0.005, depth_bias_m = 0.003;
 };
 
 /// Rigid motion by a twist about the model's centre: X' = c + R(turn) (X - c) + shift.
@@ -64,10 +79,9 @@ class PoseFitter {
   /// @param masks one per camera; empty: it missed the tick. What else they show may cover the model
   /// @param search_px by how much the model's picture may be off at the start
   /// @param prior or nullptr
-  /// @param points more of what cameras see; one that is off by 6 px at last doesn't count
+  /// @param more points that are off by 6 px at last don't count, nor do distances that are 4 sigma off
   PoseFit fit(std::span<const BitMask> masks, const Rigidd& T_start, double search_px,
-              const PosePrior* prior = nullptr, int most_iterations = 12,
-              std::span<const SeenPoint> points = {});
+              const PosePrior* prior = nullptr, int most_iterations = 12, const PoseEvidence& more = {});
   /// Share of the pixels near the outline of a posed model that contradict it, as PoseFit::wrong.
   double wrong(std::span<const BitMask> masks, const Rigidd& T_world_model);
   const OutlineMesh& mesh() const { return *mesh_; }
@@ -92,7 +106,8 @@ class PoseFitter {
   /// Adds the equations of points to those of a fit.
   void add_points(PoseFit& fit, std::span<const SeenPoint> points, bool is_near);
   /// Solves for a step. @returns the square of its size, in standard deviations
-  double step(PoseFit& fit, const PosePrior* prior, std::span<const SeenPoint> points, bool is_near);
+  double step(PoseFit& fit, const PosePrior* prior, const PoseEvidence& more, bool is_near);
+  void add_depth(PoseFit& fit, const SeenDepth& depth);
   void measure_noise();
   double surprise_of(std::span<const SeenPoint> points, const PoseFit& fit) const;
   void sum_up(PoseFit& fit) const;
@@ -104,6 +119,7 @@ class PoseFitter {
   PoseFitSettings settings_;
   std::vector<View> views_;
   std::vector<double> sizes_;
+  DepthRays rays_;
   DenseMatrix normal_, step_;  ///< of the equations, with the prior
   ContourNoise noise_;         ///< its mean over frames
   bool has_noise_ = false;
