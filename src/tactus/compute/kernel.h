@@ -21,8 +21,9 @@
 /// kernels.cu lists the structs so that nvcc makes them, too.
 ///
 /// A kernel may have `TACTUS_HD void load()`. It is called on a copy of the kernel before the call operator,
-/// once a thread on a GPU and once a range of indices on a CPU: there the kernel reads numbers that change
-/// between launches of a recording (frame/frame_params.h) into its members.
+/// once a thread on a GPU (once a block, if it names `kLoadsTogether`) and once a range of indices on a CPU:
+/// there the kernel reads numbers that change between launches of a recording (frame/frame_params.h) into its
+/// members.
 #include "tactus/compute/view.h"
 
 namespace tactus {

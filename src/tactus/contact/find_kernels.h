@@ -129,6 +129,7 @@ struct FindContacts {
 /// the slowest.
 struct SearchContacts {
   static constexpr int kThreads = TriangleSearch::kLanes, kGrain = 4;
+  static constexpr bool kLoadsTogether = true;
   ContactFinder finder;
   struct Shared {
     FoundPoint found;

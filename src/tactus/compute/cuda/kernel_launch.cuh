@@ -4,7 +4,9 @@
 #include <cuda_runtime.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
+#include <type_traits>
 
 #include "tactus/compute/cuda/cuda_check.h"
 #include "tactus/compute/kernel.h"
@@ -126,6 +128,26 @@ __device__ __forceinline__ decltype(auto) loaded(const K& kernel) {
   }
 }
 
+/// Likewise. A kernel that names kLoadsTogether is so large that its functions aren't all inlined: a copy for
+/// every thread would go through memory (50 us a launch), so the threads of a block share one.
+template <class K>
+__device__ __forceinline__ decltype(auto) loaded_by_block(const K& kernel) {
+  if constexpr (requires { K::kLoadsTogether; }) {
+    static_assert(std::is_trivially_copyable_v<K> && sizeof(K) % sizeof(unsigned) == 0);
+    __shared__ unsigned words[sizeof(K) / sizeof(unsigned) + 2];  // and room to align
+    K& copy = *reinterpret_cast<K*>((reinterpret_cast<std::uintptr_t>(words) + alignof(K) - 1) / alignof(K) *
+                                    alignof(K));
+    for (unsigned w = threadIdx.x; w < sizeof(K) / sizeof(unsigned); w += blockDim.x)
+      reinterpret_cast<unsigned*>(&copy)[w] = reinterpret_cast<const unsigned*>(&kernel)[w];
+    __syncthreads();
+    if (threadIdx.x == 0) copy.load();
+    __syncthreads();
+    return static_cast<const K&>(copy);
+  } else {
+    return loaded(kernel);
+  }
+}
+
 /// First thing in every kernel. Kernels of a stream are started while the one before still runs, which hides
 /// what a start costs, and wait here until it has ended and what it wrote can be seen (programmatic dependent
 /// launch, from compute capability 9.0 on). Only after that the next one may be started: on an H200, frames
@@ -162,7 +184,8 @@ __global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
   __shared__ typename K::Shared shared;
   wait_for_the_kernel_before();
   const Index n = count.get();
-  const auto& k = loaded(kernel);
+  if (static_cast<Index>(blockIdx.x) >= n) return;
+  const auto& k = loaded_by_block(kernel);
   for (Index i = static_cast<Index>(blockIdx.x); i < n; i += static_cast<Index>(gridDim.x)) {
     k(CudaBlock<K::kThreads>(i), shared);
   }
