@@ -125,9 +125,15 @@ struct PoseNearTriangles {
   View<Vec3f> middle_m;
   View<float> radius_m;  ///< of a ball round it that holds the triangle
   TACTUS_HD void operator()(Index k) const {
-    const Index t = listed[k];
-    for (Index i = added_of[t].begin; i < added_of[t].end; ++i) pose(added_list[i]);
-    for (Index i = pieces_of[t].begin; i < pieces_of[t].end; ++i) list(piece_list[i]);
+    const IndexRange own = added_of[listed[k]], pieces = pieces_of[listed[k]];
+    for (Index i = own.begin; i < own.end; ++i) pose(added_list[i]);
+    // Room for all that are near at once: threads that count one by one wait for one another.
+    Index count = 0;
+    for (Index i = pieces.begin; i < pieces.end; ++i) count += is_near(triangles[piece_list[i]]) ? 1 : 0;
+    if (count == 0) return;
+    auto place = static_cast<Index>(atomic_fetch_add(counts[1], static_cast<std::uint32_t>(count)));
+    for (Index i = pieces.begin; i < pieces.end; ++i)
+      if (is_near(triangles[piece_list[i]])) list(piece_list[i], place++);
   }
 
  private:
@@ -139,14 +145,16 @@ struct PoseNearTriangles {
                         a * p.v_m_s + (v.b * q.v_m_s + v.c * r.v_m_s),
                         a * p.give_1_kg + (v.b * q.give_1_kg + v.c * r.give_1_kg)};
   }
-  TACTUS_HD void list(Index t) const {
+  TACTUS_HD bool is_near(Vec3i v) const {
+    const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
+    return grid.meets(near, min(a, min(b, c)), max(a, max(b, c)));
+  }
+  TACTUS_HD void list(Index t, Index k) const {
     const Vec3i v = triangles[t];
     const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
-    if (!grid.meets(near, min(a, min(b, c)), max(a, max(b, c)))) return;
     const Vec3f middle = (1.F / 3) * ((a + b) + c);
     const float r2 =
         max(dot(a - middle, a - middle), max(dot(b - middle, b - middle), dot(c - middle, c - middle)));
-    const auto k = static_cast<Index>(atomic_fetch_add(counts[1], 1U));
     number[k] = t;
     corners[k] = v;
     middle_m[k] = middle;
