@@ -197,7 +197,9 @@ TEST_F(LiveFaults, AKilledClientIsBackWithinASecond) {
   });
   ASSERT_GT(back_s, 0);
   EXPECT_LT(back_s - restarted_s, 1);
-  EXPECT_LE(others, 4);  // a busy machine: masks of others, of 630
+  // Of 630 masks of others. Were they taken away with the killed one's for the second it is gone, 210 would
+  // be missing; on a busy machine some miss the deadline by themselves.
+  EXPECT_LE(others, 63);
 }
 
 }  // namespace
