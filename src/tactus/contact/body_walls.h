@@ -38,7 +38,7 @@ class BodyWalls {
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
     find_walls(part, particles, near, parts_[at(part)].hits.view());
   }
-  /// For particles that only ask. @param hits one per particle, written
+  /// For particles that only ask. @param hits kWallSides of each particle, written
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near, View<WallHit> hits);
   void push(int part, const NeighbourSearch& particles, const NearWalls& near);
   /// The nodes take what all parts pushed.
@@ -75,6 +75,7 @@ class BodyWalls {
     Buffer<Vec3i> corners;
     Buffer<Vec3f> middle_m;
     Buffer<float> radius_m;
+    Buffer<Vec3f> normals;
     Buffer<WallHit> hits;
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }

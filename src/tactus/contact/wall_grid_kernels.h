@@ -124,6 +124,7 @@ struct PoseNearTriangles {
   View<Vec3i> corners;
   View<Vec3f> middle_m;
   View<float> radius_m;  ///< of a ball round it that holds the triangle
+  View<Vec3f> normals;   ///< unit
   TACTUS_HD void operator()(Index k) const {
     const IndexRange own = added_of[listed[k]], pieces = pieces_of[listed[k]];
     for (Index i = own.begin; i < own.end; ++i) pose(added_list[i]);
@@ -159,6 +160,7 @@ struct PoseNearTriangles {
     corners[k] = v;
     middle_m[k] = middle;
     radius_m[k] = 1.0001F * tactus::sqrt(r2);  // rounding
+    normals[k] = normalized(cross(b - a, c - a));
   }
 };
 
