@@ -7,6 +7,7 @@
 #include <random>
 
 #include "support/device_sets.h"
+#include "tactus/contact/surface_triangles.h"
 #include "tactus/geom/box_surface.h"
 
 namespace tactus {

@@ -1,16 +1,12 @@
 #pragma once
-/// A soft body's surface beside particles, both ways. Its triangles move with the body's nodes; a particle
-/// sees the plane at the nearest point of the nearest triangle. So the distance has slope 1 and what depends
-/// on it alone is a potential. What the particle does to that plane the triangle's corners get by the point's
-/// barycentric weights, and nodes by those of the corners: linear momentum is conserved to rounding. Corners
-/// and nodes sum integers, in any order.
+/// A soft body's surface beside particles: where it is, and what they do to it. Its triangles move with the
+/// body's nodes. What a particle does to a wall, the triangle's corners get by the point's barycentric
+/// weights, and nodes by those of the corners: linear momentum is conserved to rounding. Corners and nodes
+/// sum integers, in any order.
 #include "tactus/compute/atomic.h"
 #include "tactus/contact/body_points.h"
-#include "tactus/contact/surface_triangles.h"
 #include "tactus/contact/wall_mesh.h"
-#include "tactus/geom/index_lists.h"
 #include "tactus/geom/near_walls.h"
-#include "tactus/geom/neighbour_visit.h"
 
 namespace tactus {
 
@@ -80,138 +76,11 @@ struct AddWallImpulses {
 
 /// A point of a body's surface that a particle sees.
 struct WallHit {
-  Index triangle = -1;
-  float b, c;  ///< weights of its second and third corner
-  Vec3f n;     ///< unit, from there to the particle outside
+  Index triangle = -1;  ///< of those that are near
+  float b, c;           ///< weights of its second and third corner
 };
 /// The nearest one, and WallAcross.
 inline constexpr Index kWallSides = 2;
-
-/// The pieces of a body's surface that are near particles, as these see them.
-struct SeenSurface {
-  View<const SearchParticle> particles;
-  View<const Index> order;  ///< of the pieces' search
-  View<const Vec3i> triangles;
-  View<const float> radius_m;
-  View<const Vec3f> normals;  ///< unit
-  View<const PosedVertex> posed;
-  Index owner;
-  float reach_m;
-  NearWalls near_walls;
-  View<WallHit> hits;  ///< kWallSides of each particle
-
-  TACTUS_HD TriangleCorners corners_of(Index t) const {
-    const Vec3i v = triangles[t];
-    return {posed[v.x].x_m, posed[v.y].x_m, posed[v.z].x_m};
-  }
-  /// @param triangle -1: there is none on that side
-  TACTUS_HD void add(Index i, Index side, Index triangle, bool behind) const {
-    WallHit hit{triangle, 0, 0, {}};
-    if (triangle >= 0) {
-      const Vec3f p = particles[i].x_m;
-      const TriangleCorners corners = corners_of(triangle);
-      const Vec3f offset = corners.offset_of(p), e1 = corners.b - corners.a, e2 = corners.c - corners.a,
-                  area = cross(e1, e2), at = (p - corners.a) - offset;
-      const float inverse = 1.F / max(dot(area, area), 1e-30F);
-      hit.b = clamp(inverse * dot(cross(at, e2), area), 0.F, 1.F);
-      hit.c = clamp(inverse * dot(cross(e1, at), area), 0.F, 1.F - hit.b);
-      const Vec3i v = triangles[triangle];
-      const float distance = length(offset), sign = behind ? -1.F : 1.F, a = 1.F - hit.b - hit.c;
-      hit.n = distance > 1e-7F ? (sign / distance) * offset : normalized(area);
-      near_walls.add(i,
-                     {hit.n,
-                      sign * distance,
-                      a * posed[v.x].v_m_s + hit.b * posed[v.y].v_m_s + hit.c * posed[v.z].v_m_s,
-                      owner,
-                      a * posed[v.x].give_1_kg + hit.b * posed[v.y].give_1_kg + hit.c * posed[v.z].give_1_kg,
-                      {},
-                      side});
-    }
-    hits[kWallSides * i + side] = hit;
-  }
-};
-
-/// Of particles, among the middles of the pieces: the nearest point of the surface, on either side of it.
-struct FindNearestWalls {
-  static constexpr bool kNearOnly = true;
-  template <int kLanes>
-  struct Own {
-    Vec3f p[kLanes];
-    float best2[kLanes], side[kLanes];
-    Index triangle[kLanes];
-  };
-  SeenSurface surface;
-  template <int kLanes>
-  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
-    own.p[t] = surface.particles[i].x_m;
-    own.best2[t] = sqr(surface.reach_m);
-    own.side[t] = 0;
-    own.triangle[t] = -1;
-  }
-  /// Triangles that share the nearest edge or corner tell the side together: GapOfTriangles.
-  template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float r2_m2, bool) const {
-    const Index triangle = surface.order[j];
-    const float to_ball = tactus::sqrt(r2_m2) - surface.radius_m[triangle];
-    if (to_ball > 0.F && sqr(to_ball) > (1.F + GapOfTriangles::kTie) * own.best2[t]) return;
-    const TriangleCorners corners = surface.corners_of(triangle);
-    const Vec3f offset = corners.offset_of(own.p[t]);
-    const float d2 = dot(offset, offset);
-    if (!(d2 <= (1.F + GapOfTriangles::kTie) * own.best2[t])) return;
-    const float to_plane = dot(own.p[t] - corners.a, surface.normals[triangle]);
-    const float side = clamp(to_plane / max(tactus::sqrt(d2), 1e-12F), -1.F, 1.F);
-    const float weighed = corners.weight(own.p[t]) * side;
-    if (own.triangle[t] >= 0 && GapOfTriangles::ties(own.best2[t], d2)) {
-      own.side[t] += weighed;
-      return;
-    }
-    own.best2[t] = d2;
-    own.triangle[t] = triangle;
-    own.side[t] = weighed;
-  }
-  template <int kLanes>
-  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
-    surface.add(i, 0, own.triangle[t], own.side[t] < 0.F);
-  }
-};
-
-/// After FindNearestWalls: WallAcross.
-struct FindWallsAcross {
-  static constexpr bool kNearOnly = true;
-  template <int kLanes>
-  struct Own {
-    Vec3f p[kLanes], nearest[kLanes];
-    float best2[kLanes];
-    Index triangle[kLanes];
-  };
-  SeenSurface surface;
-  template <int kLanes>
-  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
-    const WallHit& hit = surface.hits[kWallSides * i];
-    own.p[t] = surface.particles[i].x_m;
-    own.nearest[t] = hit.n;
-    own.best2[t] = hit.triangle >= 0 ? sqr(surface.reach_m) : -1.F;
-    own.triangle[t] = -1;
-  }
-  template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float r2_m2, bool) const {
-    const Index triangle = surface.order[j];
-    const Vec3f normal = surface.normals[triangle];
-    if (!WallAcross::may_face(own.nearest[t], normal)) return;
-    const float to_ball = tactus::sqrt(r2_m2) - surface.radius_m[triangle];
-    if (own.best2[t] < 0.F || (to_ball > 0.F && sqr(to_ball) > own.best2[t])) return;
-    const Vec3f offset = surface.corners_of(triangle).offset_of(own.p[t]);
-    const float d2 = dot(offset, offset);
-    if (!(d2 <= own.best2[t]) || !WallAcross::faces(own.nearest[t], normal, offset, tactus::sqrt(d2))) return;
-    if (d2 == own.best2[t] && own.triangle[t] >= 0) return;  // the first; all devices visit in one order
-    own.best2[t] = d2;
-    own.triangle[t] = triangle;
-  }
-  template <int kLanes>
-  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
-    surface.add(i, 1, own.triangle[t], false);
-  }
-};
 
 /// Thread: particle. The corners of the triangles that it pushed get what it did.
 struct PushVertices {

@@ -26,7 +26,7 @@ struct WallSurface {
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
-  static constexpr float kLongestEdge = 1;
+  static constexpr float kLongestEdge = 4;
   /// @param parts of the liquid, on the first devices @param owner of its walls
   /// @param particle_spacing_m d of the liquid @param max_particles of each part. Synchronizes.
   BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner, float particle_spacing_m,

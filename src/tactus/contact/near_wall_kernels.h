@@ -18,9 +18,8 @@ struct NearestOnSurface {
     GapOfTriangles gap(reach_m);
     float within = reach_m;
     const auto seen_by = [&](auto&& use) {
-      for_each_ball_within(mesh, own, p_m, reach_m, within, [&](Index s) {
-        use(SeenTriangle::of(mesh.corners[s], p_m, p_m, {}, 0.F), s);
-      });
+      for_each_ball_within(mesh, own, p_m, reach_m, within,
+                           [&](Index s) { use(SeenTriangle::of(mesh.corners[s], p_m, p_m, {}, 0.F), s); });
     };
     seen_by([&](const SeenTriangle& t, Index s) {
       gap.see(t, s);
