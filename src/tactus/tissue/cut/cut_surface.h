@@ -208,6 +208,9 @@ class CutSurface {
   const Vec3d& at(Index point) const { return points_[index(point)].p; }
   void place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
                     std::span<const embed::Anchor> anchors);
+  /// Cubes that may fall apart in a frame without that it takes memory.
+  static constexpr std::size_t kFrameSplits = 512;
+  void take_room_for_frame(std::size_t splits);
   void add_to_bins(const LatticeCutter& cutter, Index triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
