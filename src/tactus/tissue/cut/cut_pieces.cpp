@@ -1,5 +1,6 @@
 // Pieces of triangles that walls go through: which there are, on which side they lie, and who moves them.
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -355,23 +356,33 @@ void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s) {
   }
 }
 
+/// How deep walls lie is looked up beside the rest.
 void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner) {
-  for (std::size_t w = 0; w < s.walls.size(); ++w) {
+  const auto for_each_piece = [&](auto&& f) {
+    for (std::size_t w = 0; w < s.walls.size(); ++w) {
+      if (inner[w].is_whole) f(w, s.walls[w].point);
+      for (const auto& piece : inner[w].pieces) f(w, piece);
+    }
+  };
+  const auto note_depths = [&] {
+    for_each_piece([&](std::size_t, const std::array<Index, 3>& piece) { note_depth(middle_of(piece)); });
+  };
+  const auto add = [&](std::size_t w, const std::array<Index, 3>& piece) {
     const CubeSplit& split = s.splits[s.walls[w].split].split;
-    const auto add = [&](const std::array<Index, 3>& piece) {
-      const auto& [a, b, c] = piece;
-      note_depth(middle_of(piece));
-      wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
-      next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
-      for (const int part : {0, 1}) {
-        const Index cube = split.part[part];
-        Triangle t{{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet};
-        add_triangle(cutter, t);
-      }
-    };
-    if (inner[w].is_whole) add(s.walls[w].point);
-    for (const auto& piece : inner[w].pieces) add(piece);
-  }
+    const auto& [a, b, c] = piece;
+    wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
+    next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
+    std::array<Index, 2> place{};
+    std::size_t count = 0;
+    for (const int part : {0, 1}) {
+      const Index cube = split.part[part];
+      place[count] = place_triangle(
+          {{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet});
+      if (place[count] >= 0) ++count;
+    }
+    if (count > 0) add_to_bins(cutter, std::span(place).first(count));
+  };
+  tbb::parallel_invoke(note_depths, [&] { for_each_piece(add); });
 }
 
 }  // namespace tactus::cut

@@ -98,7 +98,8 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
     for (std::size_t k = 0; k < 3; ++k) triangle.corner[k] = {t[k], anchors[index(t[k])].cube};
     triangles_.push_back(triangle);
     vertices_of_.push_back(t);
-    add_to_bins(cutter, triangle_count() - 1);
+    const Index place = triangle_count() - 1;
+    add_to_bins(cutter, {&place, 1});
   }
   take_room_for_frame(std::min(cutter.lattice().copies.size() / 2, kFrameSplits));
 }
@@ -160,31 +161,38 @@ void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& s
   }
 }
 
-void CutSurface::add_to_bins(const LatticeCutter& cutter, Index triangle) {
-  const Triangle& t = triangles_[index(triangle)];
+/// @param triangles that have the same corners
+void CutSurface::add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles) {
+  const Triangle& t = triangles_[index(triangles.front())];
   const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
   const Vec3d margin{2e-5, 2e-5, 2e-5}, low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
   const auto cell = [](double v) { return static_cast<Index>(std::floor(v)); };
   for (Index z = cell(low.z); z <= cell(high.z); ++z)
     for (Index y = cell(low.y); y <= cell(high.y); ++y)
       for (Index x = cell(low.x); x <= cell(high.x); ++x)
-        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0) bins_.push_back(cube, triangle);
+        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0)
+          for (const Index triangle : triangles) bins_.push_back(cube, triangle);
 }
 
-void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
+/// @returns its place; -1: there is no room
+Index CutSurface::place_triangle(const Triangle& triangle) {
   if (!free_.empty()) {
-    triangles_[index(free_.back())] = triangle;
-    add_to_bins(cutter, free_.back());
+    const Index place = free_.back();
     free_.pop_back();
-    return;
+    triangles_[index(place)] = triangle;
+    return place;
   }
   if (triangle_count() >= room_.triangles) {
     is_full_ = true;
-    return;
+    return -1;
   }
   triangles_.push_back(triangle);
   vertices_of_.push_back({0, 0, 0});
-  add_to_bins(cutter, triangle_count() - 1);
+  return triangle_count() - 1;
+}
+
+void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
+  if (const Index place = place_triangle(triangle); place >= 0) add_to_bins(cutter, {&place, 1});
 }
 
 Index CutSurface::leaf(Index cube, Vec3d p) const {

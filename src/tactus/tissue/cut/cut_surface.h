@@ -211,7 +211,8 @@ class CutSurface {
   /// Cubes that may fall apart in a frame without that it takes memory.
   static constexpr std::size_t kFrameSplits = 512;
   void take_room_for_frame(std::size_t splits);
-  void add_to_bins(const LatticeCutter& cutter, Index triangle);
+  void add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles);
+  Index place_triangle(const Triangle& triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
