@@ -350,30 +350,38 @@ Index CutSurface::add_crossing(Stage& s, const Crossing& c, Index triangle, std:
   return point;
 }
 
-void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number) {
+/// Changes nothing.
+CutSurface::Meeting CutSurface::meeting(const Stage& s, Index triangle, std::size_t number) const {
   const Triangle& t = triangles_[index(triangle)];
+  const WallTriangle& wall = s.walls[number];
   const Split& split = s.splits[wall.split];
-  if (t.home >= 0 && (t.home != split.split.parent || t.tet != wall.tet)) return;
-  std::vector<Index> touching;
+  Meeting m{.triangle = triangle, .wall = number};
   for (const Corner& corner : t.corner)
-    if (is_on(corner.point, wall.point)) touching.push_back(corner.point);
-  for (const Index point : touching) {
+    if (is_on(corner.point, wall.point)) m.touching.push_back(corner.point);
+  if (m.touching.size() > 1) return m;
+  m.found = crossings(t, wall, m.touching);
+  if (m.found.size() + m.touching.size() != 2) return m;
+  const Vec3d first = m.touching.empty() ? m.found[0].p : at(m.touching[0]);
+  m.is_segment = t.home >= 0 || leaf(split.regular, 0.5 * (first + m.found.back().p)) == split.split.parent;
+  return m;
+}
+
+void CutSurface::add_meeting(Stage& s, const Meeting& m) {
+  WallTriangle& wall = s.walls[m.wall];
+  for (const Index point : m.touching) {
     const auto& on = points_[index(point)].on;
     const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
     if (s.rim.try_emplace(static_cast<std::uint64_t>(point), is_vertex).second && !is_vertex)
       s.on_edge.add(edge_key(on[0], on[1]), point);
   }
-  if (touching.size() > 1) return;
-  const std::vector<Crossing> found = crossings(t, wall, touching);
-  if (found.size() + touching.size() != 2) return;
-  const Vec3d first = touching.empty() ? found[0].p : at(touching[0]);
-  if (t.home < 0 && leaf(split.regular, 0.5 * (first + found.back().p)) != split.split.parent) return;
-  std::array<Index, 2> segment{touching.empty() ? add_crossing(s, found[0], triangle, number) : touching[0],
-                               add_crossing(s, found.back(), triangle, number)};
+  if (!m.is_segment) return;
+  std::array<Index, 2> segment{
+      m.touching.empty() ? add_crossing(s, m.found[0], m.triangle, m.wall) : m.touching[0],
+      add_crossing(s, m.found.back(), m.triangle, m.wall)};
   if (segment[0] == segment[1]) return;
-  const auto near = std::lower_bound(s.near.begin(), s.near.end(), triangle) - s.near.begin();
-  s.segments.push_back(static_cast<Index>(near), {segment, number});
-  wall.segments.push_back({segment, static_cast<std::size_t>(triangle)});
+  const auto near = std::lower_bound(s.near.begin(), s.near.end(), m.triangle) - s.near.begin();
+  s.segments.push_back(static_cast<Index>(near), {segment, m.wall});
+  wall.segments.push_back({segment, static_cast<std::size_t>(m.triangle)});
 }
 
 void CutSurface::find_faces(Split& split) const {
@@ -439,18 +447,25 @@ double CutSurface::share(const LatticeCutter& cutter, const Split& split) const 
   return low + high > 0 ? high / (low + high) : 0.5;
 }
 
+/// Who meets whom is found on all cores, points get their ids in the order of walls.
 void CutSurface::intersect_all(Stage& s) {
-  for (std::size_t w = 0; w < s.walls.size(); ++w) {
-    WallTriangle& wall = s.walls[w];
+  std::vector<std::vector<Meeting>> meetings(s.walls.size());
+  tbb::parallel_for(std::size_t{0}, s.walls.size(), [&](std::size_t w) {
+    const WallTriangle& wall = s.walls[w];
+    const Split& split = s.splits[wall.split];
     const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
-    for (const Index triangle : bins_.of(s.splits[wall.split].regular)) {
-      const auto& corner = triangles_[index(triangle)].corner;
-      const Vec3d p = at(corner[0].point), q = at(corner[1].point), r = at(corner[2].point);
-      if (!triangles_[index(triangle)].is_fill &&
-          !apart(min(a, min(b, c)), max(a, max(b, c)), min(p, min(q, r)), max(p, max(q, r))))
-        intersect(s, triangle, wall, w);
+    const Vec3d low = min(a, min(b, c)), high = max(a, max(b, c));
+    for (const Index triangle : bins_.of(split.regular)) {
+      const Triangle& t = triangles_[index(triangle)];
+      if (t.is_fill || (t.home >= 0 && (t.home != split.split.parent || t.tet != wall.tet))) continue;
+      const Vec3d p = at(t.corner[0].point), q = at(t.corner[1].point), r = at(t.corner[2].point);
+      if (apart(low, high, min(p, min(q, r)), max(p, max(q, r)))) continue;
+      if (Meeting m = meeting(s, triangle, w); m.is_segment || !m.touching.empty())
+        meetings[w].push_back(std::move(m));
     }
-  }
+  });
+  for (const auto& of_wall : meetings)
+    for (const Meeting& m : of_wall) add_meeting(s, m);
 }
 
 std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {

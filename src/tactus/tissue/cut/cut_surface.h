@@ -200,6 +200,14 @@ class CutSurface {
     std::array<Index, 2> surface{-1, -1}, wall{-1, -1};  ///< edges; -1: inside of the triangle
     Vec3d p;
   };
+  /// A triangle of the surface and one of a wall.
+  struct Meeting {
+    Index triangle;
+    std::size_t wall;                  ///< its number
+    std::vector<Index> touching = {};  ///< points of the surface on the wall's edges
+    std::vector<Crossing> found = {};
+    bool is_segment = false;
+  };
   struct Vertex {
     std::array<Index, 8> nodes;
     Index vertex;
@@ -218,7 +226,8 @@ class CutSurface {
   void find_reference(const LatticeCutter& cutter, Split& split) const;
   bool is_on(Index point, const std::array<Index, 3>& wall) const;
   void intersect_all(Stage& s);
-  void intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number);
+  Meeting meeting(const Stage& s, Index triangle, std::size_t number) const;
+  void add_meeting(Stage& s, const Meeting& m);
   std::vector<Crossing> crossings(const Triangle& t, const WallTriangle& wall,
                                   const std::vector<Index>& touching) const;
   Index add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number);
