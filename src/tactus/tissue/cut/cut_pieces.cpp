@@ -333,19 +333,23 @@ void CutSurface::part_cubes(const Stage& s) {
   }
 }
 
-void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s) {
-  std::vector<std::unique_ptr<Divided>> in_pieces(s.near.size());
-  tbb::parallel_for(std::size_t{0}, s.near.size(),
-                    [&](std::size_t i) { in_pieces[i] = divided(cutter, s, i); });
+/// @param in_pieces per triangle in s.near; none: it stays whole
+void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s,
+                             const std::vector<std::unique_ptr<Divided>>& in_pieces) {
   part_cubes(s);
   std::vector<std::vector<Triangle>> pieces(s.near.size());
-  tbb::parallel_for(std::size_t{0}, s.near.size(), [&](std::size_t i) {
-    Triangle& old = triangles_[index(s.near[i])];
-    if (in_pieces[i])
-      pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
-    else if (!old.is_fill)
-      set_cubes(cutter, s, nullptr, 0, old);
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, s.near.size(), 16),
+      [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          Triangle& old = triangles_[index(s.near[i])];
+          if (in_pieces[i])
+            pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
+          else if (!old.is_fill)
+            set_cubes(cutter, s, nullptr, 0, old);
+        }
+      },
+      tbb::simple_partitioner());
   for (std::size_t i = 0; i < s.near.size(); ++i) {
     for (std::size_t k = 0; k < pieces[i].size(); ++k) {
       if (k == 0)

@@ -473,20 +473,34 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   make_walls(cutter, stage, s);
   intersect_all(s);
   std::vector<Inner> inner(s.walls.size());
-  tbb::parallel_for(std::size_t{0}, s.walls.size(),
-                    [&](std::size_t w) { inner[w] = inner_of(s, s.walls[w]); });
   std::vector<double> shares(s.splits.size());
   std::vector<std::uint8_t> is_sliver(s.splits.size());
-  tbb::parallel_for(std::size_t{0}, s.splits.size(), [&](std::size_t k) {
+  std::vector<std::unique_ptr<Divided>> in_pieces(s.near.size());
+  const auto find_share = [&](std::size_t k) {
     const Split& split = s.splits[k];
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                  least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
     const double own = share(cutter, split);
     shares[k] = std::clamp(own, least, 1 - least);
     is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
-  });
+  };
+  // None of them changes what another one reads, so cores go from one to the next without waiting.
+  const std::size_t near = s.near.size(), splits = s.splits.size();
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, near + splits + s.walls.size(), 16),
+      [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          if (i < near)
+            in_pieces[i] = divided(cutter, s, i);
+          else if (i < near + splits)
+            find_share(i - near);
+          else
+            inner[i - near - splits] = inner_of(s, s.walls[i - near - splits]);
+        }
+      },
+      tbb::simple_partitioner());
   slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
-  divide_near(cutter, s);
+  divide_near(cutter, s, in_pieces);
   add_walls(cutter, s, inner);
   return shares;
 }

@@ -266,7 +266,8 @@ class CutSurface {
                                   const Triangle& old) const;
   void part_cubes(const Stage& s);
   void note_depth(Vec3d p);
-  void divide_near(const LatticeCutter& cutter, const Stage& s);
+  void divide_near(const LatticeCutter& cutter, const Stage& s,
+                   const std::vector<std::unique_ptr<Divided>>& in_pieces);
   void add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner);
   // cut_vertices.cpp
   std::vector<Index> near_splits(const LatticeCutter& cutter,
