@@ -216,9 +216,8 @@ class CutSurface {
   const Vec3d& at(Index point) const { return points_[index(point)].p; }
   void place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
                     std::span<const embed::Anchor> anchors);
-  /// Cubes that may fall apart in a frame without that it takes memory.
+  /// So many cubes may fall apart in a frame before lists grow.
   static constexpr std::size_t kFrameSplits = 512;
-  void take_room_for_frame(std::size_t splits);
   void add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles);
   Index place_triangle(const Triangle& triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
@@ -270,6 +269,7 @@ class CutSurface {
                    const std::vector<std::unique_ptr<Divided>>& in_pieces);
   void add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner);
   // cut_vertices.cpp
+  void take_room_for_frame(std::size_t splits);
   std::vector<Index> near_splits(const LatticeCutter& cutter,
                                  const std::vector<std::vector<CubeSplit>>& stages);
   void drop_fills(const std::vector<Index>& triangles);
