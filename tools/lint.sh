@@ -67,7 +67,7 @@ if (cd "$scratch" && header_alone bad.h >/dev/null); then
   echo "headers: one without its includes was accepted"
   failed=1
 fi
-if chosen 'src/tactus/*.h' 'bench/*.h' | xargs -r grep -L 'cuda_runtime' |
+if chosen 'src/tactus/*.h' 'bench/*.h' | { xargs -r grep -L 'cuda_runtime' || true; } |
   xargs -r -P "$(nproc)" -I{} bash -c 'own_source_shows_it {} || header_alone {}'; then
   echo "headers: each compiles alone"
 else

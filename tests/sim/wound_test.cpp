@@ -21,7 +21,7 @@ class Wounds : public ::testing::TestWithParam<std::string> {
 TACTUS_INSTANTIATE_DEVICES(Wounds);
 
 /// Liquid stands on a slab that is held at both ends and fills its box. Two blades cut a plug out of it,
-/// which nothing holds up: walls that touch would close on particles, which have no room there.
+/// which nothing holds up.
 constexpr const char* kPlug = R"(
 source: {kind: synthetic, figure: sphere, depth_cameras: 0}
 reconstruction: {resolution: 16}
@@ -39,7 +39,6 @@ bodies:
 blades:
   - {name: left, from_m: [-0.031, 0.56, 0.5], to_m: [-0.031, 0.56, 0.7], path: [{time_s: 0.1}, {time_s: 0.2, displacement_m: [0.001, -0.12, 0]}]}
   - {name: right, from_m: [0.032, 0.56, 0.5], to_m: [0.032, 0.56, 0.7], path: [{time_s: 0.1}, {time_s: 0.2, displacement_m: [0, -0.12, 0]}]}
-contact: {cut_walls: false}
 fluid:
   spacing_m: 0.01
   box: {min_m: [-0.1, 0.1, 0.56], max_m: [0.1, 0.7, 0.64]}

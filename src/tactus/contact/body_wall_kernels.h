@@ -1,16 +1,12 @@
 #pragma once
-/// A soft body's surface beside particles, both ways. Its triangles move with the body's nodes; a particle
-/// sees the plane at the nearest point of the nearest triangle. So the distance has slope 1 and what depends
-/// on it alone is a potential. What the particle does to that plane the triangle's corners get by the point's
-/// barycentric weights, and nodes by those of the corners: linear momentum is conserved to rounding. Corners
-/// and nodes sum integers, in any order.
+/// A soft body's surface beside particles: where it is, and what they do to it. Its triangles move with the
+/// body's nodes. What a particle does to a wall, the triangle's corners get by the point's barycentric
+/// weights, and nodes by those of the corners: linear momentum is conserved to rounding. Corners and nodes
+/// sum integers, in any order.
 #include "tactus/compute/atomic.h"
 #include "tactus/contact/body_points.h"
-#include "tactus/contact/surface_triangles.h"
 #include "tactus/contact/wall_mesh.h"
-#include "tactus/geom/index_lists.h"
 #include "tactus/geom/near_walls.h"
-#include "tactus/geom/neighbour_visit.h"
 
 namespace tactus {
 
@@ -78,103 +74,27 @@ struct AddWallImpulses {
   }
 };
 
-/// The point of a body's surface that is nearest to a particle.
+/// A point of a body's surface that a particle sees.
 struct WallHit {
-  Index triangle = -1;
-  float b, c;  ///< weights of its second and third corner
+  Index triangle = -1;  ///< of those that are near
+  float b, c;           ///< weights of its second and third corner
 };
+/// The nearest one, and WallAcross.
+inline constexpr Index kWallSides = 2;
 
-/// Of particles, among the middles of a body's triangles: adds the body to their walls.
-struct FindBodyWalls {
-  static constexpr bool kNearOnly = true;
-  template <int kLanes>
-  struct Own {
-    Vec3f p[kLanes];
-    float best2[kLanes], side[kLanes];
-    Index triangle[kLanes];
-  };
-  View<const SearchParticle> particles;
-  View<const Index> order;  ///< of the triangles' search
-  View<const Vec3i> triangles;
-  View<const float> radius_m;
-  View<const PosedVertex> posed;
-  Index owner;
-  float reach_m;
-  NearWalls near_walls;
-  View<WallHit> hits;
-  template <int kLanes>
-  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
-    own.p[t] = particles[i].x_m;
-    own.best2[t] = reach_m * reach_m;
-    own.side[t] = 0;
-    own.triangle[t] = -1;
-  }
-  /// Triangles that share the nearest edge or corner tell the side together: GapOfTriangles.
-  template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float r2_m2, bool) const {
-    const Index triangle = order[j];
-    const float to_ball = tactus::sqrt(r2_m2) - radius_m[triangle];
-    if (to_ball > 0.F && sqr(to_ball) > (1.F + GapOfTriangles::kTie) * own.best2[t]) return;
-    const TriangleCorners corners = corners_of(triangle);
-    const Vec3f offset = corners.offset_of(own.p[t]);
-    const float d2 = dot(offset, offset);
-    if (!(d2 <= (1.F + GapOfTriangles::kTie) * own.best2[t])) return;
-    const Vec3f n = normalized(cross(corners.b - corners.a, corners.c - corners.a));
-    const float side = clamp(dot(own.p[t] - corners.a, n) / max(tactus::sqrt(d2), 1e-12F), -1.F, 1.F);
-    const float weighed = corners.weight(own.p[t]) * side;
-    if (own.triangle[t] >= 0 && GapOfTriangles::ties(own.best2[t], d2)) {
-      own.side[t] += weighed;
-      return;
-    }
-    own.best2[t] = d2;
-    own.triangle[t] = triangle;
-    own.side[t] = weighed;
-  }
-  template <int kLanes>
-  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
-    WallHit hit{own.triangle[t], 0, 0};
-    if (hit.triangle >= 0) {
-      const Vec3f p = own.p[t];
-      const TriangleCorners corners = corners_of(hit.triangle);
-      const Vec3f offset = corners.offset_of(p), e1 = corners.b - corners.a, e2 = corners.c - corners.a,
-                  area = cross(e1, e2), at = (p - corners.a) - offset;
-      const float inverse = 1.F / max(dot(area, area), 1e-30F);
-      hit.b = clamp(inverse * dot(cross(at, e2), area), 0.F, 1.F);
-      hit.c = clamp(inverse * dot(cross(e1, at), area), 0.F, 1.F - hit.b);
-      const Vec3i v = triangles[hit.triangle];
-      const float distance = length(offset), sign = own.side[t] < 0.F ? -1.F : 1.F, a = 1.F - hit.b - hit.c;
-      const Vec3f n = distance > 1e-7F ? (sign / distance) * offset : normalized(area);
-      near_walls.add(i,
-                     {n,
-                      sign * distance,
-                      a * posed[v.x].v_m_s + hit.b * posed[v.y].v_m_s + hit.c * posed[v.z].v_m_s,
-                      owner,
-                      a * posed[v.x].give_1_kg + hit.b * posed[v.y].give_1_kg + hit.c * posed[v.z].give_1_kg,
-                      {}});
-    }
-    hits[i] = hit;
-  }
-
- private:
-  TACTUS_HD TriangleCorners corners_of(Index t) const {
-    const Vec3i v = triangles[t];
-    return {posed[v.x].x_m, posed[v.y].x_m, posed[v.z].x_m};
-  }
-};
-
-/// Thread: particle. The corners of the triangle that it pushed get what it did.
+/// Thread: particle. The corners of the triangles that it pushed get what it did.
 struct PushVertices {
-  View<const WallHit> hits;
+  View<const WallHit> hits;  ///< kWallSides of each
   View<const Vec3i> triangles;
   NearWalls near_walls;
   Index owner;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
-    const WallHit hit = hits[i];
-    if (hit.triangle < 0) return;
+    if (hits[kWallSides * i].triangle < 0) return;
     for (Index k = 0; k < near_walls.count[i]; ++k) {
       const NearWall& wall = near_walls.at(i, k);
       if (wall.owner != owner) continue;
+      const WallHit& hit = hits[kWallSides * i + wall.side];
       const Vec3i v = triangles[hit.triangle];
       for (int a = 0; a < 3; ++a) {
         const float J = wall.impulse_N_s[a];

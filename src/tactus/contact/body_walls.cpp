@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tactus/contact/wall_find_kernels.h"
+
 namespace tactus {
 namespace {
 
@@ -49,7 +51,8 @@ BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, Index grid_words, 
       corners(ctx.device(), mesh.room().triangles),
       middle_m(ctx.device(), mesh.room().triangles),
       radius_m(ctx.device(), mesh.room().triangles),
-      hits(ctx.device(), max_particles) {
+      normals(ctx.device(), mesh.room().triangles),
+      hits(ctx.device(), std::int64_t{kWallSides} * max_particles) {
   ctx.fill_bytes(impulse.view(), 0);
   ctx.fill_bytes(list_counts.view(), 0);
 }
@@ -141,22 +144,24 @@ void BodyWalls::list_triangles(int part, const NeighbourSearch& particles) {
   ctx.parallel_for("body walls/list", here.of_surface(),
                    ListNearTriangles{grid_, near, here.surface.const_view(), here.posed.const_view(),
                                      here.listed.view(), here.list_counts.view()});
-  ctx.parallel_for("body walls/pieces", here.listed_ones(),
-                   PoseNearTriangles{grid_, near, here.listed.const_view(), here.added_of.ranges(),
-                                     here.pieces_of.ranges(), here.added_of.values(), here.pieces_of.values(),
-                                     here.added.const_view(), points_.size(), here.triangles.const_view(),
-                                     here.posed.view(), here.list_counts.view(), here.number.view(),
-                                     here.corners.view(), here.middle_m.view(), here.radius_m.view()});
+  ctx.parallel_for(
+      "body walls/pieces", here.listed_ones(),
+      PoseNearTriangles{grid_, near, here.listed.const_view(), here.added_of.ranges(),
+                        here.pieces_of.ranges(), here.added_of.values(), here.pieces_of.values(),
+                        here.added.const_view(), points_.size(), here.triangles.const_view(),
+                        here.posed.view(), here.list_counts.view(), here.number.view(), here.corners.view(),
+                        here.middle_m.view(), here.radius_m.view(), here.normals.view()});
   here.search.build(ctx, here.middle_m.const_view(), here.number.const_view(), here.pieces());
 }
 
 void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const NearWalls& near,
                            View<WallHit> hits) {
   const Part& here = parts_[at(part)];
-  particles.visit(
-      devices_.context(part), "body walls/find", here.search,
-      FindBodyWalls{particles.cells().particles, here.search.cells().order, here.corners.const_view(),
-                    here.radius_m.const_view(), here.posed.const_view(), owner_, reach_m_, near, hits});
+  ExecContext& ctx = devices_.context(part);
+  const NearSurface surface{here.search.cells(),        here.search.reach_m(),     here.corners.const_view(),
+                            here.radius_m.const_view(), here.normals.const_view(), here.posed.const_view()};
+  ctx.parallel_for("body walls/find", particles.placed(),
+                   FindBodyWalls{particles.cells().particles, surface, owner_, reach_m_, near, hits});
 }
 
 void BodyWalls::push(int part, const NeighbourSearch& particles, const NearWalls& near) {

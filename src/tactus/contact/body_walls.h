@@ -26,7 +26,7 @@ struct WallSurface {
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
-  static constexpr float kLongestEdge = 1;
+  static constexpr float kLongestEdge = 4;
   /// @param parts of the liquid, on the first devices @param owner of its walls
   /// @param particle_spacing_m d of the liquid @param max_particles of each part. Synchronizes.
   BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner, float particle_spacing_m,
@@ -38,7 +38,7 @@ class BodyWalls {
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
     find_walls(part, particles, near, parts_[at(part)].hits.view());
   }
-  /// For particles that only ask. @param hits one per particle, written
+  /// For particles that only ask. @param hits kWallSides of each particle, written
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near, View<WallHit> hits);
   void push(int part, const NeighbourSearch& particles, const NearWalls& near);
   /// The nodes take what all parts pushed.
@@ -75,6 +75,7 @@ class BodyWalls {
     Buffer<Vec3i> corners;
     Buffer<Vec3f> middle_m;
     Buffer<float> radius_m;
+    Buffer<Vec3f> normals;
     Buffer<WallHit> hits;
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }

@@ -10,6 +10,7 @@
 #include "tactus/contact/paper_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
+#include "tactus/contact/wall_find_kernels.h"
 #include "tactus/contact/wall_grid_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::TriangleCuts);
@@ -51,7 +52,7 @@ TACTUS_CUDA_KERNEL(tactus::ListNearTriangles);
 TACTUS_CUDA_KERNEL(tactus::PoseNearTriangles);
 TACTUS_CUDA_KERNEL(tactus::NodeMasses);
 TACTUS_CUDA_KERNEL(tactus::SetPoints);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindBodyWalls>);
+TACTUS_CUDA_KERNEL(tactus::FindBodyWalls);
 TACTUS_CUDA_KERNEL(tactus::WeighRows);
 TACTUS_CUDA_KERNEL(tactus::PushVertices);
 TACTUS_CUDA_KERNEL(tactus::PushCorners);

@@ -18,12 +18,8 @@ struct NearestOnSurface {
     GapOfTriangles gap(reach_m);
     float within = reach_m;
     const auto seen_by = [&](auto&& use) {
-      for_each_slot_within(mesh.cells, p_m, reach_m, [&](Index s) {
-        const TriangleBall ball = mesh.balls[s];
-        const Vec3f to = p_m - ball.middle_m;
-        if (dot(to, to) > sqr(within + ball.radius_m) || !mesh.is_of(own, s)) return;
-        use(SeenTriangle::of(mesh.corners[s], p_m, p_m, {}, 0.F), s);
-      });
+      for_each_ball_within(mesh, own, p_m, reach_m, within,
+                           [&](Index s) { use(SeenTriangle::of(mesh.corners[s], p_m, p_m, {}, 0.F), s); });
     };
     seen_by([&](const SeenTriangle& t, Index s) {
       gap.see(t, s);
@@ -41,8 +37,38 @@ struct NearestOnSurface {
     const float side = gap.inside() ? -1.F : 1.F, distance = length(offset);
     return {side * distance, distance > 1e-7F ? (side / distance) * offset : face, true};
   }
+  /// Of what was found: WallAcross.
+  TACTUS_HD NearestOnSurface across(const SurfaceTrianglesView& mesh, Index own, Vec3f p_m,
+                                    float reach_m) const {
+    NearestOnSurface other;
+    float within = reach_m;
+    for_each_ball_within(mesh, own, p_m, reach_m, within, [&](Index s) {
+      const TriangleCorners& t = mesh.corners[s];
+      const Vec3f face = normalized(cross(t.b - t.a, t.c - t.a));
+      if (!WallAcross::may_face(n, face)) return;
+      const Vec3f offset = t.offset_of(p_m);
+      const float distance = length(offset);
+      // Of those that are equally near, the first: all devices visit them in one order.
+      if (distance > within || (other.found && distance == within) ||
+          !WallAcross::faces(n, face, offset, distance))
+        return;
+      within = distance;
+      other = {distance, distance > 1e-7F ? (1.F / distance) * offset : face, true};
+    });
+    return other;
+  }
 
  private:
+  /// f(slot) for the triangles whose balls come within a distance that f may shorten.
+  template <class F>
+  TACTUS_HD static void for_each_ball_within(const SurfaceTrianglesView& mesh, Index own, Vec3f p_m,
+                                             float reach_m, const float& within_m, F&& f) {
+    for_each_slot_within(mesh.cells, p_m, reach_m, [&](Index s) {
+      const TriangleBall ball = mesh.balls[s];
+      const Vec3f to = p_m - ball.middle_m;
+      if (dot(to, to) <= sqr(within_m + ball.radius_m) && mesh.is_of(own, s)) f(s);
+    });
+  }
   /// f(slot) for the slots of all cells that may hold the middle of a triangle within reach_m.
   template <class F>
   TACTUS_HD static void for_each_slot_within(const CellRanges& cells, Vec3f p_m, float reach_m, F&& f) {
@@ -86,19 +112,18 @@ struct FindNearWalls {
       if (!piece.may_touch(p, reach + 3 * spacing_m(boundaries.surface)) ||
           !may_be_near(boundaries.surface, p, reach))
         continue;
-      const NearestOnSurface on = NearestOnSurface::of(boundaries.surface, all.own(k), p, reach);
-      if (on.found)
-        near.add(i, {piece.turn * on.n, on.distance_m, piece.velocity_at(x), first_owner + k, 0.F, {}});
+      add_surface(i, boundaries.surface, all.own(k), p, reach, piece.turn, piece.velocity_at(x),
+                  first_owner + k);
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       const Obstacle& o = boundaries.obstacles[k];
-      if (o.tool >= 0) {
-        add_tool(i, o, all.tool[o.tool], first_owner + kPieces + k);
-        continue;
-      }
-      const NearestOnSurface on = o.kind == ObstacleKind::mesh ? of_mesh(o.mesh, x) : of_shape(o, x);
-      if (on.found && on.distance_m < reach_m)
-        near.add(i, {on.n, on.distance_m, {}, first_owner + kPieces + k, 0.F, {}});
+      const Index owner = first_owner + kPieces + k;
+      if (o.tool >= 0)
+        add_tool(i, o, all.tool[o.tool], owner);
+      else if (o.kind == ObstacleKind::mesh)
+        add_mesh(i, o.mesh, x, {}, {}, owner);
+      else if (const NearestOnSurface on = of_shape(o, x); on.distance_m < reach_m)
+        near.add(i, {on.n, on.distance_m, {}, owner, 0.F, {}});
     }
   }
 
@@ -106,9 +131,7 @@ struct FindNearWalls {
   TACTUS_HD void add_tool(Index i, const Obstacle& o, const ToolPose& tool, Index owner) const {
     const Vec3f x = particles[i].x_m, p = tool.to_tool(x);
     if (tool.is_there == 0 || o.outside_m(p) > reach_m) return;
-    const NearestOnSurface on = of_mesh(o.mesh, p);
-    if (on.found && on.distance_m < reach_m)
-      near.add(i, {tool.turn * on.n, on.distance_m, tool.velocity_at(x), owner, 0.F, {}});
+    add_mesh(i, o.mesh, p, tool.turn, tool.velocity_at(x), owner);
   }
   TACTUS_HD static float spacing_m(const SurfaceTrianglesView& mesh) {
     return 0.5F / mesh.cells.grid.inverse_cell_1_m;
@@ -120,10 +143,19 @@ struct FindNearWalls {
   TACTUS_HD static bool may_be_near(const SurfaceTrianglesView& mesh, Vec3f p, float reach) {
     return reach > mesh.sure_reach_m() || mesh.may_be_near(p);
   }
-  TACTUS_HD NearestOnSurface of_mesh(const SurfaceTrianglesView& mesh, Vec3f p) const {
+  TACTUS_HD void add_mesh(Index i, const SurfaceTrianglesView& mesh, Vec3f p, const Mat3f& turn,
+                          Vec3f velocity_m_s, Index owner) const {
     const float reach = reach_to(mesh);
-    if (!may_be_near(mesh, p, reach)) return {};
-    return NearestOnSurface::of(mesh, kAnyPiece, p, reach);
+    if (may_be_near(mesh, p, reach)) add_surface(i, mesh, kAnyPiece, p, reach, turn, velocity_m_s, owner);
+  }
+  /// @param p_m in the coordinates of the surface, from which `turn` leads to the world's
+  TACTUS_HD void add_surface(Index i, const SurfaceTrianglesView& mesh, Index own, Vec3f p_m, float reach,
+                             const Mat3f& turn, Vec3f velocity_m_s, Index owner) const {
+    const NearestOnSurface on = NearestOnSurface::of(mesh, own, p_m, reach);
+    if (!on.found) return;
+    near.add(i, {turn * on.n, on.distance_m, velocity_m_s, owner, 0.F, {}});
+    const NearestOnSurface other = on.across(mesh, own, p_m, reach);
+    if (other.found) near.add(i, {turn * other.n, other.distance_m, velocity_m_s, owner, 0.F, {}, 1});
   }
   TACTUS_HD static NearestOnSurface of_shape(const Obstacle& o, Vec3f x) {
     const Mat3f back = transpose(o.T_obstacle_world.R);

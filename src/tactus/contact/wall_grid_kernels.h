@@ -4,6 +4,7 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/contact/body_wall_kernels.h"
 #include "tactus/geom/index_lists.h"
+#include "tactus/geom/neighbour_cells.h"
 
 namespace tactus {
 
@@ -124,16 +125,19 @@ struct PoseNearTriangles {
   View<Vec3i> corners;
   View<Vec3f> middle_m;
   View<float> radius_m;  ///< of a ball round it that holds the triangle
+  View<Vec3f> normals;   ///< unit
   TACTUS_HD void operator()(Index k) const {
     const IndexRange own = added_of[listed[k]], pieces = pieces_of[listed[k]];
     for (Index i = own.begin; i < own.end; ++i) pose(added_list[i]);
     // Room for all that are near at once: threads that count one by one wait for one another.
-    Index count = 0;
-    for (Index i = pieces.begin; i < pieces.end; ++i) count += is_near(triangles[piece_list[i]]) ? 1 : 0;
+    const bool is_whole = pieces.end - pieces.begin == 1;  // the triangle itself, which is near
+    Index count = is_whole ? 1 : 0;
+    for (Index i = pieces.begin; i < pieces.end && !is_whole; ++i)
+      count += is_near(triangles[piece_list[i]]) ? 1 : 0;
     if (count == 0) return;
     auto place = static_cast<Index>(atomic_fetch_add(counts[1], static_cast<std::uint32_t>(count)));
     for (Index i = pieces.begin; i < pieces.end; ++i)
-      if (is_near(triangles[piece_list[i]])) list(piece_list[i], place++);
+      if (is_whole || is_near(triangles[piece_list[i]])) list(piece_list[i], place++);
   }
 
  private:
@@ -159,6 +163,7 @@ struct PoseNearTriangles {
     corners[k] = v;
     middle_m[k] = middle;
     radius_m[k] = 1.0001F * tactus::sqrt(r2);  // rounding
+    normals[k] = normalized(cross(b - a, c - a));
   }
 };
 

@@ -260,6 +260,9 @@ struct DfsphVelocity {
 /// One Jacobi step of all k.
 struct DfsphPressure {
   static constexpr float kMomentum = 0.5F;
+  /// Density over that at rest that a step may undo: what is squeezed more, in a cut that shuts, must not be
+  /// shot out of it.
+  static constexpr float kMostMended = 1.1F;
   /// Of what `excess` k gains in so many iterations, where neighbours' k change alike: over D^-1 excess / dt.
   static float share(int iterations) {
     float k = 0, found = 0;
@@ -303,7 +306,8 @@ struct DfsphPressure {
     const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
     const float push = star[i].push, rate = liquid.mass_kg * liquid.kernel.slope_scale_1_m5() * own.sum[t] +
                                             wall_rate(liquid, walls, i, v, kd[i] + push);
-    const float excess = density_kg_m3[i] + time.dt_s * rate - liquid.density_kg_m3;
+    const float rho0 = liquid.density_kg_m3,
+                excess = min(density_kg_m3[i], kMostMended * rho0) - rho0 + time.dt_s * rate;
     const float k = max(0.F, push + kJacobiRelaxation * excess * inverse_D[i] / time.dt_s);
     star[i].push = is_last ? k : max(0.F, k + kMomentum * (k - found[i]));
     found[i] = k;

@@ -29,8 +29,13 @@ struct LiquidConstants {
   CarreauLaw thinning;  ///< where viscosity depends on the shear rate
 };
 
-/// What all walls near a particle bring to its density, over that at rest. Two walls at an edge overlap:
-/// 1 - (1 - fill_1)(1 - fill_2), which misses the lattice's edge by 0.004.
+/// What all walls near a particle bring to its density, over that at rest. What is behind two walls at an
+/// edge overlaps: 1 - (1 - fill_1)(1 - fill_2), which misses the lattice's edge by 0.004. What is behind two
+/// walls that face each other does not: fill_1 + fill_2. Between, with across = -n_1 . n_2 (at least 0),
+///
+///   fill = 1 - prod_k (1 - fill_k) + sum_k<l across_kl fill_k fill_l prod_m (1 - fill_m)     (m not k, l),
+///
+/// which has both for three walls, too: a gap with a floor is 1 - (1 - fill_1 - fill_2)(1 - fill_3).
 struct WallShare {
   float fill = 0;
   float slope_1_m[kNearWalls];  ///< minus the slope of `fill` along each wall's normal
@@ -40,20 +45,46 @@ struct WallShare {
   TACTUS_HD static WallShare of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
     WallShare share;
     const Index n = near.count[i];
-    float open[kNearWalls], all_open = 1;
+    float own[kNearWalls], open[kNearWalls], all_open = 1;
     for (Index k = 0; k < n; ++k) {
       const float s = near.at(i, k).distance_m, in = max(liquid.closest_m - s, 0.F),
                   soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * near.at(i, k).give_1_kg),
                   slope = soft * liquid.kernel.fill_slope_1_m(s + in);
-      open[k] = 1.F - (soft * liquid.kernel.fill(s + in) + in * slope);
-      all_open *= open[k];
+      own[k] = soft * liquid.kernel.fill(s + in) + in * slope;
+      open[k] = max(1.F - own[k], 0.F);
+      all_open *= 1.F - own[k];
       share.slope_1_m[k] = slope;
     }
+    float grows[kNearWalls];  // with own[k]
     for (Index k = 0; k < n; ++k) {
-      for (Index l = 0; l < n; ++l) share.slope_1_m[k] *= l == k ? 1.F : max(open[l], 0.F);
+      grows[k] = 1.F;
+      for (Index l = 0; l < n; ++l) grows[k] *= l == k ? 1.F : open[l];
     }
     share.fill = 1.F - all_open;
+    for (Index k = 0; k + 1 < n; ++k)
+      for (Index l = k + 1; l < n; ++l) share.fill += add_across(near, i, k, l, own, open, grows);
+    for (Index k = 0; k < n; ++k) share.slope_1_m[k] *= grows[k];
     return share;
+  }
+
+ private:
+  /// What walls k and l have more because they face each other; `grows` gets its slopes.
+  TACTUS_HD static float add_across(const NearWalls& near, Index i, Index k, Index l, const float* own,
+                                    const float* open, float* grows) {
+    const float across = max(-dot(near.at(i, k).n, near.at(i, l).n), 0.F);
+    if (!(across > 0.F)) return 0;
+    float others = 1;
+    for (Index m = 0; m < near.count[i]; ++m) others *= m == k || m == l ? 1.F : open[m];
+    grows[k] += across * own[l] * others;
+    grows[l] += across * own[k] * others;
+    if (near.count[i] > 2) {
+      for (Index m = 0; m < near.count[i]; ++m) {
+        float rest = 1;
+        for (Index o = 0; o < near.count[i]; ++o) rest *= o == k || o == l || o == m ? 1.F : open[o];
+        grows[m] -= m == k || m == l ? 0.F : across * own[k] * own[l] * rest;
+      }
+    }
+    return across * own[k] * own[l] * others;
   }
 };
 

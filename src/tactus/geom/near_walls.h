@@ -13,8 +13,27 @@ struct alignas(16) NearWall {
   Index owner = -1;
   float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
   Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
+  Index side = 0;       ///< of an owner's surface: 0 is the nearest wall, 1 the one across
 };
 inline constexpr Index kNearWalls = 4;
+
+/// A particle in a gap, or beside an inner edge, sees two walls of one surface: the nearest point of it, and
+/// the nearest from which it is seen in front, at another side. Points beside the nearest on the same wall
+/// must not be taken for another wall. On a convex surface, the direction from such a point to the particle
+/// leans from the normal there by no less than from the direction at the nearest point; so with a least lean
+/// of 60 degrees from the one and a largest of 30 from the other, none is.
+struct WallAcross {
+  /// Whether any point of a triangle with that normal can be it. @param nearest direction to the particle
+  /// from the nearest point, outward @param normal unit
+  TACTUS_HD static bool may_face(Vec3f nearest, Vec3f normal) { return !(dot(nearest, normal) > kCos30); }
+  /// @param offset from the triangle's nearest point to the particle, that long
+  TACTUS_HD static bool faces(Vec3f nearest, Vec3f normal, Vec3f offset_m, float distance_m) {
+    return dot(offset_m, normal) >= kCos30 * distance_m && dot(offset_m, nearest) <= kCos60 * distance_m;
+  }
+
+ private:
+  static constexpr float kCos30 = 0.8661F, kCos60 = 0.5F;
+};
 
 /// The walls of all particles, by slot.
 struct NearWalls {

@@ -185,7 +185,7 @@ void SceneLiquid::add_body(SoftBody& body, Index owner) {
                          .fading_s = static_cast<float>(body.bleeding()->fading_s.value_or(0)),
                          .spacing_m = d,
                          .max_pieces = pieces});
-  felt.hits = Buffer<WallHit>(ctx.device(), pieces);
+  felt.hits = Buffer<WallHit>(ctx.device(), std::int64_t{kWallSides} * pieces);
 }
 
 void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {

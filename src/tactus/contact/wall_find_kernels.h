@@ -1,0 +1,239 @@
+#pragma once
+/// What particles see of a body's surface: the plane at its nearest point, so that the distance has slope 1
+/// and what depends on it alone is a potential; and the plane across, where they are in a gap.
+#include "tactus/compute/atomic.h"
+#include "tactus/contact/body_wall_kernels.h"
+#include "tactus/contact/surface_triangles.h"
+#include "tactus/geom/neighbour_cells.h"
+
+namespace tactus {
+
+/// The pieces of a body's surface that are near particles, each in a place of a list.
+struct NearSurface {
+  NeighbourCells
+      cells;  ///< of the pieces' middles; their ids are the pieces' numbers, on every device the same
+  float search_reach_m;  ///< of those
+  View<const Vec3i> corners;
+  View<const float> radius_m;  ///< of a ball round the middle that holds the piece
+  View<const Vec3f> normals;   ///< unit
+  View<const PosedVertex> posed;
+  TACTUS_HD TriangleCorners corners_of(Index place) const {
+    const Vec3i v = corners[place];
+    return {posed[v.x].x_m, posed[v.y].x_m, posed[v.z].x_m};
+  }
+};
+
+/// Block: particle. Adds the nearest point of a body's surface to its walls, and the one across.
+///
+/// Lanes share the pieces whose balls come within reach. On a CPU one lane has them all.
+struct FindBodyWalls {
+  static constexpr int kThreads = 32, kGrain = 16;
+  static constexpr int kListed = 128;  ///< where more are near, cells are searched again each time
+  View<const SearchParticle> particles;
+  NearSurface surface;
+  Index owner;
+  float reach_m;
+  NearWalls near_walls;
+  View<WallHit> hits;  ///< kWallSides of each particle
+
+  struct Shared {
+    std::uint32_t count;        ///< of pieces within reach
+    Index listed[kListed];      ///< slots
+    std::uint32_t nearest2_m2;  ///< bits of the squared distance; before it is known, an upper bound of it
+    std::uint64_t side;         ///< of the particle, in 2^-30, as SideOfTied
+    Index number[kThreads], place[kThreads];  ///< what each lane found
+    float distance_m[kThreads];
+    Vec3f n;  ///< towards the particle from the nearest point, outward
+    bool found;
+  };
+
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index i = b.index();
+    const Vec3f p = particles[i].x_m;
+    constexpr int kLanes = Block::kIsLoop ? 1 : kThreads;
+    b.on_one_thread([&] {
+      s.count = 0;
+      s.nearest2_m2 = std::bit_cast<std::uint32_t>(sqr(reach_m));
+      s.side = 0;
+    });
+    b.for_threads(kLanes, [&](int lane) { list<kLanes>(p, lane, s); });
+    b.for_threads(kLanes, [&](int lane) { measure<kLanes>(p, lane, s); });
+    b.for_threads(kLanes, [&](int lane) { choose_nearest<kLanes>(p, lane, s); });
+    b.on_one_thread([&] { add_nearest<kLanes>(i, p, s); });
+    if (!s.found) return;
+    b.for_threads(kLanes, [&](int lane) { look_across<kLanes>(p, lane, s); });
+    b.on_one_thread([&] { add_across<kLanes>(i, p, s); });
+  }
+
+ private:
+  static constexpr Index kNone = 0x7fffffff;
+
+  /// f(slot, to the particle) for all pieces whose balls come within reach.
+  template <int kLanes, class F>
+  TACTUS_HD void for_each_within(Vec3f p, int lane, F&& f) const {
+    const NeighbourCells& cells = surface.cells;
+    if (!cells.hash.holds(p)) return;
+    const Vec3i c = cells.hash.cell(p), one{1, 1, 1};
+    const auto look = [&](Index slot, Vec3f to) {
+      if (dot(to, to) <= sqr(reach_m + surface.radius_m[cells.order[slot]])) f(slot, to);
+    };
+    cells.for_each_run(c - one, c + one, [&](SlotRun run) {
+      if constexpr (kLanes == 1)
+        for_each_in_rows(run, p, look);
+      else
+        for (Index slot = run.first + lane; slot < run.last; slot += kLanes)
+          look(slot, p - cells.particles[slot].x_m);
+    });
+  }
+  /// Most are farther away than any ball is large.
+  template <class F>
+  TACTUS_HD void for_each_in_rows(SlotRun run, Vec3f p, F&& look) const {
+    constexpr int kRow = kVisitLanes;  // there is room behind the last
+    const float reach2_m2 = sqr(surface.search_reach_m);
+    for (Index first = run.first; first < run.last; first += kRow) {
+      std::uint32_t near = 0;
+#pragma omp simd reduction(| : near)
+      for (int k = 0; k < kRow; ++k) {
+        const Vec3f& x = surface.cells.particles.data()[first + k].x_m;
+        const float dx = p.x - x.x, dy = p.y - x.y, dz = p.z - x.z;
+        near |= dx * dx + dy * dy + dz * dz <= reach2_m2 ? 1U << k : 0U;
+      }
+      for (near &= (2U << min(run.last - 1 - first, Index(kRow - 1))) - 1U; near != 0; near &= near - 1) {
+        const Index slot = first + std::countr_zero(near);
+        look(slot, p - surface.cells.particles[slot].x_m);
+      }
+    }
+  }
+  /// As for_each_within, once they are listed.
+  template <int kLanes, class F>
+  TACTUS_HD void for_each_listed(Vec3f p, int lane, const Shared& s, F&& f) const {
+    if (s.count > kListed) return for_each_within<kLanes>(p, lane, f);
+    for (Index k = lane; k < static_cast<Index>(s.count); k += kLanes)
+      f(s.listed[k], p - surface.cells.particles[s.listed[k]].x_m);
+  }
+  template <int kLanes>
+  TACTUS_HD void list(Vec3f p, int lane, Shared& s) const {
+    float bound2 = sqr(reach_m);
+    for_each_within<kLanes>(p, lane, [&](Index slot, Vec3f to) {
+      bound2 = min(bound2, dot(to, to));  // the middle is on the piece
+      const std::uint32_t at =
+          kLanes == 1 ? s.count++ : atomic_fetch_add(s.count, 1U);  // they may be in any order
+      if (at < kListed) s.listed[at] = slot;
+    });
+    atomic_min(s.nearest2_m2, std::bit_cast<std::uint32_t>((1.F + GapOfTriangles::kTie) * bound2));
+  }
+  /// Whether a piece can be so near, by its ball and its plane.
+  TACTUS_HD bool may_be_within(Index place, Vec3f to, float distance2_m2) const {
+    const float plane = dot(to, surface.normals[place]), to_ball = length(to) - surface.radius_m[place];
+    return !(sqr(plane) > 1.001F * distance2_m2) && !(to_ball > 0.F && sqr(to_ball) > distance2_m2);
+  }
+  template <int kLanes>
+  TACTUS_HD void measure(Vec3f p, int lane, Shared& s) const {
+    float least2 = std::bit_cast<float>(atomic_load(s.nearest2_m2));
+    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
+      const Index place = surface.cells.order[slot];
+      if (!may_be_within(place, to, least2)) return;
+      const Vec3f offset = surface.corners_of(place).offset_of(p);
+      least2 = min(least2, dot(offset, offset));
+    });
+    atomic_min(s.nearest2_m2, std::bit_cast<std::uint32_t>(least2));
+  }
+  /// Of pieces that share the nearest edge or corner, the first; all of them tell the side: GapOfTriangles.
+  template <int kLanes>
+  TACTUS_HD void choose_nearest(Vec3f p, int lane, Shared& s) const {
+    const float least2 = std::bit_cast<float>(s.nearest2_m2);
+    s.number[lane] = kNone;
+    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
+      const Index place = surface.cells.order[slot];
+      if (!may_be_within(place, to, (1.F + GapOfTriangles::kTie) * least2)) return;
+      const TriangleCorners corners = surface.corners_of(place);
+      const Vec3f offset = corners.offset_of(p);
+      const float d2 = dot(offset, offset);
+      if (!(d2 <= sqr(reach_m)) || !GapOfTriangles::ties(d2, least2)) return;
+      const float to_plane = dot(p - corners.a, surface.normals[place]);
+      const float side = clamp(to_plane / max(tactus::sqrt(d2), 1e-12F), -1.F, 1.F);
+      constexpr float kUnits = 1 << 30;
+      atomic_add(s.side,
+                 static_cast<std::uint64_t>(static_cast<std::int64_t>(kUnits * (corners.weight(p) * side))));
+      note(slot, 0.F, lane, s);
+    });
+  }
+  /// The least of distance and number.
+  TACTUS_HD void note(Index slot, float distance_m, int lane, Shared& s) const {
+    const Index number = surface.cells.particles[slot].id;
+    if (s.number[lane] != kNone &&
+        (distance_m > s.distance_m[lane] || (distance_m == s.distance_m[lane] && number >= s.number[lane])))
+      return;
+    s.distance_m[lane] = distance_m;
+    s.number[lane] = number;
+    s.place[lane] = surface.cells.order[slot];
+  }
+  /// Its place; -1: no lane found any.
+  template <int kLanes>
+  TACTUS_HD static Index first_of(const Shared& s) {
+    int best = 0;
+    for (int k = 1; k < kLanes; ++k) {
+      if (s.number[k] != kNone && (s.number[best] == kNone || s.distance_m[k] < s.distance_m[best] ||
+                                   (s.distance_m[k] == s.distance_m[best] && s.number[k] < s.number[best])))
+        best = k;
+    }
+    return s.number[best] == kNone ? -1 : s.place[best];
+  }
+  template <int kLanes>
+  TACTUS_HD void add_nearest(Index i, Vec3f p, Shared& s) const {
+    const Index place = first_of<kLanes>(s);
+    s.found = place >= 0;
+    if (s.found)
+      s.n = add(i, 0, p, place, static_cast<std::int64_t>(s.side) < 0);
+    else
+      for (Index side = 0; side < kWallSides; ++side) hits[kWallSides * i + side] = {-1, 0, 0};
+  }
+  template <int kLanes>
+  TACTUS_HD void look_across(Vec3f p, int lane, Shared& s) const {
+    float within_m = reach_m;
+    s.number[lane] = kNone;
+    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
+      const Index place = surface.cells.order[slot];
+      const Vec3f normal = surface.normals[place];
+      if (!WallAcross::may_face(s.n, normal) || !may_be_within(place, to, sqr(within_m))) return;
+      const Vec3f offset = surface.corners_of(place).offset_of(p);
+      const float distance = length(offset);
+      if (!(distance <= within_m) || !WallAcross::faces(s.n, normal, offset, distance)) return;
+      within_m = distance;
+      note(slot, distance, lane, s);
+    });
+  }
+  template <int kLanes>
+  TACTUS_HD void add_across(Index i, Vec3f p, Shared& s) const {
+    const Index place = first_of<kLanes>(s);
+    if (place >= 0)
+      add(i, 1, p, place, false);
+    else
+      hits[kWallSides * i + 1] = {-1, 0, 0};
+  }
+  /// Returns the normal.
+  TACTUS_HD Vec3f add(Index i, Index side, Vec3f p, Index place, bool behind) const {
+    const TriangleCorners corners = surface.corners_of(place);
+    const Vec3f offset = corners.offset_of(p), e1 = corners.b - corners.a, e2 = corners.c - corners.a,
+                area = cross(e1, e2), at = (p - corners.a) - offset;
+    const float inverse = 1.F / max(dot(area, area), 1e-30F);
+    WallHit hit{place, clamp(inverse * dot(cross(at, e2), area), 0.F, 1.F), 0};
+    hit.c = clamp(inverse * dot(cross(e1, at), area), 0.F, 1.F - hit.b);
+    const float distance = length(offset), sign = behind ? -1.F : 1.F, a = 1.F - hit.b - hit.c;
+    const Vec3f n = distance > 1e-7F ? (sign / distance) * offset : surface.normals[place];
+    const Vec3i v = surface.corners[place];
+    const PosedVertex &p0 = surface.posed[v.x], &p1 = surface.posed[v.y], &p2 = surface.posed[v.z];
+    near_walls.add(i, {n,
+                       sign * distance,
+                       a * p0.v_m_s + hit.b * p1.v_m_s + hit.c * p2.v_m_s,
+                       owner,
+                       a * p0.give_1_kg + hit.b * p1.give_1_kg + hit.c * p2.give_1_kg,
+                       {},
+                       side});
+    hits[kWallSides * i + side] = hit;
+    return n;
+  }
+};
+
+}  // namespace tactus

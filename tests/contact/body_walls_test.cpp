@@ -1,0 +1,209 @@
+/// A body's surface as particles of a liquid see it.
+#include "tactus/contact/body_walls.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "support/device_sets.h"
+#include "tactus/contact/surface_triangles.h"
+#include "tactus/geom/box_surface.h"
+
+namespace tactus {
+namespace {
+
+constexpr float kSpacing_m = 0.01F, kReach_m = 1.5F * kSpacing_m;
+constexpr Index kOwner = 7;
+
+struct Surface {
+  std::vector<Vec3f> x_m;
+  std::vector<Vec3i> triangles;
+  /// A square of half edge `half_m` round `middle`, seen from n, in 2 k^2 triangles.
+  void add_square(Vec3f middle, Vec3f n, Vec3f u, float half_m, int k) {
+    const auto first = static_cast<Index>(x_m.size());
+    const Vec3f w = cross(n, u);
+    const auto along = [&](int a) {
+      return half_m * (2 * static_cast<float>(a) / static_cast<float>(k) - 1);
+    };
+    for (int b = 0; b <= k; ++b)
+      for (int a = 0; a <= k; ++a) x_m.push_back(middle + along(a) * u + along(b) * w);
+    for (int b = 0; b < k; ++b) {
+      for (int a = 0; a < k; ++a) {
+        const Index at = first + b * (k + 1) + a;
+        triangles.push_back({at, at + 1, at + k + 2});
+        triangles.push_back({at, at + k + 2, at + k + 1});
+      }
+    }
+  }
+};
+
+/// What was found, and what nodes of 1 kg, one a vertex, got after each wall had taken an impulse.
+struct Seen {
+  std::vector<Index> count;
+  std::vector<NearWall> walls;
+  std::vector<Vec3f> node_v_m_s;
+  const NearWall& wall(std::size_t i, std::size_t k) const { return walls[kNearWalls * i + k]; }
+};
+
+/// @param impulse_N_s by the wall's side
+Seen look(const std::string& devices_text, const Surface& surface, const std::vector<Vec3f>& points_m,
+          const Vec3f (&impulse_N_s)[kWallSides]) {
+  DeviceSet devices(devices_text, 3);
+  ExecContext& ctx = devices.context(0);
+  const auto n = static_cast<Index>(points_m.size()), nodes = static_cast<Index>(surface.x_m.size());
+  const auto on_device = [&]<class T>(const std::vector<T>& values) {
+    Buffer<T> buffer(ctx.device(), static_cast<std::int64_t>(values.size()));
+    ctx.upload(std::span<const T>(values), buffer.view());
+    ctx.synchronize();
+    return buffer;
+  };
+  Buffer<Vec3f> x = on_device(surface.x_m), v = on_device(std::vector<Vec3f>(surface.x_m.size()));
+  const Buffer<float> mass = on_device(std::vector<float>(surface.x_m.size(), 1.F));
+  WallSurface given;
+  given.lattice_spacing_m = kSpacing_m;
+  given.box_m = {{-1, -1, -1}, {1, 1, 1}};
+  given.nodes = {x.view(), v.view(), mass.const_view(), {}};
+  for (Index i = 0; i < nodes; ++i) {
+    EmbeddedPoint single{};
+    for (Index& node : single.node) node = i;
+    single.weight[0] = 1;
+    given.all.vertices.push_back({i, single, surface.x_m[static_cast<std::size_t>(i)]});
+  }
+  for (const Vec3i& t : surface.triangles)
+    given.all.triangles.push_back({static_cast<Index>(given.all.triangles.size()), {t.x, t.y, t.z}});
+  BodyWalls walls(devices, 1, given, kOwner, kSpacing_m, n);
+
+  NeighbourSearch search(ctx.device(), {.max_particles = n, .reach_m = 2 * kSpacing_m});
+  const Buffer<Vec3f> points = on_device(points_m);
+  search.build(ctx, points.const_view(), {}, Count(n));
+  Buffer<Index> count = on_device(std::vector<Index>(points_m.size()));
+  Buffer<NearWall> near = on_device(std::vector<NearWall>(kNearWalls * points_m.size()));
+  walls.pose([&](int) -> const NeighbourSearch& { return search; });
+  walls.find_walls(0, search, {count.view(), near.view()});
+
+  std::vector<Index> order(points_m.size()), counts(points_m.size());
+  std::vector<NearWall> found(near.size());
+  ctx.download(search.cells().order.part(0, n), std::span(order));
+  ctx.download(count.const_view(), std::span(counts));
+  ctx.download(near.const_view(), std::span(found));
+  ctx.synchronize();
+  for (NearWall& wall : found) wall.impulse_N_s = impulse_N_s[wall.side];
+  ctx.upload(std::span<const NearWall>(found), near.view());
+  walls.push(0, search, {count.view(), near.view()});
+  walls.end_push();
+  Seen seen{std::vector<Index>(points_m.size()), std::vector<NearWall>(found.size()),
+            std::vector<Vec3f>(surface.x_m.size())};
+  ctx.download(View<const Vec3f>(v.view()), std::span(seen.node_v_m_s));
+  ctx.synchronize();
+  for (std::size_t slot = 0; slot < order.size(); ++slot) {
+    const auto i = static_cast<std::size_t>(order[slot]);
+    seen.count[i] = counts[slot];
+    for (std::size_t k = 0; k < kNearWalls; ++k)
+      seen.walls[kNearWalls * i + k] = found[kNearWalls * slot + k];
+  }
+  return seen;
+}
+
+class BodyWallsOn : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
+  std::mt19937 random_{1};
+  float any(float low, float high) { return std::uniform_real_distribution<float>(low, high)(random_); }
+  Vec3f any_direction() {
+    for (;;) {
+      const Vec3f v{any(-1, 1), any(-1, 1), any(-1, 1)};
+      if (length(v) > 0.1F && length(v) < 1) return normalized(v);
+    }
+  }
+};
+TACTUS_INSTANTIATE_DEVICES(BodyWallsOn);
+
+/// Gaps between two squares that lean to each other by up to 80 degrees, 0.2 to 1.2 spacings apart, turned
+/// anyhow; the particle is up to 0.05 spacings behind one of them, or between. Distances are those of the
+/// planes, to rounding of coordinates of 0.1 m and of the turn: 1e-7 m. Each square's nodes together get the
+/// impulse of their wall, in units of 2^-48 N s, rounded in at most a few places, and float velocities: 1e-6.
+TEST_P(BodyWallsOn, SeeBothSidesOfAGap) {
+  constexpr Vec3f kImpulse[kWallSides] = {{1, 2, 3}, {-4, 5, -6}};
+  for (int k = 0; k < 40; ++k) {
+    const Vec3f n = any_direction(), u = normalized(cross(n, any_direction())),
+                x{any(-0.05F, 0.05F), 0.05F, 0.02F};
+    const float lean = any(0, 1.4F), near_m = kSpacing_m * any(-0.05F, 0.5F),
+                far_m = kSpacing_m * any(0.55F, 0.7F);
+    const Vec3f across = -std::cos(lean) * n + std::sin(lean) * cross(n, u), side = cross(across, u);
+    Surface gap;
+    gap.add_square(x - near_m * n, n, u, 0.004F, 1 + k % 3);
+    const auto nodes = gap.x_m.size();
+    gap.add_square(x - far_m * across, across, u, 0.004F, 1 + k % 2);
+    ASSERT_NEAR(dot(side, u), 0, 1e-6F);
+    const Seen seen = look(GetParam(), gap, {x}, kImpulse);
+    ASSERT_EQ(seen.count[0], 2) << k;
+    EXPECT_NEAR(seen.wall(0, 0).distance_m, near_m, 1e-7F) << k;
+    EXPECT_NEAR(seen.wall(0, 1).distance_m, far_m, 1e-7F) << k;
+    EXPECT_EQ(seen.wall(0, 0).side, 0);
+    EXPECT_EQ(seen.wall(0, 1).side, 1);
+    if (near_m > 0.1F * kSpacing_m) {
+      EXPECT_LT(length(seen.wall(0, 0).n - n), 1e-4F) << k;
+    }
+    EXPECT_LT(length(seen.wall(0, 1).n - across), 1e-4F) << k;
+    Vec3f sum[kWallSides]{};
+    for (std::size_t i = 0; i < gap.x_m.size(); ++i) sum[i < nodes ? 0 : 1] += seen.node_v_m_s[i];
+    for (int s = 0; s < kWallSides; ++s) EXPECT_LT(length(sum[s] - kImpulse[s]), 1e-5F) << k << " side " << s;
+  }
+}
+
+/// Round a box and inside of it, within reach of its faces, edges and corners, there is one wall: the
+/// nearest.
+TEST_P(BodyWallsOn, SeeOneSideOfABox) {
+  const TriangleMesh box = box_surface({0.03F, 0.02F, 0.025F}, {3, 2, 2});
+  Surface surface{box.positions_m, {}};
+  for (const auto& t : box.triangles) surface.triangles.push_back({t[0], t[1], t[2]});
+  std::vector<Vec3f> points;
+  for (int k = 0; k < 3000; ++k)
+    points.push_back({any(-0.042F, 0.042F), any(-0.032F, 0.032F), any(-0.037F, 0.037F)});
+  const Seen seen = look(GetParam(), surface, points, {});
+  int near = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3f p = points[i],
+                out = Vec3f{std::abs(p.x), std::abs(p.y), std::abs(p.z)} - Vec3f{0.03F, 0.02F, 0.025F};
+    const float inside = std::max({out.x, out.y, out.z}), d = inside < 0 ? inside : length(max(out, Vec3f{}));
+    if (std::abs(d) > 0.999F * kReach_m) continue;
+    ++near;
+    ASSERT_EQ(seen.count[i], 1) << i;
+    EXPECT_NEAR(seen.wall(i, 0).distance_m, d, 0.5F * GapOfTriangles::kTie * kReach_m + 1e-7F) << i;
+  }
+  EXPECT_GT(near, 2000);
+}
+
+/// On a ball of 24 x 12 faces, whose normals turn by 15 degrees from one to the next, there is one wall, too.
+TEST_P(BodyWallsOn, SeeOneSideOfABall) {
+  Surface ball;
+  constexpr int kRound = 24, kUp = 12;
+  constexpr float kRadius_m = 0.02F, kPi_ = 3.14159265F;
+  for (int b = 0; b <= kUp; ++b) {
+    for (int a = 0; a < kRound; ++a) {
+      const float up = kPi_ * static_cast<float>(b) / kUp, round = 2 * kPi_ * static_cast<float>(a) / kRound;
+      ball.x_m.push_back(kRadius_m *
+                         Vec3f{std::sin(up) * std::cos(round), std::cos(up), std::sin(up) * std::sin(round)});
+    }
+  }
+  for (int b = 0; b < kUp; ++b) {
+    for (int a = 0; a < kRound; ++a) {
+      const Index p = b * kRound + a, q = b * kRound + (a + 1) % kRound;
+      if (b > 0) ball.triangles.push_back({p, q, q + kRound});
+      if (b + 1 < kUp) ball.triangles.push_back({p, q + kRound, p + kRound});
+    }
+  }
+  std::vector<Vec3f> points;
+  for (int k = 0; k < 2000; ++k)
+    points.push_back(any(kRadius_m - 0.009F, kRadius_m + 0.014F) * any_direction());
+  const Seen seen = look(GetParam(), ball, points, {});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(seen.count[i], 1) << i;
+    // Faces are up to R (1 - cos 7.5 degrees) (1 + cos^2 ..) < 0.02 R below the ball.
+    EXPECT_NEAR(seen.wall(i, 0).distance_m, length(points[i]) - kRadius_m, 0.02F * kRadius_m) << i;
+  }
+}
+
+}  // namespace
+}  // namespace tactus
