@@ -32,6 +32,12 @@ class IndexLists {
     ctx.synchronize();
     uploaded_ = size();
   }
+  /// So many values more, whose pages are in place: the first change waits for none.
+  void take_room(Index values) {
+    const std::size_t now = values_.size();
+    values_.resize(now + at(values));
+    values_.resize(now);
+  }
 
   std::span<const Index> operator[](Index list) const {
     const IndexRange range = ranges_[at(list)];

@@ -193,12 +193,30 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
   new_cubes_ =
       Buffer<SetValues<embed::CubeNodes>::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
+  take_room_for_frame(ctx, std::min(lattice.copies.size() / 2, std::size_t{512}));
+}
+
+/// The lists' pages are in place when a frame first has so many cubes that fall apart, on the host and, where
+/// a device is the host, there, too.
+void EmbeddedSurface::take_room_for_frame(ExecContext& ctx, std::size_t splits) {
+  const auto take = [&](auto& from, auto& to, std::size_t of_split) {
+    from.resize(std::min(of_split * splits, at(to.size())));
+    ctx.upload(from, to.view().part(0, static_cast<Index>(from.size())));
+  };
+  take(anchor_changes_, new_anchors_, 20);
+  take(triangle_changes_, new_triangles_, 50);
+  take(cube_changes_, new_cubes_, 4);
+  cut::take_room(vertices_, 30 * splits);
+  cut::take_room(first_added_, 30 * splits);
+  cut::take_room(added_, 150 * splits);
+  uses_at_.resize(at(positions_.size()));
+  incident_.take_room(static_cast<Index>(150 * splits));
+  ctx.synchronize();
 }
 
 /// Of the vertices of triangles that change, which triangles they have: ascending, so sums keep their order.
 void EmbeddedSurface::list_triangles(std::span<const TopologyChange::Triangle> changes) {
   const auto is_used = [](const std::array<Index, 3>& t) { return t[0] != t[1] || t[1] != t[2]; };
-  uses_at_.resize(at(positions_.size()), 0);
   for (const TopologyChange::Triangle& change : changes) {
     auto& now = host_triangles_[at(change.triangle)];
     is_changed_[at(change.triangle)] = 1;
@@ -208,27 +226,26 @@ void EmbeddedSurface::list_triangles(std::span<const TopologyChange::Triangle> c
     if (is_used(now))
       for (const Index v : now) ++uses_at_[at(v)];
   }
-  std::vector<Index> vertices, first;
-  changed_vertices_.take(vertices);
+  changed_vertices_.take(vertices_);
+  first_added_.clear();
   Index count = 0;
-  for (const Index vertex : vertices) {
-    first.push_back(count);
+  for (const Index vertex : vertices_) {
+    first_added_.push_back(count);
     count += std::exchange(uses_at_[at(vertex)], count);
   }
-  first.push_back(count);
-  std::vector<Index> added(at(count));
+  first_added_.push_back(count);
+  added_.resize(at(count));
   for (const TopologyChange::Triangle& change : changes)
     if (is_used(change.vertices))
-      for (const Index v : change.vertices) added[at(uses_at_[at(v)]++)] = change.triangle;
-  std::vector<Index> list;
-  for (std::size_t k = 0; k < vertices.size(); ++k) {
-    list.clear();
-    for (const Index t : incident_[vertices[k]])
-      if (is_changed_[at(t)] == 0) list.push_back(t);
-    list.insert(list.end(), added.begin() + first[k], added.begin() + first[k + 1]);
-    std::sort(list.begin(), list.end());
-    incident_.set(vertices[k], list);
-    uses_at_[at(vertices[k])] = 0;
+      for (const Index v : change.vertices) added_[at(uses_at_[at(v)]++)] = change.triangle;
+  for (std::size_t k = 0; k < vertices_.size(); ++k) {
+    list_.clear();
+    for (const Index t : incident_[vertices_[k]])
+      if (is_changed_[at(t)] == 0) list_.push_back(t);
+    list_.insert(list_.end(), added_.begin() + first_added_[k], added_.begin() + first_added_[k + 1]);
+    std::sort(list_.begin(), list_.end());
+    incident_.set(vertices_[k], list_);
+    uses_at_[at(vertices_[k])] = 0;
   }
   for (const TopologyChange::Triangle& change : changes) is_changed_[at(change.triangle)] = 0;
 }
@@ -273,19 +290,19 @@ void EmbeddedSurface::check(const TopologyChange& change) const {
 
 void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
   check(change);
-  std::vector<SetValues<embed::CubeNodes>::Change> cubes;
+  cube_changes_.clear();
   for (const TopologyChange::Copy& copy : change.copies) {
-    cubes.push_back({copy.cube, {}});
-    std::copy(copy.nodes.begin(), copy.nodes.end(), cubes.back().value.node);
+    cube_changes_.push_back({copy.cube, {}});
+    std::copy(copy.nodes.begin(), copy.nodes.end(), cube_changes_.back().value.node);
   }
-  std::vector<SetValues<embed::Anchor>::Change> anchors;
+  anchor_changes_.clear();
   for (const TopologyChange::Vertex& v : change.vertices) {
-    anchors.push_back({v.vertex, {v.cube, v.local}});
+    anchor_changes_.push_back({v.vertex, {v.cube, v.local}});
     counts_[0] = std::max(counts_[0], v.vertex + 1);
   }
-  std::vector<embed::SetTriangles::Change> triangles;
+  triangle_changes_.clear();
   for (const TopologyChange::Triangle& t : change.triangles) {
-    triangles.push_back({t.triangle, {t.vertices[0], t.vertices[1], t.vertices[2]}});
+    triangle_changes_.push_back({t.triangle, {t.vertices[0], t.vertices[1], t.vertices[2]}});
     counts_[1] = std::max(counts_[1], t.triangle + 1);
   }
   ctx.upload(std::span<const Index>(counts_), device_counts_.view());
@@ -294,9 +311,9 @@ void EmbeddedSurface::apply(ExecContext& ctx, const TopologyChange& change) {
     ctx.upload(std::span<const T>(from), part);
     return View<const T>(part);
   };
-  const auto of_cubes = put(cubes, new_cubes_);
-  const auto of_vertices = put(anchors, new_anchors_);
-  const auto of_triangles = put(triangles, new_triangles_);
+  const auto of_cubes = put(cube_changes_, new_cubes_);
+  const auto of_vertices = put(anchor_changes_, new_anchors_);
+  const auto of_triangles = put(triangle_changes_, new_triangles_);
   ctx.parallel_for("embed/set_cubes", of_cubes.size(), SetValues<embed::CubeNodes>{of_cubes, cubes_.view()});
   ctx.parallel_for("embed/set_anchors", of_vertices.size(),
                    SetValues<embed::Anchor>{of_vertices, anchors_.view()});

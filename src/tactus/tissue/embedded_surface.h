@@ -69,6 +69,7 @@ class EmbeddedSurface {
   void list_triangles(std::span<const TopologyChange::Triangle> changes);
   Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
   void gather_normals(ExecContext& ctx);
+  void take_room_for_frame(ExecContext& ctx, std::size_t splits);
 
   std::array<Index, 2> counts_{};  ///< vertices, triangles
   Buffer<Index> device_counts_;
@@ -79,9 +80,15 @@ class EmbeddedSurface {
   Buffer<Vec3f> positions_, normals_;
   // where a cut may add some; else empty
   std::vector<std::array<Index, 3>> host_triangles_;
-  std::vector<std::uint8_t> is_changed_;  ///< per triangle, while a change is taken over
-  std::vector<Index> uses_at_;            ///< per vertex, likewise
+  std::vector<std::uint8_t> is_changed_;    ///< per triangle, while a change is taken over
+  std::vector<Index> uses_at_;              ///< per vertex, likewise
+  std::vector<Index> vertices_;             ///< that change
+  std::vector<Index> first_added_, added_;  ///< per vertex in vertices_: triangles that it gets
+  std::vector<Index> list_;
   cut::IndexSet changed_vertices_;
+  std::vector<SetValues<embed::Anchor>::Change> anchor_changes_;
+  std::vector<embed::SetTriangles::Change> triangle_changes_;
+  std::vector<SetValues<embed::CubeNodes>::Change> cube_changes_;
   Buffer<SetValues<embed::Anchor>::Change> new_anchors_;
   Buffer<embed::SetTriangles::Change> new_triangles_;
   Buffer<SetValues<embed::CubeNodes>::Change> new_cubes_;

@@ -1,5 +1,6 @@
 // Pieces of triangles that walls go through: which there are, on which side they lie, and who moves them.
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -332,19 +333,23 @@ void CutSurface::part_cubes(const Stage& s) {
   }
 }
 
-void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s) {
-  std::vector<std::unique_ptr<Divided>> in_pieces(s.near.size());
-  tbb::parallel_for(std::size_t{0}, s.near.size(),
-                    [&](std::size_t i) { in_pieces[i] = divided(cutter, s, i); });
+/// @param in_pieces per triangle in s.near; none: it stays whole
+void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s,
+                             const std::vector<std::unique_ptr<Divided>>& in_pieces) {
   part_cubes(s);
   std::vector<std::vector<Triangle>> pieces(s.near.size());
-  tbb::parallel_for(std::size_t{0}, s.near.size(), [&](std::size_t i) {
-    Triangle& old = triangles_[index(s.near[i])];
-    if (in_pieces[i])
-      pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
-    else if (!old.is_fill)
-      set_cubes(cutter, s, nullptr, 0, old);
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, s.near.size(), 16),
+      [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          Triangle& old = triangles_[index(s.near[i])];
+          if (in_pieces[i])
+            pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
+          else if (!old.is_fill)
+            set_cubes(cutter, s, nullptr, 0, old);
+        }
+      },
+      tbb::simple_partitioner());
   for (std::size_t i = 0; i < s.near.size(); ++i) {
     for (std::size_t k = 0; k < pieces[i].size(); ++k) {
       if (k == 0)
@@ -355,23 +360,33 @@ void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s) {
   }
 }
 
+/// How deep walls lie is looked up beside the rest.
 void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner) {
-  for (std::size_t w = 0; w < s.walls.size(); ++w) {
+  const auto for_each_piece = [&](auto&& f) {
+    for (std::size_t w = 0; w < s.walls.size(); ++w) {
+      if (inner[w].is_whole) f(w, s.walls[w].point);
+      for (const auto& piece : inner[w].pieces) f(w, piece);
+    }
+  };
+  const auto note_depths = [&] {
+    for_each_piece([&](std::size_t, const std::array<Index, 3>& piece) { note_depth(middle_of(piece)); });
+  };
+  const auto add = [&](std::size_t w, const std::array<Index, 3>& piece) {
     const CubeSplit& split = s.splits[s.walls[w].split].split;
-    const auto add = [&](const std::array<Index, 3>& piece) {
-      const auto& [a, b, c] = piece;
-      note_depth(middle_of(piece));
-      wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
-      next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
-      for (const int part : {0, 1}) {
-        const Index cube = split.part[part];
-        Triangle t{{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet};
-        add_triangle(cutter, t);
-      }
-    };
-    if (inner[w].is_whole) add(s.walls[w].point);
-    for (const auto& piece : inner[w].pieces) add(piece);
-  }
+    const auto& [a, b, c] = piece;
+    wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
+    next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
+    std::array<Index, 2> place{};
+    std::size_t count = 0;
+    for (const int part : {0, 1}) {
+      const Index cube = split.part[part];
+      place[count] = place_triangle(
+          {{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet});
+      if (place[count] >= 0) ++count;
+    }
+    if (count > 0) add_to_bins(cutter, std::span(place).first(count));
+  };
+  tbb::parallel_invoke(note_depths, [&] { for_each_piece(add); });
 }
 
 }  // namespace tactus::cut

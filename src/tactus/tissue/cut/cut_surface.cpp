@@ -98,8 +98,10 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
     for (std::size_t k = 0; k < 3; ++k) triangle.corner[k] = {t[k], anchors[index(t[k])].cube};
     triangles_.push_back(triangle);
     vertices_of_.push_back(t);
-    add_to_bins(cutter, triangle_count() - 1);
+    const Index place = triangle_count() - 1;
+    add_to_bins(cutter, {&place, 1});
   }
+  take_room_for_frame(std::min(cutter.lattice().copies.size() / 2, kFrameSplits));
 }
 
 void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
@@ -131,31 +133,38 @@ void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& s
   }
 }
 
-void CutSurface::add_to_bins(const LatticeCutter& cutter, Index triangle) {
-  const Triangle& t = triangles_[index(triangle)];
+/// @param triangles that have the same corners
+void CutSurface::add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles) {
+  const Triangle& t = triangles_[index(triangles.front())];
   const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
   const Vec3d margin{2e-5, 2e-5, 2e-5}, low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
   const auto cell = [](double v) { return static_cast<Index>(std::floor(v)); };
   for (Index z = cell(low.z); z <= cell(high.z); ++z)
     for (Index y = cell(low.y); y <= cell(high.y); ++y)
       for (Index x = cell(low.x); x <= cell(high.x); ++x)
-        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0) bins_.push_back(cube, triangle);
+        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0)
+          for (const Index triangle : triangles) bins_.push_back(cube, triangle);
 }
 
-void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
+/// @returns its place; -1: there is no room
+Index CutSurface::place_triangle(const Triangle& triangle) {
   if (!free_.empty()) {
-    triangles_[index(free_.back())] = triangle;
-    add_to_bins(cutter, free_.back());
+    const Index place = free_.back();
     free_.pop_back();
-    return;
+    triangles_[index(place)] = triangle;
+    return place;
   }
   if (triangle_count() >= room_.triangles) {
     is_full_ = true;
-    return;
+    return -1;
   }
   triangles_.push_back(triangle);
   vertices_of_.push_back({0, 0, 0});
-  add_to_bins(cutter, triangle_count() - 1);
+  return triangle_count() - 1;
+}
+
+void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& triangle) {
+  if (const Index place = place_triangle(triangle); place >= 0) add_to_bins(cutter, {&place, 1});
 }
 
 Index CutSurface::leaf(Index cube, Vec3d p) const {
@@ -313,30 +322,38 @@ Index CutSurface::add_crossing(Stage& s, const Crossing& c, Index triangle, std:
   return point;
 }
 
-void CutSurface::intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number) {
+/// Changes nothing.
+CutSurface::Meeting CutSurface::meeting(const Stage& s, Index triangle, std::size_t number) const {
   const Triangle& t = triangles_[index(triangle)];
+  const WallTriangle& wall = s.walls[number];
   const Split& split = s.splits[wall.split];
-  if (t.home >= 0 && (t.home != split.split.parent || t.tet != wall.tet)) return;
-  std::vector<Index> touching;
+  Meeting m{.triangle = triangle, .wall = number};
   for (const Corner& corner : t.corner)
-    if (is_on(corner.point, wall.point)) touching.push_back(corner.point);
-  for (const Index point : touching) {
+    if (is_on(corner.point, wall.point)) m.touching.push_back(corner.point);
+  if (m.touching.size() > 1) return m;
+  m.found = crossings(t, wall, m.touching);
+  if (m.found.size() + m.touching.size() != 2) return m;
+  const Vec3d first = m.touching.empty() ? m.found[0].p : at(m.touching[0]);
+  m.is_segment = t.home >= 0 || leaf(split.regular, 0.5 * (first + m.found.back().p)) == split.split.parent;
+  return m;
+}
+
+void CutSurface::add_meeting(Stage& s, const Meeting& m) {
+  WallTriangle& wall = s.walls[m.wall];
+  for (const Index point : m.touching) {
     const auto& on = points_[index(point)].on;
     const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
     if (s.rim.try_emplace(static_cast<std::uint64_t>(point), is_vertex).second && !is_vertex)
       s.on_edge.add(edge_key(on[0], on[1]), point);
   }
-  if (touching.size() > 1) return;
-  const std::vector<Crossing> found = crossings(t, wall, touching);
-  if (found.size() + touching.size() != 2) return;
-  const Vec3d first = touching.empty() ? found[0].p : at(touching[0]);
-  if (t.home < 0 && leaf(split.regular, 0.5 * (first + found.back().p)) != split.split.parent) return;
-  std::array<Index, 2> segment{touching.empty() ? add_crossing(s, found[0], triangle, number) : touching[0],
-                               add_crossing(s, found.back(), triangle, number)};
+  if (!m.is_segment) return;
+  std::array<Index, 2> segment{
+      m.touching.empty() ? add_crossing(s, m.found[0], m.triangle, m.wall) : m.touching[0],
+      add_crossing(s, m.found.back(), m.triangle, m.wall)};
   if (segment[0] == segment[1]) return;
-  const auto near = std::lower_bound(s.near.begin(), s.near.end(), triangle) - s.near.begin();
-  s.segments.push_back(static_cast<Index>(near), {segment, number});
-  wall.segments.push_back({segment, static_cast<std::size_t>(triangle)});
+  const auto near = std::lower_bound(s.near.begin(), s.near.end(), m.triangle) - s.near.begin();
+  s.segments.push_back(static_cast<Index>(near), {segment, m.wall});
+  wall.segments.push_back({segment, static_cast<std::size_t>(m.triangle)});
 }
 
 void CutSurface::find_faces(Split& split) const {
@@ -402,18 +419,25 @@ double CutSurface::share(const LatticeCutter& cutter, const Split& split) const 
   return low + high > 0 ? high / (low + high) : 0.5;
 }
 
+/// Who meets whom is found on all cores, points get their ids in the order of walls.
 void CutSurface::intersect_all(Stage& s) {
-  for (std::size_t w = 0; w < s.walls.size(); ++w) {
-    WallTriangle& wall = s.walls[w];
+  std::vector<std::vector<Meeting>> meetings(s.walls.size());
+  tbb::parallel_for(std::size_t{0}, s.walls.size(), [&](std::size_t w) {
+    const WallTriangle& wall = s.walls[w];
+    const Split& split = s.splits[wall.split];
     const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
-    for (const Index triangle : bins_.of(s.splits[wall.split].regular)) {
-      const auto& corner = triangles_[index(triangle)].corner;
-      const Vec3d p = at(corner[0].point), q = at(corner[1].point), r = at(corner[2].point);
-      if (!triangles_[index(triangle)].is_fill &&
-          !apart(min(a, min(b, c)), max(a, max(b, c)), min(p, min(q, r)), max(p, max(q, r))))
-        intersect(s, triangle, wall, w);
+    const Vec3d low = min(a, min(b, c)), high = max(a, max(b, c));
+    for (const Index triangle : bins_.of(split.regular)) {
+      const Triangle& t = triangles_[index(triangle)];
+      if (t.is_fill || (t.home >= 0 && (t.home != split.split.parent || t.tet != wall.tet))) continue;
+      const Vec3d p = at(t.corner[0].point), q = at(t.corner[1].point), r = at(t.corner[2].point);
+      if (apart(low, high, min(p, min(q, r)), max(p, max(q, r)))) continue;
+      if (Meeting m = meeting(s, triangle, w); m.is_segment || !m.touching.empty())
+        meetings[w].push_back(std::move(m));
     }
-  }
+  });
+  for (const auto& of_wall : meetings)
+    for (const Meeting& m : of_wall) add_meeting(s, m);
 }
 
 std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
@@ -421,20 +445,34 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   make_walls(cutter, stage, s);
   intersect_all(s);
   std::vector<Inner> inner(s.walls.size());
-  tbb::parallel_for(std::size_t{0}, s.walls.size(),
-                    [&](std::size_t w) { inner[w] = inner_of(s, s.walls[w]); });
   std::vector<double> shares(s.splits.size());
   std::vector<std::uint8_t> is_sliver(s.splits.size());
-  tbb::parallel_for(std::size_t{0}, s.splits.size(), [&](std::size_t k) {
+  std::vector<std::unique_ptr<Divided>> in_pieces(s.near.size());
+  const auto find_share = [&](std::size_t k) {
     const Split& split = s.splits[k];
     const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                  least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
     const double own = share(cutter, split);
     shares[k] = std::clamp(own, least, 1 - least);
     is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
-  });
+  };
+  // None of them changes what another one reads, so cores go from one to the next without waiting.
+  const std::size_t near = s.near.size(), splits = s.splits.size();
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, near + splits + s.walls.size(), 16),
+      [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          if (i < near)
+            in_pieces[i] = divided(cutter, s, i);
+          else if (i < near + splits)
+            find_share(i - near);
+          else
+            inner[i - near - splits] = inner_of(s, s.walls[i - near - splits]);
+        }
+      },
+      tbb::simple_partitioner());
   slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
-  divide_near(cutter, s);
+  divide_near(cutter, s, in_pieces);
   add_walls(cutter, s, inner);
   return shares;
 }

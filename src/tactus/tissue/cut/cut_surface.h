@@ -200,6 +200,14 @@ class CutSurface {
     std::array<Index, 2> surface{-1, -1}, wall{-1, -1};  ///< edges; -1: inside of the triangle
     Vec3d p;
   };
+  /// A triangle of the surface and one of a wall.
+  struct Meeting {
+    Index triangle;
+    std::size_t wall;                  ///< its number
+    std::vector<Index> touching = {};  ///< points of the surface on the wall's edges
+    std::vector<Crossing> found = {};
+    bool is_segment = false;
+  };
   struct Vertex {
     std::array<Index, 8> nodes;
     Index vertex;
@@ -208,13 +216,17 @@ class CutSurface {
   const Vec3d& at(Index point) const { return points_[index(point)].p; }
   void place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
                     std::span<const embed::Anchor> anchors);
-  void add_to_bins(const LatticeCutter& cutter, Index triangle);
+  /// So many cubes may fall apart in a frame before lists grow.
+  static constexpr std::size_t kFrameSplits = 512;
+  void add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles);
+  Index place_triangle(const Triangle& triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
   bool is_on(Index point, const std::array<Index, 3>& wall) const;
   void intersect_all(Stage& s);
-  void intersect(Stage& s, Index triangle, WallTriangle& wall, std::size_t number);
+  Meeting meeting(const Stage& s, Index triangle, std::size_t number) const;
+  void add_meeting(Stage& s, const Meeting& m);
   std::vector<Crossing> crossings(const Triangle& t, const WallTriangle& wall,
                                   const std::vector<Index>& touching) const;
   Index add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number);
@@ -253,9 +265,11 @@ class CutSurface {
                                   const Triangle& old) const;
   void part_cubes(const Stage& s);
   void note_depth(Vec3d p);
-  void divide_near(const LatticeCutter& cutter, const Stage& s);
+  void divide_near(const LatticeCutter& cutter, const Stage& s,
+                   const std::vector<std::unique_ptr<Divided>>& in_pieces);
   void add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner);
   // cut_vertices.cpp
+  void take_room_for_frame(std::size_t splits);
   std::vector<Index> near_splits(const LatticeCutter& cutter,
                                  const std::vector<std::vector<CubeSplit>>& stages);
   void drop_fills(const std::vector<Index>& triangles);

@@ -16,6 +16,34 @@ constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 
 }  // namespace
 
+/// Per cube that falls apart, as much as cubes at the surface need.
+void CutSurface::take_room_for_frame(std::size_t splits) {
+  const auto more = [&](auto& list, std::size_t of_split) {
+    take_room(list, list.size() + of_split * splits);
+  };
+  more(triangles_, 50);
+  more(vertices_of_, 50);
+  more(points_, 20);
+  more(parted_, 1);
+  bins_.take_room_for(0, 150 * splits);
+  vertices_at_.take_room_for(points_.size() + 20 * splits, 20 * splits);
+  more(vertex_point_, 20);
+  more(vertex_cube_, 20);
+  more(next_walls_, 20);
+  more(new_walls_, 20);
+  more(next_split_walls_, 12);
+  more(split_walls_, 12);
+  more(open_edges_, 100);
+  more(edge_table_, 256);
+  more(uses_, 100);
+  more(use_nodes_, 100);
+  more(use_points_, 20);
+  more(first_use_, 20);
+  more(new_anchors_, 20);
+  more(new_triangles_, 50);
+  take_room(uses_at_, points_.size() + 20 * splits);
+}
+
 std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
                                            const std::vector<std::vector<CubeSplit>>& stages) {
   for (const auto& stage : stages) {

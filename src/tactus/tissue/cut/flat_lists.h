@@ -22,6 +22,15 @@ inline std::uint64_t hash_of(const std::array<Index, 4>& key) {
   return sum;
 }
 
+/// Room for so many values, with its pages in place: a frame that fills it waits for none.
+template <class T>
+void take_room(std::vector<T>& values, std::size_t count) {
+  const std::size_t now = values.size();
+  if (count <= now) return;
+  values.resize(count);
+  values.resize(now);
+}
+
 /// A map whose keys stay, with linear probing.
 template <class Key, class Value>
 class FlatMap {
@@ -81,6 +90,11 @@ class Chains {
   /// Lists that there are; those from `count` on are dropped.
   void resize(Index count) { ends_.resize(static_cast<std::size_t>(count)); }
   Index count() const { return static_cast<Index>(ends_.size()); }
+  /// For more lists, and values in them.
+  void take_room_for(std::size_t lists, std::size_t values) {
+    take_room(ends_, ends_.size() + lists);
+    take_room(links_, links_.size() + values);
+  }
   bool empty(Index list) const { return ends_[at(list)].first < 0; }
   T& push_back(Index list, const T& value) {
     Ends& ends = ends_[at(list)];

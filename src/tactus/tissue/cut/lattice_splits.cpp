@@ -20,19 +20,32 @@ int find(std::array<int, 64>& parent, int i) {
   return i;
 }
 
-/// Whether two cubes share the node at a lattice corner, by what they have of the faces and edges that they
-/// share there.
-bool joined(Vec3i cube_a, std::uint8_t own_a, Vec3i cube_b, std::uint8_t own_b) {
-  const Vec3i d = cube_b - cube_a;
-  const int apart = (d.x != 0 ? 1 : 0) + (d.y != 0 ? 1 : 0) + (d.z != 0 ? 1 : 0);
-  if (apart == 0 || apart == 3) return false;
-  for (int q = 0; q < 8; ++q) {
-    const Vec3i in_b = step(q) - d;
-    if (min(in_b.x, min(in_b.y, in_b.z)) < 0 || max(in_b.x, max(in_b.y, in_b.z)) > 1) continue;
-    const int r = in_b.x | in_b.y << 1 | in_b.z << 2;
-    if ((own_a >> q & own_b >> r & 1) != 0) return true;
+/// Per way from one cube to a neighbour that it shares a face or an edge with (9 z + 3 y + x + 13) and the
+/// neighbour's corners: which of the first one's those are.
+using CornersOfNeighbours = std::array<std::array<std::uint8_t, 256>, 27>;
+CornersOfNeighbours corners_of_neighbours() {
+  CornersOfNeighbours table{};
+  for (int k = 0; k < 27; ++k) {
+    const Vec3i d{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+    const int apart = (d.x != 0 ? 1 : 0) + (d.y != 0 ? 1 : 0) + (d.z != 0 ? 1 : 0);
+    if (apart == 0 || apart == 3) continue;
+    for (unsigned own = 0; own < 256; ++own)
+      for (int q = 0; q < 8; ++q) {
+        const Vec3i in_b = step(q) - d;
+        if (min(in_b.x, min(in_b.y, in_b.z)) < 0 || max(in_b.x, max(in_b.y, in_b.z)) > 1) continue;
+        const int r = in_b.x | in_b.y << 1 | in_b.z << 2;
+        if ((own >> r & 1U) != 0) table[at(k)][own] |= static_cast<std::uint8_t>(1U << q);
+      }
   }
-  return false;
+  return table;
+}
+
+/// Whether two cubes share the node at a lattice corner that both have, by what they have of the faces and
+/// edges that they share there.
+bool joined(Vec3i cube_a, std::uint8_t own_a, Vec3i cube_b, std::uint8_t own_b) {
+  static const CornersOfNeighbours of_neighbours = corners_of_neighbours();
+  const Vec3i d = cube_b - cube_a;
+  return (own_a & of_neighbours[at(9 * d.z + 3 * d.y + d.x + 13)][own_b]) != 0;
 }
 
 }  // namespace

@@ -136,6 +136,7 @@ double volume(const Tet& tet) {
 
 std::vector<Tet> whole_cube(Vec3i cube) {
   std::vector<Tet> tets;
+  tets.reserve(Wall::kTets.size());
   for (const auto& q : Wall::kTets)
     tets.push_back({corner(cube, q[0]), corner(cube, q[1]), corner(cube, q[2]), corner(cube, q[3])});
   return tets;
