@@ -200,7 +200,7 @@ TEST_P(BodyWallsOn, SeeOneSideOfABall) {
   const Seen seen = look(GetParam(), ball, points, {});
   for (std::size_t i = 0; i < points.size(); ++i) {
     ASSERT_EQ(seen.count[i], 1) << i;
-    // Faces are up to R (1 - cos 7.5 degrees) (1 + cos^2 ..) < 0.02 R below the ball.
+    // Half of a face's diagonal is 10.6 degrees at most: its middle is R (1 - cos 10.6) = 0.017 R below.
     EXPECT_NEAR(seen.wall(i, 0).distance_m, length(points[i]) - kRadius_m, 0.02F * kRadius_m) << i;
   }
 }

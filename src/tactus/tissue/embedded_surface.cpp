@@ -193,7 +193,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
   new_cubes_ =
       Buffer<SetValues<embed::CubeNodes>::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
-  take_room_for_frame(ctx, std::min(lattice.copies.size() / 2, std::size_t{512}));
+  take_room_for_frame(ctx, std::min(lattice.copies.size() / 2, cut::kFrameSplits));
 }
 
 /// The lists' pages are in place when a frame first has so many cubes that fall apart, on the host and, where

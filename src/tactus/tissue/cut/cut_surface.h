@@ -216,8 +216,6 @@ class CutSurface {
   const Vec3d& at(Index point) const { return points_[index(point)].p; }
   void place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
                     std::span<const embed::Anchor> anchors);
-  /// So many cubes may fall apart in a frame before lists grow.
-  static constexpr std::size_t kFrameSplits = 512;
   void add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles);
   Index place_triangle(const Triangle& triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);

@@ -22,6 +22,8 @@ inline std::uint64_t hash_of(const std::array<Index, 4>& key) {
   return sum;
 }
 
+/// So many cubes may fall apart in a frame before lists grow.
+inline constexpr std::size_t kFrameSplits = 512;
 /// Room for so many values, with its pages in place: a frame that fills it waits for none.
 template <class T>
 void take_room(std::vector<T>& values, std::size_t count) {

@@ -1,0 +1,125 @@
+/// What kernels sum up to, and what walls stand for.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tactus/fluid/liquid.h"
+
+namespace tactus {
+namespace {
+
+double w(double q) {
+  return double{SmoothingKernel::shape(static_cast<float>(q))} * double{SmoothingKernel{}.scale_1_m3()};
+}
+/// -dW/dr / r
+double slope(double q) {
+  const auto f = static_cast<float>(q);
+  return double{SmoothingKernel::slope(f, 1.F / f)} * double{SmoothingKernel{}.slope_scale_1_m5()};
+}
+/// Calls f(distance) for all other nodes of a cubic lattice of spacing 1 within 2 of node 0 and with y >=
+/// `lowest`.
+template <class F>
+void for_lattice(int lowest, F&& f) {
+  for (int z = -2; z <= 2; ++z)
+    for (int y = lowest; y <= 2; ++y)
+      for (int x = -2; x <= 2; ++x)
+        if (x != 0 || y != 0 || z != 0) f(std::sqrt(x * x + y * y + z * z), y);
+}
+
+TEST(SmoothingKernel, IsNormalisedAndEnds) {
+  // Midpoint rule with 2000 steps: its error is below (2/2000)^2 / 24 times a second derivative of order 10.
+  double integral = 0, viscous = 0, friction = 0;
+  const int n = 2000;
+  for (int i = 0; i < n; ++i) {
+    const double q = (i + 0.5) * 2 / n, r2 = q * q;
+    const double G =
+        double{SmoothingKernel{}.slope_scale_1_m5()} * double{ViscousKernel::kWeight} * q * (2 - q) * (2 - q);
+    integral += 4 * M_PI * q * q * w(q) * 2 / n;
+    viscous += 4 * M_PI * r2 * r2 * G * 2 / n;
+    friction += double{ViscousKernel::friction(static_cast<float>(q))} * 2 / n;
+  }
+  EXPECT_NEAR(integral, 1, 1e-4);
+  EXPECT_NEAR(viscous, 3, 3e-4);
+  EXPECT_NEAR(friction, 1, 1e-4);
+  EXPECT_NEAR(ViscousKernel::behind(0), 0.5F, 1e-6F);
+  EXPECT_EQ(w(2), 0);
+  EXPECT_EQ(slope(2), 0);
+  for (const double q :
+       {0.3, 0.9, 1.1, 1.7})  // error of a central difference: h^2 / 6 W'''; floats: 1e-7 / h
+    EXPECT_NEAR(slope(q) * q, -(w(q + 0.005) - w(q - 0.005)) / 0.01, 1e-4) << q;
+}
+
+TEST(SmoothingKernel, LatticeHasItsDensity) {
+  double density = w(0);
+  for_lattice(-2, [&](double r, int) { density += w(r); });
+  EXPECT_NEAR(density, 1, 1e-3);
+}
+
+/// Half a spacing from a wall, its fill makes up for the layers that are missing, and its slope balances
+/// twice the pull of those on the other side: to the digits of the constants.
+TEST(SmoothingKernel, WallStandsForTheMissingLayer) {
+  double density = w(0), push = 0;
+  for_lattice(0, [&](double r, int y) {
+    density += w(r);
+    push += slope(r) * y;
+  });
+  const SmoothingKernel kernel;
+  EXPECT_NEAR(double{kernel.fill(0.5F)}, 1.0001 - density, 2e-4);
+  EXPECT_NEAR(double{kernel.fill_slope_1_m(0.5F)}, 2 * push, 2e-4);
+  EXPECT_NEAR(kernel.fill_slope_1_m(0.7F), (kernel.fill(0.69F) - kernel.fill(0.71F)) / 0.02F, 1e-3);
+  EXPECT_EQ(kernel.fill(1), 0);
+}
+
+/// Sums over what is behind a plane, in spherical shells of 400 radii and 400 polar angles: 1e-3 of the
+/// values at the plane, as the midpoint rule jumps at the plane by a cell of 1/400.
+TEST(ViscousKernel, KnowsWhatIsBehindAWall) {
+  for (const double s : {0.25, 0.5, 1.0, 1.6}) {
+    double friction = 0, behind = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double r = (i + 0.5) / 200, G = 63 / (128 * M_PI) * r * (2 - r) * (2 - r);
+      for (int k = 0; k < 400; ++k) {
+        const double up = (k + 0.5) / 400, y = up * r;
+        if (y < s) continue;
+        const double along2 = 0.5 * (1 - up * up), volume = 2 * M_PI * r * r / 200 / 400;
+        friction += 10 * G * y * along2 * volume;
+        behind += 5 * G * y * y * along2 * volume;
+      }
+    }
+    EXPECT_NEAR(ViscousKernel::friction(static_cast<float>(s)), friction, 2e-3) << s;
+    EXPECT_NEAR(ViscousKernel::behind(static_cast<float>(s)), behind, 1e-3) << s;
+  }
+}
+
+/// What walls bring to the density is the potential of their forces: its slope along each wall's distance, of
+/// up to four walls that stand anyhow, is that of a central difference over 2e-3 d. It errs by 1e-6 / 2e-3 of
+/// rounding, and by h^2 / 6 of the third derivative, which is at most 6 x 1.46 / 0.94^3.
+TEST(WallShare, HasTheSlopesOfItsFill) {
+  const LiquidConstants liquid = constants_of({.spacing_m = 1});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> any(-1, 1);
+  for (int k = 0; k < 300; ++k) {
+    Index count = 1 + k % kNearWalls;
+    NearWall walls[kNearWalls];
+    const NearWalls near{View<Index>(&count, 1), View<NearWall>(walls, kNearWalls)};
+    for (Index i = 0; i < count; ++i) {
+      walls[i].n = normalized(Vec3f{any(random), any(random), any(random)});
+      if (i % 2 == 1) walls[i].n = normalized(0.3F * walls[i].n - walls[i - 1].n);
+      walls[i].distance_m = 0.65F + 0.3F * any(random);
+      walls[i].give_1_kg = 1e-4F * (1 + any(random));
+    }
+    const WallShare share = WallShare::of(near, 0, liquid);
+    for (Index i = 0; i < count; ++i) {
+      const auto fill_at = [&](float more) {
+        walls[i].distance_m += more;
+        const float fill = WallShare::of(near, 0, liquid).fill;
+        walls[i].distance_m -= more;
+        return fill;
+      };
+      EXPECT_NEAR(share.slope_1_m[i], (fill_at(-1e-3F) - fill_at(1e-3F)) / 2e-3F, 1e-3F) << k << " " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tactus
