@@ -95,7 +95,9 @@ TEST(ViscousKernel, KnowsWhatIsBehindAWall) {
 /// up to four walls that stand anyhow, is that of a central difference over 2e-3 d. It errs by 1e-6 / 2e-3 of
 /// rounding, and by h^2 / 6 of the third derivative, which is at most 6 x 1.46 / 0.94^3.
 TEST(WallShare, HasTheSlopesOfItsFill) {
-  const LiquidConstants liquid = constants_of({.spacing_m = 1});
+  LiquidSettings settings;
+  settings.spacing_m = 1;
+  const LiquidConstants liquid = constants_of(settings);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> any(-1, 1);
   for (int k = 0; k < 300; ++k) {
