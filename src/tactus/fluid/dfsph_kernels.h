@@ -33,10 +33,9 @@ TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls&
   const Index n = walls.count[i];
   if (n == 0) return 0;
   float rate = 0;
-  const WallShare share = WallShare::of(walls, i, liquid);
   for (Index w = 0; w < n; ++w) {
     const NearWall& wall = walls.at(i, w);
-    const float f = liquid.density_kg_m3 * share.slope_1_m[w];
+    const float f = liquid.density_kg_m3 * wall.slope_1_m;
     rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.give_1_kg * liquid.mass_kg * k * f);
   }
   return rate;
@@ -47,11 +46,10 @@ TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls&
   const Index n = walls.count[i];
   Vec3f kick{};
   if (n == 0) return kick;
-  const WallShare share = WallShare::of(walls, i, liquid);
   for (Index w = 0; w < n; ++w) {
     const NearWall& wall = walls.at(i, w);
     const float push = push_at_wall(liquid, wall, k, time.dt_s * time.gravity_m_s2);
-    kick += (push * liquid.density_kg_m3 * share.slope_1_m[w]) * wall.n;
+    kick += (push * liquid.density_kg_m3 * wall.slope_1_m) * wall.n;
   }
   return kick;
 }
@@ -112,12 +110,12 @@ struct DfsphDensity {
     Vec3f gradient = scale * Vec3f{own.x[t], own.y[t], own.z[t]};
     float D = sqr(scale) * own.square[t];
     if (const Index n = walls.count[i]; n > 0) {
-      const WallShare share = WallShare::of(walls, i, liquid);
-      rho += rho0 * share.fill;
+      rho += rho0 * WallFill::of(walls, i, liquid);
       for (Index k = 0; k < n; ++k) {
-        const float f = rho0 * share.slope_1_m[k];
-        gradient -= f * walls.at(i, k).n;
-        D += sqr(f) * m * walls.at(i, k).give_1_kg;
+        const NearWall& wall = walls.at(i, k);
+        const float f = rho0 * wall.slope_1_m;
+        gradient -= f * wall.n;
+        D += sqr(f) * m * wall.give_1_kg;
       }
     }
     D += dot(gradient, gradient);

@@ -36,35 +36,35 @@ struct LiquidConstants {
 ///   fill = 1 - prod_k (1 - fill_k) + sum_k<l across_kl fill_k fill_l prod_m (1 - fill_m)     (m not k, l),
 ///
 /// which has both for three walls, too: a gap with a floor is 1 - (1 - fill_1 - fill_2)(1 - fill_3).
-struct WallShare {
-  float fill = 0;
-  float slope_1_m[kNearWalls];  ///< minus the slope of `fill` along each wall's normal
+struct WallFill {
+  /// Sets `slope_1_m` of the walls, too: positions stay for a step, so the first who asks keeps it for all.
+  ///
   /// Nearer than `closest_m`, where a particle is put back, the fill goes on linearly. A wall that gives way
   /// is softer: pressure and a light node would else swing faster than the step can follow. As density and
   /// force are softened alike, energy is kept.
-  TACTUS_HD static WallShare of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
-    WallShare share;
+  TACTUS_HD static float of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
     const Index n = near.count[i];
     float own[kNearWalls], open[kNearWalls], all_open = 1;
     for (Index k = 0; k < n; ++k) {
-      const float s = near.at(i, k).distance_m, in = max(liquid.closest_m - s, 0.F),
-                  soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * near.at(i, k).give_1_kg),
+      NearWall& wall = near.at(i, k);
+      const float s = wall.distance_m, in = max(liquid.closest_m - s, 0.F),
+                  soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * wall.give_1_kg),
                   slope = soft * liquid.kernel.fill_slope_1_m(s + in);
       own[k] = soft * liquid.kernel.fill(s + in) + in * slope;
       open[k] = max(1.F - own[k], 0.F);
       all_open *= 1.F - own[k];
-      share.slope_1_m[k] = slope;
+      wall.slope_1_m = slope;
     }
     float grows[kNearWalls];  // with own[k]
     for (Index k = 0; k < n; ++k) {
       grows[k] = 1.F;
       for (Index l = 0; l < n; ++l) grows[k] *= l == k ? 1.F : open[l];
     }
-    share.fill = 1.F - all_open;
+    float fill = 1.F - all_open;
     for (Index k = 0; k + 1 < n; ++k)
-      for (Index l = k + 1; l < n; ++l) share.fill += add_across(near, i, k, l, own, open, grows);
-    for (Index k = 0; k < n; ++k) share.slope_1_m[k] *= grows[k];
-    return share;
+      for (Index l = k + 1; l < n; ++l) fill += add_across(near, i, k, l, own, open, grows);
+    for (Index k = 0; k < n; ++k) near.at(i, k).slope_1_m *= grows[k];
+    return fill;
   }
 
  private:

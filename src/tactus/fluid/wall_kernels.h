@@ -64,25 +64,26 @@ struct FindBoxWalls {
   NearWalls near;
   TACTUS_HD void operator()(Index i) const {
     const Vec3f x = particles[i].x_m;
-    near.count[i] = 0;
+    Index found = 0;
     for (int a = 0; a < 3; ++a) {
-      see(i, 2 * a, x[a] - box_m.min[a]);
-      see(i, 2 * a + 1, box_m.max[a] - x[a]);
+      found = see(i, found, 2 * a, x[a] - box_m.min[a]);
+      found = see(i, found, 2 * a + 1, box_m.max[a] - x[a]);
     }
+    near.count[i] = found;
   }
 
  private:
-  TACTUS_HD void see(Index i, int face, float distance_m) const {
-    if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) return;
+  TACTUS_HD Index see(Index i, Index found, int face, float distance_m) const {
+    if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) return found;
     Vec3f n{};
     n[face / 2] = face % 2 == 0 ? 1.F : -1.F;
-    near.add(i, {n, distance_m, {}, face, 0.F, {}});
+    return near.append(i, found, {n, distance_m, {}, face, 0.F, {}});
   }
 };
 
-/// The end of a step of one particle: what walls do to it, and where it is then. No particle gets nearer to a
-/// wall than closest_m: it is put back there, by a tenth of a spacing a step, and loses the velocity towards
-/// the wall.
+/// The end of a step of one particle, once its walls know their slopes: what they do to it, and where it is
+/// then. No particle gets nearer to a wall than closest_m: it is put back there, by a tenth of a spacing a
+/// step, and loses the velocity towards the wall.
 struct LiquidStepped {
   static constexpr float kFarthestBack = 0.1F;  ///< in spacings: what appears in a pool must not blow it up
   View<Vec3f> x_m, v_m_s;                       ///< by slot
@@ -106,7 +107,6 @@ struct LiquidStepped {
   TACTUS_HD void meet(const LiquidConstants& liquid, const NearWalls& walls, Index i, float push,
                       Vec3f before, const StepTime& time, Vec3f& v, Vec3f& put_back) const {
     const float dt_s = time.dt_s;
-    const WallShare share = WallShare::of(walls, i, liquid);
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
@@ -119,8 +119,8 @@ struct LiquidStepped {
                   drag = min(dt_s * shear * ViscousKernel::friction(s * liquid.kernel.inverse_d_1_m) /
                                  (s * liquid.spacing_m),
                              1.F);
-      const float push_m_s = liquid.density_kg_m3 * share.slope_1_m[k] *
-                             push_at_wall(liquid, wall, push, dt_s * time.gravity_m_s2);
+      const float push_m_s =
+          liquid.density_kg_m3 * wall.slope_1_m * push_at_wall(liquid, wall, push, dt_s * time.gravity_m_s2);
       Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
       v += kick;
       const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(kick, wall.n);

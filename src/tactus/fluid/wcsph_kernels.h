@@ -33,7 +33,7 @@ struct LiquidDensity {
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     float rho = liquid.mass_kg * liquid.kernel.scale_1_m3() * own.sum[t];
-    if (walls.count[i] > 0) rho += liquid.density_kg_m3 * WallShare::of(walls, i, liquid).fill;
+    if (walls.count[i] > 0) rho += liquid.density_kg_m3 * WallFill::of(walls, i, liquid);
     const float ratio = min(rho / liquid.density_kg_m3, kDensest), r2 = ratio * ratio, r6 = r2 * r2 * r2;
     const float p = max(0.F, liquid.tait_Pa * (r6 * ratio - 1));
     density_kg_m3[i] = rho;

@@ -14,6 +14,7 @@ struct alignas(16) NearWall {
   float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
   Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
   Index side = 0;       ///< of an owner's surface: 0 is the nearest wall, 1 the one across
+  float slope_1_m = 0;  ///< of the liquid: how fast the wall fills what is near it, minus the slope along n
 };
 inline constexpr Index kNearWalls = 4;
 
@@ -53,15 +54,19 @@ struct NearWalls {
       if (wall.distance_m <= old.distance_m + 1e-3F * abs(old.distance_m)) old = wall;
       return;
     }
+    count[i] = append(i, n, wall);
+  }
+  /// Of a plane that none of the `n` walls is. @return how many there are then
+  TACTUS_HD Index append(Index i, Index n, const NearWall& wall) const {
     if (n < kNearWalls) {
       at(i, n) = wall;
-      count[i] = n + 1;
-      return;
+      return n + 1;
     }
     Index farthest = 0;
     for (Index k = 1; k < kNearWalls; ++k)
       if (at(i, k).distance_m > at(i, farthest).distance_m) farthest = k;
     if (wall.distance_m < at(i, farthest).distance_m) at(i, farthest) = wall;
+    return n;
   }
 };
 
