@@ -122,8 +122,8 @@ struct FindNearWalls {
         add_tool(i, o, all.tool[o.tool], owner);
       else if (o.kind == ObstacleKind::mesh)
         add_mesh(i, o.mesh, x, {}, {}, owner);
-      else if (const NearestOnSurface on = of_shape(o, x); on.distance_m < reach_m)
-        near.add(i, {on.n, on.distance_m, {}, owner, 0.F, {}});
+      else
+        add_shape(i, o, x, owner);
     }
   }
 
@@ -157,22 +157,23 @@ struct FindNearWalls {
     const NearestOnSurface other = on.across(mesh, own, p_m, reach);
     if (other.found) near.add(i, {turn * other.n, other.distance_m, velocity_m_s, owner, 0.F, {}, 1});
   }
-  TACTUS_HD static NearestOnSurface of_shape(const Obstacle& o, Vec3f x) {
+  /// Of a box, the face that the particle is farthest in front of, and what ends that face near it.
+  TACTUS_HD void add_shape(Index i, const Obstacle& o, Vec3f x, Index owner) const {
     const Mat3f back = transpose(o.T_obstacle_world.R);
     const Vec3f p = o.T_obstacle_world * x;
-    if (o.kind == ObstacleKind::plane) return {p.y, back.column(1), true};
-    const Vec3f out = Vec3f{abs(p.x), abs(p.y), abs(p.z)} - o.half_m;
-    const Vec3f side{p.x < 0.F ? -1.F : 1.F, p.y < 0.F ? -1.F : 1.F, p.z < 0.F ? -1.F : 1.F};
-    Vec3f n = max(out, Vec3f{});
-    float distance = length(n);
-    if (distance > 0.F) {
-      n = (1.F / distance) * n;
-    } else {
-      const int a = out.x >= out.y && out.x >= out.z ? 0 : (out.y >= out.z ? 1 : 2);
-      distance = out[a];
-      n = {a == 0 ? 1.F : 0.F, a == 1 ? 1.F : 0.F, a == 2 ? 1.F : 0.F};
+    if (o.kind == ObstacleKind::plane) {
+      if (p.y < reach_m) near.add(i, {back.column(1), p.y, {}, owner, 0.F, {}});
+      return;
     }
-    return {distance, back * Vec3f{side.x * n.x, side.y * n.y, side.z * n.z}, true};
+    const Vec3f out = Vec3f{abs(p.x), abs(p.y), abs(p.z)} - o.half_m;
+    const int first = out.x >= out.y && out.x >= out.z ? 0 : (out.y >= out.z ? 1 : 2);
+    if (!(out[first] < reach_m)) return;
+    for (int k = 0; k < 3; ++k) {
+      const int a = (first + k) % 3;
+      if (!(out[a] > -reach_m)) continue;
+      const Vec3f n = p[a] < 0.F ? -back.column(a) : back.column(a);
+      near.add(i, {n, out[a], {}, owner, 0.F, {}, k == 0 ? 0 : NearWall::kBeside});
+    }
   }
 };
 

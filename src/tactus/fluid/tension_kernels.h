@@ -54,8 +54,10 @@ struct FindSurface {
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     const float volume_m3 = liquid.mass_kg / liquid.density_kg_m3;
     Vec3f g = volume_m3 * liquid.kernel.slope_scale_1_m5() * Vec3f{own.x[t], own.y[t], own.z[t]};
-    for (Index k = 0, n = walls.count[i]; k < n; ++k)
-      g -= liquid.kernel.area_1_m(walls.at(i, k).distance_m) * walls.at(i, k).n;
+    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+      const NearWall& wall = walls.at(i, k);
+      g -= wall.share * liquid.kernel.area_1_m(wall.distance_m) * wall.n;
+    }
     const float sum = volume_m3 * liquid.kernel.scale_1_m3() * own.sum[t];
     surface[i] = {liquid.spacing_m / max(sum, 0.1F) * g, 0.F};
   }
@@ -102,7 +104,7 @@ struct SmoothNormals {
       const NearWall& wall = walls.at(i, k);
       const Vec3f aside = n - dot(n, wall.n) * wall.n;
       const float along = length(aside);
-      if (wall.distance_m < liquid.spacing_m && along > kAside)
+      if (!wall.is_beside() && wall.distance_m < liquid.spacing_m && along > kAside)
         n = (liquid.contact_sin / along) * aside - liquid.contact_cos * wall.n;
     }
     smooth[i] = {n, size};

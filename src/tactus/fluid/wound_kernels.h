@@ -200,6 +200,7 @@ struct JudgePlaces {
     bool no_room = is_shut[i] != 0;
     float density = liquid.density;
     for (Index w = 0; w < walls.count[k]; ++w) {
+      if (walls.at(k, w).is_beside()) continue;
       const float gap_m = walls.at(k, w).distance_m;
       no_room = no_room || gap_m < kWoundToWall * spacing_m;
       density += kernel.fill(max(gap_m, 0.F));

@@ -5,16 +5,22 @@
 
 namespace tactus {
 
-/// A surface near a particle: its plane there, as the particle sees it.
+/// A surface near a particle: its plane there, as the particle sees it. Where it ends at an edge, the plane
+/// beyond the edge is listed, too: solid is only what is behind both.
 struct alignas(16) NearWall {
+  static constexpr Index kBeside = 2;
   Vec3f n;               ///< unit, from the wall to the liquid
   float distance_m = 0;  ///< < 0 behind the wall
   Vec3f velocity_m_s;
   Index owner = -1;
   float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
   Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
-  Index side = 0;       ///< of an owner's surface: 0 is the nearest wall, 1 the one across
+  Index side = 0;  ///< of an owner's surface: 0 the nearest wall, 1 the one across, kBeside what ends the nearest
   float slope_1_m = 0;  ///< of the liquid: how fast the wall fills what is near it, minus the slope along n
+  float share = 1;      ///< of the liquid: of what is behind the plane, how much counts
+  TACTUS_HD bool is_beside() const { return side == kBeside; }
+  /// The larger, the sooner it may be left out.
+  TACTUS_HD float needless_m() const { return is_beside() ? 1e30F : distance_m; }
 };
 inline constexpr Index kNearWalls = 4;
 
@@ -45,12 +51,13 @@ struct NearWalls {
   /// angle are no farther from each other than a quarter of it, which is as near as particles get to walls.
   static constexpr float kSamePlane = 0.968F;
   /// Of planes that face the same way the nearest counts: it is in front of the others. Of those that are
-  /// equally near, but for rounding, the newest. Where there are too many walls, the farthest is dropped.
+  /// equally near, but for rounding, the newest. Where there are too many walls,
+  /// one that is beside another is dropped, or the farthest.
   TACTUS_HD void add(Index i, const NearWall& wall) const {
     const Index n = count[i];
     for (Index k = 0; k < n; ++k) {
       NearWall& old = at(i, k);
-      if (dot(old.n, wall.n) < kSamePlane) continue;
+      if (old.is_beside() || wall.is_beside() || dot(old.n, wall.n) < kSamePlane) continue;
       if (wall.distance_m <= old.distance_m + 1e-3F * abs(old.distance_m)) old = wall;
       return;
     }
@@ -62,10 +69,11 @@ struct NearWalls {
       at(i, n) = wall;
       return n + 1;
     }
-    Index farthest = 0;
+    if (wall.is_beside()) return n;
+    Index least = 0;
     for (Index k = 1; k < kNearWalls; ++k)
-      if (at(i, k).distance_m > at(i, farthest).distance_m) farthest = k;
-    if (wall.distance_m < at(i, farthest).distance_m) at(i, farthest) = wall;
+      if (at(i, k).needless_m() > at(i, least).needless_m()) least = k;
+    if (wall.distance_m < at(i, least).needless_m()) at(i, least) = wall;
     return n;
   }
 };
