@@ -9,6 +9,20 @@
 #define TACTUS_HD
 #endif
 
+/// Before a loop in which a thread does much: a GPU reads it once then, not eight times. Kernels of little
+/// work wait for their code more than for anything else.
+#if defined(__CUDA_ARCH__)
+#define TACTUS_ROLLED _Pragma("unroll 1")
+#else
+#define TACTUS_ROLLED
+#endif
+/// In place of TACTUS_HD on a function that kernels use often, for the same reason: one copy of it is called.
+#if defined(__CUDACC__)
+#define TACTUS_HD_CALLED __host__ __device__ __noinline__
+#else
+#define TACTUS_HD_CALLED
+#endif
+
 /// On large functions and lambdas that loops over lanes call: a loop with a call in it doesn't vectorise.
 #define TACTUS_ALWAYS_INLINE __attribute__((always_inline))
 

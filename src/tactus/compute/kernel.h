@@ -73,6 +73,11 @@ class CpuBlock {
   void for_range(int count, F&& f) const {
     for_threads(count, f);
   }
+  /// Likewise, where f is long and a GPU's thread has few: its code is there once.
+  template <class F>
+  void for_few(int count, F&& f) const {
+    for_threads(count, f);
+  }
   /// As for_threads, for work on what is each thread's own: no barrier follows, so a GPU may run ahead.
   template <class F>
   void for_own(int count, F&& f) const {

@@ -61,7 +61,7 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   used_ = zeros(bodies.size() * bodies.size());
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
-  cube_bounds_ = Buffer<float>(ctx.device(), 6 * patch_cubes_.room());
+  cube_bounds_ = Buffer<float>(ctx.device(), CubeBoxes::size(patch_cubes_.room()));
   cube_places_ = Buffer<CubePlace>(ctx.device(), patch_cubes_.room());
   body_wakes_ = Buffer<std::uint32_t>(ctx.device(), size_of(bodies));
   patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));

@@ -56,7 +56,7 @@ struct FindPairs {
     const Index bodies = table.bodies.size();
     const bool is_self = may_meet_itself(b.index());
     Index others = 0, cut = 0;
-    for (Index body = 0; body < bodies; ++body) {
+    TACTUS_ROLLED for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
       ++others;
       cut += table.bodies[body].is_cut;
@@ -67,7 +67,7 @@ struct FindPairs {
     const bool is_one = others == 1 && cut == 0 && !is_self;
     b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
     if (is_self) search_itself(b, s, group, box);
-    for (Index body = 0; body < bodies; ++body) {
+    TACTUS_ROLLED for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
       search(
           b, s, group, table.bodies[body],
@@ -129,12 +129,16 @@ struct FindPairs {
     s.cube[t] = contact.cube;
     s.q[t] = q;
   }
-  /// Whether the point is in that cube, and need not be looked for elsewhere. @param q where, from a guess
-  TACTUS_HD bool is_in(const PointGroup& group, int t, Index c, bool is_one, const Shared& s,
-                       Vec3f& q) const {
+  /// Whether a cube holds x. @param q where, from a guess
+  TACTUS_HD_CALLED bool place_in(Index c, Vec3f x, Vec3f& q) const {
     const SolidCube& cube = table.cubes[c];
-    const CubeMap map = CubeCorners::map(table.bodies[cube.body].nodes, cube);
-    if (!map.find(s.x_m[t], q) || !is_apart(group.first + t, group.body, cube, q)) return false;
+    return CubeCorners::map(table.bodies[cube.body].nodes, cube).find(x, q);
+  }
+  /// Whether the point is in that cube, and need not be looked for elsewhere. @param q where, from a guess
+  TACTUS_HD_CALLED bool is_in(const PointGroup& group, int t, Index c, bool is_one, const Shared& s,
+                              Vec3f& q) const {
+    const SolidCube& cube = table.cubes[c];
+    if (!place_in(c, s.x_m[t], q) || !is_apart(group.first + t, group.body, cube, q)) return false;
     return is_one || table.samples.at(c, q).distance_m < 0.F;
   }
 
@@ -152,25 +156,24 @@ struct FindPairs {
   template <class Block, class N, class S, class L>
   TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
                         S&& seeks, L&& look) const {
-    for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
+    TACTUS_ROLLED for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
       b.compact(
           min(Index(kThreads), body.end_patch - row),
           [&](int t) { return is_near(state.patch_box[row + t]); }, s.near, &s.near_count);
       b.compact(group.count, seeks, s.sought, &s.sought_count);
       const int patches = s.near_count, points = s.sought_count;
       if (patches == 0 || points == 0) continue;
-      b.for_range(points, [&](int p) { s.first[s.sought[p]] = kNone; });
-      b.for_range(patches * points,
-                  [&](int e) { look(e / points, s.sought[e % points], row + s.near[e / points]); });
-      b.for_range(points, [&](int p) {
+      b.for_few(points, [&](int p) { s.first[s.sought[p]] = kNone; });
+      b.for_few(patches * points,
+                [&](int e) { look(e / points, s.sought[e % points], row + s.near[e / points]); });
+      b.for_few(points, [&](int p) {
         const int t = s.sought[p];
         if (s.first[t] == kNone) return;
         const IndexRange cubes = table.patch_cubes.ranges[row + s.near[s.first[t] >> kCubeBits]];
         s.cube[t] =
             table.patch_cubes.values[cubes.begin + static_cast<Index>(s.first[t] & ((1U << kCubeBits) - 1U))];
-        Vec3f q = kMiddle;
-        CubeCorners::map(body.nodes, table.cubes[s.cube[t]]).find(s.x_m[t], q);
-        s.q[t] = q;
+        s.q[t] = kMiddle;
+        place_in(s.cube[t], s.x_m[t], s.q[t]);
       });
     }
   }
@@ -180,17 +183,17 @@ struct FindPairs {
   TACTUS_HD void for_cubes_within(Index patch, Vec3f x, L&& limit2_m2, F&& f) const {
     const IndexRange cubes = table.patch_cubes.ranges[patch];
     if (state.patch_box[patch].distance2_m2(x) > limit2_m2()) return;
-    for (Index row = cubes.begin; row < cubes.end; row += kRow) {
+    TACTUS_ROLLED for (Index row = cubes.begin; row < cubes.end; row += kRow) {
       const int count = min(Index(kRow), cubes.end - row);
       float away2_m2[kRow];
-      if (state.cube_boxes.distances2_m2(row, count, x, away2_m2) > limit2_m2()) continue;
-      for (int k = 0; k < count; ++k)
-        if (away2_m2[k] <= limit2_m2() && !f(row + k - cubes.begin, away2_m2[k])) return;
+      if (state.cube_boxes.distances2_m2<kRow>(row, count, x, away2_m2) > limit2_m2()) continue;
+      TACTUS_ROLLED for (int k = 0; k < count; ++k) if (away2_m2[k] <= limit2_m2() &&
+                                                        !f(row + k - cubes.begin, away2_m2[k])) return;
     }
   }
   template <class Block>
   static constexpr int row_of() {
-    return Block::kIsLoop ? 16 : 1;
+    return Block::kIsLoop ? 16 : 4;
   }
   template <int kRow>
   TACTUS_HD void search_patch(const PointGroup& group, int n, int t, Index patch, bool is_one,
@@ -338,19 +341,19 @@ struct FindPairs {
 
   TACTUS_HD static bool moves(const PairBody& body, const EmbeddedPoint& p) {
     if (body.nodes.has_stopped()) return false;
-    for (int k = 0; k < 8; ++k) {
+    TACTUS_ROLLED for (int k = 0; k < 8; ++k) {
       if (p.weight[k] != 0.F && !body.nodes.is_held(p.node[k])) return true;
     }
     return false;
   }
   TACTUS_HD static bool moves(const PairBody& body, const SolidCube& cube, Vec3f q) {
     if (body.nodes.has_stopped()) return false;
-    for (int k = 0; k < 8; ++k) {
+    TACTUS_ROLLED for (int k = 0; k < 8; ++k) {
       if (CubeMap::weight(q, k) != 0.F && !body.nodes.is_held(cube.node[k])) return true;
     }
     return false;
   }
-  TACTUS_HD void add_weights(Index i, const PairContact& contact, int sign) const {
+  TACTUS_HD_CALLED void add_weights(Index i, const PairContact& contact, int sign) const {
     add_pair_weights(table, state, i, contact, sign);
   }
   /// What touches in the same cube as before hardly moves there, most often.

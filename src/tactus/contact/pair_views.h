@@ -71,15 +71,20 @@ struct PairNode {
 
 /// Boxes of cubes as they are deformed now; each coordinate in a row of its own, for many at once.
 struct CubeBoxes {
-  View<float> bounds_m;  ///< 6 rows: least x, y, z, largest x, y, z
-  TACTUS_HD Index room() const { return bounds_m.size() / 6; }
+  static constexpr int kMostAtOnce = 16;
+  View<float> bounds_m;  ///< 6 rows: least x, y, z, largest x, y, z; and room to read behind the last
+  static Index size(Index boxes) { return 6 * boxes + kMostAtOnce; }
+  TACTUS_HD Index room() const { return (bounds_m.size() - kMostAtOnce) / 6; }
   TACTUS_HD void set(Index i, const PatchBox& box) const {
     const Index n = room();
     const float bound[6] = {box.min_m.x, box.min_m.y, box.min_m.z, box.max_m.x, box.max_m.y, box.max_m.z};
     for (Index k = 0; k < 6; ++k) bounds_m[k * n + i] = bound[k];
   }
-  /// Squared distances of boxes first .. first + count - 1 from p; returns the least.
+  /// Squared distances from p of the `count` boxes from `first` on, at most kRow; returns the least. All kRow
+  /// are loaded, so that a thread waits for memory once.
+  template <int kRow>
   TACTUS_HD float distances2_m2(Index first, int count, Vec3f p, float* out_m2) const {
+    static_assert(kRow <= kMostAtOnce);
     const float* least = bounds_m.data() + first;
     const Index n = room();
     const auto beyond = [](float low, float high) {  // 0 inside
@@ -88,13 +93,13 @@ struct CubeBoxes {
     };
     float nearest2_m2 = 1e30F;
 #pragma omp simd reduction(min : nearest2_m2)
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < kRow; ++k) {
       const float x = beyond(least[k] - p.x, p.x - least[3 * n + k]),
                   y = beyond(least[n + k] - p.y, p.y - least[4 * n + k]),
                   z = beyond(least[2 * n + k] - p.z, p.z - least[5 * n + k]);
       const float d2 = x * x + y * y + z * z;
       out_m2[k] = d2;
-      nearest2_m2 = d2 < nearest2_m2 ? d2 : nearest2_m2;
+      nearest2_m2 = k < count && d2 < nearest2_m2 ? d2 : nearest2_m2;
     }
     return nearest2_m2;
   }

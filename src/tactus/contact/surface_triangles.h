@@ -33,7 +33,7 @@ struct TriangleCorners {
 
  private:
   static constexpr float kCorner = 0.01F;  ///< of the distance: so far from it triangles are as near as at it
-  TACTUS_HD static float angle(Vec3f at, Vec3f to, Vec3f and_to) {
+  TACTUS_HD_CALLED static float angle(Vec3f at, Vec3f to, Vec3f and_to) {
     return arccos(dot(normalized(to - at), normalized(and_to - at)));
   }
   /// Of x, clamped to [-1, 1] (error < 3e-7; Abramowitz & Stegun 4.4.46).

@@ -33,7 +33,7 @@ TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls&
   const Index n = walls.count[i];
   if (n == 0) return 0;
   float rate = 0;
-  for (Index w = 0; w < n; ++w) {
+  TACTUS_ROLLED for (Index w = 0; w < n; ++w) {
     const NearWall& wall = walls.at(i, w);
     const float f = liquid.density_kg_m3 * wall.slope_1_m;
     rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.give_1_kg * liquid.mass_kg * k * f);
@@ -46,7 +46,7 @@ TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls&
   const Index n = walls.count[i];
   Vec3f kick{};
   if (n == 0) return kick;
-  for (Index w = 0; w < n; ++w) {
+  TACTUS_ROLLED for (Index w = 0; w < n; ++w) {
     const NearWall& wall = walls.at(i, w);
     const float push = push_at_wall(liquid, wall, k, time.dt_s * time.gravity_m_s2);
     kick += (push * liquid.density_kg_m3 * wall.slope_1_m) * wall.n;
@@ -70,6 +70,7 @@ struct TakeMotion {
 
 /// Density, D, and kd of the velocities of the last step. Where liquid is thin, in spray, nothing presses it.
 struct DfsphDensity {
+  static constexpr int kAtOnce = 4;
   static constexpr float kThinnest = 0.9F;  ///< over the density at rest
   template <int kLanes>
   struct Own {
@@ -111,7 +112,7 @@ struct DfsphDensity {
     float D = sqr(scale) * own.square[t];
     if (const Index n = walls.count[i]; n > 0) {
       rho += rho0 * WallFill::of(walls, i, liquid);
-      for (Index k = 0; k < n; ++k) {
+      TACTUS_ROLLED for (Index k = 0; k < n; ++k) {
         const NearWall& wall = walls.at(i, k);
         const float f = rho0 * wall.slope_1_m;
         gradient -= f * wall.n;
@@ -132,6 +133,7 @@ struct DfsphDensity {
 /// What walls do because of kd comes with k's, so that they get it.
 template <bool kThins>
 struct DfsphForce {
+  static constexpr int kAtOnce = 4;
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], kd[kLanes], k[kLanes], nu[kThins ? kLanes : 1];

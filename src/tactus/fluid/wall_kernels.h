@@ -64,20 +64,16 @@ struct FindBoxWalls {
   NearWalls near;
   TACTUS_HD void operator()(Index i) const {
     const Vec3f x = particles[i].x_m;
-    Index found = 0;
-    for (int a = 0; a < 3; ++a) {
-      found = see(i, found, 2 * a, x[a] - box_m.min[a]);
-      found = see(i, found, 2 * a + 1, box_m.max[a] - x[a]);
+    near.count[i] = 0;
+    TACTUS_ROLLED for (int face = 0; face < kFaces; ++face) {
+      const int a = face / 2;
+      const float sign = face % 2 == 0 ? 1.F : -1.F,
+                  distance_m = sign * (x[a] - (face % 2 == 0 ? box_m.min[a] : box_m.max[a]));
+      if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) continue;
+      Vec3f n{};
+      n[a] = sign;
+      near.add(i, {n, distance_m, {}, face, 0.F, {}});
     }
-    near.count[i] = found;
-  }
-
- private:
-  TACTUS_HD Index see(Index i, Index found, int face, float distance_m) const {
-    if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) return found;
-    Vec3f n{};
-    n[face / 2] = face % 2 == 0 ? 1.F : -1.F;
-    return near.append(i, found, {n, distance_m, {}, face, 0.F, {}});
   }
 };
 
@@ -107,7 +103,7 @@ struct LiquidStepped {
   TACTUS_HD void meet(const LiquidConstants& liquid, const NearWalls& walls, Index i, float push,
                       Vec3f before, const StepTime& time, Vec3f& v, Vec3f& put_back) const {
     const float dt_s = time.dt_s;
-    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+    TACTUS_ROLLED for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
       const float s = max(wall.distance_m, liquid.closest_m);

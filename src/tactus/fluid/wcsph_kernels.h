@@ -61,6 +61,7 @@ struct LiquidDensity {
 /// @tparam kThins nu is (nu_i + nu_j) / 2
 template <bool kThins>
 struct LiquidForce {
+  static constexpr int kAtOnce = 4;
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes], push[kLanes];

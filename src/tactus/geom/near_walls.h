@@ -15,7 +15,8 @@ struct alignas(16) NearWall {
   Index owner = -1;
   float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
   Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
-  Index side = 0;  ///< of an owner's surface: 0 the nearest wall, 1 the one across, kBeside what ends the nearest
+  Index side =
+      0;  ///< of an owner's surface: 0 the nearest wall, 1 the one across, kBeside what ends the nearest
   float slope_1_m = 0;  ///< of the liquid: how fast the wall fills what is near it, minus the slope along n
   float share = 1;      ///< of the liquid: of what is behind the plane, how much counts
   TACTUS_HD bool is_beside() const { return side == kBeside; }
@@ -53,28 +54,27 @@ struct NearWalls {
   /// Of planes that face the same way the nearest counts: it is in front of the others. Of those that are
   /// equally near, but for rounding, the newest. Where there are too many walls,
   /// one that is beside another is dropped, or the farthest.
-  TACTUS_HD void add(Index i, const NearWall& wall) const {
-    const Index n = count[i];
-    for (Index k = 0; k < n; ++k) {
-      NearWall& old = at(i, k);
+  TACTUS_HD void add(Index i, const NearWall& wall) const { add(*this, i, wall); }
+
+ private:
+  TACTUS_HD_CALLED static void add(NearWalls near, Index i, NearWall wall) {
+    const Index n = near.count[i];
+    TACTUS_ROLLED for (Index k = 0; k < n; ++k) {
+      NearWall& old = near.at(i, k);
       if (old.is_beside() || wall.is_beside() || dot(old.n, wall.n) < kSamePlane) continue;
       if (wall.distance_m <= old.distance_m + 1e-3F * abs(old.distance_m)) old = wall;
       return;
     }
-    count[i] = append(i, n, wall);
-  }
-  /// Of a plane that none of the `n` walls is. @return how many there are then
-  TACTUS_HD Index append(Index i, Index n, const NearWall& wall) const {
     if (n < kNearWalls) {
-      at(i, n) = wall;
-      return n + 1;
+      near.at(i, n) = wall;
+      near.count[i] = n + 1;
+      return;
     }
-    if (wall.is_beside()) return n;
+    if (wall.is_beside()) return;
     Index least = 0;
-    for (Index k = 1; k < kNearWalls; ++k)
-      if (at(i, k).needless_m() > at(i, least).needless_m()) least = k;
-    if (wall.distance_m < at(i, least).needless_m()) at(i, least) = wall;
-    return n;
+    TACTUS_ROLLED for (Index k = 1; k < kNearWalls;
+                       ++k) if (near.at(i, k).needless_m() > near.at(i, least).needless_m()) least = k;
+    if (wall.distance_m < near.at(i, least).needless_m()) near.at(i, least) = wall;
   }
 };
 

@@ -32,15 +32,20 @@ struct NeighbourCells {
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3i low, Vec3i high, F&& f) const {
     const Index size = table_size[0];
-    for (Index z = low.z; z <= high.z; ++z) {
-      for (Index y = low.y; y <= high.y; ++y) {
+    TACTUS_ROLLED for (Index z = low.z; z <= high.z; ++z) {
+      TACTUS_ROLLED for (Index y = low.y; y <= high.y; ++y) {
         if (hash.ids == CellIds::linear) {
           const auto first = static_cast<Index>(hash.number({low.x, y, z}, size));
           const Index past = first + (high.x - low.x) + 1;
-          f(SlotRun{begin[first], begin[min(past, size)]});
-          if (past > size) f(SlotRun{begin[0], begin[past - size]});
+          SlotRun run{begin[first], begin[min(past, size)]};
+          // At most twice: f is long, and there should be one of it.
+          TACTUS_ROLLED for (bool wraps = past > size;; wraps = false) {
+            f(run);
+            if (!wraps) break;
+            run = {begin[0], begin[past - size]};
+          }
         } else {
-          for (Index x = low.x; x <= high.x; ++x) {
+          TACTUS_ROLLED for (Index x = low.x; x <= high.x; ++x) {
             const auto number = static_cast<Index>(hash.number({x, y, z}, size));
             f(SlotRun{begin[number], begin[number + 1]});
           }
@@ -50,12 +55,17 @@ struct NeighbourCells {
   }
   /// f(slot) for all particles in the 27 cells around a point, whatever their distance; none when it is not
   /// held. Those within reach come in the same order on every device: by cells z, y, x, then by id.
-  template <class F>
+  /// @tparam kSeldom it is hardly ever run: a GPU's code for it is short rather than fast
+  template <bool kSeldom = false, class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_candidate(Vec3f p_m, F&& f) const {
     if (!hash.holds(p_m)) return;
     const Vec3i c = hash.cell(p_m), one{1, 1, 1};
     for_each_run(c - one, c + one, [&](SlotRun run) {
-      for (Index slot = run.first; slot < run.last; ++slot) f(slot);
+      if constexpr (kSeldom) {
+        TACTUS_ROLLED for (Index slot = run.first; slot < run.last; ++slot) f(slot);
+      } else {
+        for (Index slot = run.first; slot < run.last; ++slot) f(slot);
+      }
     });
   }
 };

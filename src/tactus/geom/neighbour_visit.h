@@ -31,7 +31,8 @@ enum class ListUse : Index { none, write, read };
 ///   };
 ///
 /// With `static constexpr bool kNearOnly = true`, add is called for what is near alone: for work that a loop
-/// over lanes can't do.
+/// over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed neighbours
+/// at once instead of eight: for work that needs the registers itself.
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
 /// for what is not near (but finite), and must add exactly nothing then (select a zero: on a CPU, it runs for
@@ -97,7 +98,7 @@ struct VisitNeighbours {
     if (kUse != ListUse::none && listed != NearLists::kFull)
       add_listed_alone(own, x, i, listed);
     else
-      among.for_each_candidate(x, [&](Index j) {
+      among.template for_each_candidate<kUse != ListUse::none>(x, [&](Index j) {
         const Vec3f d = load_constant(among.particles, j).x_m - x;
         const float r2 = dot(d, d);
         if (r2 <= reach_m2) pair.add(own, 0, j, d, r2, true);
@@ -105,17 +106,23 @@ struct VisitNeighbours {
     pair.end(own, 0, i);
   }
   /// So many loads are under way at once. One after the other, a thread would wait for memory each time.
-  static constexpr int kBatch = 4;
+  static constexpr int kListedAtOnce = 8;
+  static constexpr int at_once() {
+    if constexpr (requires { Pair::kAtOnce; })
+      return Pair::kAtOnce;
+    else
+      return kListedAtOnce;
+  }
   TACTUS_HD Index list_alone(Vec3f x, Index i) const {
     Index listed = 0;
     if (!among.hash.holds(x)) return 0;
     const Vec3i c = among.hash.cell(x), one{1, 1, 1};
     among.for_each_run(c - one, c + one, [&](SlotRun run) {
-      for (Index first = run.first; first < run.last; first += kBatch) {
-        SearchParticle other[kBatch];
-        for (int u = 0; u < kBatch; ++u)
+      TACTUS_ROLLED for (Index first = run.first; first < run.last; first += kListedAtOnce) {
+        SearchParticle other[kListedAtOnce];
+        for (int u = 0; u < kListedAtOnce; ++u)
           other[u] = load_constant(among.particles, min(first + u, run.last - 1));
-        for (int u = 0; u < kBatch; ++u) {
+        for (int u = 0; u < kListedAtOnce; ++u) {
           const Vec3f d = other[u].x_m - x;
           if (first + u >= run.last || !(dot(d, d) <= reach_m2)) continue;
           if (listed < NearLists::kRoom) lists.of_one(i, listed) = first + u;
@@ -126,18 +133,19 @@ struct VisitNeighbours {
     return listed <= NearLists::kRoom ? listed : NearLists::kFull;
   }
   TACTUS_HD void add_listed_alone(Own1& own, Vec3f x, Index i, Index listed) const {
+    constexpr int kAtOnce = at_once();
     Index k = 0;
-    for (; k + kBatch <= listed; k += kBatch) {
-      Index j[kBatch];
-      SearchParticle other[kBatch];
-      for (int u = 0; u < kBatch; ++u) j[u] = lists.of_one(i, k + u);
-      for (int u = 0; u < kBatch; ++u) other[u] = load_constant(among.particles, j[u]);
-      for (int u = 0; u < kBatch; ++u) {
+    TACTUS_ROLLED for (; k + kAtOnce <= listed; k += kAtOnce) {
+      Index j[kAtOnce];
+      SearchParticle other[kAtOnce];
+      for (int u = 0; u < kAtOnce; ++u) j[u] = lists.of_one(i, k + u);
+      for (int u = 0; u < kAtOnce; ++u) other[u] = load_constant(among.particles, j[u]);
+      for (int u = 0; u < kAtOnce; ++u) {
         const Vec3f d = other[u].x_m - x;
         pair.add(own, 0, j[u], d, dot(d, d), true);
       }
     }
-    for (; k < listed; ++k) {
+    TACTUS_ROLLED for (; k < listed; ++k) {
       const Index j = lists.of_one(i, k);
       const Vec3f d = load_constant(among.particles, j).x_m - x;
       pair.add(own, 0, j, d, dot(d, d), true);

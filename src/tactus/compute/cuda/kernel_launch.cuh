@@ -43,6 +43,11 @@ class CudaBlock {
     __syncthreads();
   }
   template <class F>
+  __device__ void for_few(int count, F&& f) const {
+    TACTUS_ROLLED for (int i = static_cast<int>(threadIdx.x); i < count; i += kThreads) f(i);
+    __syncthreads();
+  }
+  template <class F>
   __device__ void for_own(int count, F&& f) const {
     if (static_cast<int>(threadIdx.x) < count) f(static_cast<int>(threadIdx.x));
   }
