@@ -11,7 +11,7 @@ const char* saving_text(Saving saving) {
     case Saving::hull:
       return "the hull's voxels are twice as large";
     case Saving::liquid:
-      return "the liquid's steps have half their iterations";
+      return "the liquid's steps have half their iterations, at least three";
     case Saving::samples:
       break;
   }

@@ -12,7 +12,7 @@ namespace tactus {
 enum class Saving : std::uint8_t {
   photographs,  ///< the real surface is drawn without them
   hull,         ///< voxels are twice as large, and the hull isn't checked
-  liquid,       ///< half as many iterations a step
+  liquid,       ///< half as many iterations a step, at least three
   samples,      ///< samples of the real surface are twice as far apart
 };
 inline constexpr std::size_t kSavings = 4;

@@ -1,5 +1,6 @@
 #pragma once
 /// The liquid of a scene in the frame.
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <span>
@@ -44,11 +45,11 @@ class SceneLiquid {
   static Resource report_resource() { return "liquid/report"; }
 
   int substeps_for(double dt_s) const;
-  /// Whether each step costs less with less accuracy; then a step takes half its iterations from now on, or
-  /// all.
-  bool can_hurry() const { return description_.solver == LiquidModel::dfsph && description_.iterations > 1; }
+  /// Whether steps can cost less with less accuracy; then they take half their iterations from now on, and at
+  /// least three, or all.
+  bool can_hurry() const { return hurried_iterations() < description_.iterations; }
   void hurry(bool in_haste) {
-    liquid_.set_iterations(in_haste ? (description_.iterations + 1) / 2 : description_.iterations);
+    liquid_.set_iterations(in_haste ? hurried_iterations() : description_.iterations);
   }
   /// @throws usage Error when so many substeps are unstable.
   void check_substeps(double dt_s, int substeps) const;
@@ -75,6 +76,14 @@ class SceneLiquid {
   void archive(StateArchive& a);
 
  private:
+  /// With two, a pool of 26 layers goes on boiling at 0.5 m/s; with three it is below 0.1 m/s after 1.2 s.
+  static constexpr int kLeastInHaste = 3;
+  int hurried_iterations() const {
+    const int all = description_.iterations;
+    if (description_.solver != LiquidModel::dfsph) return all;
+    return std::min(all, std::max((all + 1) / 2, kLeastInHaste));
+  }
+
   /// A body that the liquid and it push.
   struct Felt {
     SoftBody* body = nullptr;
