@@ -25,16 +25,21 @@ Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::sp
   for (Buffer<float>& history : history_Pa_)
     history = to_device(ctx, std::vector<float>(static_cast<std::size_t>(history_fields) * copies.size()));
   for (Index c = 0; c < count; ++c)
-    if (stiffness[static_cast<std::size_t>(c)].mu_Pa > 0) used_ = c + 1;
-  used_on_device_ = to_device(ctx, std::vector<Index>{used_});
+    if (stiffness[static_cast<std::size_t>(c)].mu_Pa > 0) use(c + 1);
+  used_on_device_ = to_device(ctx, std::span<const Index>(used_));
   sort_corners(ctx, count);
   ctx.synchronize();
 }
 
 void Patch::rebuild(ExecContext& ctx, Index end) {
-  used_ = std::max(used_, end);
-  ctx.upload(std::span<const Index>(&used_, 1), used_on_device_.view());
-  sort_corners(ctx, used_);
+  use(end);
+  ctx.upload(std::span<const Index>(used_), used_on_device_.view());
+  sort_corners(ctx, used_[0]);
+}
+
+void Patch::use(Index copies) {
+  used_[0] = std::max(used_[0], copies);
+  used_[1] = copy_blocks(used_[0]);
 }
 
 /// Corners of copies behind `copies` have no node, and stay behind the others.

@@ -48,9 +48,11 @@ class Patch {
   /// What copies exert for these positions.
   template <class Cube>
   void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells) {
+    using Kernel = CopyForces<Cube>;
+    const View<const Index> used = used_on_device_.const_view();
     ctx.parallel_for(
-        "tled/copy_forces", used(),
-        CopyForces<Cube>{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), cells, cube});
+        "tled/copy_forces", Count(used.part(1, 1), copy_blocks(room())),
+        Kernel{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), used, cells, cube});
   }
   void move(ExecContext& ctx, const MoveNodes& nodes, View<float> external_m_s2);
   void add_to(ExecContext& ctx, View<float> f_N, Index cells);
@@ -69,12 +71,11 @@ class Patch {
   /// Nodes that copies have.
   Count nodes() const { return {node_count_.const_view(), first_.size()}; }
 
-  /// Copies up to the last one that was ever in use.
-  Count used() const { return {used_on_device_.const_view(), room()}; }
+  void use(Index copies);
   void sort_corners(ExecContext& ctx, Index copies);
 
   OwnNodes own_;
-  Index used_ = 0;
+  std::array<Index, 2> used_{};  ///< copies up to the last one that was ever in use; blocks of CopyForces
   Buffer<Index> used_on_device_;
   Index first_virtual_cell_ = 0;
   Buffer<Index> cell_;  ///< per node

@@ -11,41 +11,89 @@ struct CopyCells {
   Index cell[8];
 };
 
+inline Index copy_blocks(Index copies) { return ceil_div(copies, Index{kLanes}); }
+
 /// What each copy exerts on its eight corners: the same modes as in ElementForces, summed in the same order.
+/// A block has kLanes copies, which a CPU works out side by side.
 template <class Cube>
 struct CopyForces {
+  static constexpr int kThreads = kLanes, kGrain = 8;
+  using Shared = NoShared;
   View<const CopyCells> corners;    ///< per copy
   View<const Stiffness> stiffness;  ///< likewise; 0: no copy
   View<const float> x_m;            ///< 3 fields over cells
   View<Vec3f> f_N;                  ///< out: eight per copy
+  View<const Index> used;           ///< (1) copies
   Index cells;
   Cube cube;
   TACTUS_HD void load() {
     if constexpr (LoadingKernel<Cube>) cube.load();
   }
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index first = b.index() * kLanes, count = min(used[0] - first, Index{kLanes});
+    if (Block::kIsLoop && count == kLanes) return exert_together(first);
+    b.for_each_thread([&](int t) {
+      if (t < count) exert_alone(first + t);
+    });
+  }
 
-  TACTUS_HD void operator()(Index c) const {
-    const CopyCells at = corners[c];
-    Vec3f layer[2][4];  // of nodes: sums with signs 1, x, y, xy
-    for (int z = 0; z < 2; ++z) {
-      const Vec3f a = vector_at(x_m, cells, at.cell[4 * z]), b = vector_at(x_m, cells, at.cell[4 * z + 1]);
-      const Vec3f d = vector_at(x_m, cells, at.cell[4 * z + 2]),
-                  e = vector_at(x_m, cells, at.cell[4 * z + 3]);
-      const Vec3f sum0 = b + a, difference0 = b - a, sum1 = e + d, difference1 = e - d;
-      layer[z][0] = sum1 + sum0;
-      layer[z][1] = difference1 + difference0;
-      layer[z][2] = sum1 - sum0;
-      layer[z][3] = difference1 - difference0;
+ private:
+  TACTUS_HD void exert_alone(Index c) const {
+    exert(
+        c, stiffness[c], [&](int q) { return vector_at(x_m, cells, corners[c].cell[q]); },
+        [&](int q, Vec3f f) { f_N[8 * c + q] = f; });
+  }
+  struct Lanes {
+    float x[8][kLanes], y[8][kLanes], z[8][kLanes];  ///< of corners
+    TACTUS_HD Vec3f get(int q, int t) const { return {x[q][t], y[q][t], z[q][t]}; }
+    TACTUS_HD void set(int q, int t, Vec3f v) { x[q][t] = v.x, y[q][t] = v.y, z[q][t] = v.z; }
+  };
+  TACTUS_HD void exert_together(Index first) const {
+    Lanes at, exerted;
+    float mu_Pa[kLanes], lambda_Pa[kLanes], hourglass_N_m[kLanes];
+    for (int t = 0; t < kLanes; ++t) {
+      for (int q = 0; q < 8; ++q) at.set(q, t, vector_at(x_m, cells, corners[first + t].cell[q]));
+      const Stiffness of = stiffness[first + t];
+      mu_Pa[t] = of.mu_Pa, lambda_Pa[t] = of.lambda_Pa, hourglass_N_m[t] = of.hourglass_N_m;
     }
-    const auto sum = [&](int m) { return layer[0][m] + layer[1][m]; };
-    const auto difference = [&](int m) { return layer[1][m] - layer[0][m]; };
-    const CubeModes f =
-        cube.force({sum(1), sum(2), difference(0), sum(3), difference(2), difference(1), difference(3)},
-                   stiffness[c], c);
-    for (int q = 0; q < 8; ++q) {
-      const float x = (q & 1) != 0 ? 1.F : -1.F, y = (q & 2) != 0 ? 1.F : -1.F, z = (q & 4) != 0 ? 1.F : -1.F;
-      f_N[8 * c + q] = z * f.z + x * (f.x + z * f.xz) + y * (f.y + z * f.yz) + (x * y) * (f.xy + z * f.xyz);
+#pragma omp simd
+    for (int t = 0; t < kLanes; ++t)
+      exert(
+          first + t, {mu_Pa[t], lambda_Pa[t], hourglass_N_m[t]},
+          [&](int q) TACTUS_ALWAYS_INLINE { return at.get(q, t); },
+          [&](int q, Vec3f f) TACTUS_ALWAYS_INLINE { exerted.set(q, t, f); });
+    for (int t = 0; t < kLanes; ++t)
+      for (int q = 0; q < 8; ++q) f_N[8 * (first + t) + q] = exerted.get(q, t);
+  }
+  /// Of a layer of four nodes: sums with signs 1, x, y, xy.
+  struct Layer {
+    Vec3f all, x, y, xy;
+    TACTUS_HD TACTUS_ALWAYS_INLINE static Layer of(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
+      const Vec3f sum0 = b + a, difference0 = b - a, sum1 = d + c, difference1 = d - c;
+      return {sum1 + sum0, difference1 + difference0, sum1 - sum0, difference1 - difference0};
     }
+  };
+  /// Without loops: g++ leaves a loop over lanes that holds two of them alone.
+  /// @param x_of(q) of a corner @param tell(q, f) what it gets
+  template <class X, class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void exert(Index c, const Stiffness& of, X&& x_of, F&& tell) const {
+    const Layer low = Layer::of(x_of(0), x_of(1), x_of(2), x_of(3)),
+                high = Layer::of(x_of(4), x_of(5), x_of(6), x_of(7));
+    const CubeModes f = cube.force({low.x + high.x, low.y + high.y, high.all - low.all, low.xy + high.xy,
+                                    high.y - low.y, high.x - low.x, high.xy - low.xy},
+                                   of, c);
+    const auto exert_on = [&](int q, float x, float y, float z) TACTUS_ALWAYS_INLINE {
+      tell(q, z * f.z + x * (f.x + z * f.xz) + y * (f.y + z * f.yz) + (x * y) * (f.xy + z * f.xyz));
+    };
+    exert_on(0, -1, -1, -1);
+    exert_on(1, 1, -1, -1);
+    exert_on(2, -1, 1, -1);
+    exert_on(3, 1, 1, -1);
+    exert_on(4, -1, -1, 1);
+    exert_on(5, 1, -1, 1);
+    exert_on(6, -1, 1, 1);
+    exert_on(7, 1, 1, 1);
   }
 };
 
@@ -66,6 +114,7 @@ struct CornersOfNodes {
 
 /// Virtual nodes move. Nodes that tiles move get the copies' forces as external acceleration.
 struct MovePatchNodes {
+  static constexpr int kGrain = 256;
   CornersOfNodes corners;
   View<const Index> cell;        ///< per node
   View<const Vec3f> outer_m_s2;  ///< per node that copies have: acceleration by external forces
