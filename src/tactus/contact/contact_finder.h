@@ -112,18 +112,28 @@ struct ContactFinder {
   /// Squared: how far a point moved at most relative to anything since the pose `then`, at which it was at
   /// from_m. For points that are means of others, no more than the most of those.
   TACTUS_HD float moved2_m2(Vec3f from_m, Index then, Vec3f x_m) const {
-    const SurfacePoses &before = boundaries.poses[then], &all = poses();
-    Vec3f moved = x_m - from_m;
-    float most = boundaries.obstacles.empty() ? 0.F : dot(moved, moved);
-    for (Index k = 0; k < all.count; ++k) {
-      moved = all.piece[k].to_capture(x_m) - before.piece[k].to_capture(from_m);
+    float most = 0;
+    for_each_owner(then, [&](auto&& seen_then, auto&& seen_now) {
+      const Vec3f moved = seen_now(x_m) - seen_then(from_m);
       most = max(most, dot(moved, moved));
-    }
-    for (Index t = 0; t < all.tools; ++t) {
-      moved = all.tool[t].to_tool(x_m) - before.tool[t].to_tool(from_m);
-      most = max(most, dot(moved, moved));
-    }
+    });
     return most;
+  }
+  /// f(seen_then, seen_now) for all that may have moved since the pose `then`, or stood still: both take a
+  /// point of the world to where it is as seen by an owner, at that pose and at this.
+  template <class F>
+  TACTUS_HD void for_each_owner(Index then, F&& f) const {
+    const SurfacePoses &before = boundaries.poses[then], &all = poses();
+    if (!boundaries.obstacles.empty()) {
+      const auto there = [](Vec3f x) TACTUS_ALWAYS_INLINE { return x; };
+      f(there, there);
+    }
+    TACTUS_ROLLED for (Index k = 0; k < all.count; ++k)
+        f([piece = before.piece[k]](Vec3f x) TACTUS_ALWAYS_INLINE { return piece.to_capture(x); },
+          [piece = all.piece[k]](Vec3f x) TACTUS_ALWAYS_INLINE { return piece.to_capture(x); });
+    TACTUS_ROLLED for (Index t = 0; t < all.tools; ++t)
+        f([tool = before.tool[t]](Vec3f x) TACTUS_ALWAYS_INLINE { return tool.to_tool(x); },
+          [tool = all.tool[t]](Vec3f x) TACTUS_ALWAYS_INLINE { return tool.to_tool(x); });
   }
 
   /// Where point i is, and whether its list may do.
