@@ -128,12 +128,14 @@ struct ContactFinder {
       const auto there = [](Vec3f x) TACTUS_ALWAYS_INLINE { return x; };
       f(there, there);
     }
-    TACTUS_ROLLED for (Index k = 0; k < all.count; ++k)
-        f([piece = before.piece[k]](Vec3f x) TACTUS_ALWAYS_INLINE { return piece.to_capture(x); },
-          [piece = all.piece[k]](Vec3f x) TACTUS_ALWAYS_INLINE { return piece.to_capture(x); });
-    TACTUS_ROLLED for (Index t = 0; t < all.tools; ++t)
-        f([tool = before.tool[t]](Vec3f x) TACTUS_ALWAYS_INLINE { return tool.to_tool(x); },
-          [tool = all.tool[t]](Vec3f x) TACTUS_ALWAYS_INLINE { return tool.to_tool(x); });
+    TACTUS_ROLLED
+    for (Index k = 0; k < all.count; ++k)
+      f([piece = before.piece[k]](Vec3f x) TACTUS_ALWAYS_INLINE { return piece.to_capture(x); },
+        [piece = all.piece[k]](Vec3f x) TACTUS_ALWAYS_INLINE { return piece.to_capture(x); });
+    TACTUS_ROLLED
+    for (Index t = 0; t < all.tools; ++t)
+      f([tool = before.tool[t]](Vec3f x) TACTUS_ALWAYS_INLINE { return tool.to_tool(x); },
+        [tool = all.tool[t]](Vec3f x) TACTUS_ALWAYS_INLINE { return tool.to_tool(x); });
   }
 
   /// Where point i is, and whether its list may do.

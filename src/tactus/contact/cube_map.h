@@ -46,7 +46,8 @@ struct CubeMap {
   TACTUS_HD bool find(Vec3f p, Vec3f& q) const {
     constexpr int kMost = 8;
     constexpr float kDone = 1e-3F;  // quadratic convergence: the error left is its square
-    TACTUS_ROLLED for (int k = 0; k < kMost; ++k) {
+    TACTUS_ROLLED
+    for (int k = 0; k < kMost; ++k) {
       const Vec3f step = jacobian(q).solve(p - at(q));
       q += step;
       // A step of an affine cube is exact. Bent ones are within a factor of it.

@@ -56,7 +56,8 @@ struct FindPairs {
     const Index bodies = table.bodies.size();
     const bool is_self = may_meet_itself(b.index());
     Index others = 0, cut = 0;
-    TACTUS_ROLLED for (Index body = 0; body < bodies; ++body) {
+    TACTUS_ROLLED
+    for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
       ++others;
       cut += table.bodies[body].is_cut;
@@ -67,7 +68,8 @@ struct FindPairs {
     const bool is_one = others == 1 && cut == 0 && !is_self;
     b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
     if (is_self) search_itself(b, s, group, box);
-    TACTUS_ROLLED for (Index body = 0; body < bodies; ++body) {
+    TACTUS_ROLLED
+    for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
       search(
           b, s, group, table.bodies[body],
@@ -156,7 +158,8 @@ struct FindPairs {
   template <class Block, class N, class S, class L>
   TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
                         S&& seeks, L&& look) const {
-    TACTUS_ROLLED for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
+    TACTUS_ROLLED
+    for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
       b.compact(
           min(Index(kThreads), body.end_patch - row),
           [&](int t) { return is_near(state.patch_box[row + t]); }, s.near, &s.near_count);
@@ -183,12 +186,14 @@ struct FindPairs {
   TACTUS_HD void for_cubes_within(Index patch, Vec3f x, L&& limit2_m2, F&& f) const {
     const IndexRange cubes = table.patch_cubes.ranges[patch];
     if (state.patch_box[patch].distance2_m2(x) > limit2_m2()) return;
-    TACTUS_ROLLED for (Index row = cubes.begin; row < cubes.end; row += kRow) {
+    TACTUS_ROLLED
+    for (Index row = cubes.begin; row < cubes.end; row += kRow) {
       const int count = min(Index(kRow), cubes.end - row);
       float away2_m2[kRow];
       if (state.cube_boxes.distances2_m2<kRow>(row, count, x, away2_m2) > limit2_m2()) continue;
-      TACTUS_ROLLED for (int k = 0; k < count; ++k) if (away2_m2[k] <= limit2_m2() &&
-                                                        !f(row + k - cubes.begin, away2_m2[k])) return;
+      TACTUS_ROLLED
+      for (int k = 0; k < count; ++k)
+        if (away2_m2[k] <= limit2_m2() && !f(row + k - cubes.begin, away2_m2[k])) return;
     }
   }
   template <class Block>
@@ -341,14 +346,16 @@ struct FindPairs {
 
   TACTUS_HD static bool moves(const PairBody& body, const EmbeddedPoint& p) {
     if (body.nodes.has_stopped()) return false;
-    TACTUS_ROLLED for (int k = 0; k < 8; ++k) {
+    TACTUS_ROLLED
+    for (int k = 0; k < 8; ++k) {
       if (p.weight[k] != 0.F && !body.nodes.is_held(p.node[k])) return true;
     }
     return false;
   }
   TACTUS_HD static bool moves(const PairBody& body, const SolidCube& cube, Vec3f q) {
     if (body.nodes.has_stopped()) return false;
-    TACTUS_ROLLED for (int k = 0; k < 8; ++k) {
+    TACTUS_ROLLED
+    for (int k = 0; k < 8; ++k) {
       if (CubeMap::weight(q, k) != 0.F && !body.nodes.is_held(cube.node[k])) return true;
     }
     return false;

@@ -82,8 +82,9 @@ struct FindBodyWalls {
       if constexpr (kLanes == 1)
         for_each_in_rows(run, p, look);
       else
-        TACTUS_ROLLED for (Index slot = run.first + lane; slot < run.last; slot += kLanes)
-            look(slot, p - cells.particles[slot].x_m);
+        TACTUS_ROLLED
+      for (Index slot = run.first + lane; slot < run.last; slot += kLanes)
+        look(slot, p - cells.particles[slot].x_m);
     });
   }
   /// Most are farther away than any ball is large.
@@ -109,8 +110,9 @@ struct FindBodyWalls {
   template <int kLanes, class F>
   TACTUS_HD void for_each_listed(Vec3f p, int lane, const Shared& s, F&& f) const {
     if (s.count > kListed) return for_each_within<kLanes>(p, lane, f);
-    TACTUS_ROLLED for (Index k = lane; k < static_cast<Index>(s.count); k += kLanes)
-        f(s.listed[k], p - surface.cells.particles[s.listed[k]].x_m);
+    TACTUS_ROLLED
+    for (Index k = lane; k < static_cast<Index>(s.count); k += kLanes)
+      f(s.listed[k], p - surface.cells.particles[s.listed[k]].x_m);
   }
   template <int kLanes>
   TACTUS_HD void list(Vec3f p, int lane, Shared& s) const {
@@ -173,7 +175,8 @@ struct FindBodyWalls {
   template <int kLanes>
   TACTUS_HD static Index first_of(const Shared& s) {
     int best = 0;
-    TACTUS_ROLLED for (int k = 1; k < kLanes; ++k) {
+    TACTUS_ROLLED
+    for (int k = 1; k < kLanes; ++k) {
       if (s.number[k] != kNone && (s.number[best] == kNone || s.distance_m[k] < s.distance_m[best] ||
                                    (s.distance_m[k] == s.distance_m[best] && s.number[k] < s.number[best])))
         best = k;

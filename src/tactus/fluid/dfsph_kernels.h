@@ -33,7 +33,8 @@ TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls&
   const Index n = walls.count[i];
   if (n == 0) return 0;
   float rate = 0;
-  TACTUS_ROLLED for (Index w = 0; w < n; ++w) {
+  TACTUS_ROLLED
+  for (Index w = 0; w < n; ++w) {
     const NearWall& wall = walls.at(i, w);
     const float f = liquid.density_kg_m3 * wall.slope_1_m;
     rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.give_1_kg * liquid.mass_kg * k * f);
@@ -46,7 +47,8 @@ TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls&
   const Index n = walls.count[i];
   Vec3f kick{};
   if (n == 0) return kick;
-  TACTUS_ROLLED for (Index w = 0; w < n; ++w) {
+  TACTUS_ROLLED
+  for (Index w = 0; w < n; ++w) {
     const NearWall& wall = walls.at(i, w);
     const float push = push_at_wall(liquid, wall, k, time.dt_s * time.gravity_m_s2);
     kick += (push * liquid.density_kg_m3 * wall.slope_1_m) * wall.n;
@@ -112,7 +114,8 @@ struct DfsphDensity {
     float D = sqr(scale) * own.square[t];
     if (const Index n = walls.count[i]; n > 0) {
       rho += rho0 * WallFill::of(walls, i, liquid);
-      TACTUS_ROLLED for (Index k = 0; k < n; ++k) {
+      TACTUS_ROLLED
+      for (Index k = 0; k < n; ++k) {
         const NearWall& wall = walls.at(i, k);
         const float f = rho0 * wall.slope_1_m;
         gradient -= f * wall.n;

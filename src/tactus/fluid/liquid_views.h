@@ -61,7 +61,8 @@ class WallFill {
   /// is softer: pressure and a light node would else swing faster than the step can follow. As density and
   /// force are softened alike, energy is kept.
   TACTUS_HD void fill_behind(const LiquidConstants& liquid) {
-    TACTUS_ROLLED for (Index k = 0; k < n_; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0; k < n_; ++k) {
       NearWall& w = wall(k);
       const float in = max(liquid.closest_m - w.distance_m, 0.F), s = w.distance_m + in,
                   soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * w.give_1_kg),
@@ -72,7 +73,8 @@ class WallFill {
     }
   }
   TACTUS_HD void end_at_edges(const LiquidConstants& liquid) {
-    TACTUS_ROLLED for (Index l = 0; l < n_; ++l) {
+    TACTUS_ROLLED
+    for (Index l = 0; l < n_; ++l) {
       const Index k = ended_by(l);
       if (k < 0 || goes_on(l, liquid)) continue;
       NearWall& beside = wall(l);
@@ -80,7 +82,8 @@ class WallFill {
       const float slope_1_m = own_[k] * liquid.kernel.share_slope_1_m(beside.distance_m),
                   rest = wall(k).share * liquid.kernel.share(wall(k).distance_m);
       own_[k] *= share;
-      TACTUS_ROLLED for (Index m = 0; m < n_; ++m) {
+      TACTUS_ROLLED
+      for (Index m = 0; m < n_; ++m) {
         if (m != k && ended_by(m) != k) continue;
         wall(m).slope_1_m *= share;
         wall(m).share *= share;
@@ -92,33 +95,42 @@ class WallFill {
   /// The wall that wall l is beside; -1: none.
   TACTUS_HD Index ended_by(Index l) const {
     if (!wall(l).is_beside()) return -1;
-    TACTUS_ROLLED for (Index k = 0; k < n_;
-                       ++k) if (wall(k).owner == wall(l).owner && wall(k).side == 0) return k;
+    TACTUS_ROLLED
+    for (Index k = 0; k < n_; ++k)
+      if (wall(k).owner == wall(l).owner && wall(k).side == 0) return k;
     return -1;
   }
   /// Whether something else stands beyond the plane of wall l, as a floor does on which a box stands: nothing
   /// gets in between, so no edge is there.
   TACTUS_HD bool goes_on(Index l, const LiquidConstants& liquid) const {
-    TACTUS_ROLLED for (Index k = 0; k < n_; ++k) if (!wall(k).is_beside() &&
-                                                     dot(wall(k).n, wall(l).n) < -NearWalls::kSamePlane &&
-                                                     wall(k).distance_m + wall(l).distance_m <
-                                                         0.5F * liquid.spacing_m) return true;
+    TACTUS_ROLLED
+    for (Index k = 0; k < n_; ++k)
+      if (!wall(k).is_beside() && dot(wall(k).n, wall(l).n) < -NearWalls::kSamePlane &&
+          wall(k).distance_m + wall(l).distance_m < 0.5F * liquid.spacing_m)
+        return true;
     return false;
   }
   TACTUS_HD float joined() const {
     float open[kNearWalls], grows[kNearWalls], all_open = 1;  // grows: with own_[k]
-    TACTUS_ROLLED for (Index k = 0; k < n_; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0; k < n_; ++k) {
       open[k] = max(1.F - own_[k], 0.F);
       all_open *= 1.F - own_[k];
     }
-    TACTUS_ROLLED for (Index k = 0; k < n_; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0; k < n_; ++k) {
       grows[k] = 1.F;
-      TACTUS_ROLLED for (Index l = 0; l < n_; ++l) grows[k] *= l == k ? 1.F : open[l];
+      TACTUS_ROLLED
+      for (Index l = 0; l < n_; ++l) grows[k] *= l == k ? 1.F : open[l];
     }
     float fill = 1.F - all_open;
-    TACTUS_ROLLED for (Index k = 0; k + 1 < n_; ++k) TACTUS_ROLLED for (Index l = k + 1; l < n_; ++l) fill +=
-        add_across(k, l, open, grows);
-    TACTUS_ROLLED for (Index k = 0; k < n_; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0; k + 1 < n_; ++k) {
+      TACTUS_ROLLED
+      for (Index l = k + 1; l < n_; ++l) fill += add_across(k, l, open, grows);
+    }
+    TACTUS_ROLLED
+    for (Index k = 0; k < n_; ++k) {
       const Index of = ended_by(k);
       wall(k).slope_1_m *= grows[of < 0 ? k : of];
     }
@@ -129,13 +141,16 @@ class WallFill {
     const float across = max(-dot(wall(k).n, wall(l).n), 0.F);
     if (!(across > 0.F) || wall(k).is_beside() || wall(l).is_beside()) return 0;
     float others = 1;
-    TACTUS_ROLLED for (Index m = 0; m < n_; ++m) others *= m == k || m == l ? 1.F : open[m];
+    TACTUS_ROLLED
+    for (Index m = 0; m < n_; ++m) others *= m == k || m == l ? 1.F : open[m];
     grows[k] += across * own_[l] * others;
     grows[l] += across * own_[k] * others;
     if (n_ > 2) {
-      TACTUS_ROLLED for (Index m = 0; m < n_; ++m) {
+      TACTUS_ROLLED
+      for (Index m = 0; m < n_; ++m) {
         float rest = 1;
-        TACTUS_ROLLED for (Index o = 0; o < n_; ++o) rest *= o == k || o == l || o == m ? 1.F : open[o];
+        TACTUS_ROLLED
+        for (Index o = 0; o < n_; ++o) rest *= o == k || o == l || o == m ? 1.F : open[o];
         grows[m] -= m == k || m == l ? 0.F : across * own_[k] * own_[l] * rest;
       }
     }

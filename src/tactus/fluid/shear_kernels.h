@@ -56,7 +56,8 @@ struct LiquidShear {
     const float scale = liquid.mass_kg / liquid.density_kg_m3 * liquid.kernel.slope_scale_1_m5();
     float rate2 = 0.5F * scale * own.rate2[t], weight = 1.F / 30 * scale * own.weight[t];
     const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
-    TACTUS_ROLLED for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       const NearWall& wall = walls.at(i, k);
       if (wall.is_beside()) continue;
       const Vec3f rel = v - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;

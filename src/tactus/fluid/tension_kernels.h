@@ -54,7 +54,8 @@ struct FindSurface {
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     const float volume_m3 = liquid.mass_kg / liquid.density_kg_m3;
     Vec3f g = volume_m3 * liquid.kernel.slope_scale_1_m5() * Vec3f{own.x[t], own.y[t], own.z[t]};
-    TACTUS_ROLLED for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       const NearWall& wall = walls.at(i, k);
       g -= wall.share * liquid.kernel.area_1_m(wall.distance_m) * wall.n;
     }

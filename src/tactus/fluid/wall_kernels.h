@@ -65,7 +65,8 @@ struct FindBoxWalls {
   TACTUS_HD void operator()(Index i) const {
     const Vec3f x = particles[i].x_m;
     near.count[i] = 0;
-    TACTUS_ROLLED for (int face = 0; face < kFaces; ++face) {
+    TACTUS_ROLLED
+    for (int face = 0; face < kFaces; ++face) {
       const int a = face / 2;
       const float sign = face % 2 == 0 ? 1.F : -1.F,
                   distance_m = sign * (x[a] - (face % 2 == 0 ? box_m.min[a] : box_m.max[a]));
@@ -103,7 +104,8 @@ struct LiquidStepped {
   TACTUS_HD void meet(const LiquidConstants& liquid, const NearWalls& walls, Index i, float push,
                       Vec3f before, const StepTime& time, Vec3f& v, Vec3f& put_back) const {
     const float dt_s = time.dt_s;
-    TACTUS_ROLLED for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
       NearWall& wall = walls.at(i, k);
       const Vec3f rel = before - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
       const float s = max(wall.distance_m, liquid.closest_m);

@@ -59,7 +59,8 @@ struct NearWalls {
  private:
   TACTUS_HD_CALLED static void add(NearWalls near, Index i, NearWall wall) {
     const Index n = near.count[i];
-    TACTUS_ROLLED for (Index k = 0; k < n; ++k) {
+    TACTUS_ROLLED
+    for (Index k = 0; k < n; ++k) {
       NearWall& old = near.at(i, k);
       if (old.is_beside() || wall.is_beside() || dot(old.n, wall.n) < kSamePlane) continue;
       if (wall.distance_m <= old.distance_m + 1e-3F * abs(old.distance_m)) old = wall;
@@ -72,8 +73,9 @@ struct NearWalls {
     }
     if (wall.is_beside()) return;
     Index least = 0;
-    TACTUS_ROLLED for (Index k = 1; k < kNearWalls;
-                       ++k) if (near.at(i, k).needless_m() > near.at(i, least).needless_m()) least = k;
+    TACTUS_ROLLED
+    for (Index k = 1; k < kNearWalls; ++k)
+      if (near.at(i, k).needless_m() > near.at(i, least).needless_m()) least = k;
     if (wall.distance_m < near.at(i, least).needless_m()) near.at(i, least) = wall;
   }
 };

@@ -32,20 +32,24 @@ struct NeighbourCells {
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3i low, Vec3i high, F&& f) const {
     const Index size = table_size[0];
-    TACTUS_ROLLED for (Index z = low.z; z <= high.z; ++z) {
-      TACTUS_ROLLED for (Index y = low.y; y <= high.y; ++y) {
+    TACTUS_ROLLED
+    for (Index z = low.z; z <= high.z; ++z) {
+      TACTUS_ROLLED
+      for (Index y = low.y; y <= high.y; ++y) {
         if (hash.ids == CellIds::linear) {
           const auto first = static_cast<Index>(hash.number({low.x, y, z}, size));
           const Index past = first + (high.x - low.x) + 1;
           SlotRun run{begin[first], begin[min(past, size)]};
           // At most twice: f is long, and there should be one of it.
-          TACTUS_ROLLED for (bool wraps = past > size;; wraps = false) {
+          TACTUS_ROLLED
+          for (bool wraps = past > size;; wraps = false) {
             f(run);
             if (!wraps) break;
             run = {begin[0], begin[past - size]};
           }
         } else {
-          TACTUS_ROLLED for (Index x = low.x; x <= high.x; ++x) {
+          TACTUS_ROLLED
+          for (Index x = low.x; x <= high.x; ++x) {
             const auto number = static_cast<Index>(hash.number({x, y, z}, size));
             f(SlotRun{begin[number], begin[number + 1]});
           }
@@ -62,7 +66,8 @@ struct NeighbourCells {
     const Vec3i c = hash.cell(p_m), one{1, 1, 1};
     for_each_run(c - one, c + one, [&](SlotRun run) {
       if constexpr (kSeldom) {
-        TACTUS_ROLLED for (Index slot = run.first; slot < run.last; ++slot) f(slot);
+        TACTUS_ROLLED
+        for (Index slot = run.first; slot < run.last; ++slot) f(slot);
       } else {
         for (Index slot = run.first; slot < run.last; ++slot) f(slot);
       }

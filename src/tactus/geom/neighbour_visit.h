@@ -118,7 +118,8 @@ struct VisitNeighbours {
     if (!among.hash.holds(x)) return 0;
     const Vec3i c = among.hash.cell(x), one{1, 1, 1};
     among.for_each_run(c - one, c + one, [&](SlotRun run) {
-      TACTUS_ROLLED for (Index first = run.first; first < run.last; first += kListedAtOnce) {
+      TACTUS_ROLLED
+      for (Index first = run.first; first < run.last; first += kListedAtOnce) {
         SearchParticle other[kListedAtOnce];
         for (int u = 0; u < kListedAtOnce; ++u)
           other[u] = load_constant(among.particles, min(first + u, run.last - 1));
@@ -135,7 +136,8 @@ struct VisitNeighbours {
   TACTUS_HD void add_listed_alone(Own1& own, Vec3f x, Index i, Index listed) const {
     constexpr int kAtOnce = at_once();
     Index k = 0;
-    TACTUS_ROLLED for (; k + kAtOnce <= listed; k += kAtOnce) {
+    TACTUS_ROLLED
+    for (; k + kAtOnce <= listed; k += kAtOnce) {
       Index j[kAtOnce];
       SearchParticle other[kAtOnce];
       for (int u = 0; u < kAtOnce; ++u) j[u] = lists.of_one(i, k + u);
@@ -145,7 +147,8 @@ struct VisitNeighbours {
         pair.add(own, 0, j[u], d, dot(d, d), true);
       }
     }
-    TACTUS_ROLLED for (; k < listed; ++k) {
+    TACTUS_ROLLED
+    for (; k < listed; ++k) {
       const Index j = lists.of_one(i, k);
       const Vec3f d = load_constant(among.particles, j).x_m - x;
       pair.add(own, 0, j, d, dot(d, d), true);

@@ -44,7 +44,8 @@ class CudaBlock {
   }
   template <class F>
   __device__ void for_few(int count, F&& f) const {
-    TACTUS_ROLLED for (int i = static_cast<int>(threadIdx.x); i < count; i += kThreads) f(i);
+    TACTUS_ROLLED
+    for (int i = static_cast<int>(threadIdx.x); i < count; i += kThreads) f(i);
     __syncthreads();
   }
   template <class F>
