@@ -15,8 +15,7 @@ struct alignas(16) NearWall {
   Index owner = -1;
   float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
   Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
-  Index side =
-      0;  ///< of an owner's surface: 0 the nearest wall, 1 the one across, kBeside what ends the nearest
+  Index side = 0;       ///< of an owner's surface: 0 is nearest, 1 across from it, kBeside ends the nearest
   float slope_1_m = 0;  ///< of the liquid: how fast the wall fills what is near it, minus the slope along n
   float share = 1;      ///< of the liquid: of what is behind the plane, how much counts
   TACTUS_HD bool is_beside() const { return side == kBeside; }
@@ -52,8 +51,8 @@ struct NearWalls {
   /// angle are no farther from each other than a quarter of it, which is as near as particles get to walls.
   static constexpr float kSamePlane = 0.968F;
   /// Of planes that face the same way the nearest counts: it is in front of the others. Of those that are
-  /// equally near, but for rounding, the newest. Where there are too many walls,
-  /// one that is beside another is dropped, or the farthest.
+  /// equally near, but for rounding, the newest. Where there are too many walls, one that is beside another
+  /// is dropped, or the farthest.
   TACTUS_HD void add(Index i, const NearWall& wall) const { add(*this, i, wall); }
 
  private:
