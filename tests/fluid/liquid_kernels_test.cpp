@@ -93,7 +93,8 @@ TEST(ViscousKernel, KnowsWhatIsBehindAWall) {
 
 /// A lattice that ends half a spacing from a plane, or from two or three that meet at right angles: what is
 /// missing of the sums behind them, and twice its slope, as a wall has no pressure of its own. The bound,
-/// 0.01 of a whole plane's 1.02 / d, is not derived; without edges, planes err by 0.15.
+/// 0.01 of a whole plane's 1.02 / d, is not derived; without edges, planes err by 0.15. A box on a floor has
+/// no edge there.
 TEST(WallFill, EndsAtEdgesAsALatticeDoes) {
   LiquidSettings settings;
   settings.spacing_m = 1;
@@ -134,6 +135,15 @@ TEST(WallFill, EndsAtEdgesAsALatticeDoes) {
               "beyond an edge");
   expect_near(share_of({0.5F, -0.5F, -0.5F}),
               missing([](int a, int b, int c) { return a < 0 && b <= 0 && c <= 0; }), "inside a corner");
+
+  NearWall on_floor[kNearWalls];
+  on_floor[0].n = {1, 0, 0}, on_floor[0].distance_m = 0.5F;
+  on_floor[1].n = {0, -1, 0}, on_floor[1].distance_m = -0.5F, on_floor[1].side = NearWall::kBeside;
+  on_floor[2].n = {0, 1, 0}, on_floor[2].distance_m = 0.5F, on_floor[2].owner = 2;
+  Index three = 3;
+  const float fill = WallFill::of({View<Index>(&three, 1), View<NearWall>(on_floor, kNearWalls)}, 0, liquid);
+  expect_near({fill, on_floor[0].slope_1_m}, missing([](int a, int b, int) { return a < 0 || b < 0; }),
+              "beside a floor");
 }
 
 /// What walls bring to the density is the potential of their forces: its slope along each wall's distance, of
@@ -154,7 +164,10 @@ TEST(WallFill, HasTheSlopesOfItsFill) {
       if (i % 2 == 1) walls[i].n = normalized(0.3F * walls[i].n - walls[i - 1].n);
       walls[i].distance_m = 0.65F + 0.3F * any(random);
       walls[i].give_1_kg = 1e-4F * (1 + any(random));
-      if (k % 3 == 0 && i > 1) walls[i].side = NearWall::kBeside;
+      if (k % 3 == 0 && i > 1) {
+        walls[i].side = NearWall::kBeside;
+        walls[i].distance_m -= 0.9F;  // in front and behind
+      }
     }
     WallFill::of(near, 0, liquid);
     float slope_1_m[kNearWalls];

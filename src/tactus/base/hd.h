@@ -9,8 +9,8 @@
 #define TACTUS_HD
 #endif
 
-/// Before a loop in which a thread does much: a GPU reads it once then, not eight times. Kernels of little
-/// work wait for their code more than for anything else.
+/// Before a loop in which a thread does much: nvcc then writes it once, not eight times. (Kernels of little
+/// work seem to wait for their code, which a GPU fetches from memory; that is not measured yet.)
 #if defined(__CUDA_ARCH__)
 #define TACTUS_ROLLED _Pragma("unroll 1")
 #else

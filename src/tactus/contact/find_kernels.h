@@ -16,7 +16,6 @@ struct WakePoints {
   PointBlocks blocks;
   Index first_block = 0;
   struct Shared {
-    Vec3f node_m[8 * kBlockPoints];  ///< on a CPU
     float node_moved2_m2[8 * kBlockPoints];
     float sleep_m[kBlockPoints];  ///< of those that were looked at; else < 0
   };
@@ -57,13 +56,14 @@ struct WakePoints {
     const Index first = blocks.lists[block].begin, count = blocks.lists[block].end - first;
     const auto node_m = [&](int k) { return finder.body.nodes.position(blocks.nodes[first + k]); };
     if constexpr (Block::kIsLoop) {  // loops over nodes alone, for their lanes
+      Vec3f x_m[8 * kBlockPoints];
       b.for_range(count, [&](int k) {
-        s.node_m[k] = node_m(k);
+        x_m[k] = node_m(k);
         s.node_moved2_m2[k] = 0;
       });
       finder.for_each_owner(then, [&](auto&& seen_then, auto&& seen_now) {
         b.for_range(count, [&](int k) TACTUS_ALWAYS_INLINE {
-          const Vec3f moved = seen_now(s.node_m[k]) - seen_then(blocks.x_m[first + k]);
+          const Vec3f moved = seen_now(x_m[k]) - seen_then(blocks.x_m[first + k]);
           s.node_moved2_m2[k] = max(s.node_moved2_m2[k], dot(moved, moved));
         });
       });

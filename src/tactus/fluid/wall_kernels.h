@@ -1,7 +1,7 @@
 #pragma once
 /// Walls that are near particles, and what the liquid does to them.
 #include "tactus/compute/atomic.h"
-#include "tactus/fluid/liquid_views.h"
+#include "tactus/fluid/wall_fill.h"
 #include "tactus/geom/neighbour_cells.h"
 
 namespace tactus {

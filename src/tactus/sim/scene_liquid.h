@@ -76,7 +76,7 @@ class SceneLiquid {
   void archive(StateArchive& a);
 
  private:
-  /// With two, a pool of 26 layers goes on boiling at 0.5 m/s; with three it is below 0.1 m/s after 1.2 s.
+  /// With two, a pool of 26 layers boils: Liquid.IsCalmerWithThreeIterationsThanWithTwo.
   static constexpr int kLeastInHaste = 3;
   int hurried_iterations() const {
     const int all = description_.iterations;
