@@ -170,7 +170,7 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   ctx.parallel_for("contact/find pairs", groups_.size(),
                    FindPairs{t, s, settings_.restitution, settings_.friction, touch_others});
   ctx.parallel_for("contact/pair impulses", groups_.size(), PairImpulses{t, s, poses});
-  ctx.parallel_for("contact/move pairs", nodes_.size(), MovePairs{t, s});
+  ctx.parallel_for("contact/move pairs", MovePairs::blocks(nodes_.size()), MovePairs{t, s});
 }
 
 /// Patch by patch: where cuts put a patch's list is its own history.

@@ -37,10 +37,11 @@ void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& bloc
   ctx.parallel_for("contact/search", finder.body.state.lost.used(), SearchContacts{finder});
 }
 
-void apply(ExecContext& ctx, const ApplyContacts& kernel) {
-  ctx.parallel_for("contact/weigh", kernel.end_point - kernel.body.first,
-                   WeighPoints{kernel.body, kernel.times});
-  ctx.parallel_for("contact/apply", ApplyContacts::blocks(kernel.body.table.moved), kernel);
+void apply(ExecContext& ctx, Index end_point, const WeighPoints& kernel) {
+  const TouchingPoints& body = kernel.body;
+  ctx.parallel_for("contact/weigh", end_point - body.first, kernel);
+  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
+                   ApplyContacts{body, end_point, kernel.times});
 }
 
 }  // namespace
@@ -83,7 +84,7 @@ void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints&
                               surface.samples(),
                               body,
                               4 * body.reach_m});
-  apply(ctx, {body, points.count(), poses, 1, times_});
+  apply(ctx, points.count(), {body, poses, 1, times_});
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
@@ -119,7 +120,7 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
           kListMargin * spacing_m,
           now},
          points.blocks(), first_block, end_block);
-  apply(ctx, {body, end, poses, 0, times_});
+  apply(ctx, end, {body, poses, 0, times_});
 }
 
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,

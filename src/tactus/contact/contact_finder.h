@@ -36,6 +36,14 @@ struct Deepest {
   }
 };
 
+/// Of a point's list.
+struct ListedTriangle {
+  NearTriangle near;
+  SeenTriangle seen;
+};
+
+inline constexpr Index kListBits = 32, kListWords = ceil_div(kNearTriangles, kListBits);
+
 /// What is being found for one point.
 struct PointFinding {
   enum class Now : Index { nothing, lost, listed, done };
@@ -47,7 +55,8 @@ struct PointFinding {
   std::uint32_t to_search, crowded;  ///< owners, as bits
   SurfaceGap gap;  ///< to what has too many triangles for a list, where all lanes looked for it
   Index gap_owner;
-  SeenTriangle* seen = nullptr;  ///< (kNearTriangles) of its list
+  ListedTriangle* list = nullptr;     ///< (kNearTriangles)
+  std::uint32_t* deciding = nullptr;  ///< (kListWords) bits of those of the list that may decide
 };
 
 /// Finds what points touch at the end of a substep, and how their positions and velocities are to change.
@@ -235,11 +244,11 @@ struct ContactFinder {
   }
   /// Triangle e of the list of point i.
   TACTUS_HD void see(Index i, Index e, const SurfaceTrianglesView& surface, PointFinding& p) const {
-    const NearTriangle near = listed(i, e);
+    const auto near = NearTriangle::of(body.state.near[i * kNearTriangles + e]);
     const MeetingPoint at = meet(near.owner, p.x_m, p.v_m_s, facing(i, near.owner));
     const SurfaceTrianglesView& mesh = mesh_of(near.owner, surface);
-    p.seen[e] =
-        SeenTriangle::of(mesh.corners[near.slot], at.p_m, at.before_m, at.facing, mesh.slack_m(body.reach_m));
+    p.list[e] = {near, SeenTriangle::of(mesh.corners[near.slot], at.p_m, at.before_m, at.facing,
+                                        mesh.slack_m(body.reach_m))};
   }
   /// What is to be done to a point, or that its list is too short.
   TACTUS_HD void conclude(Index i, const SurfaceTrianglesView& surface, bool may_search,
@@ -302,8 +311,15 @@ struct ContactFinder {
   TACTUS_HD const SurfaceTrianglesView& mesh_of(Index owner, const SurfaceTrianglesView& surface) const {
     return owner < kPieces ? surface : boundaries.obstacles[owner - kPieces].mesh;
   }
-  TACTUS_HD NearTriangle listed(Index i, Index e) const {
-    return NearTriangle::of(body.state.near[i * kNearTriangles + e]);
+  /// f(triangle) for those of an owner that may decide.
+  template <class F>
+  TACTUS_HD static void for_each_listed(Index owner, const PointFinding& p, F&& f) {
+    for (Index word = 0; word < kListWords; ++word) {
+      for (std::uint32_t left = p.deciding[word]; left != 0U; left &= left - 1U) {
+        const ListedTriangle& t = p.list[kListBits * word + lowest_bit(left)];
+        if (t.near.owner == owner) f(t);
+      }
+    }
   }
 
   TACTUS_HD void begin_search(TriangleSearch& q, Index owner, Index i, const PointFinding& p) const {
@@ -392,7 +408,7 @@ struct ContactFinder {
       return true;
     }
     if (!crowded) {
-      found = gap_of_list(i, owner, mesh, at.p_m, p);
+      found = gap_of_list(owner, mesh, at.p_m, p);
       const float way = min(length(at.p_m - at.before_m), body.reach_m),
                   needed = max(way, found.needed_m(dot(face, face) > 0.F));
       crowded = needed + p.moved_m > p.near.listed_m || !sees_same(i, owner, mesh, at.p_m, needed, p);
@@ -416,31 +432,19 @@ struct ContactFinder {
       then = before.piece[owner].to_capture(then);
     return mesh.cells.grid.cell(at_m) == mesh.cells.grid.cell(then);
   }
-  TACTUS_HD GapOfTriangles gap_of_list(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m,
+  TACTUS_HD GapOfTriangles gap_of_list(Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m,
                                        const PointFinding& p) const {
     GapOfTriangles found(body.reach_m);
-    for (int pass = 0; pass < 2; ++pass) {
-      for (Index e = 0; e < p.near.count; ++e) {
-        const NearTriangle near = listed(i, e);
-        if (near.owner != owner) continue;
-        if (pass == 0)
-          found.see(p.seen[e], near.slot);
-        else
-          found.choose(p.seen[e], near.slot);
-      }
+    for_each_listed(owner, p, [&](const ListedTriangle& t) { found.see(t.seen, t.near.slot); });
+    for_each_listed(owner, p, [&](const ListedTriangle& t) { found.choose(t.seen, t.near.slot); });
+    if (found.crossed < 0 && found.is_mixed()) {
+      SideOfTied tied(found.nearest2_m2);
+      for_each_listed(owner, p, [&](const ListedTriangle& t) {
+        tied.weigh(t.seen, mesh.face[t.near.slot], mesh.corners[t.near.slot], at_m);
+      });
+      found.weighed = tied.sign();
     }
-    if (found.crossed < 0 && found.is_mixed())
-      found.weighed = weigh(i, owner, mesh, at_m, found.nearest2_m2, p);
     return found;
-  }
-  TACTUS_HD Index weigh(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m, float nearest2_m2,
-                        const PointFinding& p) const {
-    SideOfTied tied(nearest2_m2);
-    for (Index e = 0; e < p.near.count; ++e) {
-      const NearTriangle near = listed(i, e);
-      if (near.owner == owner) tied.weigh(p.seen[e], mesh.face[near.slot], mesh.corners[near.slot], at_m);
-    }
-    return tied.sign();
   }
 
   /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back

@@ -5,6 +5,7 @@
 /// away from it. A point that is near one keeps a list of its triangles, which holds until the point has
 /// moved by more than the list's margin. Both are exact: a list is used only where no triangle outside of it
 /// can matter, so what is found is what a search through all triangles would find.
+#include "tactus/compute/fold.h"
 #include "tactus/contact/contact_finder.h"
 
 namespace tactus {
@@ -17,7 +18,8 @@ struct WakePoints {
   Index first_block = 0;
   struct Shared {
     float node_moved2_m2[8 * kBlockPoints];
-    float sleep_m[kBlockPoints];  ///< of those that were looked at; else < 0
+    float sleep_m[kBlockPoints];     ///< of those that were looked at; else < 0
+    std::uint32_t looked, has_room;  ///< != 0: a point was looked at; one found room
   };
   TACTUS_HD void load() { finder.load(); }
 
@@ -28,6 +30,7 @@ struct WakePoints {
     const Index block = first_block + b.index(), first = blocks.points[block].begin,
                 count = blocks.points[block].end - first;
     if (count == 0) return;  // room
+    b.on_one_thread([&] { s.looked = s.has_room = 0; });
     const float moved_m = block_moved_m(b, s, block);
     b.for_threads(count, [&](int t) {
       s.sleep_m[t] = -1;
@@ -35,6 +38,8 @@ struct WakePoints {
       PointFinding p;
       finder.look(first + t, p);
       s.sleep_m[t] = p.sleep_m;
+      atomic_store(s.looked, 1U);
+      if (p.sleep_m > 0.F) atomic_store(s.has_room, 1U);
       if (p.now == PointFinding::Now::listed)
         body.state.awake.add(first + t);
       else if (p.now == PointFinding::Now::lost)
@@ -67,25 +72,28 @@ struct WakePoints {
           s.node_moved2_m2[k] = max(s.node_moved2_m2[k], dot(moved, moved));
         });
       });
+      float most = 0;
+      for (Index k = 0; k < count; ++k) most = max(most, s.node_moved2_m2[k]);
+      return tactus::sqrt(most);
     } else {
-      b.for_range(count, [&](int k) {
-        s.node_moved2_m2[k] = finder.moved2_m2(blocks.x_m[first + k], then, node_m(k));
+      b.for_each_thread([&](int t) {
+        float most = 0;
+        for (int k = t; k < count; k += kThreads)
+          most = max(most, finder.moved2_m2(blocks.x_m[first + k], then, node_m(k)));
+        s.node_moved2_m2[t] = most;
       });
+      fold<kThreads>(b, kThreads, [&](int t, int other) {
+        s.node_moved2_m2[t] = max(s.node_moved2_m2[t], s.node_moved2_m2[other]);
+      });
+      return tactus::sqrt(s.node_moved2_m2[0]);
     }
-    float most = 0;
-    for (Index k = 0; k < count; ++k) most = max(most, s.node_moved2_m2[k]);
-    return tactus::sqrt(most);
   }
   /// Notes how far nodes may move, counted from where they are now if a point found new room.
   template <class Block>
   TACTUS_HD void fall_asleep(const Block& b, const Shared& s, Index block, float moved_m) const {
     const Index first = blocks.points[block].begin, count = blocks.points[block].end - first;
-    bool has_room = false, any = false;
-    for (int t = 0; t < count; ++t) {
-      any = any || s.sleep_m[t] >= 0.F;
-      has_room = has_room || s.sleep_m[t] > 0.F;
-    }
-    if (!any) return;
+    if (s.looked == 0U) return;
+    const bool has_room = s.has_room != 0U;
     b.for_own(count, [&](int t) {
       if (s.sleep_m[t] >= 0.F)
         blocks.sleep_m[first + t] = s.sleep_m[t];
@@ -102,19 +110,45 @@ struct WakePoints {
 };
 
 /// What a block that works on one point shares.
-struct FoundPoint {
+class FoundPoint {
+ public:
   SurfaceTrianglesView surface;
   PointFinding point;
-  SeenTriangle seen[kNearTriangles];
+  ListedTriangle list[kNearTriangles];
+  std::uint32_t deciding[kListWords];
+  LeastOfTriangles least[kOwners];
   TACTUS_HD void look(const ContactFinder& finder, Index i) {
     surface = finder.boundaries.surface;
-    point.seen = seen;
+    point.list = list;
+    point.deciding = deciding;
     finder.look(i, point);
   }
+  /// One thread looks at what may decide, so a GPU's lanes leave it few. On a CPU, which has one lane, that
+  /// would be for nothing.
   template <class Block>
   TACTUS_HD void see_list(const Block& b, const ContactFinder& finder, Index i) {
-    b.for_range(point.near.count, [&](int e) { finder.see(i, e, surface, point); });
+    const Index count = point.near.count;
+    if constexpr (Block::kIsLoop) {
+      b.for_range(count, [&](int e) { finder.see(i, e, surface, point); });
+      for (Index word = 0; word < kListWords; ++word) deciding[word] = 0;
+      for (Index e = 0; e < count; ++e) deciding[e / kListBits] |= bit(e);
+    } else {
+      const float reach2_m2 = sqr(finder.body.reach_m);
+      b.for_range(kOwners, [&](int owner) { least[owner] = {}; });
+      b.for_range(count, [&](int e) {
+        finder.see(i, e, surface, point);
+        least[list[e].near.owner].see(list[e].seen, reach2_m2);
+      });
+      b.for_range(kListWords, [&](int word) { deciding[word] = 0; });
+      b.for_range(count, [&](int e) {
+        if (least[list[e].near.owner].may_decide(list[e].seen, reach2_m2))
+          atomic_or(deciding[e / kListBits], bit(e));
+      });
+    }
   }
+
+ private:
+  TACTUS_HD static std::uint32_t bit(Index e) { return 1U << static_cast<unsigned>(e % kListBits); }
 };
 
 /// Block: a point that is awake and has a list. Notes those whose list turns out to be too short.

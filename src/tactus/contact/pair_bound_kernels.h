@@ -1,6 +1,7 @@
 #pragma once
 /// Boxes of bodies that touch one another, of their patches and of their cubes, as they are deformed now.
 #include "tactus/compute/atomic.h"
+#include "tactus/compute/fold.h"
 #include "tactus/contact/pair_views.h"
 
 namespace tactus {
@@ -38,15 +39,13 @@ struct BoundPatches {
       for (Index c = cubes.begin + t; c < cubes.end; c += lanes)
         state.cube_list[table.patch_cubes.values[c]] = 0;
     });
+    fold<kThreads>(b, lanes, [&](int t, int other) {
+      s.of_thread[t].take(s.of_thread[other]);
+      s.way2_m2[t] = max(s.way2_m2[t], s.way2_m2[other]);
+    });
     b.on_one_thread([&] {
-      PatchBox box = PatchBox::empty();
-      float way2 = 0;
-      for (int t = 0; t < lanes; ++t) {
-        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
-        way2 = max(way2, s.way2_m2[t]);
-      }
-      state.patch_box[b.index()] = box;
-      state.patch_way_m[b.index()] = tactus::sqrt(way2);
+      state.patch_box[b.index()] = lanes > 0 ? s.of_thread[0] : PatchBox::empty();
+      state.patch_way_m[b.index()] = lanes > 0 ? tactus::sqrt(s.way2_m2[0]) : 0.F;
     });
   }
 };
@@ -69,23 +68,21 @@ struct BoundBodies {
       float way = 0;
       for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
         way = max(way, state.patch_way_m[p]);
-        box.min_m = min(box.min_m, state.patch_box[p].min_m);
-        box.max_m = max(box.max_m, state.patch_box[p].max_m);
+        box.take(state.patch_box[p]);
       }
       s.of_thread[t] = box;
       s.way_m[t] = way;
     });
+    fold<kThreads>(b, kThreads, [&](int t, int other) {
+      s.of_thread[t].take(s.of_thread[other]);
+      s.way_m[t] = max(s.way_m[t], s.way_m[other]);
+    });
     b.on_one_thread([&] {
-      PatchBox box = s.of_thread[0];
-      float way = s.way_m[0];
-      for (int t = 1; t < kThreads; ++t) {
-        box = {min(box.min_m, s.of_thread[t].min_m), max(box.max_m, s.of_thread[t].max_m)};
-        way = max(way, s.way_m[t]);
-      }
+      const PatchBox box = s.of_thread[0];
       state.body_box[b.index()] = box;
       SelfMotion& motion = state.self_motion[b.index()];
       const Vec3f middle = 0.5F * (box.min_m + box.max_m);
-      motion.moved += SelfMotion::units(way, body.spacing_m);
+      motion.moved += SelfMotion::units(s.way_m[0], body.spacing_m);
       motion.shift_m = middle - motion.middle_m;
       motion.middle_m = middle;
       s.wakes = 0;

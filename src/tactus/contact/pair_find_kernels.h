@@ -31,12 +31,17 @@ TACTUS_HD inline void add_pair_weights(const PairTable& table, const PairState& 
 
 /// Block: group of points. On a GPU several threads look for each: all points wait for those that search.
 struct FindPairs {
-  static constexpr int kThreads = 512, kGrain = 4;
+  static constexpr int kThreads = 256, kGrain = 4, kCandidates = 512;
   PairTable table;
   PairState state;
   float restitution, friction;
   Index touch_others;
   enum class Self : std::uint8_t { sleeps, inside, sought };
+  /// A cube that a point may be in.
+  struct Candidate {
+    std::uint32_t order;
+    int point;
+  };
   struct Shared {
     int near[kThreads], near_count;  ///< patches that may hold points of the group, from the first of a row
     int sought[kGroupPoints], sought_count;  ///< points that are looked for there
@@ -46,6 +51,8 @@ struct FindPairs {
     Self self[kGroupPoints];               ///< whether the point looks for its own body
     std::uint32_t free2_m2[kGroupPoints];  ///< bits of a squared distance: no cube of its own body is nearer
     std::uint32_t active, sleep_m, reach_m;
+    Candidate candidate[kCandidates];
+    std::uint32_t candidates;
   };
 
   template <class Block>
@@ -72,10 +79,10 @@ struct FindPairs {
     for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
       search(
-          b, s, group, table.bodies[body],
+          b, s, group, table.bodies[body], is_one,
           [&](const PatchBox& patch) { return box.meets(patch, slack_m(group)); },
           [&](int t) { return s.cube[t] < 0; },
-          [&](int n, int t, Index patch) { search_patch<row_of<Block>()>(group, n, t, patch, is_one, s); });
+          [&](const PlacedPatch& at, int t) { search_patch<Block>(group, at, t, is_one, s); });
     }
     b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
     if (is_self) note_sleep(b, s, group);
@@ -153,11 +160,16 @@ struct FindPairs {
   }
   static constexpr Vec3f kMiddle{0.5F, 0.5F, 0.5F};
 
-  /// look(n, t, patch) for all points t with seeks(t) and patches of a body with is_near(box); notes the
-  /// first cube that a point is in. On a GPU all threads share the work, of however few points.
+  /// The n-th patch that is near; every `lanes`-th row of its cubes is looked at, from the lane-th on.
+  struct PlacedPatch {
+    Index patch;
+    int n, lane, lanes;
+  };
+  /// look(patch, t) for all points t with seeks(t) and patches of a body with is_near(box); notes the first
+  /// cube that a point is in. On a GPU all threads share the work, of however few points.
   template <class Block, class N, class S, class L>
-  TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
-                        S&& seeks, L&& look) const {
+  TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, bool is_one,
+                        N&& is_near, S&& seeks, L&& look) const {
     TACTUS_ROLLED
     for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
       b.compact(
@@ -166,28 +178,50 @@ struct FindPairs {
       b.compact(group.count, seeks, s.sought, &s.sought_count);
       const int patches = s.near_count, points = s.sought_count;
       if (patches == 0 || points == 0) continue;
-      b.for_few(points, [&](int p) { s.first[s.sought[p]] = kNone; });
-      b.for_few(patches * points,
-                [&](int e) { look(e / points, s.sought[e % points], row + s.near[e / points]); });
+      b.for_few(points, [&](int p) {
+        s.first[s.sought[p]] = kNone;
+        if (p == 0) s.candidates = 0;
+      });
+      const int pairs = patches * points, lanes = Block::kIsLoop ? 1 : clamp(kThreads / pairs, 1, kMostLanes);
+      b.for_few(pairs * lanes, [&](int e) {
+        const int lane = e / pairs, n = e % pairs / points;
+        look(PlacedPatch{row + s.near[n], n, lane, lanes}, s.sought[e % pairs % points]);
+      });
+      if constexpr (!Block::kIsLoop) try_candidates(b, s, group, row, is_one);
       b.for_few(points, [&](int p) {
         const int t = s.sought[p];
         if (s.first[t] == kNone) return;
-        const IndexRange cubes = table.patch_cubes.ranges[row + s.near[s.first[t] >> kCubeBits]];
-        s.cube[t] =
-            table.patch_cubes.values[cubes.begin + static_cast<Index>(s.first[t] & ((1U << kCubeBits) - 1U))];
+        s.cube[t] = cube_of(s, row, s.first[t]);
         s.q[t] = kMiddle;
         place_in(s.cube[t], s.x_m[t], s.q[t]);
       });
     }
   }
+  static constexpr int kMostLanes = 16;
+  TACTUS_HD Index cube_of(const Shared& s, Index row, std::uint32_t order) const {
+    const IndexRange cubes = table.patch_cubes.ranges[row + s.near[order >> kCubeBits]];
+    return table.patch_cubes.values[cubes.begin + static_cast<Index>(order & ((1U << kCubeBits) - 1U))];
+  }
+  /// All at once: a thread that tries one after the other keeps the block waiting.
+  template <class Block>
+  TACTUS_HD void try_candidates(const Block& b, Shared& s, const PointGroup& group, Index row,
+                                bool is_one) const {
+    b.for_few(static_cast<int>(min(s.candidates, static_cast<std::uint32_t>(kCandidates))), [&](int e) {
+      const Candidate& c = s.candidate[e];
+      Vec3f q = kMiddle;
+      if (is_in(group, c.point, cube_of(s, row, c.order), is_one, s, q))
+        atomic_min(s.first[c.point], c.order);
+    });
+  }
   /// f(k, squared distance) for cubes of a patch whose boxes are no farther than limit2_m2() squared, until f
-  /// says false. Looks at kRow of them at once.
-  template <int kRow, class L, class F>
-  TACTUS_HD void for_cubes_within(Index patch, Vec3f x, L&& limit2_m2, F&& f) const {
-    const IndexRange cubes = table.patch_cubes.ranges[patch];
-    if (state.patch_box[patch].distance2_m2(x) > limit2_m2()) return;
+  /// says false. Looks at a row of them at once.
+  template <class Block, class L, class F>
+  TACTUS_HD void for_cubes_within(const PlacedPatch& at, Vec3f x, L&& limit2_m2, F&& f) const {
+    constexpr int kRow = Block::kIsLoop ? 16 : 4;
+    const IndexRange cubes = table.patch_cubes.ranges[at.patch];
+    if (state.patch_box[at.patch].distance2_m2(x) > limit2_m2()) return;
     TACTUS_ROLLED
-    for (Index row = cubes.begin; row < cubes.end; row += kRow) {
+    for (Index row = cubes.begin + kRow * at.lane; row < cubes.end; row += kRow * at.lanes) {
       const int count = min(Index(kRow), cubes.end - row);
       float away2_m2[kRow];
       if (state.cube_boxes.distances2_m2<kRow>(row, count, x, away2_m2) > limit2_m2()) continue;
@@ -197,23 +231,27 @@ struct FindPairs {
     }
   }
   template <class Block>
-  static constexpr int row_of() {
-    return Block::kIsLoop ? 16 : 4;
-  }
-  template <int kRow>
-  TACTUS_HD void search_patch(const PointGroup& group, int n, int t, Index patch, bool is_one,
+  TACTUS_HD void search_patch(const PointGroup& group, const PlacedPatch& at, int t, bool is_one,
                               Shared& s) const {
-    const auto within2_m2 = [&] { return atomic_load(s.first[t]) < order(n, 0) ? -1.F : 0.F; };
-    for_cubes_within<kRow>(patch, s.x_m[t], within2_m2,
-                           [&](Index k, float) { return !note_first(group, n, t, patch, k, is_one, s); });
+    const auto within2_m2 = [&] { return atomic_load(s.first[t]) < order(at.n, 0) ? -1.F : 0.F; };
+    for_cubes_within<Block>(at, s.x_m[t], within2_m2,
+                            [&](Index k, float) { return !note_first<Block>(group, at, t, k, is_one, s); });
   }
-  /// Returns whether the point is in that cube.
-  TACTUS_HD bool note_first(const PointGroup& group, int n, int t, Index patch, Index k, bool is_one,
+  /// Returns whether the point is known to be in that cube. A GPU notes that it may be, where there is room.
+  template <class Block>
+  TACTUS_HD bool note_first(const PointGroup& group, const PlacedPatch& at, int t, Index k, bool is_one,
                             Shared& s) const {
+    if constexpr (!Block::kIsLoop) {
+      const std::uint32_t place = atomic_fetch_add(s.candidates, 1U);
+      if (place < static_cast<std::uint32_t>(kCandidates)) {
+        s.candidate[place] = {order(at.n, k), t};
+        return false;
+      }
+    }
     Vec3f q = kMiddle;
-    const Index cube = table.patch_cubes.values[table.patch_cubes.ranges[patch].begin + k];
+    const Index cube = table.patch_cubes.values[table.patch_cubes.ranges[at.patch].begin + k];
     if (!is_in(group, t, cube, is_one, s, q)) return false;
-    atomic_min(s.first[t], order(n, k));
+    atomic_min(s.first[t], order(at.n, k));
     return true;
   }
 
@@ -234,9 +272,9 @@ struct FindPairs {
     });
     const float farthest_m = std::bit_cast<float>(s.reach_m);
     search(
-        b, s, group, body, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
+        b, s, group, body, false, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
         [&](int t) { return s.self[t] == Self::sought && s.free2_m2[t] > 0U; },
-        [&](int n, int t, Index patch) { search_own_patch<row_of<Block>()>(group, n, t, patch, s); });
+        [&](const PlacedPatch& at, int t) { search_own_patch<Block>(group, at, t, s); });
     const float least_m = body.is_cut != 0 ? kWallSleep * body.spacing_m : 0.F;
     b.for_threads(group.count, [&](int t) {
       if (s.self[t] != Self::sleeps)
@@ -255,19 +293,19 @@ struct FindPairs {
   }
 
   /// The least of distances doesn't depend on their order: nothing is left out that could change it.
-  template <int kRow>
-  TACTUS_HD void search_own_patch(const PointGroup& group, int n, int t, Index patch, Shared& s) const {
+  template <class Block>
+  TACTUS_HD void search_own_patch(const PointGroup& group, const PlacedPatch& at, int t, Shared& s) const {
     const auto free2_m2 = [&] { return std::bit_cast<float>(atomic_load(s.free2_m2[t])); };
-    const Index first = table.patch_cubes.ranges[patch].begin;
-    if (state.patch_box[patch].distance2_m2(s.x_m[t]) > free2_m2()) return;
+    const Index first = table.patch_cubes.ranges[at.patch].begin;
+    if (state.patch_box[at.patch].distance2_m2(s.x_m[t]) > free2_m2()) return;
     const OwnPlace own = own_place(group.body, group.first + t);
-    for_cubes_within<kRow>(patch, s.x_m[t], free2_m2, [&](Index k, float away2_m2) {
+    for_cubes_within<Block>(at, s.x_m[t], free2_m2, [&](Index k, float away2_m2) {
       // No point of the cube is farther from its middle at rest than 0.87.
       if (!own.may_touch(state.cube_places[first + k], kMiddle, 0.87F)) return true;
       atomic_min(s.free2_m2[t], std::bit_cast<std::uint32_t>(away2_m2));
       if (away2_m2 > 0.F) return true;
-      if (s.cube[t] >= 0 || atomic_load(s.first[t]) < order(n, k)) return false;
-      return !note_first(group, n, t, patch, k, false, s);
+      if (s.cube[t] >= 0 || atomic_load(s.first[t]) < order(at.n, k)) return false;
+      return !note_first<Block>(group, at, t, k, false, s);
     });
   }
   /// Of a group whose points were just looked at.

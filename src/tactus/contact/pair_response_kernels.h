@@ -92,35 +92,45 @@ struct PairSum {
   }
 };
 
-/// Block: node. Takes the impulses of its own points and of the points of others in its cubes. On a GPU lanes
-/// share its lists.
+/// Block: kNodes nodes. Each takes the impulses of its own points and of the points of others in its cubes.
+/// On a GPU kLanes threads share its lists.
 struct MovePairs {
-  static constexpr int kThreads = 32, kGrain = 256;
+  static constexpr int kThreads = 128, kLanes = 16, kNodes = kThreads / kLanes, kGrain = 32;
   PairTable table;
   PairState state;
   struct Shared {
-    PairSum of_lane[kThreads];
+    PairSum of_lane[kNodes][kLanes];
   };
+  TACTUS_HD static Index blocks(Index nodes) { return ceil_div(nodes, Index(kNodes)); }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index row = b.index();
-    if (state.row_weight[row] == 0U) return;
-    const PairNode& at = table.nodes[row];
-    const ContactNodes& nodes = table.bodies[at.body].nodes;
-    if (nodes.is_held(at.node) || nodes.has_stopped()) return;
-    constexpr int kLanes = Block::kIsLoop ? 1 : kThreads;
-    b.for_threads(kLanes, [&](int lane) { s.of_lane[lane] = sum_of(row, lane, kLanes); });
-    b.on_one_thread([&] {
+    const Index first = b.index() * kNodes, count = min(Index(kNodes), table.nodes.size() - first);
+    constexpr int kShare = Block::kIsLoop ? 1 : kLanes;
+    const auto is_moved = [&](int g) { return moves(first + g); };
+    b.template for_groups<kShare>(
+        count, is_moved, [&](int g, int lane) { s.of_lane[g][lane] = sum_of(first + g, lane, kShare); });
+    b.for_threads(count, [&](int g) {
+      if (!moves(first + g)) return;
       PairSum sum;
-      for (int lane = 0; lane < kLanes; ++lane) sum.add(s.of_lane[lane]);
-      const float share = state.smallest_mass_kg / nodes.mass_kg[at.node];
-      nodes.v_m_s[at.node] +=
-          nodes.free_part(at.node, share * PairSum::value(sum.impulse, PairSum::kImpulse));
-      nodes.x_m[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.shift, PairSum::kShift));
+      for (int lane = 0; lane < kShare; ++lane) sum.add(s.of_lane[g][lane]);
+      move(first + g, sum);
     });
   }
 
  private:
+  TACTUS_HD bool moves(Index row) const {
+    if (state.row_weight[row] == 0U) return false;
+    const PairNode& at = table.nodes[row];
+    const ContactNodes& nodes = table.bodies[at.body].nodes;
+    return !nodes.is_held(at.node) && !nodes.has_stopped();
+  }
+  TACTUS_HD void move(Index row, const PairSum& sum) const {
+    const PairNode& at = table.nodes[row];
+    const ContactNodes& nodes = table.bodies[at.body].nodes;
+    const float share = state.smallest_mass_kg / nodes.mass_kg[at.node];
+    nodes.v_m_s[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.impulse, PairSum::kImpulse));
+    nodes.x_m[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.shift, PairSum::kShift));
+  }
   /// Of every `lanes`-th of the row's lists, from the lane-th on.
   TACTUS_HD PairSum sum_of(Index row, int lane, int lanes) const {
     const float inverse = 1.F / state.smallest_mass_kg;

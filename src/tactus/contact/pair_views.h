@@ -49,6 +49,10 @@ inline constexpr Index kGroupPoints = 128;
 struct PatchBox {
   Vec3f min_m, max_m;
   TACTUS_HD static PatchBox empty() { return {{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}}; }
+  TACTUS_HD void take(const PatchBox& b) {
+    min_m = min(min_m, b.min_m);
+    max_m = max(max_m, b.max_m);
+  }
   TACTUS_HD bool meets(const PatchBox& b, float slack_m) const {
     return min_m.x - slack_m <= b.max_m.x && b.min_m.x - slack_m <= max_m.x &&
            min_m.y - slack_m <= b.max_m.y && b.min_m.y - slack_m <= max_m.y &&

@@ -1,5 +1,6 @@
 #pragma once
 /// What contact does to the points of a body's surface, and through them to its nodes.
+#include "tactus/compute/fold.h"
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/frame/frame_params.h"
@@ -152,7 +153,7 @@ struct TouchingPoints {
 /// substep now and then, by rounding or because it swings, and must not creep with each time.
 inline constexpr Index kLingering = 8;
 
-/// Thread: point. What the impulse of a touching point moves.
+/// Thread: point. What the impulse of a touching point moves; with that, what it does to its owner is noted.
 ///
 /// A point that is a mean of nodes, u = sum w_k v_k, changes by sum w_k²/m_k J under an impulse J on it.
 /// Points share nodes, so all of them together change a point's velocity by more than its own impulse does:
@@ -163,13 +164,19 @@ inline constexpr Index kLingering = 8;
 /// in one go.
 struct WeighPoints {
   TouchingPoints body;
-  ContactTimes times;
+  View<const SurfacePoses> poses;
+  Index is_push_out;   ///< != 0: counts as that, not as contact
+  ContactTimes times;  ///< nothing moves in a frame without substeps
   TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index thread) const {
     if (thread == 0) body.state.awake.count[0] = body.state.lost.count[0] = 0;
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
     const Index i = body.first + thread;
-    if (body.state.touching[i] == 1) body.state.mass_kg[i] = 1.F / inverse_mass(i);
+    if (body.state.touching[i] != 1) return;
+    const float mass = body.state.mass_kg[i] = 1.F / inverse_mass(i);
+    const PointContact& contact = body.state.contact[i];
+    if (body.table.points[i].weight[0] != 0.F && body.table.rows[8 * i] < body.table.own)
+      note(i, contact, -mass * contact.kick_m_s);
   }
 
  private:
@@ -184,62 +191,6 @@ struct WeighPoints {
              body.nodes.mass_kg[p.node[k]];
     }
     return sum;
-  }
-};
-
-/// Moves the nodes of a body by what its touching points want.
-/// Block: kNodes nodes, each with kLanes threads that share its points.
-struct ApplyContacts {
-  static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
-  TouchingPoints body;
-  Index end_point;  ///< points body.first .. end_point take part
-  View<const SurfacePoses> poses;
-  Index is_push_out;   ///< != 0: counts as that, not as contact
-  ContactTimes times;  ///< nothing moves in a frame without substeps
-  struct Shared {
-    Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
-  };
-  TACTUS_HD void load() { times.load(); }
-  TACTUS_HD static Index blocks(Index nodes) { return ceil_div(nodes, kNodes); }
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    if (times.substeps == 0 || body.nodes.has_stopped()) return;
-    const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.moved - first);
-    const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
-    b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
-      Vec3f impulse{}, push{};
-      const IndexRange points = body.table.lists[first + g];
-      for (Index e = points.begin + lane; e < points.end; e += kLanes)
-        add_point(body.table.incident[e], first + g < body.table.own, impulse, push);
-      s.impulse[g][lane] = impulse;
-      s.push[g][lane] = push;
-    });
-    b.for_threads(count, [&](int g) {
-      if (is_touched(g)) move(first + g, s.impulse[g], s.push[g]);
-    });
-  }
-
- private:
-  TACTUS_HD void add_point(Index entry, bool records, Vec3f& impulse, Vec3f& push) const {
-    const Index i = entry / 8, corner = entry % 8;
-    if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
-    const float mass = body.state.mass_kg[i], share = mass * body.table.points[i].weight[corner];
-    const PointContact& contact = body.state.contact[i];
-    impulse += share * contact.kick_m_s;
-    push += share * contact.push_m;
-    if (corner == 0 && records) note(i, contact, -mass * contact.kick_m_s);
-  }
-  TACTUS_HD void move(Index row, const Vec3f* impulses, const Vec3f* pushes) const {
-    const Index node = body.table.nodes[row];
-    if (body.nodes.is_held(node)) return;
-    Vec3f impulse{}, push{};
-    for (int lane = 0; lane < kLanes; ++lane) {
-      impulse += impulses[lane];
-      push += pushes[lane];
-    }
-    const float inverse = 1.F / body.nodes.mass_kg[node];
-    body.nodes.change(node, body.nodes.free_part(node, inverse * push),
-                      body.nodes.free_part(node, inverse * impulse));
   }
   TACTUS_HD void note(Index i, const PointContact& contact, Vec3f impulse_N_s) const {
     const bool moved = dot(contact.push_m, contact.push_m) > 0.F;
@@ -258,6 +209,59 @@ struct ApplyContacts {
   TACTUS_HD void move_on(ContactRecord& record) const {
     body.state.moved_on[record.owner].add_atomically(record.impulse_N_s, record.moment_N_m_s);
     record.impulse_N_s = record.moment_N_m_s = {};
+  }
+};
+
+/// Moves the nodes of a body by what its touching points want.
+/// Block: kNodes nodes, each with kLanes threads that share its points.
+struct ApplyContacts {
+  static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
+  TouchingPoints body;
+  Index end_point;  ///< points body.first .. end_point take part
+  ContactTimes times;
+  struct Shared {
+    Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
+  };
+  TACTUS_HD void load() { times.load(); }
+  TACTUS_HD static Index blocks(Index nodes) { return ceil_div(nodes, kNodes); }
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    if (times.substeps == 0 || body.nodes.has_stopped()) return;
+    const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.moved - first);
+    const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
+    b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
+      Vec3f impulse{}, push{};
+      const IndexRange points = body.table.lists[first + g];
+      for (Index e = points.begin + lane; e < points.end; e += kLanes)
+        add_point(body.table.incident[e], impulse, push);
+      s.impulse[g][lane] = impulse;
+      s.push[g][lane] = push;
+    });
+    b.for_threads(count, [&](int g) {
+      if (is_touched(g)) move(first + g, s.impulse[g], s.push[g]);
+    });
+  }
+
+ private:
+  TACTUS_HD void add_point(Index entry, Vec3f& impulse, Vec3f& push) const {
+    const Index i = entry / 8, corner = entry % 8;
+    if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
+    const float share = body.state.mass_kg[i] * body.table.points[i].weight[corner];
+    const PointContact& contact = body.state.contact[i];
+    impulse += share * contact.kick_m_s;
+    push += share * contact.push_m;
+  }
+  TACTUS_HD void move(Index row, const Vec3f* impulses, const Vec3f* pushes) const {
+    const Index node = body.table.nodes[row];
+    if (body.nodes.is_held(node)) return;
+    Vec3f impulse{}, push{};
+    for (int lane = 0; lane < kLanes; ++lane) {
+      impulse += impulses[lane];
+      push += pushes[lane];
+    }
+    const float inverse = 1.F / body.nodes.mass_kg[node];
+    body.nodes.change(node, body.nodes.free_part(node, inverse * push),
+                      body.nodes.free_part(node, inverse * impulse));
   }
 };
 
@@ -337,14 +341,14 @@ struct DeepRescue {
 
 /// Sums the records of each owner, as integers. Block: owner.
 struct SumRecords {
-  static constexpr int kThreads = 256, kStrips = 16, kStrip = kThreads / kStrips;
+  static constexpr int kThreads = 256;
   View<const Index> recorded;
   View<const ContactRecord> records;
   View<ReactionSums> moved_on;
   View<std::uint32_t> owner_used;
   View<OwnerTotals> totals;  ///< (kOwners)
   struct Shared {
-    OwnerTotals of_thread[kThreads], of_strip[kStrips];
+    OwnerTotals of_thread[kThreads];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
@@ -356,14 +360,9 @@ struct SumRecords {
       }
       s.of_thread[t] = sum;
     });
-    b.for_threads(kStrips, [&](int strip) {
-      OwnerTotals sum{};
-      for (int t = strip * kStrip; t < (strip + 1) * kStrip; ++t) sum.add(s.of_thread[t]);
-      s.of_strip[strip] = sum;
-    });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.of_thread[t].add(s.of_thread[other]); });
     b.on_one_thread([&] {
-      OwnerTotals sum{};
-      for (const OwnerTotals& strip : s.of_strip) sum.add(strip);
+      OwnerTotals sum = s.of_thread[0];
       sum.sums.add(moved_on[owner]);
       sum.owner = owner;
       totals[owner] = sum;

@@ -20,29 +20,42 @@ struct LeastDistance {
   TACTUS_HD bool found() const { return key != 0; }
 };
 
-/// Which of very many triangles decide a point's gap, found in any order: those that GapOfTriangles would
-/// choose of all.
-struct DecidingTriangles {
-  static constexpr int kMost = 32;
+/// What decides a point's gap, of triangles that are seen in any order.
+struct LeastOfTriangles {
   LeastDistance nearest2_m2, held2_m2, share;
-  float reach2_m2 = 0;
-  std::uint32_t count = 0;
-  Index slot[kMost];
 
-  TACTUS_HD void see(const SeenTriangle& t) {
+  TACTUS_HD void see(const SeenTriangle& t, float reach2_m2) {
     if (t.distance2_m2 > reach2_m2) return;
     nearest2_m2.see(t.distance2_m2);
     if (t.faces != 0) held2_m2.see(t.distance2_m2);
     if (t.share < 2.F) share.see(t.share);
   }
-  TACTUS_HD float nearest2() const { return nearest2_m2.found() ? nearest2_m2.value() : reach2_m2; }
-  TACTUS_HD float held2() const { return held2_m2.found() ? held2_m2.value() : reach2_m2; }
+  TACTUS_HD float nearest2(float reach2_m2) const {
+    return nearest2_m2.found() ? nearest2_m2.value() : reach2_m2;
+  }
+  TACTUS_HD float held2(float reach2_m2) const { return held2_m2.found() ? held2_m2.value() : reach2_m2; }
+  /// Once all were seen: false only where GapOfTriangles finds the same without the triangle.
+  TACTUS_HD bool may_decide(const SeenTriangle& t, float reach2_m2) const {
+    return (share.found() && t.distance2_m2 <= reach2_m2 && t.share == share.value()) ||
+           GapOfTriangles::ties(t.distance2_m2, nearest2(reach2_m2)) ||
+           (t.faces != 0 && GapOfTriangles::ties(t.distance2_m2, held2(reach2_m2)));
+  }
+};
+
+/// Which of very many triangles decide a point's gap.
+struct DecidingTriangles {
+  static constexpr int kMost = 32;
+  LeastOfTriangles least;
+  float reach2_m2 = 0;
+  std::uint32_t count = 0;
+  Index slot[kMost];
+
+  TACTUS_HD void see(const SeenTriangle& t) { least.see(t, reach2_m2); }
+  TACTUS_HD float nearest2() const { return least.nearest2(reach2_m2); }
+  TACTUS_HD float held2() const { return least.held2(reach2_m2); }
   /// Once all were seen.
   TACTUS_HD void take(const SeenTriangle& t, Index s) {
-    const bool decides = share.found() ? t.distance2_m2 <= reach2_m2 && t.share == share.value()
-                                       : GapOfTriangles::ties(t.distance2_m2, nearest2()) ||
-                                             (t.faces != 0 && GapOfTriangles::ties(t.distance2_m2, held2()));
-    if (!decides) return;
+    if (!least.may_decide(t, reach2_m2)) return;
     const auto at = static_cast<int>(atomic_fetch_add(count, 1));  // in any order, as all are weighed
     if (at < kMost) slot[at] = s;
   }

@@ -2,6 +2,7 @@
 /// What particles see of a body's surface: the plane at its nearest point, so that the distance has slope 1
 /// and what depends on it alone is a potential; and the plane across, where they are in a gap.
 #include "tactus/compute/atomic.h"
+#include "tactus/compute/fold.h"
 #include "tactus/contact/body_wall_kernels.h"
 #include "tactus/contact/surface_triangles.h"
 #include "tactus/geom/neighbour_cells.h"
@@ -27,7 +28,7 @@ struct NearSurface {
 ///
 /// Lanes share the pieces whose balls come within reach. On a CPU one lane has them all.
 struct FindBodyWalls {
-  static constexpr int kThreads = 32, kGrain = 16;
+  static constexpr int kThreads = 128, kGrain = 16;
   static constexpr int kListed = 128;  ///< where more are near, cells are searched again each time
   View<const SearchParticle> particles;
   NearSurface surface;
@@ -60,10 +61,12 @@ struct FindBodyWalls {
     b.for_threads(kLanes, [&](int lane) { list<kLanes>(p, lane, s); });
     b.for_threads(kLanes, [&](int lane) { measure<kLanes>(p, lane, s); });
     b.for_threads(kLanes, [&](int lane) { choose_nearest<kLanes>(p, lane, s); });
-    b.on_one_thread([&] { add_nearest<kLanes>(i, p, s); });
+    fold_found<kLanes>(b, s);
+    b.on_one_thread([&] { add_nearest(i, p, s); });
     if (!s.found) return;
     b.for_threads(kLanes, [&](int lane) { look_across<kLanes>(p, lane, s); });
-    b.on_one_thread([&] { add_across<kLanes>(i, p, s); });
+    fold_found<kLanes>(b, s);
+    b.on_one_thread([&] { add_across(i, p, s); });
   }
 
  private:
@@ -161,31 +164,28 @@ struct FindBodyWalls {
       note(slot, 0.F, lane, s);
     });
   }
-  /// The least of distance and number.
   TACTUS_HD void note(Index slot, float distance_m, int lane, Shared& s) const {
-    const Index number = surface.cells.particles[slot].id;
+    note(surface.cells.particles[slot].id, surface.cells.order[slot], distance_m, lane, s);
+  }
+  /// The least of distance and number.
+  TACTUS_HD static void note(Index number, Index place, float distance_m, int lane, Shared& s) {
     if (s.number[lane] != kNone &&
         (distance_m > s.distance_m[lane] || (distance_m == s.distance_m[lane] && number >= s.number[lane])))
       return;
     s.distance_m[lane] = distance_m;
     s.number[lane] = number;
-    s.place[lane] = surface.cells.order[slot];
+    s.place[lane] = place;
   }
-  /// Its place; -1: no lane found any.
-  template <int kLanes>
-  TACTUS_HD static Index first_of(const Shared& s) {
-    int best = 0;
-    TACTUS_ROLLED
-    for (int k = 1; k < kLanes; ++k) {
-      if (s.number[k] != kNone && (s.number[best] == kNone || s.distance_m[k] < s.distance_m[best] ||
-                                   (s.distance_m[k] == s.distance_m[best] && s.number[k] < s.number[best])))
-        best = k;
-    }
-    return s.number[best] == kNone ? -1 : s.place[best];
+  template <int kLanes, class Block>
+  TACTUS_HD static void fold_found(const Block& b, Shared& s) {
+    fold<kLanes>(b, kLanes, [&](int lane, int other) {
+      if (s.number[other] != kNone) note(s.number[other], s.place[other], s.distance_m[other], lane, s);
+    });
   }
-  template <int kLanes>
+  /// Of what all lanes found; -1: nothing.
+  TACTUS_HD static Index place_found(const Shared& s) { return s.number[0] == kNone ? -1 : s.place[0]; }
   TACTUS_HD void add_nearest(Index i, Vec3f p, Shared& s) const {
-    const Index place = first_of<kLanes>(s);
+    const Index place = place_found(s);
     s.found = place >= 0;
     if (s.found)
       s.n = add(i, 0, p, place, static_cast<std::int64_t>(s.side) < 0);
@@ -207,9 +207,8 @@ struct FindBodyWalls {
       note(slot, distance, lane, s);
     });
   }
-  template <int kLanes>
   TACTUS_HD void add_across(Index i, Vec3f p, Shared& s) const {
-    const Index place = first_of<kLanes>(s);
+    const Index place = place_found(s);
     if (place >= 0)
       add(i, 1, p, place, false);
     else

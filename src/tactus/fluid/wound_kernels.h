@@ -7,6 +7,7 @@
 /// diameter gives it away. A piece at the skin that is shut tries outside of the skin, and one under liquid
 /// tries above it.
 #include "tactus/compute/atomic.h"
+#include "tactus/compute/fold.h"
 #include "tactus/fluid/flow_kernels.h"
 #include "tactus/geom/neighbour_cells.h"
 
@@ -303,10 +304,8 @@ struct PlanWounds {
           for (Index i = t; i < n; i += kThreads) own += candidate(i, stroke) && holds(i) ? 1 : 0;
           s.count[t] = own;
         });
-        b.on_one_thread([&] {
-          s.total = 0;
-          for (const Index own : s.count) s.total += own;
-        });
+        fold<kThreads>(b, kThreads, [&](int t, int other) { s.count[t] += s.count[other]; });
+        b.on_one_thread([&] { s.total = s.count[0]; });
       };
       counted([](Index) { return true; });
       b.on_one_thread([&] {

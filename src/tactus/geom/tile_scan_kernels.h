@@ -1,12 +1,11 @@
 #pragma once
 /// Exclusive sums of as many numbers as the device says, in two launches: tiles that it does not need end at
 /// once, so the time follows the count and not the room.
-#include "tactus/base/math.h"
-#include "tactus/compute/kernel.h"
+#include "tactus/compute/fold.h"
 
 namespace tactus {
 
-inline constexpr Index kScanTile = 4096;
+inline constexpr Index kScanTile = 2048;
 
 /// Sum of the numbers of a tile.
 struct SumTile {
@@ -26,8 +25,7 @@ struct SumTile {
       for (Index i = t; i < n; i += kThreads) sum += values[first + i];
       s.sum[t] = sum;
     });
-    for (int half = kThreads / 2; half > 0; half /= 2)
-      b.for_threads(half, [&](int t) { s.sum[t] += s.sum[t + half]; });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.sum[t] += s.sum[other]; });
     b.for_threads(1, [&](int) { tile_sum[tile] = s.sum[0]; });
   }
 };
@@ -59,8 +57,7 @@ struct ScanTile {
       s.before[t] = sum;
     });
     b.for_range(kScanTile, [&](int i) { s.value[i + i / kEach] = i < n ? values[first + i] : 0; });
-    for (int half = kThreads / 2; half > 0; half /= 2)
-      b.for_threads(half, [&](int t) { s.before[t] += s.before[t + half]; });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.before[t] += s.before[other]; });
     const int all = scan(b, s);
     b.for_range(n, [&](int i) { values[first + i] = s.value[i + i / kEach]; });
     b.for_threads(1, [&](int) {
