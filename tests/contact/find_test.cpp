@@ -141,7 +141,7 @@ TEST(FindContacts, WhatIsKeptChangesNothing) {
         ASSERT_EQ(contact[how][i].owner, contact[0][i].owner) << "point " << i << " substep " << k;
         ASSERT_EQ(contact[how][i].push_m, contact[0][i].push_m) << "point " << i << " substep " << k;
         ASSERT_EQ(contact[how][i].kick_m_s, contact[0][i].kick_m_s) << "point " << i << " substep " << k;
-        ASSERT_EQ(contact[how][i].held_m, contact[0][i].held_m) << "point " << i << " substep " << k;
+        ASSERT_EQ(contact[how][i].anchor_m, contact[0][i].anchor_m) << "point " << i << " substep " << k;
       }
       if (touching[0][i] == 1) x[i] += contact[0][i].push_m;
       touched += touching[0][i] == 1 ? 1 : 0;

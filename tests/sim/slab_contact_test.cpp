@@ -191,7 +191,7 @@ class Player {
         points_.correct(world_, k, 1, PointPart::first);
         if (k % case_.matching_every == 0) points_.correct(world_, k, case_.matching_every, PointPart::rest);
       }
-      tissue_.watch(k, case_.substeps);
+      tissue_.check_nodes(k, case_.substeps);
     }
     frame_.end_block(case_.substeps);
     points_.end_frame();

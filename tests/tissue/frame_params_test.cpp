@@ -69,7 +69,7 @@ std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elem
   const auto block_of = [&](int count) {
     for (int k = 0; k < count; ++k) {
       body.substep({.matching_every = matching_every}, k, count);
-      body.watch(k, count);
+      body.check_nodes(k, count);
     }
     frame.end_block(count);
   };
@@ -88,7 +88,7 @@ std::vector<Vec3f> stepped_by_device(DeviceSet& devices, const ElementMask& elem
     });
   }
   devices.synchronize();  // a body of few slabs leaves devices on which only the frame counts on
-  EXPECT_EQ(body.watched().bad_substep, -1);
+  EXPECT_EQ(body.node_check().bad_substep, -1);
   return body.positions_m();
 }
 

@@ -148,7 +148,7 @@ TEST_P(SlabBoundary, MovedAndLoadedBodiesAreThoseOfOneCpu) {
   }
 }
 
-/// Strain and the watch are of the whole body, whoever looked.
+/// Strain and the check of nodes are of the whole body, whoever looked.
 TEST_P(SlabBoundary, WhatIsNotedIsWhatOneCpuNotes) {
   const Column column;
   for (const Case& c : all_cases(column)) {
@@ -156,19 +156,19 @@ TEST_P(SlabBoundary, WhatIsNotedIsWhatOneCpuNotes) {
       DeviceSet devices(text, 12);
       BodySolver body(devices, c.model(column), {.least_elements = 0});
       on_slabs(devices, column, c, &body);
-      return std::pair{body.extremes(), body.watched()};
+      return std::pair{body.extremes(), body.node_check()};
     };
-    const auto [strain, watched] = noted(GetParam());
-    const auto [expected_strain, expected_watched] = noted("cpu");
+    const auto [strain, check] = noted(GetParam());
+    const auto [expected_strain, expected_check] = noted("cpu");
     EXPECT_EQ(strain.speed_ratio, expected_strain.speed_ratio);
     EXPECT_EQ(strain.fastest_cube, expected_strain.fastest_cube);
     EXPECT_EQ(strain.smallest_J, expected_strain.smallest_J);
     EXPECT_EQ(strain.smallest_cube, expected_strain.smallest_cube);
     EXPECT_EQ(strain.inverted, expected_strain.inverted);
-    EXPECT_EQ(watched.fastest2_m2_s2, expected_watched.fastest2_m2_s2);
-    EXPECT_EQ(watched.fastest_node, expected_watched.fastest_node);
-    EXPECT_EQ(watched.bad_substep, -1);
-    EXPECT_GT(watched.fastest2_m2_s2, 0.01F);
+    EXPECT_EQ(check.fastest2_m2_s2, expected_check.fastest2_m2_s2);
+    EXPECT_EQ(check.fastest_node, expected_check.fastest_node);
+    EXPECT_EQ(check.bad_substep, -1);
+    EXPECT_GT(check.fastest2_m2_s2, 0.01F);
   }
 }
 
@@ -190,9 +190,9 @@ TEST_P(SlabBoundary, WhatIsTornAwayIsNamed) {
     body.begin_frame();
     body.step({.dt_s = 1e-3F}, 3);
     body.end_frame(3);
-    const WatchRecord watched = body.watched();
-    EXPECT_EQ(watched.bad_substep, 0);
-    EXPECT_EQ(watched.bad_node, node);
+    const NodeCheckRecord check = body.node_check();
+    EXPECT_EQ(check.bad_substep, 0);
+    EXPECT_EQ(check.bad_node, node);
   }
 }
 
@@ -226,13 +226,13 @@ TEST(SlabBoundary, FramesFollowOneAnother) {
         body.end_frame(5);
       }
       const tled::CubeExtremes strain = body.extremes();
-      const WatchRecord watched = body.watched();
+      const NodeCheckRecord check = body.node_check();
       return std::tuple{to_host(devices.context(0), body.body().x_m.const_view()),
                         to_host(devices.context(0), body.body().v_m_s.const_view()),
                         strain.speed_ratio,
                         strain.smallest_J,
-                        watched.fastest2_m2_s2,
-                        watched.fastest_node};
+                        check.fastest2_m2_s2,
+                        check.fastest_node};
     };
     const auto expected = played("cpu", 0);
     EXPECT_GT(std::get<2>(expected), 1.F);

@@ -377,7 +377,7 @@ TEST_P(SlitDevices, StrainOfCopiesIsFound) {
   EXPECT_EQ(uncut.smallest_cube, lattice.copies[0].of);
 }
 
-/// A virtual node that isn't a number is found on every device set, with its number. (It is watched, not
+/// A virtual node that isn't a number is found on every device set, with its number. (It is checked, not
 /// cured.)
 TEST_P(SlitDevices, BadVirtualNodesAreFound) {
   DeviceSet devices(GetParam(), 14);
@@ -390,7 +390,7 @@ TEST_P(SlitDevices, BadVirtualNodesAreFound) {
     body.set_state(x, std::vector<Vec3f>(x.size()));
     body.begin_frame();
     body.end_frame(1);
-    EXPECT_EQ(body.watched().bad_node, bad);
+    EXPECT_EQ(body.node_check().bad_node, bad);
   }
 }
 

@@ -200,7 +200,7 @@ void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
   a.values("points in cubes", list);
   a.values("next points in cubes", next);
   const auto is_cube = [&](Index cube) { return cube >= -1 && cube < cubes_.size(); };
-  for (const PairContact& c : contact) a.check(is_cube(c.cube) && is_cube(c.held_cube), "contacts");
+  for (const PairContact& c : contact) a.check(is_cube(c.cube) && is_cube(c.anchor_cube), "contacts");
   for (const auto* points : {&list, &next})
     for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
   a.buffer(ctx, "active groups", group_active_);

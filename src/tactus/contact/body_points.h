@@ -63,7 +63,7 @@ struct PointContact {
   float depth_m;     ///< how far it was inside
   Index owner = -1;  ///< of what it touches
   Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
-  Vec3f held_m;      ///< where friction holds it; moves along with what it touches
+  Vec3f anchor_m;    ///< where friction holds it; moves along with what it touches
   float left_m = 0;  ///< how deep it stays for now: the wall of a cut that is being parted
 };
 

@@ -45,7 +45,7 @@ struct ListedTriangle {
 inline constexpr Index kListBits = 32, kListWords = ceil_div(kNearTriangles, kListBits);
 
 /// What is being found for one point.
-struct PointFinding {
+struct PointQuery {
   enum class Now : Index { nothing, lost, listed, done };
   Now now;
   Vec3f x_m, v_m_s;
@@ -148,7 +148,7 @@ struct ContactFinder {
   }
 
   /// Where point i is, and whether its list may do.
-  TACTUS_HD void look(Index i, PointFinding& p) const {
+  TACTUS_HD void begin(Index i, PointQuery& p) const {
     const EmbeddedPoint& point = body.table.points[i];
     const Vec3f x = body.position(point);
     const Index searched = body.state.searched[i];
@@ -157,7 +157,7 @@ struct ContactFinder {
     // A list of nothing is that of a point which has too many triangles for one.
     const bool lost = searched < 0 || !(moved < near.free_m) || near.listed_m == 0.F;
     p.x_m = x;
-    p.now = PointFinding::Now::nothing;
+    p.now = PointQuery::Now::nothing;
     p.sleep_m = 0.999F * (near.free_m - moved) / body.spread(point);
     if (body.state.touching[i] != 0) p.sleep_m = 0;
     if (!lost && near.listed_m < 0.F) return;
@@ -171,13 +171,13 @@ struct ContactFinder {
     p.near = near;
     p.crowded = 0;
     p.gap_owner = -1;
-    p.now = PointFinding::Now::listed;
+    p.now = PointQuery::Now::listed;
     if (!lost) return;
     lose(p);
     if (p.to_search == 0U) keep(i, p);
   }
   /// What is to be searched round a point whose list is of no use: all that isn't clearly far.
-  TACTUS_HD void lose(PointFinding& p) const {
+  TACTUS_HD void lose(PointQuery& p) const {
     const Vec3f x = p.x_m, v = p.v_m_s;
     const SurfacePoses& all = poses();
     PointNeighbours near{x, 1e30F, -1, 0, 0};
@@ -215,11 +215,11 @@ struct ContactFinder {
     p.moved_m = 0;
     p.to_search = to_search;
     p.crowded = 0;
-    p.now = PointFinding::Now::lost;
+    p.now = PointQuery::Now::lost;
   }
   /// Keeps what was found.
-  TACTUS_HD void keep(Index i, PointFinding& p) const {
-    p.now = p.near.listed_m < 0.F ? PointFinding::Now::nothing : PointFinding::Now::listed;
+  TACTUS_HD void keep(Index i, PointQuery& p) const {
+    p.now = p.near.listed_m < 0.F ? PointQuery::Now::nothing : PointQuery::Now::listed;
     p.sleep_m = p.near.listed_m < 0.F && body.state.touching[i] == 0
                     ? 0.999F * p.near.free_m / body.spread(body.table.points[i])
                     : 0.F;
@@ -230,7 +230,7 @@ struct ContactFinder {
   /// Searches round point i, which is lost, with all lanes of a block. @param lists whether triangles are to
   /// be listed @param surface boundaries.surface: what kernels are given has no address on a GPU
   template <class Block>
-  TACTUS_HD void search(const Block& b, Index i, const SurfaceTrianglesView& surface, PointFinding& p,
+  TACTUS_HD void search(const Block& b, Index i, const SurfaceTrianglesView& surface, PointQuery& p,
                         TriangleSearch& q, bool lists) const {
     for (std::uint32_t left = p.to_search; left != 0U; left &= left - 1U) {
       const auto owner = static_cast<Index>(lowest_bit(left));
@@ -243,7 +243,7 @@ struct ContactFinder {
     });
   }
   /// Triangle e of the list of point i.
-  TACTUS_HD void see(Index i, Index e, const SurfaceTrianglesView& surface, PointFinding& p) const {
+  TACTUS_HD void see(Index i, Index e, const SurfaceTrianglesView& surface, PointQuery& p) const {
     const auto near = NearTriangle::of(body.state.near[i * kNearTriangles + e]);
     const MeetingPoint at = meet(near.owner, p.x_m, p.v_m_s, facing(i, near.owner));
     const SurfaceTrianglesView& mesh = mesh_of(near.owner, surface);
@@ -252,7 +252,7 @@ struct ContactFinder {
   }
   /// What is to be done to a point, or that its list is too short.
   TACTUS_HD void conclude(Index i, const SurfaceTrianglesView& surface, bool may_search,
-                          PointFinding& p) const {
+                          PointQuery& p) const {
     const Vec3f x = p.x_m, v = p.v_m_s;
     Deepest deepest;
     for (std::uint32_t left = p.near.owners; left != 0U; left &= left - 1U) {
@@ -269,10 +269,10 @@ struct ContactFinder {
       if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
     }
     if (deepest.owner < 0) {
-      p.now = PointFinding::Now::nothing;
+      p.now = PointQuery::Now::nothing;
       return;
     }
-    p.now = PointFinding::Now::done;
+    p.now = PointQuery::Now::done;
     const Index touching = body.state.touching[i];
     touch(i, x, v, touching, deepest);
     body.set_touching(i, body.table.points[i], 1);
@@ -283,7 +283,7 @@ struct ContactFinder {
     if (touching == 0) return;
     PointContact& contact = body.state.contact[i];
     if (contact.owner >= kPieces || contact.owner < poses().count)
-      contact.held_m += dt_s * velocity_of(contact.owner, contact.held_m);
+      contact.anchor_m += dt_s * velocity_of(contact.owner, contact.anchor_m);
     body.set_touching(i, body.table.points[i], touching < kLingering ? touching + 1 : 0);
   }
 
@@ -295,7 +295,7 @@ struct ContactFinder {
   static constexpr float kSteepestWedge = 0.2F;
   /// The edge of a blade pushes nothing away: it is to cut it. Nor does a flank push what came in by the
   /// edge: beside a cut that is still to open, a lattice can't be parted. But the walls of a cut are parted.
-  TACTUS_HD bool touches_tool(Index i, Index owner, const PointFinding& p, const SurfaceGap& g) const {
+  TACTUS_HD bool touches_tool(Index i, Index owner, const PointQuery& p, const SurfaceGap& g) const {
     const Obstacle& o = boundaries.obstacles[owner - kPieces];
     if (o.edge_m.empty()) return true;
     const ToolPose& tool = poses().tool[o.tool];
@@ -313,7 +313,7 @@ struct ContactFinder {
   }
   /// f(triangle) for those of an owner that may decide.
   template <class F>
-  TACTUS_HD static void for_each_listed(Index owner, const PointFinding& p, F&& f) {
+  TACTUS_HD static void for_each_listed(Index owner, const PointQuery& p, F&& f) {
     for (Index word = 0; word < kListWords; ++word) {
       for (std::uint32_t left = p.deciding[word]; left != 0U; left &= left - 1U) {
         const ListedTriangle& t = p.list[kListBits * word + lowest_bit(left)];
@@ -322,16 +322,16 @@ struct ContactFinder {
     }
   }
 
-  TACTUS_HD void begin_search(TriangleSearch& q, Index owner, Index i, const PointFinding& p) const {
+  TACTUS_HD void begin_search(TriangleSearch& q, Index owner, Index i, const PointQuery& p) const {
     q.at = meet(owner, p.x_m, p.v_m_s, facing(i, owner));
     q.way_m = min(length(q.at.p_m - q.at.before_m), body.reach_m);
-    q.least = q.held = {};
+    q.least = q.facing = {};
     q.candidates = 0;
     q.listed = static_cast<std::uint32_t>(p.near.count);
   }
   template <class Block>
   TACTUS_HD void search_owner(const Block& b, Index i, Index owner, const SurfaceTrianglesView& mesh,
-                              PointFinding& p, TriangleSearch& q, bool lists) const {
+                              PointQuery& p, TriangleSearch& q, bool lists) const {
     const Index piece = own(owner);
     constexpr int kLanes = TriangleSearch::lanes<Block>();
     const auto once = [&](auto&& f) { b.on_one_thread(f); };
@@ -372,7 +372,7 @@ struct ContactFinder {
     }
   }
   /// Whether the owner is near, so that its triangles are to be listed, or only how far it is.
-  TACTUS_HD void weigh(TriangleSearch& q, Index owner, float sure, bool lists, PointFinding& p) const {
+  TACTUS_HD void weigh(TriangleSearch& q, Index owner, float sure, bool lists, PointQuery& p) const {
     PointNeighbours& near = p.near;
     q.within_m = -1;
     if (q.candidates == 0U) {
@@ -397,7 +397,7 @@ struct ContactFinder {
   /// The gap between a point and an owner whose triangles are near. Returns false where the list is too
   /// short.
   TACTUS_HD bool find_gap(Index i, Index owner, const SurfaceTrianglesView& surface, bool may_search,
-                          const PointFinding& p, SurfaceGap& gap) const {
+                          const PointQuery& p, SurfaceGap& gap) const {
     const SurfaceTrianglesView& mesh = mesh_of(owner, surface);
     const Vec3f face = facing(i, owner);
     const MeetingPoint at = meet(owner, p.x_m, p.v_m_s, face);
@@ -422,7 +422,7 @@ struct ContactFinder {
   /// Triangles that are farther than sure are listed if they are in the cells round the point. These have to
   /// be the same, then.
   TACTUS_HD bool sees_same(Index i, Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m, float needed_m,
-                           const PointFinding& p) const {
+                           const PointQuery& p) const {
     if (needed_m <= mesh.sure_reach_m()) return true;
     Vec3f then = p.near.x_m;
     const SurfacePoses& before = boundaries.poses[body.state.searched[i]];
@@ -433,7 +433,7 @@ struct ContactFinder {
     return mesh.cells.grid.cell(at_m) == mesh.cells.grid.cell(then);
   }
   TACTUS_HD GapOfTriangles gap_of_list(Index owner, const SurfaceTrianglesView& mesh, Vec3f at_m,
-                                       const PointFinding& p) const {
+                                       const PointQuery& p) const {
     GapOfTriangles found(body.reach_m);
     for_each_listed(owner, p, [&](const ListedTriangle& t) { found.see(t.seen, t.near.slot); });
     for_each_listed(owner, p, [&](const ListedTriangle& t) { found.choose(t.seen, t.near.slot); });
@@ -456,8 +456,8 @@ struct ContactFinder {
     const bool same = touching != 0 && contact.owner == deepest.owner;
     const float deep = -deepest.gap_m, before = same ? max(contact.left_m - kParting_m_s * dt_s, 0.F) : deep,
                 left = deepest.parts ? min(before, deep) : 0.F, depth = deep - left;
-    const Vec3f held = same ? contact.held_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
-    const Vec3f away = x - held, slide = away - dot(away, n) * n;
+    const Vec3f anchor = same ? contact.anchor_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
+    const Vec3f away = x - anchor, slide = away - dot(away, n) * n;
     const float distance = length(slide), most = friction * depth;
     const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
     const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);

@@ -35,14 +35,14 @@ struct WakePoints {
     b.for_threads(count, [&](int t) {
       s.sleep_m[t] = -1;
       if (moved_m != kNever && moved_m < blocks.sleep_m[first + t]) return;
-      PointFinding p;
-      finder.look(first + t, p);
+      PointQuery p;
+      finder.begin(first + t, p);
       s.sleep_m[t] = p.sleep_m;
       atomic_store(s.looked, 1U);
       if (p.sleep_m > 0.F) atomic_store(s.has_room, 1U);
-      if (p.now == PointFinding::Now::listed)
+      if (p.now == PointQuery::Now::listed)
         body.state.awake.add(first + t);
-      else if (p.now == PointFinding::Now::lost)
+      else if (p.now == PointQuery::Now::lost)
         body.state.lost.add(first + t);
       else
         finder.let_go(first + t);
@@ -113,15 +113,15 @@ struct WakePoints {
 class FoundPoint {
  public:
   SurfaceTrianglesView surface;
-  PointFinding point;
+  PointQuery point;
   ListedTriangle list[kNearTriangles];
   std::uint32_t deciding[kListWords];
   LeastOfTriangles least[kOwners];
-  TACTUS_HD void look(const ContactFinder& finder, Index i) {
+  TACTUS_HD void begin(const ContactFinder& finder, Index i) {
     surface = finder.boundaries.surface;
     point.list = list;
     point.deciding = deciding;
-    finder.look(i, point);
+    finder.begin(i, point);
   }
   /// One thread looks at what may decide, so a GPU's lanes leave it few. On a CPU, which has one lane, that
   /// would be for nothing.
@@ -163,12 +163,12 @@ struct FindContacts {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index i = finder.body.state.awake.points[b.index()];
-    b.on_one_thread([&] { s.found.look(finder, i); });
+    b.on_one_thread([&] { s.found.begin(finder, i); });
     s.found.see_list(b, finder, i);
     b.on_one_thread([&] {
       finder.conclude(i, s.found.surface, true, s.found.point);
-      if (s.found.point.now == PointFinding::Now::lost) finder.body.state.lost.add(i);
-      if (s.found.point.now == PointFinding::Now::nothing) finder.let_go(i);
+      if (s.found.point.now == PointQuery::Now::lost) finder.body.state.lost.add(i);
+      if (s.found.point.now == PointQuery::Now::nothing) finder.let_go(i);
     });
   }
 };
@@ -188,24 +188,24 @@ struct SearchContacts {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index i = finder.body.state.lost.points[b.index()];
-    PointFinding& p = s.found.point;
+    PointQuery& p = s.found.point;
     b.on_one_thread([&] {
-      s.found.look(finder, i);
-      if (p.now == PointFinding::Now::listed) finder.lose(p);
+      s.found.begin(finder, i);
+      if (p.now == PointQuery::Now::listed) finder.lose(p);
     });
     // Where the new list is too short, a GPU's lanes look for the gap together.
     constexpr int kRounds = Block::kIsLoop ? 1 : 2;
     for (int round = 0; round < kRounds; ++round) {
-      const bool is_lost = p.now == PointFinding::Now::lost;
+      const bool is_lost = p.now == PointQuery::Now::lost;
       b.barrier();  // the search may say something else at once
       if (!is_lost) break;
       finder.search(b, i, s.found.surface, p, s.search, round == 0);
-      if (p.now != PointFinding::Now::listed) break;
+      if (p.now != PointQuery::Now::listed) break;
       s.found.see_list(b, finder, i);
       b.on_one_thread([&] { finder.conclude(i, s.found.surface, round + 1 < kRounds, p); });
     }
     b.on_one_thread([&] {
-      if (p.now == PointFinding::Now::nothing) finder.let_go(i);
+      if (p.now == PointQuery::Now::nothing) finder.let_go(i);
     });
   }
 };

@@ -93,8 +93,8 @@ struct Obstacle {
     float enter = -1, leave = 2;
     int face = -1;
     bool inside = true, misses = false;
-    float nearest = -1e30F, held = -1;
-    int nearest_axis = 0, held_axis = -1;
+    float nearest = -1e30F, facing_most = -1;
+    int nearest_axis = 0, facing_axis = -1;
     for (int a = 0; a < 3; ++a) {
       const float d = abs(p[a]) - half_m[a];
       inside = inside && d < 0.F;
@@ -103,9 +103,9 @@ struct Obstacle {
         nearest_axis = a;
       }
       const float along = p[a] < 0.F ? -facing[a] : facing[a];
-      if (along > max(held, 0.7F)) {
-        held = along;
-        held_axis = a;
+      if (along > max(facing_most, 0.7F)) {
+        facing_most = along;
+        facing_axis = a;
       }
       const float way = p[a] - before[a];
       if (abs(before[a]) >= half_m[a]) {  // it has to enter through this pair of faces
@@ -127,7 +127,7 @@ struct Obstacle {
     }
     if (!inside) return {};
     // A side that faces away from where it touched is not the one to go back to.
-    const int to = held_axis >= 0 ? held_axis : nearest_axis;
+    const int to = facing_axis >= 0 ? facing_axis : nearest_axis;
     const float sign = p[to] < 0.F ? -1.F : 1.F;
     return {abs(p[to]) - half_m[to], axis(to, sign), true};
   }

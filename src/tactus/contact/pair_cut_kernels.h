@@ -40,7 +40,7 @@ struct WeighPairs {
   View<const Index> gone;  ///< ascending
   TACTUS_HD void operator()(Index i) const {
     PairContact& c = state.contact[i];
-    if (is_gone(c.cube) || (c.touching != 0 && is_gone(c.held_cube))) c = {};
+    if (is_gone(c.cube) || (c.touching != 0 && is_gone(c.anchor_cube))) c = {};
     if (c.touching == 1) add_pair_weights(table, state, i, c, 1);
   }
 

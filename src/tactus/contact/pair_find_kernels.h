@@ -73,7 +73,7 @@ struct FindPairs {
     b.on_one_thread([&] { s.active = s.reach_m = 0; });
     // A point that is in a cube of the only body in question is in no other cube.
     const bool is_one = others == 1 && cut == 0 && !is_self;
-    b.for_threads(group.count, [&](int t) { look(group, t, is_one, s); });
+    b.for_threads(group.count, [&](int t) { revisit(group, t, is_one, s); });
     if (is_self) search_itself(b, s, group, box);
     TACTUS_ROLLED
     for (Index body = 0; body < bodies; ++body) {
@@ -128,7 +128,7 @@ struct FindPairs {
   static constexpr float kBeyondWall = 1e-3F;
 
   /// Most points are in the cube in which they were.
-  TACTUS_HD void look(const PointGroup& group, int t, bool is_one, Shared& s) const {
+  TACTUS_HD void revisit(const PointGroup& group, int t, bool is_one, Shared& s) const {
     const Index i = group.first + t;
     s.x_m[t] = table.bodies[group.body].nodes.position(table.points[i]);
     s.cube[t] = -1;
@@ -353,14 +353,14 @@ struct FindPairs {
     const float depth = -rest.distance_m * steepness / slope;
 
     const Vec3f rel = body.nodes.velocity(point) - CubeCorners::velocity(other.nodes, cube, q);
-    const bool same = contact.touching != 0 && table.cubes[contact.held_cube].body == cube.body;
-    const Vec3f held =
-        same ? CubeCorners::map(other.nodes, table.cubes[contact.held_cube]).at(contact.held_q) : x;
-    const Vec3f away = x - held, slide = away - dot(away, n) * n;
+    const bool same = contact.touching != 0 && table.cubes[contact.anchor_cube].body == cube.body;
+    const Vec3f anchor =
+        same ? CubeCorners::map(other.nodes, table.cubes[contact.anchor_cube]).at(contact.anchor_q) : x;
+    const Vec3f away = x - anchor, slide = away - dot(away, n) * n;
     const float distance = length(slide), most = friction * depth;
     Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
-    contact.held_cube = c;
-    contact.held_q = q + jacobian.solve(push);
+    contact.anchor_cube = c;
+    contact.anchor_q = q + jacobian.solve(push);
     // What was put into one another must not be shot apart.
     const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m), far = length(push);
     if (far > farthest) push *= farthest / far;

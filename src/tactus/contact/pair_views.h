@@ -162,8 +162,8 @@ struct PairContact {
   Index touching = 0;  ///< 1 while it touches; 2 .. kLingering: so many corrections after
   Index cube = -1;     ///< where it is inside of what it touches
   Vec3f q;             ///< in that cube
-  Index held_cube = -1;
-  Vec3f held_q;  ///< where friction holds it
+  Index anchor_cube = -1;
+  Vec3f anchor_q;  ///< where friction holds it
   Vec3f x_m, push_m, kick_m_s;
   float depth_m = 0;
   Vec3f impulse_N_s, shift_kg_m;  ///< after all that touch were seen

@@ -110,7 +110,7 @@ struct PaperContact {
     best.depth_m = max(best.depth_m, depth);
     best.n = surface.turn * n;
     best.owner = k;
-    best.held_m = best.x_m;
+    best.anchor_m = best.x_m;
   }
 
   TACTUS_HD Forces forces_of(Index k, Vec3f p, Vec3f rel) const {

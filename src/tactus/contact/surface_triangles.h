@@ -92,19 +92,19 @@ struct SeenTriangle {
 /// (p - q) . sum_t w_t n_t is the weighted sum of p's distances from the planes. It is summed as an integer,
 /// whatever the order. A triangle in several pieces counts once.
 struct GapOfTriangles {
-  float reach2_m2, nearest2_m2, held2_m2;  ///< squared distances
+  float reach2_m2, nearest2_m2, facing2_m2;  ///< squared distances
   float share = 2;
-  Index crossed = -1, nearest = -1, held = -1;  ///< slots
-  float crossed_side_m = 0, nearest_side_m = 0, held_side_m = 0;
+  Index crossed = -1, nearest = -1, facing = -1;  ///< slots
+  float crossed_side_m = 0, nearest_side_m = 0, facing_side_m = 0;
   Index weighed = 0;  ///< < 0: the nearest triangles were weighed, and the point is inside; > 0: outside
   float least_side_m = 1e30F, most_side_m = -1e30F;  ///< of the nearest
 
   TACTUS_HD explicit GapOfTriangles(float reach_m)
-      : reach2_m2(sqr(reach_m)), nearest2_m2(reach2_m2), held2_m2(reach2_m2) {}
+      : reach2_m2(sqr(reach_m)), nearest2_m2(reach2_m2), facing2_m2(reach2_m2) {}
   TACTUS_HD void see(const SeenTriangle& t, Index slot) {
     if (t.distance2_m2 > reach2_m2) return;
     nearest2_m2 = min(nearest2_m2, t.distance2_m2);
-    if (t.faces != 0) held2_m2 = min(held2_m2, t.distance2_m2);
+    if (t.faces != 0) facing2_m2 = min(facing2_m2, t.distance2_m2);
     if (!(t.share < share || (t.share == share && t.share < 2.F && slot < crossed))) return;
     share = t.share;
     crossed = slot;
@@ -115,7 +115,7 @@ struct GapOfTriangles {
       least_side_m = min(least_side_m, t.side_m);
       most_side_m = max(most_side_m, t.side_m);
     }
-    if (t.faces != 0) choose(t, slot, held2_m2, held, held_side_m);
+    if (t.faces != 0) choose(t, slot, facing2_m2, facing, facing_side_m);
   }
   /// Whether the nearest triangles say different things, so that all have to be weighed.
   TACTUS_HD bool is_mixed() const { return least_side_m < 0.F && most_side_m >= 0.F; }
@@ -126,12 +126,12 @@ struct GapOfTriangles {
   }
   /// All triangles within that have to be seen.
   TACTUS_HD float needed_m(bool touched) const {
-    return (1.F + kTie) * tactus::sqrt(inside() && touched ? max(nearest2_m2, held2_m2) : nearest2_m2);
+    return (1.F + kTie) * tactus::sqrt(inside() && touched ? max(nearest2_m2, facing2_m2) : nearest2_m2);
   }
   /// The triangle that p is brought to, when it is inside.
   TACTUS_HD Index slot() const {
     if (crossed >= 0) return crossed;
-    return held >= 0 && held_side_m < 0.F ? held : nearest;
+    return facing >= 0 && facing_side_m < 0.F ? facing : nearest;
   }
   TACTUS_HD SurfaceGap gap(const TriangleCorners& t, Vec3f p) const {
     const Vec3f face = normalized(cross(t.b - t.a, t.c - t.a));
@@ -215,9 +215,9 @@ struct SurfaceTrianglesView {
     };
     seen_by([&](const SeenTriangle& t, Index s) {
       found.see(t, s);
-      // `held` needs its own nearest triangle, which may be the far side of something thin.
-      within =
-          max(way, (1.F + GapOfTriangles::kTie) * tactus::sqrt(touched ? found.held2_m2 : found.nearest2_m2));
+      // `facing` needs its own nearest triangle, which may be the far side of something thin.
+      within = max(
+          way, (1.F + GapOfTriangles::kTie) * tactus::sqrt(touched ? found.facing2_m2 : found.nearest2_m2));
     });
     if (found.crossed < 0) {
       seen_by([&](const SeenTriangle& t, Index s) { found.choose(t, s); });

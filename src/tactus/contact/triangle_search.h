@@ -22,23 +22,25 @@ struct LeastDistance {
 
 /// What decides a point's gap, of triangles that are seen in any order.
 struct LeastOfTriangles {
-  LeastDistance nearest2_m2, held2_m2, share;
+  LeastDistance nearest2_m2, facing2_m2, share;
 
   TACTUS_HD void see(const SeenTriangle& t, float reach2_m2) {
     if (t.distance2_m2 > reach2_m2) return;
     nearest2_m2.see(t.distance2_m2);
-    if (t.faces != 0) held2_m2.see(t.distance2_m2);
+    if (t.faces != 0) facing2_m2.see(t.distance2_m2);
     if (t.share < 2.F) share.see(t.share);
   }
   TACTUS_HD float nearest2(float reach2_m2) const {
     return nearest2_m2.found() ? nearest2_m2.value() : reach2_m2;
   }
-  TACTUS_HD float held2(float reach2_m2) const { return held2_m2.found() ? held2_m2.value() : reach2_m2; }
+  TACTUS_HD float facing2(float reach2_m2) const {
+    return facing2_m2.found() ? facing2_m2.value() : reach2_m2;
+  }
   /// Once all were seen: false only where GapOfTriangles finds the same without the triangle.
   TACTUS_HD bool may_decide(const SeenTriangle& t, float reach2_m2) const {
     return (share.found() && t.distance2_m2 <= reach2_m2 && t.share == share.value()) ||
            GapOfTriangles::ties(t.distance2_m2, nearest2(reach2_m2)) ||
-           (t.faces != 0 && GapOfTriangles::ties(t.distance2_m2, held2(reach2_m2)));
+           (t.faces != 0 && GapOfTriangles::ties(t.distance2_m2, facing2(reach2_m2)));
   }
 };
 
@@ -52,7 +54,7 @@ struct DecidingTriangles {
 
   TACTUS_HD void see(const SeenTriangle& t) { least.see(t, reach2_m2); }
   TACTUS_HD float nearest2() const { return least.nearest2(reach2_m2); }
-  TACTUS_HD float held2() const { return least.held2(reach2_m2); }
+  TACTUS_HD float facing2() const { return least.facing2(reach2_m2); }
   /// Once all were seen.
   TACTUS_HD void take(const SeenTriangle& t, Index s) {
     if (!least.may_decide(t, reach2_m2)) return;
@@ -71,9 +73,8 @@ struct TriangleSearch {
   Index runs, total;   ///< of slots, in the cells that come near enough
   Index run_begin[kCells], run_before[kCells + 1];
   LeastDistance least;
-  LeastDistance held;  ///< what touched is brought to the nearest that faces as it did there, up to the reach
-  Index seeks_held;  ///< != 0: it touched and may be inside, so it may be held by a triangle farther than the
-                     ///< nearest
+  LeastDistance
+      facing;  ///< what touched is brought to the nearest that faces as it did there, up to the reach
   std::uint32_t candidates, listed;
   float distance2_m2[kCandidates], side_m[kCandidates];
   float within_m;              ///< so near are the triangles that are listed; < 0: none are
@@ -184,7 +185,7 @@ struct TriangleSearch {
   /// Once distances are known, only the nearest count, or those on the way.
   TACTUS_HD void narrow_gap() {
     within_m = max(way_m, (1.F + GapOfTriangles::kTie) *
-                              tactus::sqrt(touched() ? deciding.held2() : deciding.nearest2()));
+                              tactus::sqrt(touched() ? deciding.facing2() : deciding.nearest2()));
   }
   TACTUS_HD bool touched() const { return dot(at.facing, at.facing) > 0.F; }
   TACTUS_HD SurfaceGap gap(const SurfaceTrianglesView& mesh, Index own, float reach_m) const {
@@ -215,7 +216,7 @@ struct TriangleSearch {
     return touched() ? reach_m : nearest_within_m(reach_m);
   }
   TACTUS_HD void see(float d2, Vec3f corner, Vec3f n, float reach_m) {
-    if (touched() && dot(n, at.facing) > 0.F) held.see(tactus::sqrt(d2));
+    if (touched() && dot(n, at.facing) > 0.F) facing.see(tactus::sqrt(d2));
     if (d2 <= sqr(nearest_within_m(reach_m))) add_candidate(d2, dot(at.p_m - corner, n));
   }
   TACTUS_HD void add_candidate(float d2, float side) {
@@ -228,7 +229,7 @@ struct TriangleSearch {
   /// So far a list has to reach, at least. Distances are rounded and compared with a tolerance.
   TACTUS_HD float needed_m(float reach_m) const {
     const Nearest all = nearest();
-    const float far = !touched() || all.side_m >= 0.F ? 0.F : held.found() ? held.value() : reach_m;
+    const float far = !touched() || all.side_m >= 0.F ? 0.F : facing.found() ? facing.value() : reach_m;
     return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, way_m), far);
   }
   struct Nearest {

@@ -28,13 +28,13 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevic
   if (points_.count() > 0) add_contact_stages(schedule, readback, world);
   const bool acted_on = !is_untouched() || !shape_.motions.empty() || !shape_.loads.empty();
   if (acted_on)
-    schedule.add({.name = stage("watch"),
+    schedule.add({.name = stage("check nodes"),
                   .timed_as = "bodies",
                   .rate = Rate::substep,
                   .devices = stage_devices(),
-                  .writes = {stage("watch record")},
+                  .writes = {stage("node check record")},
                   .reads = {nodes_resource()},
-                  .submit = [this](BlockPlace at) { tissue_.watch(at.substep, at.count); }});
+                  .submit = [this](BlockPlace at) { tissue_.check_nodes(at.substep, at.count); }});
   schedule.add({.name = stage("end"),
                 .timed_as = "end",
                 .rate = Rate::after,

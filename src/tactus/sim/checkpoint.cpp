@@ -11,7 +11,7 @@ void SoftBody::archive(StateArchive& a) {
   tissue_.archive(a);
   points_.archive(a);
   a.value("strain", strain_);
-  a.value("watch", watched_);
+  a.value("node check", node_check_);
   a.value("motion", motion_);
   a.value("whether it blew up", is_stopped_);
   a.value("whether it was inverted", was_inverted_);
@@ -19,7 +19,7 @@ void SoftBody::archive(StateArchive& a) {
   a.check(strain_.fastest_cube >= 0 && strain_.fastest_cube < shape_.lattice.cube_count() &&
               strain_.smallest_cube >= 0 && strain_.smallest_cube < shape_.lattice.cube_count(),
           "strain");
-  a.check(watched_.fastest_node >= -1 && watched_.fastest_node < node_count(), "watch");
+  a.check(node_check_.fastest_node >= -1 && node_check_.fastest_node < node_count(), "node check");
   tissue_.set_spin(motion_.spin_rad_s);
   if (is_stopped_) tissue_.stop();
 }

@@ -132,22 +132,22 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
 }
 
 /// Nothing looks into the frame of a body on which nothing acts.
-int SoftBody::watch_every(int substeps) const { return nothing_acts() ? substeps : tissue_.watch_every(); }
+int SoftBody::check_every(int substeps) const { return nothing_acts() ? substeps : tissue_.check_every(); }
 
 std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int substeps) {
   if (is_stopped_) return "";
   const tled::CubeExtremes strain_before = strain_;
-  const WatchRecord before = watched_;
+  const NodeCheckRecord before = node_check_;
   strain_ = tissue_.extremes(&readback);
-  watched_ = tissue_.watched(&readback);
+  node_check_ = tissue_.node_check(&readback);
   motion_ = tissue_.rigid_motion(&readback);
   tissue_.set_spin(motion_.spin_rad_s);
   const std::string impossible = impossible_state();
-  if (impossible.empty() && watched_.bad_substep < 0) return "";
-  const WatchRecord bad = watched_;
+  if (impossible.empty() && node_check_.bad_substep < 0) return "";
+  const NodeCheckRecord bad = node_check_;
   std::string text = "body '" + name() + "' blew up" + (bad.bad_substep < 0 ? impossible : "");
   if (bad.bad_substep >= 0) {
-    const int last = bad.bad_substep + 1, every = watch_every(substeps),
+    const int last = bad.bad_substep + 1, every = check_every(substeps),
               first = (last - 1) / every * every + 1;
     text += (first < last ? " in substeps " + std::to_string(first) + " to " : " in substep ") +
             std::to_string(last) + " of " + std::to_string(substeps) + ", first seen at " +
@@ -159,7 +159,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   tissue_.set_state(x_m, std::vector<Vec3f>(x_m.size()));
   tissue_.stop();
   strain_ = strain_before;
-  watched_ = before;
+  node_check_ = before;
   is_stopped_ = true;
   char state[200];
   std::snprintf(state, sizeof state,
@@ -209,7 +209,7 @@ std::string SoftBody::newly_inverted() {
 
 double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
   if (is_stopped_ || nothing_acts()) return 0;
-  const double own_m_s = std::sqrt(double{watched_.fastest_element2_m2_s2});
+  const double own_m_s = std::sqrt(double{node_check_.fastest_element2_m2_s2});
   double speed = std::max(own_m_s, description_.contact ? surface_m_s : 0);
   for (const NodeMotion& motion : shape_.motions)
     speed = std::max(speed, fastest_move(shape_.lattice, motion, from_s, to_s).speed_m_s);
@@ -229,7 +229,7 @@ void SoftBody::slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s) {
   tissue_.set_state(positions_m(ctx), v_m_s);
 }
 
-float SoftBody::fastest_m_s() const { return std::sqrt(watched_.fastest2_m2_s2); }
+float SoftBody::fastest_m_s() const { return std::sqrt(node_check_.fastest2_m2_s2); }
 
 double SoftBody::wave_m_s() const {
   const MaterialDescription& m = description_.material;

@@ -63,8 +63,8 @@ class SoftBody {
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
   /// Likewise, mean torque about the axis' pivot [N m].
   std::vector<Vec3d> motion_torques_N_m(double dt_frame_s) { return tissue_.motion_torques_N_m(dt_frame_s); }
-  /// Declares its work in a frame: steps, contact, watch, and the surface that is seen. `world` and the
-  /// schedule's frame must outlive its runs.
+  /// Declares its work in a frame: steps, contact, the check of nodes, and the surface that is seen. `world`
+  /// and the schedule's frame must outlive its runs.
   void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
   /// What it did to what it touched, over the frame that was waited for.
   ContactReport contact(const Readback& readback, float dt_frame_s, int substeps) const;
@@ -78,7 +78,7 @@ class SoftBody {
   bool is_stopped() const { return is_stopped_; }
   /// Fastest over the last frame [m/s]; node -1: nothing moved.
   float fastest_m_s() const;
-  Index fastest_node() const { return watched_.fastest_node; }
+  Index fastest_node() const { return node_check_.fastest_node; }
   /// How fast strain travels through what it is made of, at most [m/s].
   double wave_m_s() const;
   /// What acts on the body next to where it rests at p_m: "'moved[0]' (grip) moves it, at up to 0.3 m/s",
@@ -180,7 +180,7 @@ class SoftBody {
   StageDevices stage_devices() const { return device_count() > 1 ? StageDevices::all : StageDevices::first; }
   void add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world);
   void begin_stage(ExecContext& ctx);
-  int watch_every(int substeps) const;
+  int check_every(int substeps) const;
   bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
@@ -202,7 +202,7 @@ class SoftBody {
   BodySolver tissue_;
   bool is_stopped_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
-  WatchRecord watched_;
+  NodeCheckRecord node_check_;
   RigidMotion motion_;
   double largest_energy_J_ = 0;  ///< that its material could hold: Young's modulus times volume
   Buffer<Vec3f> frame_begin_x_m_;

@@ -1,8 +1,8 @@
 #pragma once
 /// One record out of many.
 #include "tactus/compute/kernel.h"
+#include "tactus/tissue/node_check_kernels.h"
 #include "tactus/tissue/tled/tled_kernels.h"
-#include "tactus/tissue/watch_kernels.h"
 
 namespace tactus {
 
@@ -39,9 +39,9 @@ struct MergeRecords {
   }
 };
 
-struct MergeWatch {
-  TACTUS_HD static WatchRecord none() { return {}; }
-  TACTUS_HD WatchRecord operator()(WatchRecord first, const WatchRecord& later) const {
+struct MergeNodeChecks {
+  TACTUS_HD static NodeCheckRecord none() { return {}; }
+  TACTUS_HD NodeCheckRecord operator()(NodeCheckRecord first, const NodeCheckRecord& later) const {
     first.add(later);
     return first;
   }
@@ -53,7 +53,7 @@ struct MergeExtremes {
     return tled::FindExtremes::worse(first, later);
   }
 };
-using SummariseWatch = MergeRecords<WatchRecord, MergeWatch>;
+using SummariseNodeCheck = MergeRecords<NodeCheckRecord, MergeNodeChecks>;
 using SummariseExtremes = MergeRecords<tled::CubeExtremes, MergeExtremes>;
 
 }  // namespace tactus

@@ -45,14 +45,14 @@ BodySolver::Part::Part(ExecContext& context, Hybrid of_layers, const BodyModel& 
       beside(context.device()),
       tissue(std::move(of_layers)),
       boundary(ctx, model.lattice, model.conditions, tissue.window()),
-      watch(ctx, tissue.window().own.count()),
+      node_check(ctx, tissue.window().own.count()),
       motion(ctx, model.lattice, {first_own(), first_own() + tissue.window().own.count()}),
       spin_rad_s(to_device(ctx, std::vector<Vec3f>(1))) {
   const std::vector<Vec3f> zero(static_cast<std::size_t>(tissue.window().count()));
   state = {to_device(ctx, held(model.lattice.rest_positions_m())), to_device(ctx, zero),
            to_device(ctx, zero)};
   stopped = to_device(ctx, std::vector<Index>{0});
-  if (tissue.window().patch.count() > 0) patch_watch.emplace(ctx, tissue.window().patch.count());
+  if (tissue.window().patch.count() > 0) patch_check.emplace(ctx, tissue.window().patch.count());
   if (!model.lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(model.lattice.copies.size()));
 }
 
@@ -161,8 +161,8 @@ void BodySolver::begin_frame() {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.boundary.begin_frame(part.ctx, on_part({}, p, 0).frame);
-    part.watch.begin_frame(part.ctx);
-    if (part.patch_watch) part.patch_watch->begin_frame(part.ctx);
+    part.node_check.begin_frame(part.ctx);
+    if (part.patch_check) part.patch_check->begin_frame(part.ctx);
   }
 }
 
@@ -171,7 +171,7 @@ void BodySolver::step(const BodyStep& step, int count) {
   begin_substeps();
   for (int k = 0; k < count; ++k) {
     substep(step, k, count);
-    if (has_boundary_) watch(k, count);
+    if (has_boundary_) check_nodes(k, count);
   }
   end_substeps(count);
 }
@@ -269,25 +269,25 @@ void BodySolver::substep(const BodyStep& step, int k, int count) {
   for_each_slab([&](int p) { node_halo_->await_readers(p, nodes()); });
 }
 
-void BodySolver::look(int k, int every) {
-  for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look(k, frame_of(p), every);
+void BodySolver::check_now(int k, int every) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->check_now(k, frame_of(p), every);
 }
 
-void BodySolver::watch(int k, int count) {
+void BodySolver::check_nodes(int k, int count) {
   if (stays_in_cells() && changes_ == 0) return;
-  // Blocks begin at a multiple of their own length, the longest first: in most it is known who looks.
-  const bool looks = (k + 1) % watch_every() == 0;
-  if (frame_ == nullptr ? k + 1 == count || !looks : count % watch_every() == 0 && !looks) return;
-  if (!stays_in_cells()) return look(k, watch_every());
-  for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->look_in_cells(k, frame_of(p), watch_every());
+  // Blocks begin at a multiple of their own length, the longest first: in most it is known who checks.
+  const bool checks = (k + 1) % check_every() == 0;
+  if (frame_ == nullptr ? k + 1 == count || !checks : count % check_every() == 0 && !checks) return;
+  if (!stays_in_cells()) return check_now(k, check_every());
+  for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p]->check_in_cells(k, frame_of(p), check_every());
 }
 
 void BodySolver::end_frame(int count) {
-  look(frame_ != nullptr ? 0 : count - 1, 1);
+  check_now(frame_ != nullptr ? 0 : count - 1, 1);
   for (auto& part : parts_) {
     part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
-    part->watch.summarise(part->ctx);
-    if (part->patch_watch) part->patch_watch->summarise(part->ctx);
+    part->node_check.summarise(part->ctx);
+    if (part->patch_check) part->patch_check->summarise(part->ctx);
     part->ctx.record(part->moved);
   }
   if (model().has_elements()) {
@@ -324,29 +324,30 @@ void BodySolver::end_frame(int count) {
 void BodySolver::add_reports(Readback& readback) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
-    part.watch_report = readback.add(part.watch.summary(), static_cast<int>(p));
-    if (part.patch_watch)
-      part.patch_watch_report = readback.add(part.patch_watch->summary(), static_cast<int>(p));
+    part.check_report = readback.add(part.node_check.summary(), static_cast<int>(p));
+    if (part.patch_check)
+      part.patch_check_report = readback.add(part.patch_check->summary(), static_cast<int>(p));
     part.motion_report = readback.add(part.motion.sums(), static_cast<int>(p));
     part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
   }
   if (patch_) patch_->motion_report = readback.add(patch_->motion.sums(), 0);
 }
 
-WatchRecord BodySolver::watched(const Readback* readback) {
-  WatchRecord all;
-  const auto found = [&](Part& part, const BodyWatch& watch, const Readback::Place& report) {
-    return readback != nullptr ? readback->get<WatchRecord>(report)[0]
-                               : to_host(part.ctx, watch.summary())[0];
+NodeCheckRecord BodySolver::node_check(const Readback* readback) {
+  NodeCheckRecord all;
+  const auto found = [&](Part& part, const NodeCheck& check, const Readback::Place& report) {
+    return readback != nullptr ? readback->get<NodeCheckRecord>(report)[0]
+                               : to_host(part.ctx, check.summary())[0];
   };
-  for (auto& part : parts_) all.add(found(*part, part->watch, part->watch_report), part->first_own());
+  for (auto& part : parts_) all.add(found(*part, part->node_check, part->check_report), part->first_own());
   // Parts share the patch's numbers: of what they saw after the same substep, the lowest node comes first.
-  std::vector<WatchRecord> of_patch;
+  std::vector<NodeCheckRecord> of_patch;
   for (auto& part : parts_)
-    if (part->patch_watch) of_patch.push_back(found(*part, *part->patch_watch, part->patch_watch_report));
-  std::stable_sort(of_patch.begin(), of_patch.end(),
-                   [](const WatchRecord& a, const WatchRecord& b) { return a.bad_node < b.bad_node; });
-  for (const WatchRecord& record : of_patch) all.add(record, patch_->first);
+    if (part->patch_check) of_patch.push_back(found(*part, *part->patch_check, part->patch_check_report));
+  std::stable_sort(of_patch.begin(), of_patch.end(), [](const NodeCheckRecord& a, const NodeCheckRecord& b) {
+    return a.bad_node < b.bad_node;
+  });
+  for (const NodeCheckRecord& record : of_patch) all.add(record, patch_->first);
   return all;
 }
 

@@ -7,10 +7,10 @@
 #include "tactus/frame/frame_on_devices.h"
 #include "tactus/frame/readback.h"
 #include "tactus/multi_device/halo.h"
-#include "tactus/tissue/body_watch.h"
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
 #include "tactus/tissue/hybrid/hybrid_kernels.h"
+#include "tactus/tissue/node_check.h"
 #include "tactus/tissue/rigid_motion.h"
 
 namespace tactus {
@@ -43,7 +43,7 @@ class BodySolver {
 
   /// From now on, kernels read the step, gravity, and number of a substep from here.
   void follow(const FrameOnDevices& frame) { frame_ = &frame; }
-  /// Clears the forces of those who move the body, and what was watched.
+  /// Clears the forces of those who move the body, and what the check of nodes found.
   void begin_frame();
   /// Nodes that nobody else changes go to where elements step them.
   void begin_substeps();
@@ -51,24 +51,24 @@ class BodySolver {
   /// matching_every.
   void substep(const BodyStep& step, int k, int count);
   /// After substep k of the frame's `count`, or with follow(), of a block: notes which nodes diverged. The
-  /// last look is end_frame's.
-  void watch(int k, int count);
-  /// Diverged nodes are looked for after so many substeps: of elements alone four, as a look costs a
+  /// last check is end_frame's.
+  void check_nodes(int k, int count);
+  /// Diverged nodes are looked for after so many substeps: of elements alone four, as a check costs a
   /// twentieth of such a substep; shape matching carries them to whole regions in one.
-  int watch_every() const { return model().flsm() ? 1 : 4; }
+  int check_every() const { return model().flsm() ? 1 : 4; }
   /// And come back. `count` substeps were made; with follow(), the device knows.
   void end_substeps(int count);
-  /// Watches the last substep, measures how strained the elements are, and brings all nodes to the first
-  /// device.
+  /// Checks nodes after the last substep, measures how strained the elements are, and brings all nodes to the
+  /// first device.
   void end_frame(int count);
-  /// begin_substeps, one block, end_substeps; watched if the body is moved or loaded.
+  /// begin_substeps, one block, end_substeps; nodes are checked if the body is moved or loaded.
   void step(const BodyStep& step, int count = 1);
 
   /// What end_frame leaves for the host is read back with the frame's other records.
   void add_reports(Readback& readback);
   /// What was noted since begin_frame; the earliest bad node, of several the lowest. Without a readback, the
   /// devices are asked, which synchronizes.
-  WatchRecord watched(const Readback* readback = nullptr);
+  NodeCheckRecord node_check(const Readback* readback = nullptr);
   /// How strained the elements were at the last end_frame; likewise.
   tled::CubeExtremes extremes(const Readback* readback = nullptr);
   /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
@@ -131,17 +131,17 @@ class BodySolver {
     View<const T> own(const Buffer<T>& of_state) const {
       return of_state.const_view().part(tissue.window().own.begin, tissue.window().own.count());
     }
-    void look_in_cells(int k, View<const FrameParams> frame, int every) {
+    void check_in_cells(int k, View<const FrameParams> frame, int every) {
       const auto cells = [&](Slab of) { return tissue.tled().cell().part(of.begin, of.count()); };
       const NodeFields fields = tissue.tled().fields(k + 1);
-      watch.check(ctx, cells(tissue.window().own), fields, k, frame, every);
-      if (patch_watch) patch_watch->check(ctx, cells(tissue.window().patch), fields, k, frame, every);
+      node_check.check(ctx, cells(tissue.window().own), fields, k, frame, every);
+      if (patch_check) patch_check->check(ctx, cells(tissue.window().patch), fields, k, frame, every);
     }
-    void look(int k, View<const FrameParams> frame, int every) {
-      watch.check(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
-      if (!patch_watch) return;
+    void check_now(int k, View<const FrameParams> frame, int every) {
+      node_check.check(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
+      if (!patch_check) return;
       const Slab patch = tissue.window().patch;
-      patch_watch->check(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
+      patch_check->check(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
                          state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
     }
     /// Of all nodes of the body, those that it holds.
@@ -151,8 +151,8 @@ class BodySolver {
     ExecContext beside;  ///< for the interior
     Hybrid tissue;
     Boundary boundary;
-    BodyWatch watch;
-    std::optional<BodyWatch> patch_watch;  ///< of several parts, where there is room for a cut
+    NodeCheck node_check;
+    std::optional<NodeCheck> patch_check;  ///< of several parts, where there is room for a cut
     MotionMeter motion;
     Buffer<Vec3f> spin_rad_s;  ///< one
     BodyState state;           ///< of the window
@@ -160,7 +160,7 @@ class BodySolver {
     Buffer<Index> stopped;        ///< (1)
     std::vector<Index> cell_of;   ///< per node, where they are changed in cells
     Buffer<Index> held_in_cells;  ///< likewise, per cell
-    Readback::Place watch_report, patch_watch_report, motion_report, extremes_report;
+    Readback::Place check_report, patch_check_report, motion_report, extremes_report;
     std::optional<ChangeLists> change;  ///< where there is room for a cut
   };
   /// Virtual nodes of a body on several devices, on the first.
@@ -217,7 +217,7 @@ class BodySolver {
   View<const FrameParams> frame_of(std::size_t part) const {
     return frame_ != nullptr ? frame_->view(static_cast<int>(part)) : View<const FrameParams>{};
   }
-  void look(int k, int every);
+  void check_now(int k, int every);
   void pull_nodes();
   /// As one device reads it.
   BodyStep on_part(const BodyStep& step, std::size_t part, int k) const;

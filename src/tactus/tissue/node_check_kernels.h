@@ -6,7 +6,7 @@
 namespace tactus {
 
 /// Of 256 nodes, since the frame began.
-struct WatchRecord {
+struct NodeCheckRecord {
   Index bad_substep = -1;  ///< the first after which a node was bad; -1: none
   Index bad_node = -1;     ///< the lowest of those
   float fastest2_m2_s2 = 0;
@@ -14,7 +14,7 @@ struct WatchRecord {
   float fastest_element2_m2_s2 = 0;  ///< of nodes of elements
 
   /// And those of later nodes, counted from `first`.
-  TACTUS_HD void add(const WatchRecord& later, Index first = 0) {
+  TACTUS_HD void add(const NodeCheckRecord& later, Index first = 0) {
     if (later.bad_substep >= 0 && (bad_substep < 0 || later.bad_substep < bad_substep)) {
       bad_substep = later.bad_substep;
       bad_node = first + later.bad_node;
@@ -28,14 +28,14 @@ struct WatchRecord {
 };
 
 /// A node is bad whose position or speed is not a number or beyond kMost. One block is 256 nodes.
-struct WatchNodes {
+struct CheckNodes {
   static constexpr int kThreads = 256, kStrip = 16, kStrips = kThreads / kStrip;
   static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
   View<const Vec3f> x_m, v_m_s;
   View<const Index> only_matched;  ///< per node: 1: in no element; or empty: all are in elements
   View<const Index> cell;          ///< or nodes are in these cells
   NodeFields fields;
-  View<WatchRecord> records;
+  View<NodeCheckRecord> records;
   Index substep;  ///< of the frame or, with `frame`, of its block
   View<const FrameParams> frame = {};
   Index every = 1;  ///< with `frame`: only after so many substeps, and after the last
@@ -43,17 +43,17 @@ struct WatchNodes {
     // After the frame's last block all substeps are done.
     if (!frame.empty()) substep = min(frame[0].done + substep, frame[0].substeps - 1);
   }
-  TACTUS_HD bool looks() const {
+  TACTUS_HD bool checks() const {
     return frame.empty() || (substep + 1) % every == 0 || substep + 1 == frame[0].substeps;
   }
   struct Shared {
     float speed2[kThreads];  ///< of bad nodes larger than any other
-    WatchRecord of_strip[kStrips];
+    NodeCheckRecord of_strip[kStrips];
   };
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    if (!looks()) return;
+    if (!checks()) return;
     constexpr float kLimit = kMost * kMost, kBad = 4.F * kLimit;
     const Index first = b.index() * kThreads;
     const bool in_cells = fields.cells > 0;
@@ -65,7 +65,7 @@ struct WatchNodes {
       s.speed2[t] = speed2 < kLimit && dot(x, x) < kLimit ? speed2 : kBad;
     });
     b.for_threads(ceil_div(count, kStrip), [&](int strip) {
-      WatchRecord found{};
+      NodeCheckRecord found{};
       const int begin = strip * kStrip, end = min(begin + kStrip, count);
       for (int t = begin; t < end; ++t) {
         if (s.speed2[t] == kBad && found.bad_node < 0) found.bad_node = first + t;
@@ -78,9 +78,9 @@ struct WatchNodes {
       s.of_strip[strip] = found;
     });
     b.on_one_thread([&] {
-      WatchRecord all = records[b.index()];
+      NodeCheckRecord all = records[b.index()];
       for (int strip = 0; strip < ceil_div(count, kStrip); ++strip) {
-        const WatchRecord& found = s.of_strip[strip];
+        const NodeCheckRecord& found = s.of_strip[strip];
         if (found.bad_node >= 0 && all.bad_substep < 0) {
           all.bad_substep = substep;
           all.bad_node = found.bad_node;
@@ -98,7 +98,7 @@ struct WatchNodes {
 
 /// A frame begins.
 struct ClearRecords {
-  View<WatchRecord> records;
+  View<NodeCheckRecord> records;
   TACTUS_HD void operator()(Index i) const { records[i] = {}; }
 };
 

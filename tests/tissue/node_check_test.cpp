@@ -1,4 +1,4 @@
-#include "tactus/tissue/body_watch.h"
+#include "tactus/tissue/node_check.h"
 
 #include <gtest/gtest.h>
 
@@ -11,44 +11,44 @@
 namespace tactus {
 namespace {
 
-class BodyWatchOnDevices : public ::testing::TestWithParam<std::string> {
+class NodeCheckOnDevices : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { TACTUS_SKIP_WITHOUT_DEVICES(GetParam()); }
 };
-TACTUS_INSTANTIATE_DEVICES(BodyWatchOnDevices);
+TACTUS_INSTANTIATE_DEVICES(NodeCheckOnDevices);
 
 /// 1000 nodes in four blocks of 256.
-TEST_P(BodyWatchOnDevices, TheFirstBadNodeAndTheFastestAreNamed) {
+TEST_P(NodeCheckOnDevices, TheFirstBadNodeAndTheFastestAreNamed) {
   DeviceSet set(GetParam());
   ExecContext& ctx = set.context(0);
-  BodyWatch watch(ctx, 1000);
+  NodeCheck check(ctx, 1000);
   const auto look = [&](Index substep, auto&& change) {
     std::vector<Vec3f> x(1000, Vec3f{1, 2, 3}), v(1000, Vec3f{0.1F, 0, 0});
     change(x, v);
     const Buffer<Vec3f> x_m = to_device(ctx, x), v_m_s = to_device(ctx, v);
-    watch.check(ctx, x_m.const_view(), v_m_s.const_view(), {}, substep);
+    check.check(ctx, x_m.const_view(), v_m_s.const_view(), {}, substep);
     ctx.synchronize();
   };
-  const auto report = [&ctx](BodyWatch& of) {
+  const auto report = [&ctx](NodeCheck& of) {
     of.summarise(ctx);
     return to_host(ctx, of.summary())[0];
   };
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   look(0, [](auto&, auto& v) { v[300] = {3, 4, 0}; });
-  WatchRecord r = report(watch);
+  NodeCheckRecord r = report(check);
   EXPECT_EQ(r.bad_substep, -1);
   EXPECT_EQ(r.fastest_node, 300);
   EXPECT_EQ(r.fastest2_m2_s2, 25);
   look(1, [&](auto& x, auto&) { x[700].y = nan; });
   look(2, [&](auto&, auto& v) { v[3].z = -inf; });
   look(3, [&](auto&, auto& v) { v[600] = {0, 2e5F, 0}; });
-  r = report(watch);
+  r = report(check);
   EXPECT_EQ(r.bad_substep, 1);
   EXPECT_EQ(r.bad_node, 700);
   EXPECT_EQ(r.fastest_node, 300);
-  watch.begin_frame(ctx);
+  check.begin_frame(ctx);
   look(0, [&](auto& x, auto& v) { x[999].x = inf, v[800] = {nan, 0, 0}; });
-  r = report(watch);
+  r = report(check);
   EXPECT_EQ(r.bad_substep, 0);
   EXPECT_EQ(r.bad_node, 800);
   EXPECT_EQ(r.fastest_node, 0);  // all others are as fast
