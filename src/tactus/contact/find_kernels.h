@@ -19,7 +19,6 @@ struct WakePoints {
   struct Shared {
     float node_moved2_m2[8 * kBlockPoints];
     float sleep_m[kBlockPoints];     ///< of those that were looked at; else < 0
-    std::uint32_t looked, has_room;  ///< != 0: a point was looked at; one found room
   };
   TACTUS_HD void load() { finder.load(); }
 
@@ -30,7 +29,6 @@ struct WakePoints {
     const Index block = first_block + b.index(), first = blocks.points[block].begin,
                 count = blocks.points[block].end - first;
     if (count == 0) return;  // room
-    b.on_one_thread([&] { s.looked = s.has_room = 0; });
     const float moved_m = block_moved_m(b, s, block);
     b.for_threads(count, [&](int t) {
       s.sleep_m[t] = -1;
@@ -38,8 +36,6 @@ struct WakePoints {
       PointQuery p;
       finder.begin(first + t, p);
       s.sleep_m[t] = p.sleep_m;
-      atomic_store(s.looked, 1U);
-      if (p.sleep_m > 0.F) atomic_store(s.has_room, 1U);
       if (p.now == PointQuery::Now::listed)
         body.state.awake.add(first + t);
       else if (p.now == PointQuery::Now::lost)
@@ -92,8 +88,12 @@ struct WakePoints {
   template <class Block>
   TACTUS_HD void fall_asleep(const Block& b, const Shared& s, Index block, float moved_m) const {
     const Index first = blocks.points[block].begin, count = blocks.points[block].end - first;
-    if (s.looked == 0U) return;
-    const bool has_room = s.has_room != 0U;
+    bool has_room = false, any = false;
+    for (int t = 0; t < count; ++t) {
+      any = any || s.sleep_m[t] >= 0.F;
+      has_room = has_room || s.sleep_m[t] > 0.F;
+    }
+    if (!any) return;
     b.for_own(count, [&](int t) {
       if (s.sleep_m[t] >= 0.F)
         blocks.sleep_m[first + t] = s.sleep_m[t];

@@ -31,7 +31,7 @@ TACTUS_HD inline void add_pair_weights(const PairTable& table, const PairState& 
 
 /// Block: group of points. On a GPU several threads look for each: all points wait for those that search.
 struct FindPairs {
-  static constexpr int kThreads = 256, kGrain = 4, kCandidates = 512;
+  static constexpr int kThreads = 512, kGrain = 4, kCandidates = 512;
   PairTable table;
   PairState state;
   float restitution, friction;

@@ -51,7 +51,6 @@ struct DecidingTriangles {
   float reach2_m2 = 0;
   std::uint32_t count = 0;
   Index slot[kMost];
-  SeenTriangle seen[kMost];
 
   TACTUS_HD void see(const SeenTriangle& t) { least.see(t, reach2_m2); }
   TACTUS_HD float nearest2() const { return least.nearest2(reach2_m2); }
@@ -60,9 +59,7 @@ struct DecidingTriangles {
   TACTUS_HD void take(const SeenTriangle& t, Index s) {
     if (!least.may_decide(t, reach2_m2)) return;
     const auto at = static_cast<int>(atomic_fetch_add(count, 1));  // in any order, as all are weighed
-    if (at >= kMost) return;
-    slot[at] = s;
-    seen[at] = t;
+    if (at < kMost) slot[at] = s;
   }
 };
 
@@ -180,8 +177,7 @@ struct TriangleSearch {
   }
   /// Begins the search for the gap among all triangles; what touched may be held by one up to the reach.
   TACTUS_HD void begin_gap(const SurfaceTrianglesView& mesh, float reach_m) {
-    deciding.least = {};
-    deciding.count = 0;
+    deciding = {};
     deciding.reach2_m2 = sqr(reach_m);
     within_m = touched() ? reach_m : max(way_m, nearest_within_m(reach_m));
     choose_runs(mesh, within_m);
@@ -197,7 +193,10 @@ struct TriangleSearch {
     if (count > DecidingTriangles::kMost) return mesh.gap(own, at.p_m, at.before_m, reach_m, at.facing);
     GapOfTriangles found(reach_m);
     const auto for_each = [&](auto&& f) {
-      for (int k = 0; k < count; ++k) f(deciding.seen[k], deciding.slot[k]);
+      for (int k = 0; k < count; ++k) {
+        const Index s = deciding.slot[k];
+        f(SeenTriangle::of(mesh.corners[s], at.p_m, at.before_m, at.facing, mesh.slack_m(reach_m)), s);
+      }
     };
     for_each([&](const SeenTriangle& t, Index s) { found.see(t, s); });
     if (found.crossed < 0) for_each([&](const SeenTriangle& t, Index s) { found.choose(t, s); });
