@@ -18,7 +18,7 @@ struct WakePoints {
   Index first_block = 0;
   struct Shared {
     float node_moved2_m2[8 * kBlockPoints];
-    float sleep_m[kBlockPoints];     ///< of those that were looked at; else < 0
+    float sleep_m[kBlockPoints];  ///< of those that were looked at; else < 0
   };
   TACTUS_HD void load() { finder.load(); }
 
