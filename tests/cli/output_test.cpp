@@ -1,6 +1,7 @@
 // Where results go: devices, pipes, links, standard output, full disks, a folder that another run uses.
 #include <sys/stat.h>
 
+#include <fstream>
 #include <opencv2/videoio.hpp>
 
 #include "cli/program.h"
@@ -128,6 +129,48 @@ TEST_F(Output, SynthLocksItsFolderToo) {
                           "; flock 9; printf 4711 >&9; TACTUS synth sphere --out " + path("set"));
   EXPECT_EQ(o.code, 1) << o.text;
   EXPECT_TRUE(has(o.text, "another run (process 4711) writes into it")) << o.text;
+}
+
+/// A blade goes through a layer of 8 x 4 of 8 x 8 x 4 cubes: each becomes two copies, and each has the
+/// layer's 9 x 5 nodes on the other wall to itself.
+TEST_F(Output, VtkFilesShowABodyAsItIsCut) {
+  const std::string scene = write("cut.yaml", R"(
+source: {kind: synthetic, figure: sphere, depth_cameras: 0}
+reconstruction: {resolution: 16}
+bodies:
+  - name: block
+    contact: false
+    cuttable: true
+    cut_room: 400
+    shape: {kind: box, size_m: [0.2, 0.2, 0.1]}
+    placement: {position_m: [0, 0.6, 0.6]}
+    spacing_m: 0.025
+    material: {model: tled, young_modulus_pa: 30000, poisson_ratio: 0.4}
+    fixed: [{kind: half_space, point_m: [0, 0.09, 0], normal: [0, -1, 0]}]
+blades:
+  - name: slicer
+    from_m: [-0.15, 0.56, 0.5]
+    to_m: [-0.15, 0.56, 0.7]
+    path: [{time_s: 0.1}, {time_s: 0.5, displacement_m: [0.3, 0, 0]}]
+output: {vtk_every: 20}
+)");
+  const Outcome o =
+      shell("TACTUS run " + scene + " --frames 21 --view none --devices cpu --out " + path("out"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  const auto count = [&](const std::string& file, const std::string& of) {
+    std::ifstream in(file);
+    std::string word;
+    int n = -1;
+    while (in >> word && word != of) {
+    }
+    in >> n;
+    return n;
+  };
+  const std::string before = path("out/cut-block-00000.vtk"), after = path("out/cut-block-00020.vtk");
+  EXPECT_EQ(count(before, "POINTS"), 9 * 9 * 5);
+  EXPECT_EQ(count(before, "CELLS"), 8 * 8 * 4);
+  EXPECT_EQ(count(after, "POINTS"), 9 * 9 * 5 + 2 * 9 * 5);
+  EXPECT_EQ(count(after, "CELLS"), 8 * 8 * 4 + 8 * 4);
 }
 
 }  // namespace

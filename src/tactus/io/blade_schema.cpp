@@ -66,8 +66,6 @@ void check_blades(FieldVisitor& v, const Scene& scene) {
                                       [](const BodyDescription& b) { return b.cuttable; });
   v.check(scene.blades.empty() || cuttable > 0, "blades",
           "there are 'blades', but no body has 'cuttable: true'");
-  v.check(cuttable == 0 || scene.output.vtk_every == 0, "output",
-          "'vtk_every' is for scenes without 'cuttable' bodies");
   std::map<int, std::string> blade_of;
   const BladeDescription* first = nullptr;
   for (const BladeDescription& blade : scene.blades) {
