@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # tools/gpu_report.sh BUNDLE OUT [BENCH ...]: what this machine's GPUs say, in one go. BUNDLE is an unpacked tactus-device
 # (make bundle). Every test that runs on devices runs on all GPUs; then each benchmark on one GPU, on two, and on all of
-# them. OUT gets tests.log and one JSON a benchmark and number of GPUs, as in bench/results. Exits 1 if a test failed.
+# them. OUT gets tests.log and one JSON a benchmark and number of GPUs, as in bench/results. `sanitize` among the
+# benchmarks looks for bad memory accesses and races instead, with logs in OUT. Exits 1 if a test failed.
 #   tools/gpu_report.sh bundle/tactus-device /tmp/report
-#   tools/gpu_report.sh bundle/tactus-device /tmp/report hull fig20
+#   tools/gpu_report.sh bundle/tactus-device /tmp/report hull fig20 sanitize
 set -uo pipefail
-[ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0"; exit 2; }
+[ $# -ge 2 ] || { sed -n '2,7s/^# //p' "$0"; exit 2; }
 bundle=$(realpath "$1")
 mkdir -p "$2"
 out=$(realpath "$2")
@@ -20,6 +21,24 @@ failed=0
 "$bundle/run-tests.sh" --gtest_filter='*cuda*' >"$out/tests.log" 2>&1 || failed=1
 grep -E '^== |PASSED|FAILED' "$out/tests.log"
 
+# Side by side: each waits for its own kernels most of the time.
+sanitize() {
+  local tool test log
+  for tool in memcheck racecheck; do
+    for test in contact_test touching_bodies_test liquid_test wound_test cut_test; do
+      log=$out/$tool-$test.log
+      timeout 900 compute-sanitizer --tool "$tool" --error-exitcode 3 "$bundle/tests/$test" \
+        --gtest_filter='*cuda_0' --gtest_brief=1 >"$log" 2>&1 || echo "rc $?" >>"$log" &
+    done
+  done
+  wait
+  for log in "$out"/memcheck-*.log "$out"/racecheck-*.log; do
+    echo "== $(basename "$log" .log): $(grep -hE 'SUMMARY|^rc ' "$log" | tr '\n' ' ')"
+    grep -q '^rc ' "$log" && failed=1
+  done
+}
+case " ${benches[*]} " in *' sanitize '*) sanitize ;; esac
+
 sets=("cuda:0")
 [ "$count" -ge 2 ] && sets+=("cuda:0-1")
 [ "$count" -ge 3 ] && sets+=("cuda:0-$((count - 1))")
@@ -31,6 +50,7 @@ for set in "${sets[@]}"; do
     *) name=${model}x$count ;;
   esac
   for bench in "${benches[@]}"; do
+    [ "$bench" != sanitize ] || continue
     file=$out/$(date +%F)-$name-$bench.json
     echo "== $bench on $set"
     timeout 240 bin/tactus-bench bench "$bench" --devices "$set" --json "$file" || echo "$bench on $set: no result"
