@@ -37,12 +37,11 @@ sanitize() {
     grep -q '^rc ' "$log" && failed=1
   done
 }
-case " ${benches[*]} " in *' sanitize '*) sanitize ;; esac
-
 sets=("cuda:0")
 [ "$count" -ge 2 ] && sets+=("cuda:0-1")
 [ "$count" -ge 3 ] && sets+=("cuda:0-$((count - 1))")
 cd "$bundle" || exit 2
+case " ${benches[*]} " in *' sanitize '*) sanitize ;; esac
 for set in "${sets[@]}"; do
   case $set in
     cuda:0) name=$model ;;

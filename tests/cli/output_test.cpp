@@ -5,6 +5,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "cli/program.h"
+#include "support/sliced_block.h"
 
 namespace tactus::test {
 namespace {
@@ -134,26 +135,7 @@ TEST_F(Output, SynthLocksItsFolderToo) {
 /// A blade goes through a layer of 8 x 4 of 8 x 8 x 4 cubes: each becomes two copies, and each has the
 /// layer's 9 x 5 nodes on the other wall to itself.
 TEST_F(Output, VtkFilesShowABodyAsItIsCut) {
-  const std::string scene = write("cut.yaml", R"(
-source: {kind: synthetic, figure: sphere, depth_cameras: 0}
-reconstruction: {resolution: 16}
-bodies:
-  - name: block
-    contact: false
-    cuttable: true
-    cut_room: 400
-    shape: {kind: box, size_m: [0.2, 0.2, 0.1]}
-    placement: {position_m: [0, 0.6, 0.6]}
-    spacing_m: 0.025
-    material: {model: tled, young_modulus_pa: 30000, poisson_ratio: 0.4}
-    fixed: [{kind: half_space, point_m: [0, 0.09, 0], normal: [0, -1, 0]}]
-blades:
-  - name: slicer
-    from_m: [-0.15, 0.56, 0.5]
-    to_m: [-0.15, 0.56, 0.7]
-    path: [{time_s: 0.1}, {time_s: 0.5, displacement_m: [0.3, 0, 0]}]
-output: {vtk_every: 20}
-)");
+  const std::string scene = write("cut.yaml", std::string(kSlicedBlock) + "output: {vtk_every: 20}\n");
   const Outcome o =
       shell("TACTUS run " + scene + " --frames 21 --view none --devices cpu --out " + path("out"));
   ASSERT_EQ(o.code, 0) << o.text;

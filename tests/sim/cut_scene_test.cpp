@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cstdlib>
 #include <numeric>
+#include <string>
 #include <utility>
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
+#include "support/sliced_block.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic_source.h"
@@ -16,29 +18,14 @@
 namespace tactus {
 namespace {
 
-/// A block of 0.2 m hangs from its top; a blade goes through it below, and through a cube that is moved.
-constexpr const char* kScene = R"(
-source: {kind: synthetic, figure: sphere, depth_cameras: 0}
-reconstruction: {resolution: 16}
-bodies:
-  - name: block
-    contact: false
-    cuttable: true
-    cut_room: 400
-    shape: {kind: box, size_m: [0.2, 0.2, 0.1]}
-    placement: {position_m: [0, 0.6, 0.6]}
-    spacing_m: 0.025
-    material: {model: tled, young_modulus_pa: 30000, poisson_ratio: 0.4}
-    fixed: [{kind: half_space, point_m: [0, 0.09, 0], normal: [0, -1, 0]}]
-blades:
-  - name: slicer
-    from_m: [-0.15, 0.56, 0.5]
-    to_m: [-0.15, 0.56, 0.7]
-    path: [{time_s: 0.1}, {time_s: 0.5, displacement_m: [0.3, 0, 0]}]
+/// Probes lie above and below the blade.
+std::string scene_text() {
+  return std::string(kSlicedBlock) + R"(
 probes:
   - {name: above, body: block, position_m: [0, 0.05, 0]}
   - {name: below, body: block, position_m: [0, -0.08, 0]}
 )";
+}
 
 struct Played {
   std::vector<Vec3f> probes;
@@ -68,7 +55,7 @@ Played play(const Scene& scene, const char* devices_text) {
 /// The lower part falls from when it is severed, about 0.4 s, and its probe with it; the upper one stays. The
 /// incision has the area of the block's section.
 TEST(CutScene, ABladeSeversABlock) {
-  const Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  const Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
   const Played played = play(scene, "cpu");
   EXPECT_EQ(played.state.parts, 2);
   ASSERT_EQ(played.state.closed_volumes_m3.size(), 2U);
@@ -183,7 +170,7 @@ TEST(CutScene, SeveredPartsDoNotCreep) {
 }
 
 TEST(CutScene, SaysWhatItCanNotCut) {
-  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
   scene.bodies[0].cut_room = 20;
   const auto has = [](const Played& played, const char* code) {
     // Once a stroke.
@@ -208,7 +195,7 @@ TEST(CutScene, SaysWhatItCanNotCut) {
 /// A blade goes through elements into shape matching: it cuts up to the interface, says so once, and the body
 /// goes on.
 TEST(CutScene, StopsAtTheInterface) {
-  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
   scene.bodies[0].material.model = TissueModel::hybrid;
   scene.bodies[0].ratio = RatioDescription{};
   const Played played = play(scene, "cpu"), again = play(scene, "cpu:3");
@@ -222,7 +209,7 @@ TEST(CutScene, StopsAtTheInterface) {
 /// A grip holds a block, and its lower end is loaded. Once a blade has severed it, the grip holds the weight
 /// of what is left, and the load goes with the part that falls. What still swings is the tolerance, 1 %.
 TEST(CutScene, LoadsAndMovedNodesFollow) {
-  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
   BodyDescription& body = scene.bodies[0];
   body.fixed.clear();
   body.material.damping = 0.7;
@@ -262,7 +249,7 @@ TEST(CutScene, LoadsAndMovedNodesFollow) {
 
 /// A blade that jumps by 0.9 m in a frame cuts nothing, and says so.
 TEST(CutScene, DoesNotCutWhereABladeJumps) {
-  Scene scene = parse_scene(kScene, "scenes/x.yaml");
+  Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
   scene.blades[0].path[1].displacement_m = {9, 0, 0};
   scene.blades[0].path[1].time_s = 0.4;
   const Played played = play(scene, "cpu");
@@ -276,7 +263,7 @@ TEST(CutScene, DoesNotCutWhereABladeJumps) {
 
 TEST(CutScene, RefusesBladesAndBodiesByName) {
   const auto error_of = [](const char* what, const char* instead) {
-    std::string text = kScene;
+    std::string text = scene_text();
     const std::size_t place = text.find(what);
     EXPECT_NE(place, std::string::npos) << what;
     text.replace(place, std::string(what).size(), instead);
