@@ -16,7 +16,7 @@ constexpr float kSpacing = 0.01F, kSubstep = 1e-3F;
 constexpr int kSubsteps = 24;
 
 /// A block as a GPU works on it, on the host: lanes share a search.
-struct LaneBlock : CpuBlock<SearchContacts::kThreads> {
+struct LaneBlock : CpuBlock<FindContacts::kThreads> {
   static constexpr bool kIsLoop = false;
   using CpuBlock::CpuBlock;
 };
@@ -42,13 +42,12 @@ struct Searcher {
     finder.body.state = points.state();
     ctx.parallel_for("wake", points.block_count(), WakePoints{finder, points.blocks()});
     const PointState& state = finder.body.state;
-    ctx.parallel_for("find", std::exchange(state.awake.count[0], 0), FindContacts{finder});
-    SearchContacts kernel{finder};
-    const Index lost = std::exchange(state.lost.count[0], 0);
-    if (how != How::lanes) return ctx.parallel_for("search", lost, kernel);
+    FindContacts kernel{finder};
+    const Index awake = std::exchange(state.awake.count[0], 0);
+    if (how != How::lanes) return ctx.parallel_for("find", awake, kernel);
     kernel.load();
-    SearchContacts::Shared shared;
-    for (Index b = 0; b < lost; ++b) kernel(LaneBlock(b), shared);
+    FindContacts::Shared shared;
+    for (Index b = 0; b < awake; ++b) kernel(LaneBlock(b), shared);
   }
 };
 

@@ -44,8 +44,7 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
   recorded_ = Buffer<Index>(ctx.device(), n);
   searched_ = Buffer<Index>(ctx.device(), n);
   awake_ = Buffer<Index>(ctx.device(), n);
-  lost_ = Buffer<Index>(ctx.device(), n);
-  list_counts_ = Buffer<Index>(ctx.device(), 2);
+  awake_count_ = Buffer<Index>(ctx.device(), 1);
   mass_kg_ = Buffer<float>(ctx.device(), n);
   neighbours_ = Buffer<PointNeighbours>(ctx.device(), n);
   near_ = Buffer<std::uint32_t>(ctx.device(), n * kNearTriangles);
@@ -206,7 +205,7 @@ void BodyPoints::reset(ExecContext& ctx) {
   ctx.fill_bytes(node_weight_.view(), 0);
   ctx.fill_bytes(moved_on_.view(), 0);
   ctx.fill_bytes(owner_used_.view(), 0);
-  ctx.fill_bytes(list_counts_.view(), 0);
+  ctx.fill_bytes(awake_count_.view(), 0);
   ctx.fill_bytes(totals_.view(), 0);
 }
 
@@ -236,20 +235,9 @@ PointTable BodyPoints::table() const {
 }
 
 PointState BodyPoints::state() {
-  const View<Index> counts = list_counts_.view();
-  return {touching_.view(),
-          contact_.view(),
-          node_weight_.view(),
-          searched_.view(),
-          neighbours_.view(),
-          near_.view(),
-          recorded_.view(),
-          records_.view(),
-          moved_on_.view(),
-          owner_used_.view(),
-          mass_kg_.view(),
-          {awake_.view(), counts.part(0, 1)},
-          {lost_.view(), counts.part(1, 1)}};
+  return {touching_.view(),   contact_.view(),    node_weight_.view(), searched_.view(),
+          neighbours_.view(), near_.view(),       recorded_.view(),    records_.view(),
+          moved_on_.view(),   owner_used_.view(), mass_kg_.view(),     {awake_.view(), awake_count_.view()}};
 }
 
 PointBlocks BodyPoints::blocks() {

@@ -43,15 +43,10 @@ struct ContactNodes {
     return held.empty() ? v : tactus::free_part(v, held[node]);
   }
   TACTUS_HD Vec3f position(const EmbeddedPoint& p) const {
-    const Vec3f base = position(p.node[0]);
-    Vec3f sum{};
-    for (int k = 1; k < 8; ++k) sum += p.weight[k] * (position(p.node[k]) - base);
-    return base + sum;
+    return p.position([&](int k) { return position(p.node[k]); });
   }
   TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const {
-    Vec3f sum{};
-    for (int k = 0; k < 8; ++k) sum += p.weight[k] * velocity(p.node[k]);
-    return sum;
+    return p.velocity([&](int k) { return velocity(p.node[k]); });
   }
 };
 
@@ -173,8 +168,8 @@ struct PointBlocks {
 };
 
 /// At most so many triangles are kept per point. On a hull whose edges are half a spacing, those within an
-/// eighth of a spacing of a point that touches are 1 to 8; of a point deep in a finger, up to 48.
-inline constexpr Index kNearTriangles = 48;
+/// eighth of a spacing of a point that touches are 1 to 8; of a point deep in a finger, 50 to 130.
+inline constexpr Index kNearTriangles = 128;
 
 /// What the last search round a point found.
 struct PointNeighbours {
@@ -183,6 +178,7 @@ struct PointNeighbours {
   float listed_m;        ///< of `owners`, all triangles within that are listed; < 0: the point sleeps
   std::uint32_t owners;  ///< bit k: owner k is near
   Index count;           ///< of triangles
+  float moved_m;         ///< since then, when it was awake last
 };
 
 /// Points in any order: what is done for one doesn't depend on the others. Empty between corrections.
@@ -208,8 +204,7 @@ struct PointState {
   View<ReactionSums> moved_on;     ///< (kOwners) of points that went on to another owner
   View<std::uint32_t> owner_used;  ///< (kOwners) != 0: it has records
   View<float> mass_kg;  ///< per point that touches: what its impulse moves, with those of all others
-  PointList awake;      ///< points that may touch something
-  PointList lost;       ///< those round which is to be searched
+  PointList awake;      ///< points i that may touch something; ~i: its list of triangles is of no use
 };
 
 /// Weights as integers, so that their sums don't depend on the order in which they come. Rounded up: the sum
@@ -322,7 +317,7 @@ class BodyPoints {
   Buffer<EmbeddedPoint> points_;
   IndexLists incident_, block_nodes_;
   Buffer<IndexRange> blocks_;
-  Buffer<Index> nodes_, rows_, touching_, recorded_, searched_, block_pose_, awake_, lost_, list_counts_;
+  Buffer<Index> nodes_, rows_, touching_, recorded_, searched_, block_pose_, awake_, awake_count_;
   Buffer<SetPoints::Change> changes_;
   Buffer<WallSide> sides_;
   Buffer<float> sleep_m_, mass_kg_;

@@ -34,7 +34,6 @@ void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& bloc
           Index end_block) {
   ctx.parallel_for("contact/wake", end_block - first_block, WakePoints{finder, blocks, first_block});
   ctx.parallel_for("contact/find", finder.body.state.awake.used(), FindContacts{finder});
-  ctx.parallel_for("contact/search", finder.body.state.lost.used(), SearchContacts{finder});
 }
 
 void apply(ExecContext& ctx, Index end_point, const WeighPoints& kernel) {

@@ -44,6 +44,13 @@ struct ListedTriangle {
 
 inline constexpr Index kListBits = 32, kListWords = ceil_div(kNearTriangles, kListBits);
 
+/// How an owner keeps from a point, as far as is known without a search.
+struct OwnerApart {
+  float free_m = 1e30F;   ///< it is no nearer
+  bool is_near = false;   ///< unless this
+  bool is_shape = false;  ///< has no triangles, and is always looked at
+};
+
 /// What is being found for one point.
 struct PointQuery {
   enum class Now : Index { nothing, lost, listed, done };
@@ -55,6 +62,7 @@ struct PointQuery {
   std::uint32_t to_search, crowded;  ///< owners, as bits
   SurfaceGap gap;  ///< to what has too many triangles for a list, where all lanes looked for it
   Index gap_owner;
+  MeetingPoint* meeting = nullptr;    ///< (kOwners) how it meets those that are near or to be searched
   ListedTriangle* list = nullptr;     ///< (kNearTriangles)
   std::uint32_t* deciding = nullptr;  ///< (kListWords) bits of those of the list that may decide
 };
@@ -93,6 +101,10 @@ struct ContactFinder {
     const Index t = tool_of(owner);
     return t >= 0 ? poses().tool[t].turn * direction : direction;
   }
+  /// How point i meets an owner.
+  TACTUS_HD MeetingPoint meet(Index i, Index owner, Vec3f x, Vec3f v) const {
+    return meet(owner, x, v, facing(i, owner));
+  }
   TACTUS_HD MeetingPoint meet(Index owner, Vec3f x, Vec3f v, Vec3f facing) const {
     const Index t = tool_of(owner);
     if (owner >= kPieces && t < 0) return {x, x - dt_s * v, facing};
@@ -106,6 +118,7 @@ struct ContactFinder {
     if (body.table.sides.empty()) return out;
     const EmbeddedPoint& point = body.table.points[i];
     const WallSide& side = body.table.sides[i];
+    TACTUS_ROLLED
     for (int k = 0; k < 8; ++k)
       if (side.weight[k] != 0.F) out += side.weight[k] * body.nodes.position(point.node[k]);
     return out;
@@ -169,53 +182,36 @@ struct ContactFinder {
     p.v_m_s = body.velocity(point);
     p.moved_m = moved;
     p.near = near;
+    p.now = PointQuery::Now::listed;
+    if (lost) {
+      lose(p);
+      if (p.to_search == 0U) keep(i, p);
+    }
+    if (p.now == PointQuery::Now::listed) body.state.neighbours[i].moved_m = p.moved_m;
+  }
+  /// Point i, which `begin` found awake.
+  TACTUS_HD void resume(Index i, Vec3f x_m, Vec3f v_m_s, PointQuery& p) const {
+    p.x_m = x_m;
+    p.v_m_s = v_m_s;
+    p.near = body.state.neighbours[i];
+    p.moved_m = p.near.moved_m;
     p.crowded = 0;
     p.gap_owner = -1;
     p.now = PointQuery::Now::listed;
-    if (!lost) return;
-    lose(p);
-    if (p.to_search == 0U) keep(i, p);
   }
   /// What is to be searched round a point whose list is of no use: all that isn't clearly far.
   TACTUS_HD void lose(PointQuery& p) const {
-    const Vec3f x = p.x_m, v = p.v_m_s;
-    const SurfacePoses& all = poses();
-    PointNeighbours near{x, 1e30F, -1, 0, 0};
-    std::uint32_t to_search = 0;
-    for (Index k = 0; k < all.count; ++k) {
-      if (all.piece[k].motion.source == MotionSource::too_fast) continue;
-      const Vec3f there = all.piece[k].to_capture(x);
-      const float sure = boundaries.surface.sure_reach_m(), out = all.piece[k].piece.outside_m(there);
-      // Samples bound the box of a piece. A triangle's parts may stick out by less than 3 spacings.
-      if (out > 3 * body.reach_m)
-        near.free_m = min(near.free_m, out - 1.5F * body.reach_m);
-      else if (!boundaries.surface.may_be_near(there))
-        near.free_m = min(near.free_m, sure);
-      else
-        to_search |= 1U << k;
+    lose_of(p, [&](Index owner) { return apart(owner, p); });
+  }
+  /// Likewise, by all lanes of a block. @param aparts (kOwners) in shared memory
+  template <class Block>
+  TACTUS_HD void lose(const Block& b, OwnerApart* aparts, PointQuery& p) const {
+    if constexpr (Block::kIsLoop) {
+      lose(p);
+    } else {
+      b.for_threads(owners(), [&](int e) { aparts[owner_at(e)] = apart(owner_at(e), p); });
+      b.on_one_thread([&] { lose_of(p, [&](Index owner) { return aparts[owner]; }); });
     }
-    for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
-      const Obstacle& o = boundaries.obstacles[k];
-      if (o.tool >= 0 && all.tool[o.tool].is_there == 0) continue;
-      if (o.kind == ObstacleKind::mesh) {
-        const Vec3f there = o.tool >= 0 ? all.tool[o.tool].to_tool(x) : x;
-        if (o.tool >= 0 && o.outside_m(there) > body.reach_m)
-          near.free_m = min(near.free_m, o.outside_m(there));
-        else if (o.mesh.may_be_near(there))
-          to_search |= 1U << (kPieces + k);
-        else
-          near.free_m = min(near.free_m, o.mesh.sure_reach_m());
-      } else if (const float out = o.distance_m(x); out > max(margin_m, dt_s * length(v))) {
-        near.free_m = min(near.free_m, out);
-      } else {
-        near.listed_m = 1e30F;  // a shape without triangles is always looked at
-      }
-    }
-    p.near = near;
-    p.moved_m = 0;
-    p.to_search = to_search;
-    p.crowded = 0;
-    p.now = PointQuery::Now::lost;
   }
   /// Keeps what was found.
   TACTUS_HD void keep(Index i, PointQuery& p) const {
@@ -228,41 +224,48 @@ struct ContactFinder {
   }
 
   /// Searches round point i, which is lost, with all lanes of a block. @param lists whether triangles are to
-  /// be listed @param surface boundaries.surface: what kernels are given has no address on a GPU
+  /// be listed
   template <class Block>
-  TACTUS_HD void search(const Block& b, Index i, const SurfaceTrianglesView& surface, PointQuery& p,
-                        TriangleSearch& q, bool lists) const {
+  TACTUS_HD void search(const Block& b, Index i, PointQuery& p, TriangleSearch& q, bool lists) const {
+    TACTUS_ROLLED
     for (std::uint32_t left = p.to_search; left != 0U; left &= left - 1U) {
       const auto owner = static_cast<Index>(lowest_bit(left));
-      b.on_one_thread([&] { begin_search(q, owner, i, p); });
-      search_owner(b, i, owner, mesh_of(owner, surface), p, q, lists);
+      b.on_one_thread([&] { begin_search(q, owner, p); });
+      search_owner(b, i, owner, mesh_of(owner), p, q, lists);
     }
     b.on_one_thread([&] {
-      if (p.crowded != 0U) p.near.count = 0, p.near.listed_m = 0;
+      if (p.crowded != 0U) {
+        p.near.count = 0;
+        p.near.listed_m = 0;
+      }
       keep(i, p);
     });
   }
   /// Triangle e of the list of point i.
-  TACTUS_HD void see(Index i, Index e, const SurfaceTrianglesView& surface, PointQuery& p) const {
+  TACTUS_HD void see(Index i, Index e, PointQuery& p) const {
     const auto near = NearTriangle::of(body.state.near[i * kNearTriangles + e]);
-    const MeetingPoint at = meet(near.owner, p.x_m, p.v_m_s, facing(i, near.owner));
-    const SurfaceTrianglesView& mesh = mesh_of(near.owner, surface);
+    const MeetingPoint& at = p.meeting[near.owner];
+    const SurfaceTrianglesView& mesh = mesh_of(near.owner);
     p.list[e] = {near, SeenTriangle::of(mesh.corners[near.slot], at.p_m, at.before_m, at.facing,
                                         mesh.slack_m(body.reach_m))};
   }
-  /// What is to be done to a point, or that its list is too short.
-  TACTUS_HD void conclude(Index i, const SurfaceTrianglesView& surface, bool may_search,
-                          PointQuery& p) const {
+  /// What is to be done to a point, or that it is lost: its list is too short.
+  TACTUS_HD void conclude(Index i, bool may_search, PointQuery& p) const {
     const Vec3f x = p.x_m, v = p.v_m_s;
     Deepest deepest;
+    TACTUS_ROLLED
     for (std::uint32_t left = p.near.owners; left != 0U; left &= left - 1U) {
       const auto owner = static_cast<Index>(lowest_bit(left));
       SurfaceGap g;
-      if (!find_gap(i, owner, surface, may_search, p, g)) return lose(p);
+      if (!find_gap(i, owner, may_search, p, g)) {
+        p.now = PointQuery::Now::lost;
+        return;
+      }
       if (!g.inside || (tool_of(owner) >= 0 && !touches_tool(i, owner, p, g))) continue;
       deepest.see(g.gap_m, to_world(owner, g.n), velocity_of(owner, x), owner,
                   tool_of(owner) >= 0 && !g.entered);
     }
+    TACTUS_ROLLED
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       if (boundaries.obstacles[k].kind == ObstacleKind::mesh) continue;
       const SurfaceGap g = boundaries.obstacles[k].shape_gap(x, x - dt_s * v, facing(i, kPieces + k));
@@ -308,13 +311,15 @@ struct ContactFinder {
     return g.entered && approach <= kSteepestWedge * min(ahead, 0.F);
   }
   /// The triangles of that owner.
-  TACTUS_HD const SurfaceTrianglesView& mesh_of(Index owner, const SurfaceTrianglesView& surface) const {
-    return owner < kPieces ? surface : boundaries.obstacles[owner - kPieces].mesh;
+  TACTUS_HD const SurfaceTrianglesView& mesh_of(Index owner) const {
+    return owner < kPieces ? boundaries.surface : boundaries.obstacles[owner - kPieces].mesh;
   }
   /// f(triangle) for those of an owner that may decide.
   template <class F>
   TACTUS_HD static void for_each_listed(Index owner, const PointQuery& p, F&& f) {
+    TACTUS_ROLLED
     for (Index word = 0; word < kListWords; ++word) {
+      TACTUS_ROLLED
       for (std::uint32_t left = p.deciding[word]; left != 0U; left &= left - 1U) {
         const ListedTriangle& t = p.list[kListBits * word + lowest_bit(left)];
         if (t.near.owner == owner) f(t);
@@ -322,8 +327,53 @@ struct ContactFinder {
     }
   }
 
-  TACTUS_HD void begin_search(TriangleSearch& q, Index owner, Index i, const PointQuery& p) const {
-    q.at = meet(owner, p.x_m, p.v_m_s, facing(i, owner));
+  /// How many there are, and each of them.
+  TACTUS_HD Index owners() const { return poses().count + boundaries.obstacles.size(); }
+  TACTUS_HD Index owner_at(Index e) const { return e < poses().count ? e : kPieces + (e - poses().count); }
+  TACTUS_HD OwnerApart apart(Index owner, const PointQuery& p) const {
+    return owner < kPieces ? piece_apart(owner, p.x_m) : obstacle_apart(owner, p);
+  }
+  TACTUS_HD OwnerApart piece_apart(Index owner, Vec3f x) const {
+    const SurfacePose& pose_now = poses().piece[owner];
+    if (pose_now.motion.source == MotionSource::too_fast) return {};
+    const Vec3f there = pose_now.to_capture(x);
+    const float out = pose_now.piece.outside_m(there);
+    // Samples bound the box of a piece. A triangle's parts may stick out by less than 3 spacings.
+    if (out > 3 * body.reach_m) return {out - 1.5F * body.reach_m};
+    if (!boundaries.surface.may_be_near(there)) return {boundaries.surface.sure_reach_m()};
+    return {.is_near = true};
+  }
+  TACTUS_HD OwnerApart obstacle_apart(Index owner, const PointQuery& p) const {
+    const Obstacle& o = boundaries.obstacles[owner - kPieces];
+    if (o.tool >= 0 && poses().tool[o.tool].is_there == 0) return {};
+    if (o.kind != ObstacleKind::mesh) {
+      const float out = o.distance_m(p.x_m);
+      return out > max(margin_m, dt_s * length(p.v_m_s)) ? OwnerApart{out} : OwnerApart{.is_shape = true};
+    }
+    const Vec3f there = o.tool >= 0 ? poses().tool[o.tool].to_tool(p.x_m) : p.x_m;
+    if (o.tool >= 0 && o.outside_m(there) > body.reach_m) return {o.outside_m(there)};
+    if (!o.mesh.may_be_near(there)) return {o.mesh.sure_reach_m()};
+    return {.is_near = true};
+  }
+  /// @param apart_of(owner) how it keeps from the point
+  template <class F>
+  TACTUS_HD void lose_of(PointQuery& p, F&& apart_of) const {
+    p.near = {p.x_m, 1e30F, -1, 0, 0, 0};
+    p.moved_m = 0;
+    p.to_search = p.crowded = 0;
+    p.now = PointQuery::Now::lost;
+    TACTUS_ROLLED
+    for (Index e = 0; e < owners(); ++e) {
+      const Index owner = owner_at(e);
+      const OwnerApart of = apart_of(owner);
+      p.near.free_m = min(p.near.free_m, of.free_m);
+      if (of.is_near) p.to_search |= 1U << owner;
+      if (of.is_shape) p.near.listed_m = 1e30F;
+    }
+  }
+
+  TACTUS_HD void begin_search(TriangleSearch& q, Index owner, const PointQuery& p) const {
+    q.at = p.meeting[owner];
     q.way_m = min(length(q.at.p_m - q.at.before_m), body.reach_m);
     q.least = q.facing = {};
     q.candidates = 0;
@@ -341,9 +391,9 @@ struct ContactFinder {
     });
     together(
         [&](int lane) { q.see_middles(mesh, piece, q.begin[q.kOwnCell] + lane, q.end[q.kOwnCell], kLanes); });
-    once([&] { q.choose_runs(mesh, body.reach_m, margin_m); });
+    q.choose_runs(b, mesh, q.listed_within_m(body.reach_m, margin_m));
     together([&](int lane) { q.see_runs(mesh, piece, lane, kLanes); });
-    once([&] { q.choose_runs(mesh, body.reach_m, margin_m); });
+    q.choose_runs(b, mesh, q.listed_within_m(body.reach_m, margin_m));
     together([&](int lane) {
       q.for_each_within(
           mesh, piece, q.seen_within_m(body.reach_m), lane, kLanes,
@@ -390,17 +440,15 @@ struct ContactFinder {
       return;
     }
     near.owners |= 1U << owner;
-    q.within_m = max(2 * margin_m, q.needed_m(body.reach_m) + margin_m);
+    q.within_m = max(2 * margin_m, q.needed_m(nearest, body.reach_m) + margin_m);
     near.listed_m = near.listed_m < 0.F ? q.within_m : min(near.listed_m, q.within_m);
   }
 
   /// The gap between a point and an owner whose triangles are near. Returns false where the list is too
   /// short.
-  TACTUS_HD bool find_gap(Index i, Index owner, const SurfaceTrianglesView& surface, bool may_search,
-                          const PointQuery& p, SurfaceGap& gap) const {
-    const SurfaceTrianglesView& mesh = mesh_of(owner, surface);
-    const Vec3f face = facing(i, owner);
-    const MeetingPoint at = meet(owner, p.x_m, p.v_m_s, face);
+  TACTUS_HD bool find_gap(Index i, Index owner, bool may_search, const PointQuery& p, SurfaceGap& gap) const {
+    const SurfaceTrianglesView& mesh = mesh_of(owner);
+    const MeetingPoint& at = p.meeting[owner];
     GapOfTriangles found(body.reach_m);
     bool crowded = (p.crowded >> owner & 1U) != 0U;
     if (crowded && p.gap_owner == owner) {
@@ -410,7 +458,7 @@ struct ContactFinder {
     if (!crowded) {
       found = gap_of_list(owner, mesh, at.p_m, p);
       const float way = min(length(at.p_m - at.before_m), body.reach_m),
-                  needed = max(way, found.needed_m(dot(face, face) > 0.F));
+                  needed = max(way, found.needed_m(dot(at.facing, at.facing) > 0.F));
       crowded = needed + p.moved_m > p.near.listed_m || !sees_same(i, owner, mesh, at.p_m, needed, p);
       if (crowded && may_search) return false;
       if (!crowded && !found.inside()) return true;

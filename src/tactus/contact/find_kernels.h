@@ -39,7 +39,7 @@ struct WakePoints {
       if (p.now == PointQuery::Now::listed)
         body.state.awake.add(first + t);
       else if (p.now == PointQuery::Now::lost)
-        body.state.lost.add(first + t);
+        body.state.awake.add(~(first + t));
       else
         finder.let_go(first + t);
     });
@@ -112,16 +112,37 @@ struct WakePoints {
 /// What a block that works on one point shares.
 class FoundPoint {
  public:
-  SurfaceTrianglesView surface;
   PointQuery point;
+  MeetingPoint meeting[kOwners];
   ListedTriangle list[kNearTriangles];
   std::uint32_t deciding[kListWords];
   LeastOfTriangles least[kOwners];
-  TACTUS_HD void begin(const ContactFinder& finder, Index i) {
-    surface = finder.boundaries.surface;
-    point.list = list;
-    point.deciding = deciding;
-    finder.begin(i, point);
+  OwnerApart apart[kOwners];
+  template <class Block>
+  TACTUS_HD void begin(const Block& b, const ContactFinder& finder, Index i) {
+    const EmbeddedPoint& of = finder.body.table.points[i];
+    b.for_threads(8, [&](int k) {
+      node_m_[k] = finder.body.nodes.position(of.node[k]);
+      node_m_s_[k] = finder.body.nodes.velocity(of.node[k]);
+    });
+    b.on_one_thread([&] {
+      point.meeting = meeting;
+      point.list = list;
+      point.deciding = deciding;
+      finder.resume(i, of.position([&](int k) { return node_m_[k]; }),
+                    of.velocity([&](int k) { return node_m_s_[k]; }), point);
+    });
+  }
+  /// How the point meets owners, given as bits.
+  template <class Block>
+  TACTUS_HD void meet(const Block& b, const ContactFinder& finder, Index i, std::uint32_t owners) {
+    if constexpr (Block::kIsLoop) {
+      for (; owners != 0U; owners &= owners - 1U) meet(finder, i, lowest_bit(owners));
+    } else {
+      b.for_threads(kOwners, [&](int owner) {
+        if ((owners >> owner & 1U) != 0U) meet(finder, i, owner);
+      });
+    }
   }
   /// One thread looks at what may decide, so a GPU's lanes leave it few. On a CPU, which has one lane, that
   /// would be for nothing.
@@ -129,14 +150,14 @@ class FoundPoint {
   TACTUS_HD void see_list(const Block& b, const ContactFinder& finder, Index i) {
     const Index count = point.near.count;
     if constexpr (Block::kIsLoop) {
-      b.for_range(count, [&](int e) { finder.see(i, e, surface, point); });
+      b.for_range(count, [&](int e) { finder.see(i, e, point); });
       for (Index word = 0; word < kListWords; ++word) deciding[word] = 0;
       for (Index e = 0; e < count; ++e) deciding[e / kListBits] |= bit(e);
     } else {
       const float reach2_m2 = sqr(finder.body.reach_m);
       b.for_range(kOwners, [&](int owner) { least[owner] = {}; });
       b.for_range(count, [&](int e) {
-        finder.see(i, e, surface, point);
+        finder.see(i, e, point);
         least[list[e].near.owner].see(list[e].seen, reach2_m2);
       });
       b.for_range(kListWords, [&](int word) { deciding[word] = 0; });
@@ -148,35 +169,18 @@ class FoundPoint {
   }
 
  private:
+  Vec3f node_m_[8], node_m_s_[8];
+  TACTUS_HD void meet(const ContactFinder& finder, Index i, Index owner) {
+    meeting[owner] = finder.meet(i, owner, point.x_m, point.v_m_s);
+  }
   TACTUS_HD static std::uint32_t bit(Index e) { return 1U << static_cast<unsigned>(e % kListBits); }
 };
 
-/// Block: a point that is awake and has a list. Notes those whose list turns out to be too short.
+/// Block: a point that is awake. Looks at its list; where that is of no use, or turns out to be too short,
+/// searches round the point. A GPU has few such points, and waits for code and for single threads: what is
+/// read from memory, lanes read together.
 struct FindContacts {
-  static constexpr int kThreads = 32, kGrain = 16;
-  ContactFinder finder;
-  struct Shared {
-    FoundPoint found;
-  };
-  TACTUS_HD void load() { finder.load(); }
-
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index i = finder.body.state.awake.points[b.index()];
-    b.on_one_thread([&] { s.found.begin(finder, i); });
-    s.found.see_list(b, finder, i);
-    b.on_one_thread([&] {
-      finder.conclude(i, s.found.surface, true, s.found.point);
-      if (s.found.point.now == PointQuery::Now::lost) finder.body.state.lost.add(i);
-      if (s.found.point.now == PointQuery::Now::nothing) finder.let_go(i);
-    });
-  }
-};
-
-/// Block: a point whose list is of no use. Searches round it, on a GPU by many threads: all points wait for
-/// the slowest.
-struct SearchContacts {
-  static constexpr int kThreads = TriangleSearch::kLanes, kGrain = 4;
+  static constexpr int kThreads = TriangleSearch::kLanes, kGrain = 8;
   static constexpr bool kLoadsTogether = true;
   ContactFinder finder;
   struct Shared {
@@ -187,22 +191,28 @@ struct SearchContacts {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index i = finder.body.state.lost.points[b.index()];
-    PointQuery& p = s.found.point;
-    b.on_one_thread([&] {
-      s.found.begin(finder, i);
-      if (p.now == PointQuery::Now::listed) finder.lose(p);
-    });
-    // Where the new list is too short, a GPU's lanes look for the gap together.
-    constexpr int kRounds = Block::kIsLoop ? 1 : 2;
-    for (int round = 0; round < kRounds; ++round) {
-      const bool is_lost = p.now == PointQuery::Now::lost;
-      b.barrier();  // the search may say something else at once
-      if (!is_lost) break;
-      finder.search(b, i, s.found.surface, p, s.search, round == 0);
+    const Index awake = finder.body.state.awake.points[b.index()], i = awake < 0 ? ~awake : awake;
+    FoundPoint& found = s.found;
+    const PointQuery& p = found.point;
+    found.begin(b, finder, i);
+    // First by the list that is there, then by a new one. Where that is too short as well, a GPU's lanes look
+    // for the gap together.
+    constexpr int kRounds = Block::kIsLoop ? 2 : 3;
+    TACTUS_ROLLED
+    for (int round = awake < 0 ? 1 : 0; round < kRounds; ++round) {
+      if (round > 0) {
+        finder.lose(b, found.apart, found.point);
+        found.meet(b, finder, i, p.to_search);
+        finder.search(b, i, found.point, s.search, round == 1);
+      } else {
+        found.meet(b, finder, i, p.near.owners);
+      }
       if (p.now != PointQuery::Now::listed) break;
-      s.found.see_list(b, finder, i);
-      b.on_one_thread([&] { finder.conclude(i, s.found.surface, round + 1 < kRounds, p); });
+      found.see_list(b, finder, i);
+      b.on_one_thread([&] { finder.conclude(i, round + 1 < kRounds, found.point); });
+      const bool is_lost = p.now == PointQuery::Now::lost;
+      b.barrier();  // it is lost again at once
+      if (!is_lost) break;
     }
     b.on_one_thread([&] {
       if (p.now == PointQuery::Now::nothing) finder.let_go(i);

@@ -40,7 +40,6 @@ TACTUS_CUDA_KERNEL(tactus::PoseSurface);
 TACTUS_CUDA_KERNEL(tactus::DeepRescue);
 TACTUS_CUDA_KERNEL(tactus::WakePoints);
 TACTUS_CUDA_KERNEL(tactus::FindContacts);
-TACTUS_CUDA_KERNEL(tactus::SearchContacts);
 TACTUS_CUDA_KERNEL(tactus::WeighPoints);
 TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
 TACTUS_CUDA_KERNEL(tactus::PoseWallVertices);

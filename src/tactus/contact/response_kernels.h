@@ -141,6 +141,7 @@ struct TouchingPoints {
     const bool touched = state.touching[i] == 1, touches = touching == 1;
     state.touching[i] = touching;
     if (touched == touches) return;
+    TACTUS_ROLLED
     for (int k = 0; k < 8; ++k) {
       if (p.weight[k] == 0.F) continue;
       const std::uint32_t weight = PointWeights::quantized(p.weight[k]);
@@ -169,7 +170,7 @@ struct WeighPoints {
   ContactTimes times;  ///< nothing moves in a frame without substeps
   TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index thread) const {
-    if (thread == 0) body.state.awake.count[0] = body.state.lost.count[0] = 0;
+    if (thread == 0) body.state.awake.count[0] = 0;
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
     const Index i = body.first + thread;
     if (body.state.touching[i] != 1) return;

@@ -63,15 +63,16 @@ struct DecidingTriangles {
   }
 };
 
-/// A search round one point for the triangles of one owner, by all lanes of a block.
+/// A search round one point for the triangles of one owner, by all lanes of a block. Blocks wait for their
+/// threads that work alone, so a GPU is to hold several: on an H200, frames with 64 lanes and with 256 are
+/// slower.
 struct TriangleSearch {
-  static constexpr int kLanes = 256, kCells = 27, kOwnCell = 13, kCandidates = 32;
+  static constexpr int kLanes = 128, kCells = 27, kOwnCell = 13, kCandidates = 32;
   MeetingPoint at;
   float way_m;  ///< since the last correction, at most the reach
   Index begin[kCells], end[kCells];
-  float far2[kCells];  ///< squared distance to the cell, in cells
-  Index runs, total;   ///< of slots, in the cells that come near enough
-  Index run_begin[kCells], run_before[kCells + 1];
+  float far2[kCells];         ///< squared distance to the cell, in cells
+  int runs, cell_of[kCells];  ///< runs of slots: those of cells that come near enough
   LeastDistance least;
   LeastDistance
       facing;  ///< what touched is brought to the nearest that faces as it did there, up to the reach
@@ -107,6 +108,7 @@ struct TriangleSearch {
                              Index step) {
     float nearest2 = kNone;
 #pragma omp simd reduction(min : nearest2)
+    TACTUS_ROLLED
     for (Index s = first; s < last; s += step) {
       const Vec3f to = at.p_m - mesh.balls[s].middle_m;
       const float d2 = mesh.is_of(own, s) ? dot(to, to) : kNone;
@@ -114,30 +116,27 @@ struct TriangleSearch {
     }
     if (nearest2 < kNone) least.see(tactus::sqrt(nearest2));
   }
-  /// Strings together the slots of all cells in which a triangle may have to be listed, as far as is known.
-  TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float reach_m, float margin_m) {
+  /// So far away a triangle may have to be listed, as far as is known.
+  TACTUS_HD float listed_within_m(float reach_m, float margin_m) const {
     const bool is_near = least.found() && !touched();
-    choose_runs(mesh, max(way_m, is_near ? min(least.value(), reach_m) : reach_m) + 2 * margin_m);
+    return max(way_m, is_near ? min(least.value(), reach_m) : reach_m) + 2 * margin_m;
   }
-  TACTUS_HD void choose_runs(const SurfaceTrianglesView& mesh, float bound) {
-    const float most = mesh.cells.grid.inverse_cell_1_m * bound + mesh.kLargestBall;
-    runs = total = 0;
-    for (int c = 0; c < kCells; ++c) {
-      if (begin[c] >= end[c] || far2[c] > 1.0001F * sqr(most)) continue;
-      run_begin[runs] = begin[c];
-      run_before[runs++] = total;
-      total += end[c] - begin[c];
-    }
-    run_before[runs] = total;
+  /// Strings together the slots of all cells that come so near.
+  template <class Block>
+  TACTUS_HD void choose_runs(const Block& b, const SurfaceTrianglesView& mesh, float bound_m) {
+    const float most = mesh.cells.grid.inverse_cell_1_m * bound_m + mesh.kLargestBall;
+    b.compact(
+        kCells, [&](int c) { return begin[c] < end[c] && far2[c] <= 1.0001F * sqr(most); }, cell_of, &runs);
   }
   /// f(first, last): the slots of the runs, for one lane of `lanes` every lanes-th of them.
   template <class F>
   TACTUS_HD void for_each_run(int lane, int lanes, F&& f) const {
     // Lanes go on from run to run, so that all are busy.
+    TACTUS_ROLLED
     for (Index run = 0, next = lane; run < runs; ++run) {
-      const Index size = run_before[run + 1] - run_before[run];
+      const Index first = begin[cell_of[run]], size = end[cell_of[run]] - first;
       if (next < size) {
-        f(run_begin[run] + next, run_begin[run] + size);
+        f(first + next, first + size);
         next += ceil_div(size - next, lanes) * lanes;
       }
       next -= size;
@@ -151,6 +150,7 @@ struct TriangleSearch {
   TACTUS_HD void for_each_within(const SurfaceTrianglesView& mesh, Index own, float distance_m, int lane,
                                  int lanes, F&& f) const {
     for_each_run(lane, lanes, [&](Index first, Index last) {
+      TACTUS_ROLLED
       for (Index s = first; s < last; s += lanes) {
         const TriangleBall ball = mesh.balls[s];
         const Vec3f to = at.p_m - ball.middle_m;
@@ -167,6 +167,7 @@ struct TriangleSearch {
   TACTUS_HD void for_each_seen(const SurfaceTrianglesView& mesh, Index own, float reach_m, int lane,
                                int lanes, F&& f) const {
     for_each_run(lane, lanes, [&](Index first, Index last) {
+      TACTUS_ROLLED
       for (Index s = first; s < last; s += lanes) {
         const TriangleBall ball = mesh.balls[s];
         const Vec3f to = at.p_m - ball.middle_m;
@@ -176,11 +177,11 @@ struct TriangleSearch {
     });
   }
   /// Begins the search for the gap among all triangles; what touched may be held by one up to the reach.
-  TACTUS_HD void begin_gap(const SurfaceTrianglesView& mesh, float reach_m) {
-    deciding = {};
+  TACTUS_HD void begin_gap(float reach_m) {
+    deciding.least = {};
+    deciding.count = 0;
     deciding.reach2_m2 = sqr(reach_m);
     within_m = touched() ? reach_m : max(way_m, nearest_within_m(reach_m));
-    choose_runs(mesh, within_m);
   }
   /// Once distances are known, only the nearest count, or those on the way.
   TACTUS_HD void narrow_gap() {
@@ -226,20 +227,21 @@ struct TriangleSearch {
     distance2_m2[at_index] = d2;
     side_m[at_index] = side;
   }
-  /// So far a list has to reach, at least. Distances are rounded and compared with a tolerance.
-  TACTUS_HD float needed_m(float reach_m) const {
-    const Nearest all = nearest();
-    const float far = !touched() || all.side_m >= 0.F ? 0.F : facing.found() ? facing.value() : reach_m;
-    return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, way_m), far);
-  }
   struct Nearest {
     float distance_m, side_m;
   };
+  /// So far a list has to reach, at least. Distances are rounded and compared with a tolerance.
+  TACTUS_HD float needed_m(const Nearest& all, float reach_m) const {
+    const float far = !touched() || all.side_m >= 0.F ? 0.F : facing.found() ? facing.value() : reach_m;
+    return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, way_m), far);
+  }
   /// Of the candidates; inside, which is looked at more closely, where any says so.
   TACTUS_HD Nearest nearest() const {
     float least2 = kNone, side = kNone;
     const auto n = static_cast<Index>(candidates);
+    TACTUS_ROLLED
     for (Index c = 0; c < n; ++c) least2 = min(least2, distance2_m2[c]);
+    TACTUS_ROLLED
     for (Index c = 0; c < n; ++c) {
       if (distance2_m2[c] <= (1.F + GapOfTriangles::kTie) * least2) side = min(side, side_m[c]);
     }
@@ -256,7 +258,8 @@ TACTUS_HD void find_gap_together(const Block& b, TriangleSearch& q, const Surfac
     TriangleSearch::for_lanes(
         b, [&](int lane) { q.for_each_seen(mesh, own, reach_m, lane, TriangleSearch::lanes<Block>(), f); });
   };
-  b.on_one_thread([&] { q.begin_gap(mesh, reach_m); });
+  b.on_one_thread([&] { q.begin_gap(reach_m); });
+  q.choose_runs(b, mesh, q.within_m);
   for_each_seen([&](Index, const SeenTriangle& t) { q.deciding.see(t); });
   b.on_one_thread([&] { q.narrow_gap(); });
   for_each_seen([&](Index slot, const SeenTriangle& t) { q.deciding.take(t, slot); });

@@ -24,6 +24,21 @@ struct EmbeddedPoint {
   Index node[8];      ///< the largest weight first
   float weight[8];    ///< they sum to 1; 0 for nodes that don't count
   float area_m2 = 0;  ///< at rest
+  /// Where it is, of node_m(k) of its nodes. Differences are weighted, so that weights that are rounded don't
+  /// move it.
+  template <class F>
+  TACTUS_HD Vec3f position(F&& node_m) const {
+    const Vec3f base = node_m(0);
+    Vec3f sum{};
+    for (int k = 1; k < 8; ++k) sum += weight[k] * (node_m(k) - base);
+    return base + sum;
+  }
+  template <class F>
+  TACTUS_HD Vec3f velocity(F&& node_m_s) const {
+    Vec3f sum{};
+    for (int k = 0; k < 8; ++k) sum += weight[k] * node_m_s(k);
+    return sum;
+  }
 };
 
 /// Which way a wall of a cut faces: sum_k weight[k] x_node[k], with the nodes of a point on it, is where a

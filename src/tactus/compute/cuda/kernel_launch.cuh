@@ -212,17 +212,26 @@ __global__ void __launch_bounds__(kLanesThreads) lanes_kernel(const __grid_const
     k(CudaLanes<K::kThreads>(i), shared);
 }
 
-/// Launches are sized for the capacity; where the count is only known on the device, a few blocks per
-/// multiprocessor stride over it: enough to fill it, and no more, as starting them is what an empty launch
-/// costs.
-inline Index grid_size(Index work, bool on_device, int threads) {
-  return on_device ? std::min<Index>(work, 132 * std::clamp(2048 / threads, 8, 32)) : work;
+/// Blocks of a kernel that a GPU holds at once.
+inline Index resident_blocks(const void* run, int threads) {
+  int device = 0, multiprocessors = 0, each = 0;
+  TACTUS_CUDA_CHECK(cudaGetDevice(&device));
+  TACTUS_CUDA_CHECK(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
+  TACTUS_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, run, threads, 0));
+  return multiprocessors * std::max(each, 1);
 }
 
-/// Starts a kernel that begins with wait_for_the_kernel_before().
+/// Starts a kernel that begins with wait_for_the_kernel_before(), for count.capacity / per_block blocks of
+/// work. Where the count is only known on the device, as many blocks as it holds at once stride over it: no
+/// more, as starting them is what an empty launch costs.
 template <class K>
-void start(void (*run)(K, Count), Index blocks, int threads, cudaStream_t stream, const char* name,
+void start(void (*run)(K, Count), Index per_block, int threads, cudaStream_t stream, const char* name,
            Count count, const K& kernel) {
+  Index blocks = (count.capacity + per_block - 1) / per_block;
+  if (count.device_count != nullptr) {
+    static const Index most = resident_blocks(reinterpret_cast<const void*>(run), threads);
+    blocks = std::min(blocks, most);
+  }
   cudaLaunchAttribute early{};
   early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   early.val.programmaticStreamSerializationAllowed = 1;
@@ -239,17 +248,12 @@ template <class K, std::size_t kSize, std::size_t kAlign>
 void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel) {
   static_assert(sizeof(K) == kSize && alignof(K) == kAlign);
   const auto stream = static_cast<cudaStream_t>(cuda_stream);
-  const bool on_device = count.device_count != nullptr;
-  const auto blocks = [&](Index per_block, int threads) {
-    return grid_size((count.capacity + per_block - 1) / per_block, on_device, threads);
-  };
   if constexpr (requires(typename K::Shared s) { NoShared(s); }) {
-    start<K>(lanes_kernel<K>, blocks(kLanesThreads / K::kThreads, kLanesThreads), kLanesThreads, stream, name,
-             count, kernel);
+    start<K>(lanes_kernel<K>, kLanesThreads / K::kThreads, kLanesThreads, stream, name, count, kernel);
   } else if constexpr (requires { typename K::Shared; }) {
-    start<K>(block_kernel<K>, blocks(1, K::kThreads), K::kThreads, stream, name, count, kernel);
+    start<K>(block_kernel<K>, 1, K::kThreads, stream, name, count, kernel);
   } else {
-    start<K>(for_kernel<K>, blocks(256, 256), 256, stream, name, count, kernel);
+    start<K>(for_kernel<K>, 256, 256, stream, name, count, kernel);
   }
 }
 
