@@ -172,6 +172,20 @@ struct BrickEdges {
   }
 };
 
+/// Edges whose outside nodes cameras carve, in any order.
+template <int kMost>
+struct CarvedEdges {
+  std::uint32_t count;
+  std::uint16_t edge[kMost], camera[kMost];
+  float end_value[kMost];  ///< of the camera's silhouette at the outside node
+  TACTUS_HD void add(int e, int number, float value) {
+    const auto at = atomic_fetch_add(count, 1);
+    edge[at] = static_cast<std::uint16_t>(e);
+    camera[at] = static_cast<std::uint16_t>(number);
+    end_value[at] = value;
+  }
+};
+
 /// Positions of a brick's vertices: where the edge leaves the first silhouette (method: smallest t over the
 /// cameras).
 struct EmitVertices {
@@ -189,14 +203,18 @@ struct EmitVertices {
   static constexpr float kEdgeMargin =
       1e-3F;                             ///< vertices stay this far (in edge lengths) from the grid's nodes
   static constexpr int kBisections = 3;  ///< of one pixel step, before the last linear one
+  static constexpr int kCamerasAtOnce = 8;
   struct Shared : BrickEdges {
     std::uint32_t cameras[2][kThreads];  ///< that carve near the edge: 32 a word, as wide as a float
-    float leave[kThreads];               ///< smallest parameter at which a silhouette is left so far
+    std::uint32_t leave_bits[kThreads];  ///< smallest parameter at which a silhouette is left so far, >= 0
     float end_value[kThreads];           ///< of one camera's silhouette at the outside node
     int carved[kThreads];                ///< edges whose outside node this camera carves
     int carved_count;
+    CarvedEdges<kCamerasAtOnce * kThreads>
+        all_carved;           ///< likewise of several cameras, where these share lanes
     float out[3 * kThreads];  ///< positions as they lie in memory: whole lines are written
     TACTUS_HD CameraBits cameras_near(int t) const { return cameras[0][t] | CameraBits{cameras[1][t]} << 32; }
+    TACTUS_HD float leave(int t) const { return std::bit_cast<float>(leave_bits[t]); }
   };
   /// Where the vertices of a brick go, and how many of them have room.
   struct Run {
@@ -224,9 +242,13 @@ struct EmitVertices {
     for (Index first = 0; first < run.count; first += kThreads) {
       const int count = min(run.count - first, Index{kThreads});
       b.for_threads(count, [&](int t) { load_edge(s, t, first + t, b.index(), brick); });
-      for (CameraBits left = any_camera; left != 0; left &= left - 1)
-        carve_edges(b, s, count, brick, lowest_bit(left));
-      b.for_threads(count, [&](int t) { place_vertex(s, t, s.leave[t]); });
+      if constexpr (Block::kIsLoop) {
+        for (CameraBits left = any_camera; left != 0; left &= left - 1)
+          carve_edges(b, s, count, brick, lowest_bit(left));
+      } else {
+        for (CameraBits left = any_camera; left != 0;) left = carve_edges_at_once(b, s, count, brick, left);
+      }
+      b.for_threads(count, [&](int t) { place_vertex(s, t, s.leave(t)); });
       write(b, s, run.begin + first, count);
     }
   }
@@ -256,7 +278,7 @@ struct EmitVertices {
     const CameraBits near = at.padding ? 0 : table.sub_cameras[slot * 8 + at.sub];
     s.cameras[0][t] = static_cast<std::uint32_t>(near);
     s.cameras[1][t] = static_cast<std::uint32_t>(near >> 32);
-    s.leave[t] = at.padding ? 0.F : 1.F;
+    s.leave_bits[t] = std::bit_cast<std::uint32_t>(at.padding ? 0.F : 1.F);
   }
 
   /// Pixels that an edge of this brick may cross in the camera's image: as many samples find the first
@@ -284,18 +306,55 @@ struct EmitVertices {
     });
     b.compact(
         count, [&](int t) { return s.end_value[t] < 0; }, s.carved, &s.carved_count);
-    if (s.carved_count > 0) walk(b, s, s.carved_count, c, steps_along(c, brick));
-    b.barrier();  // nobody counts anew before all have walked
+    if (s.carved_count == 0) return;
+    walk(
+        b, s, s.carved_count, c, steps_along(c, brick), [&](int t) { return s.carved[t]; },
+        [&](int t) { return s.end_value[s.carved[t]]; },
+        [&](int e, std::uint32_t leave_bits) { s.leave_bits[e] = min(s.leave_bits[e], leave_bits); });
+  }
+
+  /// Likewise for several cameras at once, where a walk waits for memory: every lane has an edge and a camera
+  /// of its own. @returns those that are left
+  template <class Block>
+  TACTUS_HD CameraBits carve_edges_at_once(const Block& b, Shared& s, int count, Vec3i brick,
+                                           CameraBits left) const {
+    CameraBits now = 0;
+    for (int k = 0; k < kCamerasAtOnce && left != 0; ++k, left &= left - 1) now |= left & (~left + 1);
+    const std::uint32_t* words = bits.data();
+    auto& all = s.all_carved;
+    b.on_one_thread([&] { all.count = 0; });
+    b.for_threads(count, [&](int t) {
+      const Vec3f outer = s.at(t, 1.F);
+      for (CameraBits near = s.cameras_near(t) & now; near != 0; near &= near - 1) {
+        const int number = lowest_bit(near);
+        const HullCamera& c = cameras[number];
+        const float value = sample_silhouette(c, words, project_node(c, outer));
+        if (value < 0) all.add(t, number, value);
+      }
+    });
+    const int carved = static_cast<int>(all.count);
+    b.for_range(carved, [&](int k) {
+      const HullCamera c = cameras[all.camera[k]];
+      const int first = k - k % kThreads;
+      walk(
+          b, s, min(carved - first, kThreads), c, steps_along(c, brick),
+          [&](int t) { return static_cast<int>(all.edge[first + t]); },
+          [&](int t) { return all.end_value[first + t]; },
+          [&](int e, std::uint32_t leave_bits) { atomic_min(s.leave_bits[e], leave_bits); });
+    });
+    return left;
   }
 
   /// Walks projected edges pixel by pixel to the first background sample, then refines to sub-pixel.
-  template <class Block>
-  TACTUS_HD void walk(const Block& b, Shared& s, int count, const HullCamera& c, int steps) const {
+  /// @param edge_of(t), end_value_of(t) of the t-th @param tell(edge, bits of the parameter where it leaves)
+  template <class Block, class Edge, class Value, class Tell>
+  TACTUS_HD void walk(const Block& b, Shared& s, int count, const HullCamera& c, int steps, Edge&& edge_of,
+                      Value&& end_value_of, Tell&& tell) const {
     const std::uint32_t* words = bits.data();
     const float stride = 1.F / static_cast<float>(steps);
     Walks<Block> w;
     b.for_own(count, [&](int t) {
-      const int e = s.carved[t];
+      const int e = edge_of(t);
       const Vec3f inner{s.inner_x[e], s.inner_y[e], s.inner_z[e]};
       const Vec3f from = project_node(c, inner),
                   to = project_node(c, inner + Vec3f{s.step_x[e], s.step_y[e], s.step_z[e]});
@@ -306,7 +365,7 @@ struct EmitVertices {
       w.step_y[t] = to.y - from.y;
       w.step_z[t] = to.z - from.z;
       w.outside_t[t] = 1;
-      w.outside_value[t] = s.end_value[e];
+      w.outside_value[t] = end_value_of(t);
     });
     for (int k = steps - 1; k > 0;
          --k) {  // from the far end: the background sample seen last is the first on the way
@@ -334,8 +393,8 @@ struct EmitVertices {
     }
     b.for_own(count, [&](int t) {
       const float share = w.inside_value[t] / (w.inside_value[t] - w.outside_value[t]);
-      float& leave = s.leave[s.carved[t]];
-      leave = min(leave, fma(w.outside_t[t] - w.inside_t[t], share, w.inside_t[t]));
+      const float leave = fma(w.outside_t[t] - w.inside_t[t], share, w.inside_t[t]);
+      tell(edge_of(t), std::bit_cast<std::uint32_t>(leave));
     });
   }
 };

@@ -80,7 +80,7 @@ struct EmitTolerantVertices {
         plain.load_edge(s, t, first + t, b.index(), brick);
         const Vec3f inner{s.inner_x[t], s.inner_y[t], s.inner_z[t]},
             step{s.step_x[t], s.step_y[t], s.step_z[t]};
-        plain.place_vertex(s, t, min(s.leave[t], leave_silhouettes(s.cameras_near(t), inner, step, brick)));
+        plain.place_vertex(s, t, min(s.leave(t), leave_silhouettes(s.cameras_near(t), inner, step, brick)));
       });
       plain.write(b, s, run.begin + first, count);
     }

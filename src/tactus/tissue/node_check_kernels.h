@@ -47,7 +47,8 @@ struct CheckNodes {
     return frame.empty() || (substep + 1) % every == 0 || substep + 1 == frame[0].substeps;
   }
   struct Shared {
-    float speed2[kThreads];  ///< of bad nodes larger than any other
+    float speed2[kThreads];          ///< of bad nodes larger than any other
+    float element_speed2[kThreads];  ///< of nodes of elements, else 0
     NodeCheckRecord of_strip[kStrips];
   };
 
@@ -62,15 +63,17 @@ struct CheckNodes {
       const Vec3f x = in_cells ? fields.position(cell[first + t]) : x_m[first + t],
                   v = in_cells ? fields.velocity(cell[first + t]) : v_m_s[first + t];
       const float speed2 = dot(v, v);
-      s.speed2[t] = speed2 < kLimit && dot(x, x) < kLimit ? speed2 : kBad;
+      const bool is_bad = !(speed2 < kLimit && dot(x, x) < kLimit),
+                 is_of_element = only_matched.empty() || only_matched[first + t] == 0;
+      s.speed2[t] = is_bad ? kBad : speed2;
+      s.element_speed2[t] = is_bad || !is_of_element ? 0.F : speed2;
     });
     b.for_threads(ceil_div(count, kStrip), [&](int strip) {
       NodeCheckRecord found{};
       const int begin = strip * kStrip, end = min(begin + kStrip, count);
       for (int t = begin; t < end; ++t) {
         if (s.speed2[t] == kBad && found.bad_node < 0) found.bad_node = first + t;
-        if (s.speed2[t] != kBad && (only_matched.empty() || only_matched[first + t] == 0))
-          found.fastest_element2_m2_s2 = max(found.fastest_element2_m2_s2, s.speed2[t]);
+        found.fastest_element2_m2_s2 = max(found.fastest_element2_m2_s2, s.element_speed2[t]);
         if (!(s.speed2[t] > found.fastest2_m2_s2) || s.speed2[t] == kBad) continue;
         found.fastest2_m2_s2 = s.speed2[t];
         found.fastest_node = first + t;
