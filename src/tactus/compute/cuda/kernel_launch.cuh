@@ -212,24 +212,25 @@ __global__ void __launch_bounds__(kLanesThreads) lanes_kernel(const __grid_const
     k(CudaLanes<K::kThreads>(i), shared);
 }
 
-/// Blocks of a kernel that a GPU holds at once.
-inline Index resident_blocks(const void* run, int threads) {
-  int device = 0, multiprocessors = 0, each = 0;
+/// Blocks that share the work of a launch whose count is only known on the device: as many as a GPU holds at
+/// once, as starting more is what an empty launch costs. `least` a multiprocessor where work differs: of more
+/// than it holds, those that end early make room for others.
+inline Index striding_blocks(const void* run, int threads, int least) {
+  int device = 0, multiprocessors = 0, resident = 0;
   TACTUS_CUDA_CHECK(cudaGetDevice(&device));
   TACTUS_CUDA_CHECK(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
-  TACTUS_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, run, threads, 0));
-  return multiprocessors * std::max(each, 1);
+  TACTUS_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, run, threads, 0));
+  return multiprocessors * std::max(resident, least);
 }
 
 /// Starts a kernel that begins with wait_for_the_kernel_before(), for count.capacity / per_block blocks of
-/// work. Where the count is only known on the device, as many blocks as it holds at once stride over it: no
-/// more, as starting them is what an empty launch costs.
-template <class K>
+/// work.
+template <int kLeastBlocks, class K>
 void start(void (*run)(K, Count), Index per_block, int threads, cudaStream_t stream, const char* name,
            Count count, const K& kernel) {
   Index blocks = (count.capacity + per_block - 1) / per_block;
   if (count.device_count != nullptr) {
-    static const Index most = resident_blocks(reinterpret_cast<const void*>(run), threads);
+    static const Index most = striding_blocks(reinterpret_cast<const void*>(run), threads, kLeastBlocks);
     blocks = std::min(blocks, most);
   }
   cudaLaunchAttribute early{};
@@ -249,11 +250,11 @@ void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kern
   static_assert(sizeof(K) == kSize && alignof(K) == kAlign);
   const auto stream = static_cast<cudaStream_t>(cuda_stream);
   if constexpr (requires(typename K::Shared s) { NoShared(s); }) {
-    start<K>(lanes_kernel<K>, kLanesThreads / K::kThreads, kLanesThreads, stream, name, count, kernel);
+    start<16, K>(lanes_kernel<K>, kLanesThreads / K::kThreads, kLanesThreads, stream, name, count, kernel);
   } else if constexpr (requires { typename K::Shared; }) {
-    start<K>(block_kernel<K>, 1, K::kThreads, stream, name, count, kernel);
+    start<1, K>(block_kernel<K>, 1, K::kThreads, stream, name, count, kernel);
   } else {
-    start<K>(for_kernel<K>, 256, 256, stream, name, count, kernel);
+    start<1, K>(for_kernel<K>, 256, 256, stream, name, count, kernel);
   }
 }
 
