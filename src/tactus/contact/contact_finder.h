@@ -1,71 +1,9 @@
 #pragma once
-/// What one point of a body touches: its list of triangles that are near, the search that makes the list, and
-/// what is to be done to the point.
-#include "tactus/base/bits.h"
-#include "tactus/contact/response_kernels.h"
-#include "tactus/contact/triangle_search.h"
+/// What one point of a body touches: the search that makes its list of triangles, and what is to be done to
+/// the point.
+#include "tactus/contact/point_query.h"
 
 namespace tactus {
-
-/// A triangle in a point's list: whose it is, and its slot there.
-struct NearTriangle {
-  static constexpr int kSlotBits = 26;
-  static_assert(kOwners <= 1 << (32 - kSlotBits));
-  Index owner, slot;
-  TACTUS_HD std::uint32_t packed() const {
-    return static_cast<std::uint32_t>(owner) << kSlotBits | static_cast<std::uint32_t>(slot);
-  }
-  TACTUS_HD static NearTriangle of(std::uint32_t packed) {
-    return {static_cast<Index>(packed >> kSlotBits), static_cast<Index>(packed & ((1U << kSlotBits) - 1U))};
-  }
-};
-
-/// The deepest of what a point is in.
-struct Deepest {
-  float gap_m = 0;
-  Vec3f n, velocity_m_s;
-  Index owner = -1;
-  bool parts = false;  ///< a blade is there already: the wall gives way little by little
-  TACTUS_HD void see(float gap, Vec3f normal, Vec3f velocity, Index who, bool is_parted = false) {
-    if (!(gap < gap_m)) return;
-    parts = is_parted;
-    gap_m = gap;
-    n = normal;
-    velocity_m_s = velocity;
-    owner = who;
-  }
-};
-
-/// Of a point's list.
-struct ListedTriangle {
-  NearTriangle near;
-  SeenTriangle seen;
-};
-
-inline constexpr Index kListBits = 32, kListWords = ceil_div(kNearTriangles, kListBits);
-
-/// How an owner keeps from a point, as far as is known without a search.
-struct OwnerApart {
-  float free_m = 1e30F;   ///< it is no nearer
-  bool is_near = false;   ///< unless this
-  bool is_shape = false;  ///< has no triangles, and is always looked at
-};
-
-/// What is being found for one point.
-struct PointQuery {
-  enum class Now : Index { nothing, lost, listed, done };
-  Now now;
-  Vec3f x_m, v_m_s;
-  float moved_m;  ///< since the search
-  float sleep_m;  ///< so far a node of it may move before it touches anything
-  PointNeighbours near;
-  std::uint32_t to_search, crowded;  ///< owners, as bits
-  SurfaceGap gap;  ///< to what has too many triangles for a list, where all lanes looked for it
-  Index gap_owner;
-  MeetingPoint* meeting = nullptr;    ///< (kOwners) how it meets those that are near or to be searched
-  ListedTriangle* list = nullptr;     ///< (kNearTriangles)
-  std::uint32_t* deciding = nullptr;  ///< (kListWords) bits of those of the list that may decide
-};
 
 /// Finds what points touch at the end of a substep, and how their positions and velocities are to change.
 /// Works in the coordinates of each piece of the surface at its capture: a point is taken back by the piece's
@@ -103,14 +41,12 @@ struct ContactFinder {
   }
   /// How point i meets an owner.
   TACTUS_HD MeetingPoint meet(Index i, Index owner, Vec3f x, Vec3f v) const {
-    return meet(owner, x, v, facing(i, owner));
-  }
-  TACTUS_HD MeetingPoint meet(Index owner, Vec3f x, Vec3f v, Vec3f facing) const {
+    const Vec3f face = facing(i, owner);
     const Index t = tool_of(owner);
-    if (owner >= kPieces && t < 0) return {x, x - dt_s * v, facing};
+    if (owner >= kPieces && t < 0) return {x, x - dt_s * v, face};
     const Mat3f back = transpose(t >= 0 ? poses().tool[t].turn : poses().piece[owner].turn);
     const Vec3f p = t >= 0 ? poses().tool[t].to_tool(x) : poses().piece[owner].to_capture(x);
-    return {p, p - dt_s * (back * (v - velocity_of(owner, x))), back * facing};
+    return {p, p - dt_s * (back * (v - velocity_of(owner, x))), back * face};
   }
   /// Out of the wall of a cut that a point is on; 0: it is on none.
   TACTUS_HD Vec3f wall_out(Index i) const {

@@ -2,7 +2,7 @@
 /// Vertices of the extended hull on the measured surface: hull and depth intersected, the smallest parameter
 /// per edge [P 1-2].
 #include "tactus/reconstruct/depth_kernels.h"
-#include "tactus/reconstruct/mesh_kernels.h"
+#include "tactus/reconstruct/vertex_kernels.h"
 
 namespace tactus {
 

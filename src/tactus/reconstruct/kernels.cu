@@ -9,6 +9,7 @@
 #include "tactus/reconstruct/smoothing_kernels.h"
 #include "tactus/reconstruct/texture_kernels.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
+#include "tactus/reconstruct/vertex_kernels.h"
 #include "tactus/reconstruct/view_count_kernels.h"
 #include "tactus/reconstruct/view_score_kernels.h"
 

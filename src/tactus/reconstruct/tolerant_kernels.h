@@ -1,7 +1,7 @@
 #pragma once
 /// Vertices of the hull that keeps what up to m cameras carve (k of n): a point is outside when more than m
 /// cameras see background there, so an edge is left where the (m+1)-th silhouette is left.
-#include "tactus/reconstruct/mesh_kernels.h"
+#include "tactus/reconstruct/vertex_kernels.h"
 
 namespace tactus {
 
