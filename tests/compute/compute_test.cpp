@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <numeric>
 #include <random>
+#include <thread>
 
 #include "compute/compute_test_kernels.h"
 #include "support/device_sets.h"
@@ -190,6 +193,45 @@ TEST_P(Compute, HostKernelRunsOnTheCpuAndIsNamedOnAGpu) {
   std::vector<float> expected = ramp(3000);
   for (float& value : expected) value *= 0.5F;
   EXPECT_EQ(to_host(ctx, x.view()), expected);
+}
+
+/// Every index once, in pieces of at most the grain: of loops that come one after another, of threads that
+/// run loops at the same time, and of loops within loops, which get no other threads.
+TEST(CpuLoops, VisitEveryIndexOnce) {
+  struct Visits {
+    std::vector<std::atomic<int>> of;
+    Index grain;
+    bool nests;
+    static void visit(void* data, Index first, Index last) {
+      auto& v = *static_cast<Visits*>(data);
+      EXPECT_TRUE(last - first <= v.grain || (first == 0 && last == static_cast<Index>(v.of.size())));
+      for (Index i = first; i < last; ++i) {
+        if (v.nests) {
+          Visits inner{std::vector<std::atomic<int>>(50), 7, false};
+          detail::cpu_for_ranges(50, 7, visit, &inner);
+          inner.expect_one_each();
+        }
+        ++v.of[static_cast<std::size_t>(i)];
+      }
+    }
+    void expect_one_each() const {
+      for (const std::atomic<int>& count : of) EXPECT_EQ(count.load(), 1);
+    }
+  };
+  const auto loops = [](unsigned seed) {
+    std::mt19937 random(seed);
+    for (int k = 0; k < 2000; ++k) {
+      const Index count = std::uniform_int_distribution<Index>(0, 300)(random);
+      Visits visits{std::vector<std::atomic<int>>(static_cast<std::size_t>(count)),
+                    std::uniform_int_distribution<Index>(1, 20)(random), k % 50 == 0};
+      detail::cpu_for_ranges(count, visits.grain, Visits::visit, &visits);
+      visits.expect_one_each();
+      if (k % 500 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the threads sleep, too
+    }
+  };
+  std::vector<std::thread> callers;
+  for (unsigned c = 0; c < 3; ++c) callers.emplace_back(loops, c);
+  for (std::thread& caller : callers) caller.join();
 }
 
 TEST(HostKernel, RefusalNamesLaunchAndType) {

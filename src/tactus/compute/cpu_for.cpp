@@ -1,17 +1,12 @@
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "tactus/compute/exec_context.h"
+#include "tactus/compute/loop_threads.h"
 
 namespace tactus::detail {
 
 void cpu_for_ranges(Index count, Index grain, void (*body)(void* data, Index first, Index last), void* data) {
-  if (count <= grain) {
-    if (count > 0) body(data, 0, count);
-    return;
-  }
-  tbb::parallel_for(tbb::blocked_range<Index>(0, count, static_cast<std::size_t>(grain)),
-                    [&](const tbb::blocked_range<Index>& r) { body(data, r.begin(), r.end()); });
+  if (count <= 0) return;
+  if (count > grain && LoopThreads::of_process().run(count, grain, body, data)) return;
+  body(data, 0, count);
 }
 
 }  // namespace tactus::detail

@@ -1,0 +1,57 @@
+#pragma once
+/// The threads that share the CPU's loops.
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "tactus/compute/view.h"
+
+namespace tactus::detail {
+
+/// Threads that share one loop after another with the thread that calls.
+///
+/// A frame has a thousand loops of some ten microseconds, and a cache line takes 0.1 to 0.2 us from one core
+/// to another. So thread t begins each loop with the t-th part of its indices, where it finds what it wrote
+/// in the loop before, and takes over pieces of others' parts only when its own is done. A part that no
+/// thread began is done by those that are there: nobody waits for a thread that the system has taken off its
+/// core.
+///
+/// Threads spin between loops. After kSpin_s without one they sleep.
+class LoopThreads {
+ public:
+  using Body = void (*)(void* data, Index first, Index last);
+
+  static LoopThreads& of_process();
+
+  /// body(data, first, last) over [0, count), in pieces of at most `grain`. False, and nothing is done, when
+  /// the threads have another loop: one of another thread, or one around this one.
+  bool run(Index count, Index grain, Body body, void* data);
+
+ private:
+  static constexpr double kSpin_s = 2e-4;
+  struct alignas(64) Part {
+    std::atomic<Index> next = 0;
+    Index end = 0;
+  };
+  struct Loop {
+    Body body = nullptr;
+    void* data = nullptr;
+    Index parts = 0, piece = 1;
+  };
+
+  explicit LoopThreads(Index thread_count);
+  void serve(Index thread);
+  void work(Index own_part);
+  std::uint32_t wait_for_other_than(std::uint32_t seen);
+
+  const Index thread_count_;
+  std::vector<Part> parts_;
+  Loop loop_;
+  std::atomic<bool> is_busy_ = false;
+  alignas(64) std::atomic<std::uint32_t> number_ = 0;  ///< of the latest loop
+  std::atomic<std::uint32_t> open_ = 0;                ///< number of the loop that may be joined; 0: none
+  std::atomic<int> sleeping_ = 0;
+  alignas(64) std::atomic<int> joined_ = 0;  ///< threads, beside the caller, that may be reading loop_
+};
+
+}  // namespace tactus::detail
