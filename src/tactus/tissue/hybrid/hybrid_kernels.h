@@ -23,7 +23,6 @@ struct GatherNodes {
 /// what both sides hold is counted once and no coefficient couples them. Goals may be older than this
 /// substep.
 struct Integrate {
-  static constexpr Index kGrain = 8192;  ///< it reads what several kernels wrote, each on cores of its own
   View<Vec3f> x_m, v_m_s;
   View<const Vec3f> f_ext_N;
   // elements: three fields over cells
