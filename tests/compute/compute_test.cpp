@@ -234,6 +234,20 @@ TEST(CpuLoops, VisitEveryIndexOnce) {
   for (std::thread& caller : callers) caller.join();
 }
 
+/// Views of checked builds throw. Whichever thread met it, the caller hears of it, and the next loop is
+/// whole.
+TEST(CpuLoops, PassOnWhatABodyThrows) {
+  for (Index bad = 0; bad < 200; ++bad) {
+    const auto fail_at = [](void* data, Index first, Index last) {
+      const Index at = *static_cast<Index*>(data);
+      if (first <= at && at < last) throw Error("at " + std::to_string(at));
+    };
+    EXPECT_THROW(detail::cpu_for_ranges(200, 5, fail_at, &bad), Error);
+    Index none = -1;
+    EXPECT_NO_THROW(detail::cpu_for_ranges(200, 5, fail_at, &none));
+  }
+}
+
 TEST(HostKernel, RefusalNamesLaunchAndType) {
   try {
     detail::launch_cuda<test::Halve, sizeof(test::Halve), alignof(test::Halve)>(nullptr, "my/halve", 1,

@@ -15,8 +15,8 @@ namespace tactus {
 class ExecContext;
 
 namespace detail {
-/// Runs body(first, last) over [0, count) on the CPU's cores, in pieces of at least `grain`. Inline when one
-/// piece is enough.
+/// Runs body(first, last) over [0, count) on the CPU's cores, in pieces of at most `grain`. Inline when one
+/// piece is enough, and within another such loop. @throws what a body throws
 void cpu_for_ranges(Index count, Index grain, void (*body)(void* data, Index first, Index last), void* data);
 
 /// Defined by TACTUS_CUDA_KERNEL in a folder's kernels.cu and nowhere else: a kernel that is not listed there

@@ -1,15 +1,28 @@
 #include "tactus/compute/loop_threads.h"
 
+#if defined(__SSE2__)
 #include <immintrin.h>
+#endif
 #include <tbb/info.h>
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "tactus/base/math.h"
 #include "tactus/base/timing.h"
 
 namespace tactus::detail {
+namespace {
+
+/// Of a thread that spins: leaves the core's units to others for some cycles.
+void pause_briefly() {
+#if defined(__SSE2__)
+  _mm_pause();
+#endif
+}
+
+}  // namespace
 
 LoopThreads& LoopThreads::of_process() {
   // As many as TBB would start, which heeds the cores that the process may use. They are never ended: loops
@@ -48,16 +61,25 @@ bool LoopThreads::run(Index count, Index grain, Body body, void* data) {
   constexpr int kPatience = 20'000;
   for (int spins = 0; joined_.load() > 0; ++spins) {
     if (spins < kPatience)
-      _mm_pause();
+      pause_briefly();
     else
       std::this_thread::yield();
   }
+  const std::exception_ptr failure = failed_.exchange(false) ? std::exchange(failure_, nullptr) : nullptr;
   is_busy_.store(false, std::memory_order_release);
+  if (failure) std::rethrow_exception(failure);
   return true;
 }
 
-void LoopThreads::work(Index own_part) {
-  const Loop loop = loop_;
+void LoopThreads::work(Index own_part) noexcept {
+  try {
+    run_pieces(loop_, own_part);
+  } catch (...) {
+    if (!failed_.exchange(true)) failure_ = std::current_exception();
+  }
+}
+
+void LoopThreads::run_pieces(Loop loop, Index own_part) {
   for (Index k = 0; k < loop.parts; ++k) {
     Part& part = parts_[static_cast<std::size_t>((own_part + k) % loop.parts)];
     while (part.next.load(std::memory_order_relaxed) < part.end) {
@@ -83,7 +105,7 @@ std::uint32_t LoopThreads::wait_for_other_than(std::uint32_t seen) {
     for (int i = 0; i < kLooks; ++i) {
       const std::uint32_t number = number_.load();
       if (number != seen) return number;
-      _mm_pause();
+      pause_briefly();
     }
   } while (now_s() - begin_s < kSpin_s);
   sleeping_.fetch_add(1);

@@ -2,6 +2,7 @@
 /// The threads that share the CPU's loops.
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <vector>
 
 #include "tactus/compute/view.h"
@@ -10,8 +11,8 @@ namespace tactus::detail {
 
 /// Threads that share one loop after another with the thread that calls.
 ///
-/// A frame has a thousand loops of some ten microseconds, and a cache line takes 0.1 to 0.2 us from one core
-/// to another. So thread t begins each loop with the t-th part of its indices, where it finds what it wrote
+/// A frame has a thousand loops of some ten microseconds, and what another core wrote has to be fetched from
+/// there. So thread t begins each loop with the t-th part of its indices, where it finds what it wrote
 /// in the loop before, and takes over pieces of others' parts only when its own is done. A part that no
 /// thread began is done by those that are there: nobody waits for a thread that the system has taken off its
 /// core.
@@ -23,8 +24,10 @@ class LoopThreads {
 
   static LoopThreads& of_process();
 
-  /// body(data, first, last) over [0, count), in pieces of at most `grain`. False, and nothing is done, when
-  /// the threads have another loop: one of another thread, or one around this one.
+  /// body(data, first, last) over [0, count), in pieces of at most `grain`; both are at least 1. False, and
+  /// nothing is done, when there are no other threads or they have another loop: one of another thread, or
+  /// one around this one. @throws what a body threw first, once no thread is at the loop any more; the rest
+  /// of that thread's pieces may be left undone
   bool run(Index count, Index grain, Body body, void* data);
 
  private:
@@ -41,7 +44,8 @@ class LoopThreads {
 
   explicit LoopThreads(Index thread_count);
   void serve(Index thread);
-  void work(Index own_part);
+  void work(Index own_part) noexcept;
+  void run_pieces(Loop loop, Index own_part);
   std::uint32_t wait_for_other_than(std::uint32_t seen);
 
   const Index thread_count_;
@@ -52,6 +56,8 @@ class LoopThreads {
   std::atomic<std::uint32_t> open_ = 0;                ///< number of the loop that may be joined; 0: none
   std::atomic<int> sleeping_ = 0;
   alignas(64) std::atomic<int> joined_ = 0;  ///< threads, beside the caller, that may be reading loop_
+  std::atomic<bool> failed_ = false;
+  std::exception_ptr failure_;  ///< of the first body that threw; who set `failed_` writes it
 };
 
 }  // namespace tactus::detail

@@ -17,7 +17,8 @@ namespace tactus::flsm {
 inline constexpr int kLanes = FlsmGrid::kLanes;
 
 // Grains below are large: sums along x, y and z share fields, and to take those from one core's cache to
-// another's takes longer than to work a thousand nodes out on one core (0.23 against 0.14 ms).
+// another's takes longer than to work a thousand nodes out on one core (kernels of `tactus bench table5
+// --case fig18`).
 
 /// How stiff and how damped a step of shape matching is: both depend on its length.
 struct Pace {
