@@ -1,4 +1,5 @@
-#include "tactus/compute/exec_context.h"
+#include "tactus/compute/cpu_for.h"
+
 #include "tactus/compute/loop_threads.h"
 
 namespace tactus::detail {

@@ -8,6 +8,7 @@
 
 #include "tactus/base/timing.h"
 #include "tactus/compute/buffer.h"
+#include "tactus/compute/cpu_for.h"
 #include "tactus/compute/kernel.h"
 
 namespace tactus {
@@ -15,10 +16,6 @@ namespace tactus {
 class ExecContext;
 
 namespace detail {
-/// Runs body(first, last) over [0, count) on the CPU's cores, in pieces of at most `grain`. Inline when one
-/// piece is enough, and within another such loop. @throws what a body throws
-void cpu_for_ranges(Index count, Index grain, void (*body)(void* data, Index first, Index last), void* data);
-
 /// Defined by TACTUS_CUDA_KERNEL in a folder's kernels.cu and nowhere else: a kernel that is not listed there
 /// is a link error that names it. Size and alignment are part of the name, so both compilers agree on the
 /// layout.

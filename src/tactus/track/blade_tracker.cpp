@@ -1,11 +1,10 @@
 #include "tactus/track/blade_tracker.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "tactus/compute/cpu_for.h"
 #include "tactus/geom/mask_growth.h"
 #include "tactus/geom/rasterize.h"
 #include "tactus/geom/rotation.h"
@@ -272,7 +271,7 @@ BladeTracker::Part BladeTracker::part(std::size_t camera, int around_px) const {
 
 void BladeTracker::add_to(std::span<BitMask> masks) const {
   if (hypotheses_.empty()) return;
-  tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
+  cpu_for(masks.size(), 1, [&](std::size_t c) {
     if (masks[c].words.empty()) return;
     const Part shown = part(c, kBeside_px + 1);
     for (Index y = 0; y < shown.own.height_px; ++y)
@@ -283,7 +282,7 @@ void BladeTracker::add_to(std::span<BitMask> masks) const {
 
 void BladeTracker::take_from(std::span<BitMask> masks) const {
   if (hypotheses_.empty()) return;
-  tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t c) {
+  cpu_for(masks.size(), 1, [&](std::size_t c) {
     if (masks[c].words.empty()) return;
     const Part shown = part(c, kBeside_px + 2 * radius_px_[c] + 3);
     BitMask near(shown.own.width_px, shown.own.height_px);

@@ -1,10 +1,9 @@
 #include "tactus/track/pose_fit.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/compute/cpu_for.h"
 #include "tactus/geom/rotation.h"
 
 namespace tactus {
@@ -94,7 +93,7 @@ PoseFitter::PoseFitter(const OutlineMesh& mesh, std::span<const Camera> cameras,
 }
 
 void PoseFitter::open_windows(std::span<const BitMask> masks, const Rigidd& T, double reach_px) {
-  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t c) {
+  cpu_for(views_.size(), 1, [&](std::size_t c) {
     views_[c].window.width_px = 0;
     if (!masks[c].words.empty()) open_window(c, masks[c], T, reach_px);
   });
@@ -128,7 +127,7 @@ void PoseFitter::open_window(std::size_t camera, const BitMask& mask, const Rigi
 }
 
 void PoseFitter::look(const Rigidd& T, double reach_px) {
-  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t c) { look(c, T, reach_px); });
+  cpu_for(views_.size(), 1, [&](std::size_t c) { look(c, T, reach_px); });
 }
 
 /// The mask along each normal, from the middle of the model to outside: what it has more than the model. It
@@ -198,7 +197,7 @@ void PoseFitter::weigh(double least_px) {
 void PoseFitter::assemble(const PoseFit& fit, double least_white_px2) {
   ContourNoise noise = noise_;
   noise.white_px2 = std::max(noise.white_px2, least_white_px2);
-  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t c) {
+  cpu_for(views_.size(), 1, [&](std::size_t c) {
     views_[c].equations.assemble(views_[c].points, {fit.shifts_px[2 * c], fit.shifts_px[2 * c + 1]}, noise);
   });
 }

@@ -1,10 +1,9 @@
 // Pieces of triangles that walls go through: which there are, on which side they lie, and who moves them.
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/compute/cpu_for.h"
 #include "tactus/tissue/cut/cut_surface.h"
 #include "tactus/tissue/cut/triangulate.h"
 
@@ -338,18 +337,13 @@ void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s,
                              const std::vector<std::unique_ptr<Divided>>& in_pieces) {
   part_cubes(s);
   std::vector<std::vector<Triangle>> pieces(s.near.size());
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, s.near.size(), 16),
-      [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          Triangle& old = triangles_[index(s.near[i])];
-          if (in_pieces[i])
-            pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
-          else if (!old.is_fill)
-            set_cubes(cutter, s, nullptr, 0, old);
-        }
-      },
-      tbb::simple_partitioner());
+  cpu_for(s.near.size(), 16, [&](std::size_t i) {
+    Triangle& old = triangles_[index(s.near[i])];
+    if (in_pieces[i])
+      pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
+    else if (!old.is_fill)
+      set_cubes(cutter, s, nullptr, 0, old);
+  });
   for (std::size_t i = 0; i < s.near.size(); ++i) {
     for (std::size_t k = 0; k < pieces[i].size(); ++k) {
       if (k == 0)
@@ -386,7 +380,12 @@ void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s, const st
     }
     if (count > 0) add_to_bins(cutter, std::span(place).first(count));
   };
-  tbb::parallel_invoke(note_depths, [&] { for_each_piece(add); });
+  cpu_for(2, 1, [&](int task) {
+    if (task == 0)
+      for_each_piece(add);
+    else
+      note_depths();
+  });
 }
 
 }  // namespace tactus::cut

@@ -1,10 +1,10 @@
 #include "tactus/tissue/cut/cut_surface.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "tactus/compute/cpu_for.h"
 
 namespace tactus::cut {
 namespace {
@@ -211,7 +211,7 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
   s.segments.resize(static_cast<Index>(s.near.size()));
   s.first_point = static_cast<Index>(points_.size());
   s.splits.resize(stage.size());
-  tbb::parallel_for(std::size_t{0}, stage.size(), [&](std::size_t k) {
+  cpu_for(stage.size(), 8, [&](std::size_t k) {
     std::array<Vec3d, kPairs> place{};
     for (std::size_t pair = 0; pair < kPairs; ++pair)
       if (point[k][pair] >= 0) place[pair] = at(point[k][pair]);
@@ -422,7 +422,7 @@ double CutSurface::share(const LatticeCutter& cutter, const Split& split) const 
 /// Who meets whom is found on all cores, points get their ids in the order of walls.
 void CutSurface::intersect_all(Stage& s) {
   std::vector<std::vector<Meeting>> meetings(s.walls.size());
-  tbb::parallel_for(std::size_t{0}, s.walls.size(), [&](std::size_t w) {
+  cpu_for(s.walls.size(), 8, [&](std::size_t w) {
     const WallTriangle& wall = s.walls[w];
     const Split& split = s.splits[wall.split];
     const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
@@ -458,19 +458,14 @@ std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vect
   };
   // None of them changes what another one reads, so cores go from one to the next without waiting.
   const std::size_t near = s.near.size(), splits = s.splits.size();
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, near + splits + s.walls.size(), 16),
-      [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          if (i < near)
-            in_pieces[i] = divided(cutter, s, i);
-          else if (i < near + splits)
-            find_share(i - near);
-          else
-            inner[i - near - splits] = inner_of(s, s.walls[i - near - splits]);
-        }
-      },
-      tbb::simple_partitioner());
+  cpu_for(near + splits + s.walls.size(), 16, [&](std::size_t i) {
+    if (i < near)
+      in_pieces[i] = divided(cutter, s, i);
+    else if (i < near + splits)
+      find_share(i - near);
+    else
+      inner[i - near - splits] = inner_of(s, s.walls[i - near - splits]);
+  });
   slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
   divide_near(cutter, s, in_pieces);
   add_walls(cutter, s, inner);

@@ -1,11 +1,12 @@
 // Vertices of a surface that is cut: which nodes move them, and that the surface stays closed.
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <span>
 #include <utility>
+
+#include "tactus/compute/cpu_for.h"
 
 #include "tactus/tissue/cut/cut_surface.h"
 
@@ -174,12 +175,10 @@ void CutSurface::find_uses(const LatticeCutter& cutter, const std::vector<Index>
     uses_[index(uses_at_[index(corner.point)]++)] = {i, k, corner.cube, 0};
   });
   for (const Index point : use_points_) uses_at_[index(point)] = 0;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, use_points_.size(), 64), [&](const auto& range) {
-    for (std::size_t p = range.begin(); p < range.end(); ++p) {
-      const auto first = index(first_use_[p]);
-      sort_by_nodes(cutter, use_points_[p], std::span(uses_).subspan(first, index(first_use_[p + 1]) - first),
-                    first);
-    }
+  cpu_for(use_points_.size(), 64, [&](std::size_t p) {
+    const auto first = index(first_use_[p]);
+    sort_by_nodes(cutter, use_points_[p], std::span(uses_).subspan(first, index(first_use_[p + 1]) - first),
+                  first);
   });
 }
 

@@ -1,7 +1,5 @@
 #include "tactus/tissue/cut/lattice_cutter.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/compute/cpu_for.h"
 
 namespace tactus::cut {
 namespace {
@@ -200,8 +199,7 @@ LatticeCutter::Marked LatticeCutter::mark(const BladeStrip& strip, std::span<con
   const auto triangles = strip.triangles();
   const std::vector<Index> cubes = cubes_in(box, x_m);
   std::vector<std::vector<Crossed>> found(cubes.size());
-  tbb::parallel_for(std::size_t{0}, cubes.size(),
-                    [&](std::size_t k) { found[k] = crossed(cubes[k], triangles, x_m); });
+  cpu_for(cubes.size(), 8, [&](std::size_t k) { found[k] = crossed(cubes[k], triangles, x_m); });
   for (std::size_t k = 0; k < cubes.size(); ++k) mark_cube(cubes[k], found[k], marked, journal);
   dirty_.insert(dirty_.end(), journal.cubes.begin(), journal.cubes.end());
   if (!journal.edges.empty()) journals_.push_back(std::move(journal));

@@ -1,9 +1,10 @@
 // Which cubes fall apart, and which nodes their parts have.
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
 #include <numeric>
+
+#include "tactus/compute/cpu_for.h"
 
 #include "tactus/tissue/cut/lattice_cutter.h"
 
@@ -116,8 +117,7 @@ bool LatticeCutter::fits(const std::vector<Index>& cubes, const std::vector<Inde
   affected_.clear();
   for (const Index p : corners) affected_.push_back({p % n.x, p / n.x % n.y, p / n.x / n.y});
   if (shared_.size() < affected_.size()) shared_.resize(affected_.size());
-  tbb::parallel_for(std::size_t{0}, affected_.size(),
-                    [&](std::size_t k) { share_nodes(affected_[k], shared_[k]); });
+  cpu_for(affected_.size(), 8, [&](std::size_t k) { share_nodes(affected_[k], shared_[k]); });
   for (std::size_t k = 0; k < affected_.size(); ++k) nodes += shared_[k].new_nodes;
   if (nodes <= lattice_.node_count()) return true;
   for (auto known = before.rbegin(); known != before.rend(); ++known)

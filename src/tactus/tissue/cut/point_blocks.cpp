@@ -1,9 +1,9 @@
 #include "tactus/tissue/cut/point_blocks.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
+
+#include "tactus/compute/cpu_for.h"
 
 namespace tactus::cut {
 namespace {
@@ -39,9 +39,7 @@ void PointBlocks::build(std::span<const Vec3f> points) {
     boxes_[b] = {of.front(), of.front()};
     for (const Vec3f p : of) boxes_[b] = {min(boxes_[b].min, p), max(boxes_[b].max, p)};
   };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, boxes_.size(), 512), [&](const auto& range) {
-    for (std::size_t b = range.begin(); b < range.end(); ++b) build_block(b);
-  });
+  cpu_for(boxes_.size(), 512, build_block);
 }
 
 }  // namespace tactus::cut
