@@ -33,6 +33,16 @@ constexpr Index grain_of() {
 }
 
 template <class K>
+struct SharedOnCpu {
+  using Type = typename K::Shared;
+};
+template <class K>
+requires requires { typename K::LoopShared; }
+struct SharedOnCpu<K> {
+  using Type = typename K::LoopShared;
+};
+
+template <class K>
 void run_on_cpu(Count count, const K& kernel) {
   cpu_for_ranges(
       count.get(), grain_of<K>(),
@@ -40,7 +50,7 @@ void run_on_cpu(Count count, const K& kernel) {
         K k = *static_cast<const K*>(data);  // a local copy: lets the compiler keep pointers in registers
         if constexpr (LoadingKernel<K>) k.load();
         if constexpr (BlockKernel<K>) {
-          typename K::Shared shared;
+          typename SharedOnCpu<K>::Type shared;
           for (Index i = first; i < last; ++i) k(CpuBlock<K::kThreads>(i), shared);
         } else {
 #pragma omp simd

@@ -20,6 +20,9 @@
 /// two phases, `typename Block::template PerThread<T>`. Kernel headers hold maths only; the folder's
 /// kernels.cu lists the structs so that nvcc makes them, too.
 ///
+/// A block kernel may have `LoopShared`. A CPU gives it that in place of Shared, and keeps it from one block
+/// to the next of a range of indices: what neighbours have in common is made once.
+///
 /// A kernel may have `TACTUS_HD void load()`. It is called on a copy of the kernel before the call operator,
 /// once a thread on a GPU (once a block, if it names `kLoadsTogether`) and once a range of indices on a CPU:
 /// there the kernel reads numbers that change between launches of a recording (frame/frame_params.h) into its

@@ -24,12 +24,51 @@ struct NearSurface {
   }
 };
 
+/// Pieces near a run of particles that follow one another. A CPU's thread looks them up once for all of them:
+/// cells are as large as the largest piece's reach, and hold far more than what is near one particle.
+struct PiecesNearRun {
+  static constexpr Index kLongest = 32, kMost = 1024;
+  static constexpr float kWidest = 2;  ///< edge of a run's box, in reaches
+  static constexpr Index kRow = kVisitLanes;
+  Index first = 0, last = 0;  ///< the run, as slots of particles
+  Index count = 0;            ///< of pieces; above kMost: some are not here
+  float x_m[kMost], y_m[kMost], z_m[kMost], reach2_m2[kMost];
+  Index slot[kMost];
+  bool is_of(Index particle) const { return first <= particle && particle < last; }
+  bool is_whole() const { return count <= kMost; }
+  void add(Index s, Vec3f middle_m, float reach_m) {
+    if (count < kMost) {
+      x_m[count] = middle_m.x;
+      y_m[count] = middle_m.y;
+      z_m[count] = middle_m.z;
+      reach2_m2[count] = sqr(reach_m);
+      slot[count] = s;
+    }
+    ++count;
+  }
+  /// f(slot, to the point) for what comes within reach of it.
+  template <class F>
+  void for_each_within(Vec3f p, F&& f) const {
+    for (Index begin = 0; begin < count; begin += kRow) {
+      std::uint32_t near = 0;
+#pragma omp simd reduction(| : near)
+      for (int k = 0; k < kRow; ++k) {
+        const float dx = p.x - x_m[begin + k], dy = p.y - y_m[begin + k], dz = p.z - z_m[begin + k];
+        near |= dx * dx + dy * dy + dz * dz <= reach2_m2[begin + k] ? 1U << k : 0U;
+      }
+      for (near &= (2U << min(count - 1 - begin, Index(kRow - 1))) - 1U; near != 0; near &= near - 1) {
+        const Index k = begin + std::countr_zero(near);
+        f(slot[k], p - Vec3f{x_m[k], y_m[k], z_m[k]});
+      }
+    }
+  }
+};
+
 /// Block: particle. Adds the nearest point of a body's surface to its walls, and the one across.
 ///
 /// Lanes share the pieces whose balls come within reach. On a CPU one lane has them all.
 struct FindBodyWalls {
-  static constexpr int kThreads = 128, kGrain = 16;
-  static constexpr int kListed = 128;  ///< where more are near, cells are searched again each time
+  static constexpr int kThreads = 128, kGrain = PiecesNearRun::kLongest;
   View<const SearchParticle> particles;
   NearSurface surface;
   Index owner;
@@ -37,9 +76,11 @@ struct FindBodyWalls {
   NearWalls near_walls;
   View<WallHit> hits;  ///< kWallSides of each particle
 
-  struct Shared {
-    std::uint32_t count;        ///< of pieces within reach
-    Index listed[kListed];      ///< slots
+  template <Index kRoom>
+  struct Found {
+    static constexpr Index kListed = kRoom;  ///< where more are near, cells are searched again each time
+    std::uint32_t count;                     ///< of pieces within reach
+    Index listed[kListed];                   ///< slots
     std::uint32_t nearest2_m2;  ///< bits of the squared distance; before it is known, an upper bound of it
     std::uint64_t side;         ///< of the particle, in 2^-30, as SideOfTied
     Index number[kThreads], place[kThreads];  ///< what each lane found
@@ -47,12 +88,20 @@ struct FindBodyWalls {
     Vec3f n;  ///< towards the particle from the nearest point, outward
     bool found;
   };
+  using Shared = Found<128>;
+  struct LoopShared : Found<PiecesNearRun::kMost> {
+    PiecesNearRun run;
+    Index measured[PiecesNearRun::kMost], measured_count;  ///< pieces that may be the nearest
+  };
 
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+  template <class Block, class S>
+  TACTUS_HD void operator()(const Block& b, S& s) const {
     const Index i = b.index();
     const Vec3f p = particles[i].x_m;
     constexpr int kLanes = Block::kIsLoop ? 1 : kThreads;
+    if constexpr (Block::kIsLoop) {
+      if (!s.run.is_of(i)) begin_run(i, s.run);
+    }
     b.on_one_thread([&] {
       s.count = 0;
       s.nearest2_m2 = std::bit_cast<std::uint32_t>(sqr(reach_m));
@@ -72,29 +121,39 @@ struct FindBodyWalls {
  private:
   static constexpr Index kNone = 0x7fffffff;
 
-  /// f(slot, to the particle) for all pieces whose balls come within reach.
-  template <int kLanes, class F>
-  TACTUS_HD void for_each_within(Vec3f p, int lane, F&& f) const {
-    const NeighbourCells& cells = surface.cells;
-    if (!cells.hash.holds(p)) return;
-    const Vec3i c = cells.hash.cell(p), one{1, 1, 1};
-    const auto look = [&](Index slot, Vec3f to) {
-      if (dot(to, to) <= sqr(reach_m + surface.radius_m[cells.order[slot]])) f(slot, to);
+  /// The run of particles that begins with i, and what is near it.
+  void begin_run(Index i, PiecesNearRun& run) const {
+    const CellHash& hash = surface.cells.hash;
+    run.first = i;
+    run.last = i + 1;
+    run.count = 0;
+    Box3f box{particles[i].x_m, particles[i].x_m};
+    if (!hash.holds(box.min)) return;
+    const auto is_narrow = [&](Vec3f edge) {
+      return max(edge.x, max(edge.y, edge.z)) <= PiecesNearRun::kWidest * reach_m;
     };
-    cells.for_each_run(c - one, c + one, [&](SlotRun run) {
-      if constexpr (kLanes == 1)
-        for_each_in_rows(run, p, look);
-      else
-        TACTUS_ROLLED
-      for (Index slot = run.first + lane; slot < run.last; slot += kLanes)
-        look(slot, p - cells.particles[slot].x_m);
+    for (const Index most = min(i + PiecesNearRun::kLongest, particles.size()); run.last < most; ++run.last) {
+      const Vec3f x = particles[run.last].x_m;
+      const Box3f with{min(box.min, x), max(box.max, x)};
+      if (!hash.holds(x) || !is_narrow(with.extent())) break;
+      box = with;
+    }
+    const Vec3f middle = box.center();
+    const float radius_m = 1.0001F * length(box.max - middle);  // rounding
+    const Vec3i one{1, 1, 1};
+    surface.cells.for_each_run(hash.cell(box.min) - one, hash.cell(box.max) + one, [&](SlotRun slots) {
+      for_each_in_rows(slots, middle, surface.search_reach_m + radius_m, [&](Index slot) {
+        const float reach = reach_m + surface.radius_m[surface.cells.order[slot]];
+        const Vec3f at = surface.cells.particles[slot].x_m, to = middle - at;
+        if (dot(to, to) <= sqr(reach + radius_m)) run.add(slot, at, reach);
+      });
     });
   }
-  /// Most are farther away than any ball is large.
+  /// f(slot) of what is within reach. Most are farther away than any piece is large.
   template <class F>
-  TACTUS_HD void for_each_in_rows(SlotRun run, Vec3f p, F&& look) const {
+  void for_each_in_rows(SlotRun run, Vec3f p, float search_m, F&& f) const {
     constexpr int kRow = kVisitLanes;  // there is room behind the last
-    const float reach2_m2 = sqr(surface.search_reach_m);
+    const float reach2_m2 = sqr(search_m);
     for (Index first = run.first; first < run.last; first += kRow) {
       std::uint32_t near = 0;
 #pragma omp simd reduction(| : near)
@@ -103,55 +162,95 @@ struct FindBodyWalls {
         const float dx = p.x - x.x, dy = p.y - x.y, dz = p.z - x.z;
         near |= dx * dx + dy * dy + dz * dz <= reach2_m2 ? 1U << k : 0U;
       }
-      for (near &= (2U << min(run.last - 1 - first, Index(kRow - 1))) - 1U; near != 0; near &= near - 1) {
-        const Index slot = first + std::countr_zero(near);
-        look(slot, p - surface.cells.particles[slot].x_m);
-      }
+      for (near &= (2U << min(run.last - 1 - first, Index(kRow - 1))) - 1U; near != 0; near &= near - 1)
+        f(first + std::countr_zero(near));
     }
   }
+  /// f(slot, to the particle) for all pieces whose balls come within reach.
+  template <int kLanes, class S, class F>
+  TACTUS_HD void for_each_within(Vec3f p, int lane, const S& s, F&& f) const {
+    if constexpr (kLanes == 1) {
+      if (s.run.is_whole()) return s.run.for_each_within(p, f);
+    }
+    const NeighbourCells& cells = surface.cells;
+    if (!cells.hash.holds(p)) return;
+    const Vec3i c = cells.hash.cell(p), one{1, 1, 1};
+    cells.for_each_run(c - one, c + one, [&](SlotRun run) {
+      TACTUS_ROLLED
+      for (Index slot = run.first + lane; slot < run.last; slot += kLanes) {
+        const Vec3f to = p - cells.particles[slot].x_m;
+        if (dot(to, to) <= sqr(reach_m + surface.radius_m[cells.order[slot]])) f(slot, to);
+      }
+    });
+  }
   /// As for_each_within, once they are listed.
-  template <int kLanes, class F>
-  TACTUS_HD void for_each_listed(Vec3f p, int lane, const Shared& s, F&& f) const {
-    if (s.count > kListed) return for_each_within<kLanes>(p, lane, f);
+  template <int kLanes, class S, class F>
+  TACTUS_HD void for_each_listed(Vec3f p, int lane, const S& s, F&& f) const {
+    if (s.count > S::kListed) return for_each_within<kLanes>(p, lane, s, f);
     TACTUS_ROLLED
     for (Index k = lane; k < static_cast<Index>(s.count); k += kLanes)
       f(s.listed[k], p - surface.cells.particles[s.listed[k]].x_m);
   }
-  template <int kLanes>
-  TACTUS_HD void list(Vec3f p, int lane, Shared& s) const {
+  template <int kLanes, class S>
+  TACTUS_HD void list(Vec3f p, int lane, S& s) const {
     float bound2 = sqr(reach_m);
-    for_each_within<kLanes>(p, lane, [&](Index slot, Vec3f to) {
+    for_each_within<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
       bound2 = min(bound2, dot(to, to));  // the middle is on the piece
       const std::uint32_t at =
           kLanes == 1 ? s.count++ : atomic_fetch_add(s.count, 1U);  // they may be in any order
-      if (at < kListed) s.listed[at] = slot;
+      if (at < S::kListed) s.listed[at] = slot;
     });
     atomic_min(s.nearest2_m2, std::bit_cast<std::uint32_t>((1.F + GapOfTriangles::kTie) * bound2));
   }
   /// Whether a piece can be so near, by its ball and its plane.
-  TACTUS_HD bool may_be_within(Index place, Vec3f to, float distance2_m2) const {
-    const float plane = dot(to, surface.normals[place]), to_ball = length(to) - surface.radius_m[place];
-    return !(sqr(plane) > 1.001F * distance2_m2) && !(to_ball > 0.F && sqr(to_ball) > distance2_m2);
+  TACTUS_HD bool may_be_within(Index place, Vec3f to, float distance_m) const {
+    const float plane = dot(to, surface.normals[place]), reach = 1.0001F * distance_m;  // rounding
+    return !(abs(plane) > 1.001F * distance_m) && !(dot(to, to) > sqr(surface.radius_m[place] + reach));
   }
-  template <int kLanes>
-  TACTUS_HD void measure(Vec3f p, int lane, Shared& s) const {
-    float least2 = std::bit_cast<float>(atomic_load(s.nearest2_m2));
+  template <int kLanes, class S>
+  TACTUS_HD void measure(Vec3f p, int lane, S& s) const {
+    float least2 = std::bit_cast<float>(atomic_load(s.nearest2_m2)), within_m = distance_of_tied(least2);
+    if constexpr (kLanes == 1) s.measured_count = 0;
     for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
       const Index place = surface.cells.order[slot];
-      if (!may_be_within(place, to, least2)) return;
+      if (!may_be_within(place, to, within_m)) return;
+      if constexpr (kLanes == 1) {
+        if (s.measured_count < S::kListed) s.measured[s.measured_count] = slot;
+        ++s.measured_count;
+      }
       const Vec3f offset = surface.corners_of(place).offset_of(p);
-      least2 = min(least2, dot(offset, offset));
+      const float distance2 = dot(offset, offset);
+      if (!(distance2 < least2)) return;
+      least2 = distance2;
+      within_m = distance_of_tied(least2);
     });
     atomic_min(s.nearest2_m2, std::bit_cast<std::uint32_t>(least2));
   }
+  TACTUS_HD static float distance_of_tied(float least2_m2) {
+    return (1.F + GapOfTriangles::kTie) * tactus::sqrt(least2_m2);
+  }
+  /// Of all that may be the nearest. A CPU's lane has measured them all; a GPU's only those that were nearer
+  /// than what it had seen before.
+  template <int kLanes, class S, class F>
+  TACTUS_HD void for_each_measured(Vec3f p, int lane, const S& s, F&& f) const {
+    if constexpr (kLanes == 1) {
+      if (s.measured_count <= S::kListed) {
+        for (Index k = 0; k < s.measured_count; ++k)
+          f(s.measured[k], p - surface.cells.particles[s.measured[k]].x_m);
+        return;
+      }
+    }
+    for_each_listed<kLanes>(p, lane, s, f);
+  }
   /// Of pieces that share the nearest edge or corner, the first; all of them tell the side: GapOfTriangles.
-  template <int kLanes>
-  TACTUS_HD void choose_nearest(Vec3f p, int lane, Shared& s) const {
+  template <int kLanes, class S>
+  TACTUS_HD void choose_nearest(Vec3f p, int lane, S& s) const {
     const float least2 = std::bit_cast<float>(s.nearest2_m2);
+    const float within_m = distance_of_tied(least2);
     s.number[lane] = kNone;
-    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
+    for_each_measured<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
       const Index place = surface.cells.order[slot];
-      if (!may_be_within(place, to, (1.F + GapOfTriangles::kTie) * least2)) return;
+      if (!may_be_within(place, to, within_m)) return;
       const TriangleCorners corners = surface.corners_of(place);
       const Vec3f offset = corners.offset_of(p);
       const float d2 = dot(offset, offset);
@@ -164,11 +263,13 @@ struct FindBodyWalls {
       note(slot, 0.F, lane, s);
     });
   }
-  TACTUS_HD void note(Index slot, float distance_m, int lane, Shared& s) const {
+  template <class S>
+  TACTUS_HD void note(Index slot, float distance_m, int lane, S& s) const {
     note(surface.cells.particles[slot].id, surface.cells.order[slot], distance_m, lane, s);
   }
   /// The least of distance and number.
-  TACTUS_HD static void note(Index number, Index place, float distance_m, int lane, Shared& s) {
+  template <class S>
+  TACTUS_HD static void note(Index number, Index place, float distance_m, int lane, S& s) {
     if (s.number[lane] != kNone &&
         (distance_m > s.distance_m[lane] || (distance_m == s.distance_m[lane] && number >= s.number[lane])))
       return;
@@ -176,15 +277,19 @@ struct FindBodyWalls {
     s.number[lane] = number;
     s.place[lane] = place;
   }
-  template <int kLanes, class Block>
-  TACTUS_HD static void fold_found(const Block& b, Shared& s) {
+  template <int kLanes, class Block, class S>
+  TACTUS_HD static void fold_found(const Block& b, S& s) {
     fold<kLanes>(b, kLanes, [&](int lane, int other) {
       if (s.number[other] != kNone) note(s.number[other], s.place[other], s.distance_m[other], lane, s);
     });
   }
   /// Of what all lanes found; -1: nothing.
-  TACTUS_HD static Index place_found(const Shared& s) { return s.number[0] == kNone ? -1 : s.place[0]; }
-  TACTUS_HD void add_nearest(Index i, Vec3f p, Shared& s) const {
+  template <class S>
+  TACTUS_HD static Index place_found(const S& s) {
+    return s.number[0] == kNone ? -1 : s.place[0];
+  }
+  template <class S>
+  TACTUS_HD void add_nearest(Index i, Vec3f p, S& s) const {
     const Index place = place_found(s);
     s.found = place >= 0;
     if (s.found)
@@ -192,14 +297,14 @@ struct FindBodyWalls {
     else
       for (Index side = 0; side < kWallSides; ++side) hits[kWallSides * i + side] = {-1, 0, 0};
   }
-  template <int kLanes>
-  TACTUS_HD void look_across(Vec3f p, int lane, Shared& s) const {
+  template <int kLanes, class S>
+  TACTUS_HD void look_across(Vec3f p, int lane, S& s) const {
     float within_m = reach_m;
     s.number[lane] = kNone;
     for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
       const Index place = surface.cells.order[slot];
       const Vec3f normal = surface.normals[place];
-      if (!WallAcross::may_face(s.n, normal) || !may_be_within(place, to, sqr(within_m))) return;
+      if (!WallAcross::may_face(s.n, normal) || !may_be_within(place, to, within_m)) return;
       const Vec3f offset = surface.corners_of(place).offset_of(p);
       const float distance = length(offset);
       if (!(distance <= within_m) || !WallAcross::faces(s.n, normal, offset, distance)) return;
@@ -207,7 +312,8 @@ struct FindBodyWalls {
       note(slot, distance, lane, s);
     });
   }
-  TACTUS_HD void add_across(Index i, Vec3f p, Shared& s) const {
+  template <class S>
+  TACTUS_HD void add_across(Index i, Vec3f p, S& s) const {
     const Index place = place_found(s);
     if (place >= 0)
       add(i, 1, p, place, false);
