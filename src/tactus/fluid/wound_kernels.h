@@ -227,32 +227,44 @@ struct JudgePlaces {
   }
 };
 
-/// Of places, among all: whether one that wishes more is so near that both would not have room.
+/// A place that has room, and no other one that wishes more has it, too.
+struct WoundPlace {
+  std::uint32_t key = 0;
+  Index piece = 0, stroke = 0;
+  TACTUS_HD bool is_before(const WoundPlace& other) const {
+    return key != other.key ? key > other.key : piece > other.piece;
+  }
+};
+
+/// Of places, among all: lists those that no place beats that wishes more and is so near that both would not
+/// have room. In any order.
 struct BeatPlaces {
   static constexpr bool kNearOnly = true;
   template <int kLanes>
   struct Own {
-    Index piece[kLanes], beaten[kLanes];
-    std::uint32_t key[kLanes];
+    WoundPlace place[kLanes];
+    Index beaten[kLanes];
   };
   View<const Index> order;
   View<const std::uint32_t> wish_key;
-  View<Index> beaten;  ///< by piece
+  View<const WoundPiece> pieces;
+  View<WoundPlace> open;
+  View<std::uint32_t> open_count;
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
-    own.piece[t] = order[i];
-    own.key[t] = wish_key[order[i]];
+    own.place[t] = {wish_key[order[i]], order[i], 0};
     own.beaten[t] = 0;
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float, bool) const {
-    const Index other = order[j];
-    const std::uint32_t key = wish_key[other];
-    if (key > own.key[t] || (key == own.key[t] && other > own.piece[t])) own.beaten[t] = 1;
+    if (WoundPlace{wish_key[order[j]], order[j], 0}.is_before(own.place[t])) own.beaten[t] = 1;
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index) const {
-    beaten[own.piece[t]] = own.beaten[t];
+    WoundPlace place = own.place[t];
+    if (place.key == 0 || own.beaten[t] != 0) return;
+    place.stroke = pieces[place.piece].stroke;
+    open[static_cast<Index>(atomic_fetch_add(open_count[0], 1U))] = place;
   }
 };
 
@@ -266,110 +278,91 @@ struct LiquidArrivals {
   Index room;  ///< for particles
 };
 
-/// One block. Per stroke, of the places that have room those that wish most get a slot, as many as there are
+/// One block. Per stroke, of the places that are open those that wish most get a slot, as many as there are
 /// whole particles waiting.
 struct PlanWounds {
   static constexpr int kThreads = 256;
-  Count pieces;
-  View<const WoundPiece> piece;
-  View<const std::uint32_t> wish_key;
-  View<const Index> beaten;
+  View<const WoundPlace> open;
+  View<std::uint32_t> open_count;  ///< emptied
   LiquidArrivals liquid;
   View<WoundBook> books;
   View<std::uint32_t> turn;
-  View<Index> slot;  ///< by piece; -1: none
-  View<Index> id;    ///< (1) of the particle in slot 0
-  View<Index> open;  ///< (1) places that had room
+  View<Index> slot;     ///< of open places; -1: none
+  View<Index> planned;  ///< (1) how many of those there are
+  View<Index> id;       ///< (1) of the particle in slot 0
   struct Shared {
-    Index count[kThreads];
-    Index total, wanted;
-    std::uint32_t least;
+    std::uint32_t places[kStrokes];
+    Index waiting[kStrokes], wanted[kStrokes], first[kStrokes];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index n = pieces.get(), each = ceil_div(n, Index(kThreads));
+    static_assert(kStrokes <= kThreads);
+    constexpr std::uint64_t kMany = 1000000;
+    const auto n = static_cast<Index>(open_count[0]);
+    b.for_threads(kStrokes, [&](int t) {
+      s.places[t] = 0;
+      s.waiting[t] = static_cast<Index>(min(books[t].waiting(), kMany));
+    });
     b.for_each_thread([&](int t) {
-      for (Index i = t; i < n; i += kThreads) slot[i] = -1;
-      if (t == 0) {
-        turn[0] += 1;
-        id[0] = liquid.counters[0].next_id - liquid.count[0];
-        open[0] = 0;
+      for (Index i = t; i < n; i += kThreads) {
+        slot[i] = rank(i, n);
+        atomic_add(s.places[open[i].stroke], 1U);
       }
     });
-    for (Index stroke = 0; stroke < books.size(); ++stroke) {
-      if (books[stroke].waiting() == 0) continue;
-      const auto counted = [&](auto&& holds) {
-        b.for_each_thread([&](int t) {
-          Index own = 0;
-          for (Index i = t; i < n; i += kThreads) own += candidate(i, stroke) && holds(i) ? 1 : 0;
-          s.count[t] = own;
-        });
-        fold<kThreads>(b, kThreads, [&](int t, int other) { s.count[t] += s.count[other]; });
-        b.on_one_thread([&] { s.total = s.count[0]; });
-      };
-      counted([](Index) { return true; });
-      b.on_one_thread([&] {
-        open[0] += s.total;
-        const Index waiting = books[stroke].waiting() > 1000000U ? 1000000 : Index(books[stroke].waiting());
-        s.wanted = min(min(s.total, waiting), liquid.room - liquid.count[0]);
-        s.least = 0;
-      });
-      if (s.wanted <= 0) continue;
-      // The largest key that so many have, or more.
-      for (int bit = 31; bit >= 0; --bit) {
-        counted([&](Index i) { return wish_key[i] >= (s.least | 1U << static_cast<unsigned>(bit)); });
-        b.on_one_thread([&] {
-          if (s.total >= s.wanted) s.least |= 1U << static_cast<unsigned>(bit);
-        });
+    b.on_one_thread([&] { grant(n, s); });
+    b.for_each_thread([&](int t) {
+      for (Index i = t; i < n; i += kThreads) {
+        const Index stroke = open[i].stroke;
+        slot[i] = slot[i] < s.wanted[stroke] ? s.first[stroke] + slot[i] : -1;
       }
-      b.for_each_thread([&](int t) {
-        Index own = 0;
-        for (Index i = t * each; i < min(n, (t + 1) * each); ++i)
-          own += candidate(i, stroke) && wish_key[i] >= s.least ? 1 : 0;
-        s.count[t] = own;
-      });
-      b.on_one_thread([&] {
-        Index before = 0;
-        for (Index& own : s.count) {
-          const Index here = own;
-          own = before;
-          before += here;
-        }
-      });
-      b.for_each_thread([&](int t) {
-        Index next = s.count[t];
-        for (Index i = t * each; i < min(n, (t + 1) * each); ++i) {
-          if (!candidate(i, stroke) || wish_key[i] < s.least) continue;
-          if (next < s.wanted) slot[i] = liquid.count[0] + next;
-          ++next;
-        }
-      });
-      b.on_one_thread([&] {
-        LiquidCounters c = liquid.counters[0];
-        c.next_id += s.wanted;
-        c.emitted += static_cast<std::uint32_t>(s.wanted);
-        liquid.counters[0] = c;
-        liquid.count[0] += s.wanted;
-        books[stroke].emitted += static_cast<std::uint64_t>(s.wanted);
-      });
-    }
+      if (t < kStrokes && s.wanted[t] > 0) books[t].emitted += static_cast<std::uint64_t>(s.wanted[t]);
+    });
   }
 
  private:
-  TACTUS_HD bool candidate(Index i, Index stroke) const {
-    return wish_key[i] != 0 && beaten[i] == 0 && piece[i].stroke == stroke;
+  /// How many of the stroke come before that one.
+  TACTUS_HD Index rank(Index i, Index n) const {
+    const WoundPlace own = open[i];
+    Index before = 0;
+    for (Index k = 0; k < n; ++k) {
+      const WoundPlace other = open[k];
+      before += other.stroke == own.stroke && other.is_before(own) ? 1 : 0;
+    }
+    return before;
+  }
+  /// What each stroke gets of the liquid's room.
+  TACTUS_HD void grant(Index n, Shared& s) const {
+    LiquidCounters c = liquid.counters[0];
+    Index next = liquid.count[0];
+    turn[0] += 1;
+    id[0] = c.next_id - next;
+    planned[0] = n;
+    open_count[0] = 0;
+    for (Index stroke = 0; stroke < kStrokes; ++stroke) {
+      s.wanted[stroke] = max(
+          min(min(static_cast<Index>(s.places[stroke]), s.waiting[stroke]), liquid.room - next), Index(0));
+      s.first[stroke] = next;
+      next += s.wanted[stroke];
+    }
+    const Index all = next - liquid.count[0];
+    if (all == 0) return;
+    c.next_id += all;
+    c.emitted += static_cast<std::uint32_t>(all);
+    liquid.counters[0] = c;
+    liquid.count[0] = next;
   }
 };
 
-/// Thread: piece.
+/// Thread: open place.
 struct BleedWounds {
+  View<const WoundPlace> open;
   View<const Index> slot;
   View<const Index> first_id;
   View<const Vec3f> place_m, speed_m_s;
   LiquidArrivals liquid;
   View<WoundState> states;
-  TACTUS_HD void operator()(Index i) const {
-    const Index to = slot[i];
+  TACTUS_HD void operator()(Index k) const {
+    const Index to = slot[k], i = open[k].piece;
     if (to < 0) return;
     liquid.x_m[to] = place_m[i];
     liquid.v_m_s[to] = speed_m_s[i];

@@ -33,17 +33,18 @@ Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
       key_(ctx.device(), settings.max_pieces),
       turn_(ctx.device(), 1),
       is_shut_(ctx.device(), settings.max_pieces),
-      beaten_(ctx.device(), settings.max_pieces),
+      open_(ctx.device(), settings.max_pieces),
+      open_count_(ctx.device(), 1),
       slot_(ctx.device(), settings.max_pieces),
+      planned_(ctx.device(), 1),
       first_id_(ctx.device(), 1),
-      open_(ctx.device(), 1),
       wall_count_(ctx.device(), settings.max_pieces),
       walls_(ctx.device(), std::int64_t{kNearWalls} * settings.max_pieces),
       round_(ctx.device(), settings.max_pieces) {
   ctx.fill_bytes(states_.view(), 0);
   ctx.fill_bytes(books_.view(), 0);
   ctx.fill_bytes(turn_.view(), 0);
-  ctx.fill_bytes(beaten_.view(), 0);
+  ctx.fill_bytes(open_count_.view(), 0);
   set_pieces(ctx, {});
 }
 
@@ -85,13 +86,14 @@ void Wounds::bleed(ExecContext& ctx, const NeighbourSearch& search, const Liquid
                                states_.view(),
                                is_shut_.const_view(),
                                key_.view()});
-  search_.visit(ctx, "wounds/beat", BeatPlaces{order, key_.const_view(), beaten_.view()});
+  search_.visit(ctx, "wounds/beat",
+                BeatPlaces{order, key_.const_view(), pieces_.const_view(), open_.view(), open_count_.view()});
   ctx.parallel_for("wounds/plan", 1,
-                   PlanWounds{count(), pieces_.const_view(), key_.const_view(), beaten_.const_view(), liquid,
-                              books_.view(), turn_.view(), slot_.view(), first_id_.view(), open_.view()});
-  ctx.parallel_for("wounds/bleed", count(),
-                   BleedWounds{slot_.const_view(), first_id_.const_view(), place_m_.const_view(),
-                               speed_m_s_.const_view(), liquid, states_.view()});
+                   PlanWounds{open_.const_view(), open_count_.view(), liquid, books_.view(), turn_.view(),
+                              slot_.view(), planned_.view(), first_id_.view()});
+  ctx.parallel_for("wounds/bleed", Count(planned_.const_view(), max_pieces()),
+                   BleedWounds{open_.const_view(), slot_.const_view(), first_id_.const_view(),
+                               place_m_.const_view(), speed_m_s_.const_view(), liquid, states_.view()});
 }
 
 void Wounds::archive(ExecContext& ctx, StateArchive& a) {

@@ -56,7 +56,10 @@ class Wounds {
   Buffer<WoundBook> books_;
   Buffer<Vec3f> place_m_, speed_m_s_;
   Buffer<std::uint32_t> key_, turn_;
-  Buffer<Index> is_shut_, beaten_, slot_, first_id_, open_, wall_count_;
+  Buffer<Index> is_shut_;
+  Buffer<WoundPlace> open_;
+  Buffer<std::uint32_t> open_count_;
+  Buffer<Index> slot_, planned_, first_id_, wall_count_;
   Buffer<NearWall> walls_;
   Buffer<LiquidRound> round_;
 };
