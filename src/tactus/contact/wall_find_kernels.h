@@ -174,22 +174,14 @@ struct FindBodyWalls {
     }
     const NeighbourCells& cells = surface.cells;
     if (!cells.hash.holds(p)) return;
-    // Few pieces are in a row of cells, so lanes share rows first: each waits for memory again.
-    constexpr int kOfRow = kLanes < 32 ? kLanes : 32, kRows = 9;
-    const Vec3i low = cells.hash.cell(p) - Vec3i{1, 1, 1};
-    TACTUS_ROLLED
-    for (int row = lane / kOfRow; row < kRows; row += kLanes / kOfRow) {
-      const Vec3i first{low.x, low.y + row % 3, low.z + row / 3};
-      cells.for_each_run(first, first + Vec3i{2, 0, 0}, [&](SlotRun run) {
-        TACTUS_ROLLED
-        for (Index slot = run.first + lane % kOfRow; slot < run.last; slot += kOfRow) {
-          const Vec3f to = p - cells.particles[slot].x_m;
-          if (dot(to, to) <= sqr(surface.search_reach_m) &&
-              dot(to, to) <= sqr(reach_m + surface.radius_m[cells.order[slot]]))
-            f(slot, to);
-        }
-      });
-    }
+    const Vec3i c = cells.hash.cell(p), one{1, 1, 1};
+    cells.for_each_run(c - one, c + one, [&](SlotRun run) {
+      TACTUS_ROLLED
+      for (Index slot = run.first + lane; slot < run.last; slot += kLanes) {
+        const Vec3f to = p - cells.particles[slot].x_m;
+        if (dot(to, to) <= sqr(reach_m + surface.radius_m[cells.order[slot]])) f(slot, to);
+      }
+    });
   }
   /// As for_each_within, once they are listed.
   template <int kLanes, class S, class F>
