@@ -32,6 +32,7 @@ constexpr Index grain_of() {
     return 2048;
 }
 
+/// K::LoopShared where there is one, else K::Shared.
 template <class K>
 struct SharedOnCpu {
   using Type = typename K::Shared;

@@ -3,70 +3,14 @@
 /// and what depends on it alone is a potential; and the plane across, where they are in a gap.
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
-#include "tactus/contact/body_wall_kernels.h"
-#include "tactus/contact/surface_triangles.h"
-#include "tactus/geom/neighbour_cells.h"
+#include "tactus/contact/near_surface.h"
 
 namespace tactus {
 
-/// The pieces of a body's surface that are near particles, each in a place of a list.
-struct NearSurface {
-  NeighbourCells
-      cells;  ///< of the pieces' middles; their ids are the pieces' numbers, on every device the same
-  float search_reach_m;  ///< of those
-  View<const Vec3i> corners;
-  View<const float> radius_m;  ///< of a ball round the middle that holds the piece
-  View<const Vec3f> normals;   ///< unit
-  View<const PosedVertex> posed;
-  TACTUS_HD TriangleCorners corners_of(Index place) const {
-    const Vec3i v = corners[place];
-    return {posed[v.x].x_m, posed[v.y].x_m, posed[v.z].x_m};
-  }
-};
-
-/// Pieces near a run of particles that follow one another. A CPU's thread looks them up once for all of them:
-/// cells are as large as the largest piece's reach, and hold far more than what is near one particle.
-struct PiecesNearRun {
-  static constexpr Index kLongest = 32, kMost = 1024;
-  static constexpr float kWidest = 2;  ///< edge of a run's box, in reaches
-  static constexpr Index kRow = kVisitLanes;
-  Index first = 0, last = 0;  ///< the run, as slots of particles
-  Index count = 0;            ///< of pieces; above kMost: some are not here
-  float x_m[kMost], y_m[kMost], z_m[kMost], reach2_m2[kMost];
-  Index slot[kMost];
-  bool is_of(Index particle) const { return first <= particle && particle < last; }
-  bool is_whole() const { return count <= kMost; }
-  void add(Index s, Vec3f middle_m, float reach_m) {
-    if (count < kMost) {
-      x_m[count] = middle_m.x;
-      y_m[count] = middle_m.y;
-      z_m[count] = middle_m.z;
-      reach2_m2[count] = sqr(reach_m);
-      slot[count] = s;
-    }
-    ++count;
-  }
-  /// f(slot, to the point) for what comes within reach of it.
-  template <class F>
-  void for_each_within(Vec3f p, F&& f) const {
-    for (Index begin = 0; begin < count; begin += kRow) {
-      std::uint32_t near = 0;
-#pragma omp simd reduction(| : near)
-      for (int k = 0; k < kRow; ++k) {
-        const float dx = p.x - x_m[begin + k], dy = p.y - y_m[begin + k], dz = p.z - z_m[begin + k];
-        near |= dx * dx + dy * dy + dz * dz <= reach2_m2[begin + k] ? 1U << k : 0U;
-      }
-      for (near &= (2U << min(count - 1 - begin, Index(kRow - 1))) - 1U; near != 0; near &= near - 1) {
-        const Index k = begin + std::countr_zero(near);
-        f(slot[k], p - Vec3f{x_m[k], y_m[k], z_m[k]});
-      }
-    }
-  }
-};
-
 /// Block: particle. Adds the nearest point of a body's surface to its walls, and the one across.
 ///
-/// Lanes share the pieces whose balls come within reach. On a CPU one lane has them all.
+/// Lanes share the pieces whose balls come within reach. On a CPU one lane has them all, and a run of
+/// particles looks them up together.
 struct FindBodyWalls {
   static constexpr int kThreads = 128, kGrain = PiecesNearRun::kLongest;
   View<const SearchParticle> particles;
@@ -91,7 +35,7 @@ struct FindBodyWalls {
   using Shared = Found<128>;
   struct LoopShared : Found<PiecesNearRun::kMost> {
     PiecesNearRun run;
-    Index measured[PiecesNearRun::kMost], measured_count;  ///< pieces that may be the nearest
+    Index measured[PiecesNearRun::kMost], measured_count;  ///< slots of pieces that may be the nearest
   };
 
   template <class Block, class S>
@@ -100,7 +44,7 @@ struct FindBodyWalls {
     const Vec3f p = particles[i].x_m;
     constexpr int kLanes = Block::kIsLoop ? 1 : kThreads;
     if constexpr (Block::kIsLoop) {
-      if (!s.run.is_of(i)) begin_run(i, s.run);
+      if (!s.run.is_of(i)) s.run.begin(i, particles, surface, reach_m);
     }
     b.on_one_thread([&] {
       s.count = 0;
@@ -121,51 +65,6 @@ struct FindBodyWalls {
  private:
   static constexpr Index kNone = 0x7fffffff;
 
-  /// The run of particles that begins with i, and what is near it.
-  void begin_run(Index i, PiecesNearRun& run) const {
-    const CellHash& hash = surface.cells.hash;
-    run.first = i;
-    run.last = i + 1;
-    run.count = 0;
-    Box3f box{particles[i].x_m, particles[i].x_m};
-    if (!hash.holds(box.min)) return;
-    const auto is_narrow = [&](Vec3f edge) {
-      return max(edge.x, max(edge.y, edge.z)) <= PiecesNearRun::kWidest * reach_m;
-    };
-    for (const Index most = min(i + PiecesNearRun::kLongest, particles.size()); run.last < most; ++run.last) {
-      const Vec3f x = particles[run.last].x_m;
-      const Box3f with{min(box.min, x), max(box.max, x)};
-      if (!hash.holds(x) || !is_narrow(with.extent())) break;
-      box = with;
-    }
-    const Vec3f middle = box.center();
-    const float radius_m = 1.0001F * length(box.max - middle);  // rounding
-    const Vec3i one{1, 1, 1};
-    surface.cells.for_each_run(hash.cell(box.min) - one, hash.cell(box.max) + one, [&](SlotRun slots) {
-      for_each_in_rows(slots, middle, surface.search_reach_m + radius_m, [&](Index slot) {
-        const float reach = reach_m + surface.radius_m[surface.cells.order[slot]];
-        const Vec3f at = surface.cells.particles[slot].x_m, to = middle - at;
-        if (dot(to, to) <= sqr(reach + radius_m)) run.add(slot, at, reach);
-      });
-    });
-  }
-  /// f(slot) of what is within reach. Most are farther away than any piece is large.
-  template <class F>
-  void for_each_in_rows(SlotRun run, Vec3f p, float search_m, F&& f) const {
-    constexpr int kRow = kVisitLanes;  // there is room behind the last
-    const float reach2_m2 = sqr(search_m);
-    for (Index first = run.first; first < run.last; first += kRow) {
-      std::uint32_t near = 0;
-#pragma omp simd reduction(| : near)
-      for (int k = 0; k < kRow; ++k) {
-        const Vec3f& x = surface.cells.particles.data()[first + k].x_m;
-        const float dx = p.x - x.x, dy = p.y - x.y, dz = p.z - x.z;
-        near |= dx * dx + dy * dy + dz * dz <= reach2_m2 ? 1U << k : 0U;
-      }
-      for (near &= (2U << min(run.last - 1 - first, Index(kRow - 1))) - 1U; near != 0; near &= near - 1)
-        f(first + std::countr_zero(near));
-    }
-  }
   /// f(slot, to the particle) for all pieces whose balls come within reach.
   template <int kLanes, class S, class F>
   TACTUS_HD void for_each_within(Vec3f p, int lane, const S& s, F&& f) const {

@@ -320,7 +320,8 @@ struct PlanWounds {
   }
 
  private:
-  /// How many of the stroke come before that one.
+  /// How many of the stroke come before that one. All places are looked at for each: they keep a diameter
+  /// from one another, so there are some hundreds.
   TACTUS_HD Index rank(Index i, Index n) const {
     const WoundPlace own = open[i];
     Index before = 0;

@@ -1,5 +1,4 @@
 // Pieces of triangles that walls go through: which there are, on which side they lie, and who moves them.
-
 #include <algorithm>
 #include <cmath>
 

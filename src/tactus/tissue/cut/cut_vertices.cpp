@@ -1,5 +1,4 @@
 // Vertices of a surface that is cut: which nodes move them, and that the surface stays closed.
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -7,7 +6,6 @@
 #include <utility>
 
 #include "tactus/compute/cpu_for.h"
-
 #include "tactus/tissue/cut/cut_surface.h"
 
 namespace tactus::cut {

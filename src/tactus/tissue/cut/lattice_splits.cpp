@@ -1,11 +1,9 @@
 // Which cubes fall apart, and which nodes their parts have.
-
 #include <algorithm>
 #include <bit>
 #include <numeric>
 
 #include "tactus/compute/cpu_for.h"
-
 #include "tactus/tissue/cut/lattice_cutter.h"
 
 namespace tactus::cut {
