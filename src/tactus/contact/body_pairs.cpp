@@ -61,9 +61,9 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   used_ = zeros(bodies.size() * bodies.size());
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
+  wake_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
   cube_bounds_ = Buffer<float>(ctx.device(), CubeBoxes::size(patch_cubes_.room()));
   cube_places_ = Buffer<CubePlace>(ctx.device(), patch_cubes_.room());
-  body_wakes_ = Buffer<std::uint32_t>(ctx.device(), size_of(bodies));
   patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
   last_x_ = to_device(ctx, std::vector<Vec3f>(at(patch_nodes_.room())));
   self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
@@ -152,7 +152,7 @@ PairTable BodyPairs::table() const {
 
 PairState BodyPairs::state() {
   return {patch_box_.view(),   body_box_.view(),    {cube_bounds_.view()}, cube_places_.view(),
-          body_wakes_.view(),  patch_way_.view(),   last_x_.view(),        self_motion_.view(),
+          wake_box_.view(),    patch_way_.view(),   last_x_.view(),        self_motion_.view(),
           group_sleep_.view(), point_sleep_.view(), group_active_.view(),  contact_.view(),
           row_weight_.view(),  cube_list_.view(),   next_.view(),          recorded_.view(),
           records_.view(),     moved_on_.view(),    used_.view(),          smallest_mass_kg_};

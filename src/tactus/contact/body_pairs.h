@@ -67,14 +67,14 @@ class BodyPairs {
   Buffer<PairNode> nodes_;
   Buffer<Index> rows_, part_, recorded_;
   IndexLists patch_nodes_, patch_cubes_, incident_points_, incident_cubes_;
-  Buffer<PatchBox> patch_box_, body_box_;
+  Buffer<PatchBox> patch_box_, body_box_, wake_box_;
   Buffer<float> cube_bounds_;
   Buffer<CubePlace> cube_places_;
   Buffer<float> patch_way_;
   Buffer<Vec3f> last_x_;
   Buffer<SelfMotion> self_motion_;
   Buffer<SelfSleep> group_sleep_, point_sleep_;
-  Buffer<std::uint32_t> body_wakes_, group_active_, row_weight_, cube_list_, next_, used_;
+  Buffer<std::uint32_t> group_active_, row_weight_, cube_list_, next_, used_;
   Buffer<PairContact> contact_;
   Buffer<ContactRecord> records_;
   Buffer<OwnerTotals> totals_;

@@ -1,6 +1,5 @@
 #pragma once
 /// Boxes of bodies that touch one another, of their patches and of their cubes, as they are deformed now.
-#include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
 #include "tactus/contact/pair_views.h"
 
@@ -50,7 +49,8 @@ struct BoundPatches {
   }
 };
 
-/// Block: body. The box of its patches, and whether a group of its points has to look for its own body.
+/// Block: body. The box of its patches, and that of the groups of its points that have to look for their own
+/// body.
 struct BoundBodies {
   static constexpr int kThreads = 128;
   PairTable table;
@@ -58,7 +58,6 @@ struct BoundBodies {
   struct Shared {
     PatchBox of_thread[kThreads];
     float way_m[kThreads];
-    std::uint32_t wakes;
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
@@ -85,18 +84,20 @@ struct BoundBodies {
       motion.moved += SelfMotion::units(s.way_m[0], body.spacing_m);
       motion.shift_m = middle - motion.middle_m;
       motion.middle_m = middle;
-      s.wakes = 0;
+      state.wake_box[b.index()] = PatchBox::empty();
     });
-    if (body.self != SelfTouch::none) {
-      b.for_each_thread([&](int t) {
-        for (Index g = body.first_group + t; g < body.end_group; g += kThreads) {
-          if (table.groups[g].count > 0 &&
-              state.self_motion[b.index()].may_wake(state.group_sleep[g], body.spacing_m))
-            atomic_store(s.wakes, 1U);
-        }
-      });
-    }
-    b.on_one_thread([&] { state.body_wakes[b.index()] = s.wakes; });
+    if (body.self == SelfTouch::none) return;
+    b.for_each_thread([&](int t) {
+      PatchBox box = PatchBox::empty();
+      for (Index g = body.first_group + t; g < body.end_group; g += kThreads) {
+        const PointGroup& group = table.groups[g];
+        if (group.count > 0 && state.self_motion[b.index()].may_wake(state.group_sleep[g], body.spacing_m))
+          box.take(state.patch_box[group.patch]);
+      }
+      s.of_thread[t] = box;
+    });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.of_thread[t].take(s.of_thread[other]); });
+    b.on_one_thread([&] { state.wake_box[b.index()] = s.of_thread[0]; });
   }
 };
 
@@ -110,7 +111,9 @@ struct BoundCubes {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
     const Index body = table.patches[b.index()].body;
-    if (state.body_wakes[body] == 0U && !meets_others(b.index(), body)) return;
+    const float reach_m = SelfSleep::kFarthest * table.bodies[body].spacing_m;
+    if (!state.patch_box[b.index()].meets(state.wake_box[body], reach_m) && !meets_others(b.index(), body))
+      return;
     const ContactNodes& nodes = table.bodies[body].nodes;
     const IndexRange cubes = table.patch_cubes.ranges[b.index()];
     b.for_range(cubes.end - cubes.begin, [&](int k) {

@@ -73,16 +73,25 @@ struct FindPairs {
     b.on_one_thread([&] { s.active = s.reach_m = 0; });
     // A point that is in a cube of the only body in question is in no other cube.
     const bool is_one = others == 1 && cut == 0 && !is_self;
-    b.for_threads(group.count, [&](int t) { revisit(group, t, is_one, s); });
+    b.for_threads(group.count, [&](int t) {
+      if (others > 0 || !rests(group, t))
+        revisit(group, t, is_one, s);
+      else
+        s.cube[t] = -1;
+    });
     if (is_self) search_itself(b, s, group, box);
     TACTUS_ROLLED
     for (Index body = 0; body < bodies; ++body) {
       if (!may_meet(group, box, body)) continue;
+      const auto meets = [&](int t, Index cube) {
+        Vec3f q = kMiddle;
+        return is_in(group, t, cube, is_one, s, q);
+      };
       search(
-          b, s, group, table.bodies[body], is_one,
+          b, s, group, table.bodies[body],
           [&](const PatchBox& patch) { return box.meets(patch, slack_m(group)); },
           [&](int t) { return s.cube[t] < 0; },
-          [&](const PlacedPatch& at, int t) { search_patch<Block>(group, at, t, is_one, s); });
+          [&](const PlacedPatch& at, int t) { search_patch<Block>(at, t, s, meets); }, meets);
     }
     b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
     if (is_self) note_sleep(b, s, group);
@@ -116,6 +125,21 @@ struct FindPairs {
       return (is_on_wall && dot(apart, rest.wall) > kBeyondWall - slack) || cube.part != part;
     }
   };
+  /// Whether a point of a wall moves with a cube, too: the material goes on from its own cube to that one, so
+  /// the two have the same nodes where they meet.
+  TACTUS_HD bool goes_on(Index own, Index c) const {
+    if (own < 0) return false;
+    const SolidCube &a = table.cubes[own], &b = table.cubes[c];
+    const Vec3i by = b.cell - a.cell;
+    bool meet = false, same = true;
+    for (int k = 0; k < 8; ++k) {
+      const Vec3i at = Vec3i{k & 1, k >> 1 & 1, k >> 2} - by;
+      if (((at.x | at.y | at.z) & ~1) != 0) continue;
+      meet = true;
+      same = same && a.row[k] == b.row[at.x + 2 * at.y + 4 * at.z];
+    }
+    return meet && same;
+  }
   TACTUS_HD OwnPlace own_place(Index body, Index point) const {
     const PairBody& own = table.bodies[body];
     return {table.rest[point], table.part[table.rows[8 * point]], own.self, own.is_cut};
@@ -127,6 +151,12 @@ struct FindPairs {
   /// A point is in its own material, to rounding, and must not touch it.
   static constexpr float kBeyondWall = 1e-3F;
 
+  /// Whether a point touched nothing and need not look for its own body.
+  TACTUS_HD bool rests(const PointGroup& group, int t) const {
+    const Index i = group.first + t;
+    return state.contact[i].cube < 0 && state.contact[i].touching == 0 &&
+           !state.self_motion[group.body].may_wake(state.point_sleep[i], table.bodies[group.body].spacing_m);
+  }
   /// Most points are in the cube in which they were.
   TACTUS_HD void revisit(const PointGroup& group, int t, bool is_one, Shared& s) const {
     const Index i = group.first + t;
@@ -166,10 +196,11 @@ struct FindPairs {
     int n, lane, lanes;
   };
   /// look(patch, t) for all points t with seeks(t) and patches of a body with is_near(box); notes the first
-  /// cube that a point is in. On a GPU all threads share the work, of however few points.
-  template <class Block, class N, class S, class L>
-  TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, bool is_one,
-                        N&& is_near, S&& seeks, L&& look) const {
+  /// cube with meets(t, cube), which the point is in. On a GPU all threads share the work, of however few
+  /// points.
+  template <class Block, class N, class S, class L, class M>
+  TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
+                        S&& seeks, L&& look, M&& meets) const {
     TACTUS_ROLLED
     for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
       b.compact(
@@ -187,11 +218,12 @@ struct FindPairs {
         const int lane = e / pairs, n = e % pairs / points;
         look(PlacedPatch{row + s.near[n], n, lane, lanes}, s.sought[e % pairs % points]);
       });
-      if constexpr (!Block::kIsLoop) try_candidates(b, s, group, row, is_one);
+      if constexpr (!Block::kIsLoop) try_candidates(b, s, row, meets);
       b.for_few(points, [&](int p) {
         const int t = s.sought[p];
         if (s.first[t] == kNone) return;
         s.cube[t] = cube_of(s, row, s.first[t]);
+        s.free2_m2[t] = 0;
         s.q[t] = kMiddle;
         place_in(s.cube[t], s.x_m[t], s.q[t]);
       });
@@ -203,14 +235,11 @@ struct FindPairs {
     return table.patch_cubes.values[cubes.begin + static_cast<Index>(order & ((1U << kCubeBits) - 1U))];
   }
   /// All at once: a thread that tries one after the other keeps the block waiting.
-  template <class Block>
-  TACTUS_HD void try_candidates(const Block& b, Shared& s, const PointGroup& group, Index row,
-                                bool is_one) const {
+  template <class Block, class M>
+  TACTUS_HD void try_candidates(const Block& b, Shared& s, Index row, M&& meets) const {
     b.for_few(static_cast<int>(min(s.candidates, static_cast<std::uint32_t>(kCandidates))), [&](int e) {
       const Candidate& c = s.candidate[e];
-      Vec3f q = kMiddle;
-      if (is_in(group, c.point, cube_of(s, row, c.order), is_one, s, q))
-        atomic_min(s.first[c.point], c.order);
+      if (meets(c.point, cube_of(s, row, c.order))) atomic_min(s.first[c.point], c.order);
     });
   }
   /// f(k, squared distance) for cubes of a patch whose boxes are no farther than limit2_m2() squared, until f
@@ -230,17 +259,15 @@ struct FindPairs {
         if (away2_m2[k] <= limit2_m2() && !f(row + k - cubes.begin, away2_m2[k])) return;
     }
   }
-  template <class Block>
-  TACTUS_HD void search_patch(const PointGroup& group, const PlacedPatch& at, int t, bool is_one,
-                              Shared& s) const {
+  template <class Block, class M>
+  TACTUS_HD void search_patch(const PlacedPatch& at, int t, Shared& s, M&& meets) const {
     const auto within2_m2 = [&] { return atomic_load(s.first[t]) < order(at.n, 0) ? -1.F : 0.F; };
     for_cubes_within<Block>(at, s.x_m[t], within2_m2,
-                            [&](Index k, float) { return !note_first<Block>(group, at, t, k, is_one, s); });
+                            [&](Index k, float) { return !note_first<Block>(at, t, k, s, meets); });
   }
   /// Returns whether the point is known to be in that cube. A GPU notes that it may be, where there is room.
-  template <class Block>
-  TACTUS_HD bool note_first(const PointGroup& group, const PlacedPatch& at, int t, Index k, bool is_one,
-                            Shared& s) const {
+  template <class Block, class M>
+  TACTUS_HD bool note_first(const PlacedPatch& at, int t, Index k, Shared& s, M&& meets) const {
     if constexpr (!Block::kIsLoop) {
       const std::uint32_t place = atomic_fetch_add(s.candidates, 1U);
       if (place < static_cast<std::uint32_t>(kCandidates)) {
@@ -248,9 +275,7 @@ struct FindPairs {
         return false;
       }
     }
-    Vec3f q = kMiddle;
-    const Index cube = table.patch_cubes.values[table.patch_cubes.ranges[at.patch].begin + k];
-    if (!is_in(group, t, cube, is_one, s, q)) return false;
+    if (!meets(t, table.patch_cubes.values[table.patch_cubes.ranges[at.patch].begin + k])) return false;
     atomic_min(s.first[t], order(at.n, k));
     return true;
   }
@@ -262,51 +287,92 @@ struct FindPairs {
     const PairBody& body = table.bodies[group.body];
     const SelfMotion& motion = state.self_motion[group.body];
     b.for_threads(group.count, [&](int t) {
+      SelfSleep& sleep = state.point_sleep[group.first + t];
+      if (touches_nothing_own(body, group.first + t)) sleep = {motion.moved, kForever_m};
       // What touches its own body is looked at every time.
-      const bool sleeps = !motion.may_wake(state.point_sleep[group.first + t], body.spacing_m);
+      const bool sleeps = !motion.may_wake(sleep, body.spacing_m);
       const bool is_there = s.cube[t] >= 0 && table.cubes[s.cube[t]].body == group.body;
       s.self[t] = is_there ? Self::inside : sleeps ? Self::sleeps : Self::sought;
-      const float reach_m = is_there ? 0.F : reach_of(state.point_sleep[group.first + t], body);
+      const float reach_m = is_there ? 0.F : reach_of(sleep, body);
       s.free2_m2[t] = std::bit_cast<std::uint32_t>(sqr(reach_m));
       if (s.self[t] == Self::sought) atomic_max(s.reach_m, std::bit_cast<std::uint32_t>(reach_m));
     });
     const float farthest_m = std::bit_cast<float>(s.reach_m);
+    const auto meets = [&](int t, Index cube) { return meets_own(group, t, cube, s); };
     search(
-        b, s, group, body, false, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
+        b, s, group, body, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
         [&](int t) { return s.self[t] == Self::sought && s.free2_m2[t] > 0U; },
-        [&](const PlacedPatch& at, int t) { search_own_patch<Block>(group, at, t, s); });
-    const float least_m = body.is_cut != 0 ? kWallSleep * body.spacing_m : 0.F;
+        [&](const PlacedPatch& at, int t) { search_own_patch<Block>(group, at, t, s, meets); }, meets);
+    const float least_m = least_sleep_m(body);
     b.for_threads(group.count, [&](int t) {
       if (s.self[t] != Self::sleeps)
         state.point_sleep[group.first + t] = {
             motion.moved, max(tactus::sqrt(std::bit_cast<float>(s.free2_m2[t])), least_m)};
     });
   }
-  /// What lies on a wall has the other wall beside it always. It is looked for again once nodes have moved by
-  /// half of that, in spacings.
+  /// What lies on a wall of a closed cut has the other wall beside it always. It is looked for again once
+  /// nodes have moved by half of that, in spacings.
   static constexpr float kWallSleep = 0.01F;
+  TACTUS_HD static float least_sleep_m(const PairBody& body) {
+    return body.is_cut != 0 ? kWallSleep * body.spacing_m : 0.F;
+  }
+  static constexpr float kForever_m = 1e30F;
+  /// Whether there is nothing of its own body that a point may touch: it is on no wall, and all hangs
+  /// together.
+  TACTUS_HD bool touches_nothing_own(const PairBody& body, Index point) const {
+    const Vec3f wall = table.rest[point].wall;
+    return body.self == SelfTouch::walls && body.parts == 1 && dot(wall, wall) == 0.F;
+  }
   /// So far a point looks: twice as far as its body was the last time. What is near would be found near, and
   /// what is far away is asked for less and less often.
   TACTUS_HD static float reach_of(const SelfSleep& last, const PairBody& body) {
-    constexpr float kLeast = 0.1F, kMost = 1.5F;  // in spacings
-    return clamp(2 * last.free_m, kLeast * body.spacing_m, kMost * body.spacing_m);
+    constexpr float kLeast = 0.1F;  // in spacings
+    return clamp(2 * last.free_m, kLeast * body.spacing_m, SelfSleep::kFarthest * body.spacing_m);
   }
 
   /// The least of distances doesn't depend on their order: nothing is left out that could change it.
-  template <class Block>
-  TACTUS_HD void search_own_patch(const PointGroup& group, const PlacedPatch& at, int t, Shared& s) const {
-    const auto free2_m2 = [&] { return std::bit_cast<float>(atomic_load(s.free2_m2[t])); };
+  template <class Block, class M>
+  TACTUS_HD void search_own_patch(const PointGroup& group, const PlacedPatch& at, int t, Shared& s,
+                                  M&& meets) const {
+    const float least2_m2 = sqr(least_sleep_m(table.bodies[group.body]));
+    const auto within2_m2 = [&] {
+      const float free2_m2 = std::bit_cast<float>(atomic_load(s.free2_m2[t]));
+      return free2_m2 > least2_m2 ? free2_m2 : 0.F;
+    };
     const Index first = table.patch_cubes.ranges[at.patch].begin;
-    if (state.patch_box[at.patch].distance2_m2(s.x_m[t]) > free2_m2()) return;
+    if (state.patch_box[at.patch].distance2_m2(s.x_m[t]) > within2_m2()) return;
     const OwnPlace own = own_place(group.body, group.first + t);
-    for_cubes_within<Block>(at, s.x_m[t], free2_m2, [&](Index k, float away2_m2) {
+    for_cubes_within<Block>(at, s.x_m[t], within2_m2, [&](Index k, float away2_m2) {
       // No point of the cube is farther from its middle at rest than 0.87.
-      if (!own.may_touch(state.cube_places[first + k], kMiddle, 0.87F)) return true;
-      atomic_min(s.free2_m2[t], std::bit_cast<std::uint32_t>(away2_m2));
-      if (away2_m2 > 0.F) return true;
-      if (s.cube[t] >= 0 || atomic_load(s.first[t]) < order(at.n, k)) return false;
-      return !note_first<Block>(group, at, t, k, false, s);
+      if (!own.may_touch(state.cube_places[first + k], kMiddle, 0.87F) ||
+          goes_on(own.rest.cube, table.patch_cubes.values[first + k]))
+        return true;
+      if (away2_m2 > 0.F || s.cube[t] >= 0) {
+        atomic_min(s.free2_m2[t], std::bit_cast<std::uint32_t>(away2_m2));
+        return away2_m2 > 0.F;
+      }
+      return !note_first<Block>(at, t, k, s, meets);
     });
+  }
+  /// Whether the point is in a cube of its own body; else it is noted how far it is from the material there.
+  TACTUS_HD_CALLED bool meets_own(const PointGroup& group, int t, Index c, Shared& s) const {
+    Vec3f q = kMiddle;
+    if (is_in(group, t, c, false, s, q)) return true;
+    atomic_min(s.free2_m2[t], std::bit_cast<std::uint32_t>(sqr(clearance_m(c, s.x_m[t], q))));
+    return false;
+  }
+  /// How far x is from the material of a cube at least; 0 where q is not where the cube has it. Both sides of
+  /// a cut have whole cubes, which overlap: a point of one wall may be well inside of the other's cube.
+  TACTUS_HD float clearance_m(Index c, Vec3f x, Vec3f q) const {
+    constexpr float kSqueezed = 0.5F;  // of its length at rest, at most
+    const SolidCube& cube = table.cubes[c];
+    const PairBody& body = table.bodies[cube.body];
+    if (!CubeMap::is_in(q, 1.F)) return 0.F;
+    const Vec3f off_m = CubeCorners::map(body.nodes, cube).at(q) - x;
+    if (!(dot(off_m, off_m) < sqr(1e-3F * body.spacing_m))) return 0.F;
+    const Vec3f inside{clamp(q.x, 0.F, 1.F), clamp(q.y, 0.F, 1.F), clamp(q.z, 0.F, 1.F)};
+    const float out_m = body.spacing_m * length(q - inside);
+    return kSqueezed * max(out_m, table.samples.at(c, inside).distance_m - out_m);
   }
   /// Of a group whose points were just looked at.
   template <class Block>
@@ -325,6 +391,7 @@ struct FindPairs {
   TACTUS_HD void conclude(const PointGroup& group, int t, Shared& s) const {
     const Index i = group.first + t, c = s.cube[t];
     PairContact& contact = state.contact[i];
+    if (c < 0 && contact.cube < 0 && contact.touching == 0) return;
     if (c >= 0 && touch(group, i, c, s.q[t], s.x_m[t], contact)) {
       atomic_or(s.active, 1U);
       return;

@@ -98,7 +98,7 @@ void PairModel::add_patch(const PairedBody& b, Index body, const RestSolid& soli
     const EmbeddedPoint& p = b.points[patch.points[k]];
     if (host.cuttable) host.place_of_point[patch.points[k]] = size_of(points);
     points.push_back(p);
-    rest.push_back({rest_of(b.lattice, p), {}});
+    rest.push_back({.p = rest_of(b.lattice, p), .wall = {}});
     for (int n = 0; n < 8; ++n) {
       if (p.weight[n] != 0) of_patch.insert(p.node[n]);
     }
@@ -173,12 +173,22 @@ void PairModel::apply(Index body, const SolidChange& change) {
   for (const SolidChange::Cube& cube : change.cubes) set_cube(body, cube);
   for (const PointChange& point : change.points) set_point(body, point);
   for (std::size_t n = 0; n < change.part.size(); ++n) part[at(host.row_of.at(n))] = change.part[n];
+  count_parts(body);
   sort_once(changed_.patches);
   sort_once(changed_.rows);
   for (const Index row : changed_.rows) {
     std::sort(row_points[at(row)].begin(), row_points[at(row)].end());
     std::sort(row_cubes[at(row)].begin(), row_cubes[at(row)].end());
   }
+}
+
+/// Every part has a surface, and cubes next to it.
+void PairModel::count_parts(Index body) {
+  std::vector<Index> parts;
+  for (const Index place : host_[at(body)].place_of_cube)
+    if (place >= 0) parts.push_back(part[at(cubes[at(place)].row[0])]);
+  sort_once(parts);
+  bodies[at(body)].parts = size_of(parts);
 }
 
 Index PairModel::row_of(Index body, Index node) const {
@@ -258,7 +268,7 @@ Index PairModel::new_point(Index body, const PointChange& change) {
   }
   PointGroup& group = groups[at(open->second)];
   const Index place = group.first + group.count++;
-  rest[at(place)] = {change.rest, change.wall};
+  rest[at(place)].p = change.rest;
   return place;
 }
 
@@ -268,6 +278,8 @@ void PairModel::set_point(Index body, const PointChange& change) {
   const bool is_new = place < 0;
   if (is_new) place = new_point(body, change);
   changed_.points.push_back(place);
+  rest[at(place)].wall = change.wall;
+  rest[at(place)].cube = change.cube < 0 ? -1 : host.place_of_cube.at(at(change.cube));
   const Index patch = patch_at(body, rest[at(place)].p);
   EmbeddedPoint& point = points[at(place)];
   for (int k = 0; k < 8; ++k) {

@@ -75,6 +75,7 @@ class PairModel {
   Index patch_at(Index body, Vec3f p) const;
   void remove_cube(Index body, Index cube);
   void set_cube(Index body, const SolidChange::Cube& cube);
+  void count_parts(Index body);
   void set_point(Index body, const PointChange& change);
   Index new_point(Index body, const PointChange& change);
   Index row_of(Index body, Index node) const;

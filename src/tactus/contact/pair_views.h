@@ -25,6 +25,7 @@ struct PairBody {
   float spacing_m = 0;
   SelfTouch self = SelfTouch::none;
   Index is_cut = 0;  ///< cubes overlap, and points are in several
+  Index parts = 1;   ///< each hangs together
 };
 
 /// A cube next to a body's surface.
@@ -117,8 +118,9 @@ struct CubePlace {
 
 /// Where a point of a surface rests.
 struct PointRest {
-  Vec3f p;     ///< in spacings of its lattice
-  Vec3f wall;  ///< of the wall of a cut, the normal away from its material; 0: it is on none
+  Vec3f p;          ///< in spacings of its lattice
+  Vec3f wall;       ///< of the wall of a cut, the normal away from its material; 0: it is on none
+  Index cube = -1;  ///< that it moves with, where it is on a wall
 };
 
 /// A point that is new, or moves with other nodes.
@@ -171,7 +173,8 @@ struct PairContact {
 
 /// How far a point that touches nothing of its own body may move before that has to be looked at again.
 struct SelfSleep {
-  std::uint32_t since = 0;  ///< SelfMotion::moved then
+  static constexpr float kFarthest = 1.5F;  ///< that it looks, in spacings
+  std::uint32_t since = 0;                  ///< SelfMotion::moved then
   float free_m = 0;
 };
 
@@ -191,9 +194,9 @@ struct SelfMotion {
 
 struct PairState {
   View<PatchBox> patch_box, body_box;
-  CubeBoxes cube_boxes;            ///< of patch_cubes' values
-  View<CubePlace> cube_places;     ///< likewise
-  View<std::uint32_t> body_wakes;  ///< != 0: some of its points look for their own body
+  CubeBoxes cube_boxes;          ///< of patch_cubes' values
+  View<CubePlace> cube_places;   ///< likewise
+  View<PatchBox> wake_box;       ///< per body: of the points that look for their own body
   View<float> patch_way_m;       ///< how far its nodes moved since the last correction, less the body's shift
   View<Vec3f> last_x_m;          ///< of patch_nodes' values
   View<SelfMotion> self_motion;  ///< of bodies

@@ -51,6 +51,7 @@ struct WallSide {
 struct PointChange {
   Index point = 0;
   EmbeddedPoint to;
+  Index cube = -1;  ///< or copy, whose nodes those are
   Vec3f rest{};     ///< where it rests, in spacings from node (0, 0, 0)
   Vec3f wall{};     ///< of the wall of a cut, the normal away from its material; 0: it is on none
   WallSide side{};  ///< the same, as the nodes of `to` tell it; 0 also where the wall can't be parted
