@@ -124,7 +124,10 @@ struct BoundCubes {
         box = {min(box.min_m, x), max(box.max_m, x)};
       }
       state.cube_boxes.set(cubes.begin + k, box);
-      state.cube_places[cubes.begin + k] = {cube.cell, table.part[cube.row[0]]};
+      CubePlace& place = state.cube_places[cubes.begin + k];
+      place.cell = cube.cell;
+      place.part = table.part[cube.row[0]];
+      for (int n = 0; n < 8; ++n) place.row[n] = cube.row[n];
     });
   }
 

@@ -31,7 +31,7 @@ TACTUS_HD inline void add_pair_weights(const PairTable& table, const PairState& 
 
 /// Block: group of points. On a GPU several threads look for each: all points wait for those that search.
 struct FindPairs {
-  static constexpr int kThreads = 512, kGrain = 4, kCandidates = 512;
+  static constexpr int kThreads = 512, kGrain = 4, kCandidates = 512, kClose = 1024;
   PairTable table;
   PairState state;
   float restitution, friction;
@@ -51,6 +51,8 @@ struct FindPairs {
     Self self[kGroupPoints];               ///< whether the point looks for its own body
     std::uint32_t free2_m2[kGroupPoints];  ///< bits of a squared distance: no cube of its own body is nearer
     std::uint32_t active, sleep_m, reach_m;
+    std::uint32_t close[kClose],
+        close_count;  ///< patches in which a point is looked for: kGroupPoints n + point
     Candidate candidate[kCandidates];
     std::uint32_t candidates;
   };
@@ -90,7 +92,7 @@ struct FindPairs {
       search(
           b, s, group, table.bodies[body],
           [&](const PatchBox& patch) { return box.meets(patch, slack_m(group)); },
-          [&](int t) { return s.cube[t] < 0; },
+          [&](int t) { return s.cube[t] < 0; }, [](int) { return 0.F; },
           [&](const PlacedPatch& at, int t) { search_patch<Block>(at, t, s, meets); }, meets);
     }
     b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
@@ -117,19 +119,19 @@ struct FindPairs {
     SelfTouch self;
     Index is_cut;
     /// At q in that cube, or anywhere within `slack` spacings of there.
-    TACTUS_HD bool may_touch(const CubePlace& cube, Vec3f q, float slack) const {
-      const Vec3f apart = vec_cast<float>(cube.cell) + q - rest.p;
+    TACTUS_HD bool may_touch(Vec3i cell, Index cube_part, Vec3f q, float slack) const {
+      const Vec3f apart = vec_cast<float>(cell) + q - rest.p;
       if (self == SelfTouch::all && dot(apart, apart) > sqr(kSelfSpacings - slack)) return true;
       if (is_cut == 0) return false;
       const bool is_on_wall = dot(rest.wall, rest.wall) > 0.F;
-      return (is_on_wall && dot(apart, rest.wall) > kBeyondWall - slack) || cube.part != part;
+      return (is_on_wall && dot(apart, rest.wall) > kBeyondWall - slack) || cube_part != part;
     }
   };
   /// Whether a point of a wall moves with a cube, too: the material goes on from its own cube to that one, so
   /// the two have the same nodes where they meet.
-  TACTUS_HD bool goes_on(Index own, Index c) const {
+  TACTUS_HD bool goes_on(Index own, const CubePlace& b) const {
     if (own < 0) return false;
-    const SolidCube &a = table.cubes[own], &b = table.cubes[c];
+    const SolidCube& a = table.cubes[own];
     const Vec3i by = b.cell - a.cell;
     bool meet = false, same = true;
     for (int k = 0; k < 8; ++k) {
@@ -145,8 +147,7 @@ struct FindPairs {
     return {table.rest[point], table.part[table.rows[8 * point]], own.self, own.is_cut};
   }
   TACTUS_HD bool is_apart(Index point, Index body, const SolidCube& cube, Vec3f q) const {
-    return cube.body != body ||
-           own_place(body, point).may_touch({cube.cell, table.part[cube.row[0]]}, q, 0.F);
+    return cube.body != body || own_place(body, point).may_touch(cube.cell, table.part[cube.row[0]], q, 0.F);
   }
   /// A point is in its own material, to rounding, and must not touch it.
   static constexpr float kBeyondWall = 1e-3F;
@@ -198,9 +199,9 @@ struct FindPairs {
   /// look(patch, t) for all points t with seeks(t) and patches of a body with is_near(box); notes the first
   /// cube with meets(t, cube), which the point is in. On a GPU all threads share the work, of however few
   /// points.
-  template <class Block, class N, class S, class L, class M>
+  template <class Block, class N, class S, class C, class L, class M>
   TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
-                        S&& seeks, L&& look, M&& meets) const {
+                        S&& seeks, C&& limit2_m2, L&& look, M&& meets) const {
     TACTUS_ROLLED
     for (Index row = body.first_patch; row < body.end_patch; row += kThreads) {
       b.compact(
@@ -211,14 +212,17 @@ struct FindPairs {
       if (patches == 0 || points == 0) continue;
       b.for_few(points, [&](int p) {
         s.first[s.sought[p]] = kNone;
-        if (p == 0) s.candidates = 0;
+        if (p == 0) s.candidates = s.close_count = 0;
       });
-      const int pairs = patches * points, lanes = Block::kIsLoop ? 1 : clamp(kThreads / pairs, 1, kMostLanes);
-      b.for_few(pairs * lanes, [&](int e) {
-        const int lane = e / pairs, n = e % pairs / points;
-        look(PlacedPatch{row + s.near[n], n, lane, lanes}, s.sought[e % pairs % points]);
-      });
-      if constexpr (!Block::kIsLoop) try_candidates(b, s, row, meets);
+      const auto look_in = [&](int n, int t, int lane, int lanes) {
+        look(PlacedPatch{row + s.near[n], n, lane, lanes}, t);
+      };
+      if constexpr (Block::kIsLoop) {
+        b.for_few(patches * points, [&](int e) { look_in(e / points, s.sought[e % points], 0, 1); });
+      } else {
+        look_together(b, s, row, limit2_m2, look_in);
+        try_candidates(b, s, row, meets);
+      }
       b.for_few(points, [&](int p) {
         const int t = s.sought[p];
         if (s.first[t] == kNone) return;
@@ -230,6 +234,26 @@ struct FindPairs {
     }
   }
   static constexpr int kMostLanes = 16;
+  /// Threads share the cubes of the patches that are close to a point: most patches are to none.
+  template <class Block, class C, class L>
+  TACTUS_HD void look_together(const Block& b, Shared& s, Index row, C&& limit2_m2, L&& look_in) const {
+    const int points = s.sought_count;
+    b.for_few(s.near_count * points, [&](int e) {
+      const int n = e / points, t = s.sought[e % points];
+      if (state.patch_box[row + s.near[n]].distance2_m2(s.x_m[t]) > limit2_m2(t)) return;
+      const std::uint32_t place = atomic_fetch_add(s.close_count, 1U);
+      if (place < kClose)
+        s.close[place] = static_cast<std::uint32_t>(kGroupPoints * n + t);
+      else
+        look_in(n, t, 0, 1);
+    });
+    const int close = static_cast<int>(min(s.close_count, static_cast<std::uint32_t>(kClose))),
+              lanes = clamp(kThreads / max(close, 1), 1, kMostLanes);
+    b.for_few(close * lanes, [&](int e) {
+      const auto pair = static_cast<int>(s.close[e % close]);
+      look_in(pair / kGroupPoints, pair % kGroupPoints, e / close, lanes);
+    });
+  }
   TACTUS_HD Index cube_of(const Shared& s, Index row, std::uint32_t order) const {
     const IndexRange cubes = table.patch_cubes.ranges[row + s.near[order >> kCubeBits]];
     return table.patch_cubes.values[cubes.begin + static_cast<Index>(order & ((1U << kCubeBits) - 1U))];
@@ -302,6 +326,7 @@ struct FindPairs {
     search(
         b, s, group, body, [&](const PatchBox& patch) { return box.meets(patch, farthest_m); },
         [&](int t) { return s.self[t] == Self::sought && s.free2_m2[t] > 0U; },
+        [&](int t) { return std::bit_cast<float>(atomic_load(s.free2_m2[t])); },
         [&](const PlacedPatch& at, int t) { search_own_patch<Block>(group, at, t, s, meets); }, meets);
     const float least_m = least_sleep_m(body);
     b.for_threads(group.count, [&](int t) {
@@ -344,8 +369,8 @@ struct FindPairs {
     const OwnPlace own = own_place(group.body, group.first + t);
     for_cubes_within<Block>(at, s.x_m[t], within2_m2, [&](Index k, float away2_m2) {
       // No point of the cube is farther from its middle at rest than 0.87.
-      if (!own.may_touch(state.cube_places[first + k], kMiddle, 0.87F) ||
-          goes_on(own.rest.cube, table.patch_cubes.values[first + k]))
+      const CubePlace& place = state.cube_places[first + k];
+      if (!own.may_touch(place.cell, place.part, kMiddle, 0.87F) || goes_on(own.rest.cube, place))
         return true;
       if (away2_m2 > 0.F || s.cube[t] >= 0) {
         atomic_min(s.free2_m2[t], std::bit_cast<std::uint32_t>(away2_m2));

@@ -114,6 +114,7 @@ struct CubeBoxes {
 struct CubePlace {
   Vec3i cell;
   Index part = 0;
+  Index row[8];  ///< as SolidCube
 };
 
 /// Where a point of a surface rests.
