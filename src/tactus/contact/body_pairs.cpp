@@ -82,6 +82,7 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
     staged_points_ = Buffer<PairPointChange>(ctx.device(), size_of(all.points));
   }
   begin_frame(ctx);
+  ctx.parallel_for("contact/place cubes", patches_.size(), PlaceCubes{table(), state()});
   ctx.synchronize();
 }
 
@@ -97,6 +98,7 @@ void BodyPairs::apply(ExecContext& ctx, Index body, const SolidChange& change) {
   ctx.upload(gone, staged);
   ctx.fill_bytes(row_weight_.view(), 0);
   ctx.parallel_for("contact/weigh pairs", points_.size(), WeighPairs{t, s, View<const Index>(staged)});
+  ctx.parallel_for("contact/place cubes", patches_.size(), PlaceCubes{t, s});
   ctx.parallel_for("contact/start patches", patches_.size(), StartPatches{t, s});
   ctx.fill_bytes(group_sleep_.view(), 0);
   ctx.fill_bytes(point_sleep_.view(), 0);

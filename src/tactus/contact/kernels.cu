@@ -71,6 +71,7 @@ TACTUS_CUDA_KERNEL(tactus::PairImpulses);
 TACTUS_CUDA_KERNEL(tactus::SetSolidCubes);
 TACTUS_CUDA_KERNEL(tactus::SetPairPoints);
 TACTUS_CUDA_KERNEL(tactus::WeighPairs);
+TACTUS_CUDA_KERNEL(tactus::PlaceCubes);
 TACTUS_CUDA_KERNEL(tactus::StartPatches);
 TACTUS_CUDA_KERNEL(tactus::MovePairs);
 TACTUS_CUDA_KERNEL(tactus::PaperVolumes);

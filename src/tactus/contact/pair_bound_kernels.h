@@ -21,11 +21,12 @@ struct BoundPatches {
     const bool is_self = table.bodies[patch.body].self != SelfTouch::none;
     const Vec3f shift = state.self_motion[patch.body].shift_m;
     const IndexRange own = table.patch_nodes.ranges[b.index()], cubes = table.patch_cubes.ranges[b.index()];
-    const int lanes = min(Index(kThreads), own.end - own.begin);
+    // A CPU has no lanes to fill: what each finds has to be put together.
+    const int lanes = min(Index(Block::kIsLoop ? 1 : kThreads), own.end - own.begin);
     b.for_threads(lanes, [&](int t) {
       PatchBox box = PatchBox::empty();
       float way2 = 0;
-      for (Index k = own.begin + t; k < own.end; k += kThreads) {
+      for (Index k = own.begin + t; k < own.end; k += lanes) {
         const Vec3f x = nodes.x_m[table.patch_nodes.values[k]];
         box = {min(box.min_m, x), max(box.max_m, x)};
         if (!is_self) continue;
@@ -124,10 +125,6 @@ struct BoundCubes {
         box = {min(box.min_m, x), max(box.max_m, x)};
       }
       state.cube_boxes.set(cubes.begin + k, box);
-      CubePlace& place = state.cube_places[cubes.begin + k];
-      place.cell = cube.cell;
-      place.part = table.part[cube.row[0]];
-      for (int n = 0; n < 8; ++n) place.row[n] = cube.row[n];
     });
   }
 

@@ -59,6 +59,22 @@ struct WeighPairs {
   }
 };
 
+/// Thread: patch. What is known of its cubes goes with their boxes.
+struct PlaceCubes {
+  PairTable table;
+  PairState state;
+  TACTUS_HD void operator()(Index patch) const {
+    const IndexRange cubes = table.patch_cubes.ranges[patch];
+    for (Index k = cubes.begin; k < cubes.end; ++k) {
+      const SolidCube& cube = table.cubes[table.patch_cubes.values[k]];
+      CubePlace& place = state.cube_places[k];
+      place.cell = cube.cell;
+      place.part = table.part[cube.row[0]];
+      for (int n = 0; n < 8; ++n) place.row[n] = cube.row[n];
+    }
+  }
+};
+
 /// Thread: patch. Nodes of patches go on from where they are.
 struct StartPatches {
   PairTable table;
