@@ -41,7 +41,9 @@ TopologyChange cut(LatticeCutter& cutter, const BladeStrip& s) {
   cutter.mark(s, cutter.lattice().rest_positions_m());
   const auto stages = cutter.splits();
   for (const auto& stage : stages) cutter.divide(stage, std::vector<double>(stage.size(), 0.5));
-  return cutter.commit(stages);
+  TopologyChange change;
+  cutter.commit(stages, change);
+  return change;
 }
 
 /// What every cut lattice is: masses are kept, corners that are a copy's own have the regular node, a cube
@@ -151,7 +153,8 @@ TEST(LatticeCutter, CutsOneHalfAlone) {
   const auto stages = cutter.splits();
   ASSERT_EQ(stages.size(), 1U);
   cutter.divide(stages[0], std::vector<double>(stages[0].size(), 0.5));
-  cutter.commit(stages);
+  TopologyChange change;
+  cutter.commit(stages, change);
   EXPECT_EQ(cutter.part_count(), 3);
   EXPECT_EQ(cutter.copies_in_use(), 2 * 64 + 2 * 5 * 8);
   expect_sound(cutter, whole.mass_kg());
@@ -233,8 +236,16 @@ TEST(ExactSign, HasNoTies) {
     ASSERT_EQ(orientation(b, c, a, d), s);
     const NamedPoint e = point(5), f = point(6);
     int times = 0;
-    for (const auto& [u, v, w] : {std::array{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}})
-      times += crossing(e, f, u, v, w) >= 0 ? 1 : 0;
+    for (const auto& [u, v, w] : {std::array{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}}) {
+      const NamedTriangle triangle(u, v, w);
+      const NamedTriangle::End of_e = triangle.end(e), of_f = triangle.end(f);
+      ASSERT_EQ(of_e.side, orientation(e, u, v, w)) << k;
+      const int round = orientation(e, f, u, v);
+      const bool is_met =
+          of_e.side != of_f.side && orientation(e, f, v, w) == round && orientation(e, f, w, u) == round;
+      ASSERT_EQ(triangle.crossing(e, of_e, f, of_f) >= 0, is_met) << k;
+      times += is_met ? 1 : 0;
+    }
     const auto inside = [&](const NamedPoint& p) {
       return orientation(p, b, c, d) == s && orientation(a, p, c, d) == s && orientation(a, b, p, d) == s &&
              orientation(a, b, c, p) == s;

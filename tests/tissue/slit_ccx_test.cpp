@@ -116,7 +116,8 @@ CubeLattice blade_block(Index cuts, float bottom_m) {
   cutter.mark(strip, cutter.lattice().rest_positions_m());
   const auto stages = cutter.splits();
   for (const auto& stage : stages) cutter.divide(stage, std::vector<double>(stage.size(), 0.5));
-  cutter.commit(stages);
+  TopologyChange change;
+  cutter.commit(stages, change);
   return cutter.lattice();
 }
 

@@ -48,6 +48,15 @@ struct TopologyChange {
   };
   std::vector<Vertex> vertices;
   std::vector<Triangle> triangles;
+
+  /// Lists keep their room.
+  void clear() {
+    cut.clear();
+    copies.clear();
+    nodes.clear();
+    vertices.clear();
+    triangles.clear();
+  }
 };
 
 /// From a lattice that has room, and no cuts yet, to one with the same room that cut_lattice made.

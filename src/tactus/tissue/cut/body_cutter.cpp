@@ -19,6 +19,7 @@ CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, T
 
 CutReport BodyCutter::cut_marked(TopologyChange& change) {
   CutReport report;
+  change.clear();
   const auto stages = lattice_.splits([&](Index splits) { return surface_.has_room(splits); });
   report.is_full = lattice_.is_full();
   if (stages.empty()) return report;
@@ -27,7 +28,7 @@ CutReport BodyCutter::cut_marked(TopologyChange& change) {
     lattice_.divide(stage, surface_.cut(lattice_, stage));
     report.cut_cubes += static_cast<Index>(stage.size());
   }
-  change = lattice_.commit(stages);
+  lattice_.commit(stages, change);
   surface_.update(lattice_, stages, change);
   const double h = double{lattice_.lattice().spacing_m};
   report.area_m2 = (surface_.wall_area() - area_before) * h * h;

@@ -40,7 +40,7 @@ class CutSurface {
   std::vector<double> cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
   /// New vertices and triangles, and vertices that other cubes move from now on.
-  void update(const LatticeCutter& cutter, const std::vector<std::vector<CubeSplit>>& stages,
+  void update(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages,
               TopologyChange& change);
 
   Index vertex_count() const { return static_cast<Index>(vertex_point_.size()); }
@@ -268,8 +268,7 @@ class CutSurface {
   void add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner);
   // cut_vertices.cpp
   void take_room_for_frame(std::size_t splits);
-  std::vector<Index> near_splits(const LatticeCutter& cutter,
-                                 const std::vector<std::vector<CubeSplit>>& stages);
+  std::vector<Index> near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);

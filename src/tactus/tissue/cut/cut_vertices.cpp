@@ -44,7 +44,7 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
 }
 
 std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
-                                           const std::vector<std::vector<CubeSplit>>& stages) {
+                                           std::span<const std::vector<CubeSplit>> stages) {
   for (const auto& stage : stages) {
     for (const CubeSplit& split : stage) {
       const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(split.parent))];
@@ -316,7 +316,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
   }
 }
 
-void CutSurface::update(const LatticeCutter& cutter, const std::vector<std::vector<CubeSplit>>& stages,
+void CutSurface::update(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages,
                         TopologyChange& change) {
   const std::vector<Index> triangles = near_splits(cutter, stages);
   const auto take = [](auto& now, auto& next) {

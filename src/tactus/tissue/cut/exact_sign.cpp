@@ -96,16 +96,14 @@ int moved_sign(const Points& p) {
   return 1;  // not reached: the product of three moved entries has the coefficient 1
 }
 
-}  // namespace
+double size(Vec3d p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); }
 
-int orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d) {
-  const Vec3d o = vec_cast<double>(a.x_m);
-  const Vec3d u = vec_cast<double>(b.x_m) - o, v = vec_cast<double>(c.x_m) - o,
-              w = vec_cast<double>(d.x_m) - o;
-  const double det = dot(u, cross(v, w));
-  const auto size = [](Vec3d p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); };
-  // Each of 6 products is rounded by some 2^-53, six times at most; 16 times that is on the safe side.
-  if (std::abs(det) > 1e-14 * size(u) * size(v) * size(w)) return det > 0 ? 1 : -1;
+/// Each of 6 products of a determinant is rounded by some 2^-53, six times at most; 16 times that is on the
+/// safe side.
+constexpr double kUncertain = 1e-14;
+
+/// Without the filter.
+int exact_orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d) {
   Points p{a, b, c, d};
   int parity = 1;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -119,16 +117,51 @@ int orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, c
   return -parity * moved_sign(p);
 }
 
-double crossing(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d,
-                const NamedPoint& e) {
-  const int of_a = orientation(a, c, d, e), of_b = orientation(b, c, d, e);
-  if (of_a == of_b) return -1;
-  const int s = orientation(a, b, c, d);
-  if (orientation(a, b, d, e) != s || orientation(a, b, e, c) != s) return -1;
-  const Vec3d o = vec_cast<double>(c.x_m),
-              n = cross(vec_cast<double>(d.x_m) - o, vec_cast<double>(e.x_m) - o);
-  const double at_a = dot(n, vec_cast<double>(a.x_m) - o), at_b = dot(n, vec_cast<double>(b.x_m) - o);
-  return at_a == at_b ? 0.5 : std::clamp(at_a / (at_a - at_b), 0.0, 1.0);
+}  // namespace
+
+int orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d) {
+  const Vec3d o = vec_cast<double>(a.x_m);
+  const Vec3d u = vec_cast<double>(b.x_m) - o, v = vec_cast<double>(c.x_m) - o,
+              w = vec_cast<double>(d.x_m) - o;
+  const double det = dot(u, cross(v, w));
+  if (std::abs(det) > kUncertain * size(u) * size(v) * size(w)) return det > 0 ? 1 : -1;
+  return exact_orientation(a, b, c, d);
+}
+
+NamedTriangle::NamedTriangle(const NamedPoint& c, const NamedPoint& d, const NamedPoint& e)
+    : c_(c), d_(d), e_(e), origin_(vec_cast<double>(c.x_m)) {
+  const Vec3d u = vec_cast<double>(d.x_m) - origin_, v = vec_cast<double>(e.x_m) - origin_;
+  normal_ = cross(u, v);
+  uncertain_ = kUncertain * size(u) * size(v);
+  box_m_ = {min(c.x_m, min(d.x_m, e.x_m)), max(c.x_m, max(d.x_m, e.x_m))};
+}
+
+NamedTriangle::End NamedTriangle::end(const NamedPoint& a) const {
+  // det [c-a, d-a, e-a] = -det [a-c, d-c, e-c].
+  const Vec3d w = vec_cast<double>(a.x_m) - origin_;
+  const double above = dot(normal_, w);
+  if (std::abs(above) > uncertain_ * size(w)) return {above, above > 0 ? -1 : 1};
+  return {above, exact_orientation(a, c_, d_, e_)};
+}
+
+/// Whether the line through a and b has all edges on one side: the three orientations of both with an edge.
+bool NamedTriangle::is_met(const NamedPoint& a, const NamedPoint& b) const {
+  const Vec3d o = vec_cast<double>(a.x_m), u = vec_cast<double>(b.x_m) - o;
+  const Vec3d c = vec_cast<double>(c_.x_m) - o, d = vec_cast<double>(d_.x_m) - o,
+              e = vec_cast<double>(e_.x_m) - o;
+  const double cd = dot(u, cross(c, d)), de = dot(u, cross(d, e)), ec = dot(u, cross(e, c));
+  const double size_c = size(c), size_d = size(d), size_e = size(e), of_u = kUncertain * size(u);
+  if (std::abs(cd) > of_u * size_c * size_d && std::abs(de) > of_u * size_d * size_e &&
+      std::abs(ec) > of_u * size_e * size_c)
+    return (cd > 0) == (de > 0) && (cd > 0) == (ec > 0);
+  const int s = orientation(a, b, c_, d_);
+  return orientation(a, b, d_, e_) == s && orientation(a, b, e_, c_) == s;
+}
+
+double NamedTriangle::crossing(const NamedPoint& a, const End& of_a, const NamedPoint& b,
+                               const End& of_b) const {
+  if (of_a.side == of_b.side || !is_met(a, b)) return -1;
+  return of_a.above == of_b.above ? 0.5 : std::clamp(of_a.above / (of_a.above - of_b.above), 0.0, 1.0);
 }
 
 }  // namespace tactus::cut

@@ -20,9 +20,26 @@ struct NamedPoint {
 /// The four ids must differ.
 int orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d);
 
-/// Where the segment ab crosses the triangle cde: the share of the way from a to b, 0..1; -1: it does not.
-/// Of triangles that share an edge exactly one is crossed by a segment that goes through it.
-double crossing(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d,
-                const NamedPoint& e);
+/// A triangle that many segments are looked up with: what of its plane is the same for all is kept.
+class NamedTriangle {
+ public:
+  NamedTriangle(const NamedPoint& c, const NamedPoint& d, const NamedPoint& e);
+  struct End {
+    double above = 0;  ///< distance from the plane, times twice the area
+    int side = 0;      ///< orientation(a, c, d, e)
+  };
+  End end(const NamedPoint& a) const;
+  /// Where the segment ab crosses the triangle: the share of the way from a to b, 0..1; -1: it does not.
+  /// Of triangles that share an edge exactly one is crossed by a segment that goes through it.
+  double crossing(const NamedPoint& a, const End& of_a, const NamedPoint& b, const End& of_b) const;
+  const Box3f& box_m() const { return box_m_; }
+
+ private:
+  bool is_met(const NamedPoint& a, const NamedPoint& b) const;
+  NamedPoint c_, d_, e_;
+  Vec3d origin_, normal_;
+  double uncertain_;  ///< per distance: what of a determinant may be rounding
+  Box3f box_m_;
+};
 
 }  // namespace tactus::cut

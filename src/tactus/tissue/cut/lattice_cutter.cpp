@@ -57,25 +57,30 @@ Box3f BladeStrip::box_m() const {
   return {min(a.min, b.min), max(a.max, b.max)};
 }
 
-double BladeStrip::area_m2() const {
-  double area = 0;
-  for (const auto& [a, b, c] : triangles())
-    area += 0.5 * length(cross(vec_cast<double>(b.x_m - a.x_m), vec_cast<double>(c.x_m - a.x_m)));
-  return area;
-}
-
-std::vector<std::array<NamedPoint, 3>> BladeStrip::triangles() const {
+template <class F>
+void BladeStrip::for_each_triangle(F&& f) const {
   const auto named = [&](const std::vector<Vec3f>& of, std::size_t k, int when) {
     return NamedPoint{of[k], -1 - 2 * static_cast<std::int64_t>(k) - when % 2};
   };
-  std::vector<std::array<NamedPoint, 3>> found;
   for (std::size_t k = 0; k + 1 < begin_m.size(); ++k) {
     const NamedPoint a = named(begin_m, k, frame), b = named(begin_m, k + 1, frame),
                      c = named(end_m, k + 1, frame + 1), d = named(end_m, k, frame + 1);
-    found.push_back({a, b, c});
-    found.push_back({a, c, d});
+    f(a, b, c);
+    f(a, c, d);
   }
-  return found;
+}
+
+double BladeStrip::area_m2() const {
+  double area = 0;
+  for_each_triangle([&](const NamedPoint& a, const NamedPoint& b, const NamedPoint& c) {
+    area += 0.5 * length(cross(vec_cast<double>(b.x_m - a.x_m), vec_cast<double>(c.x_m - a.x_m)));
+  });
+  return area;
+}
+
+void BladeStrip::triangles(std::vector<NamedTriangle>& found) const {
+  for_each_triangle(
+      [&](const NamedPoint& a, const NamedPoint& b, const NamedPoint& c) { found.emplace_back(a, b, c); });
 }
 
 LatticeCutter::LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_cut)
@@ -127,7 +132,8 @@ std::uint8_t LatticeCutter::corners(Index cube) const {
 }
 
 std::span<const Index> LatticeCutter::live(Index regular) const {
-  if (const Index place = cut_place_[at(regular)]; place >= 0) return live_[at(place)];
+  if (const Index place = cut_place_[at(regular)]; place >= 0)
+    return std::span(live_[at(place)].cubes).first(at(live_[at(place)].count));
   const Vec3i p = lattice_.cubes[at(regular)], n = lattice_.node_dims - Vec3i{1, 1, 1};
   return {&grid_[at((std::int64_t{p.z} * n.y + p.y) * n.x + p.x)], 1};
 }
@@ -166,41 +172,57 @@ double LatticeCutter::place(Index cube, int a, int b) const {
   return from < to ? t : 1 - t;
 }
 
-/// Cubes and copies whose boxes meet a box, ascending.
-std::vector<Index> LatticeCutter::cubes_in(const Box3f& box, std::span<const Vec3f> x_m) {
+/// Cubes and copies whose boxes meet a box, ascending. Where the box is thinnest few of them do, so that way
+/// is looked at first.
+void LatticeCutter::find_cubes_in(const Box3f& box, std::span<const Vec3f> x_m) {
   blocks_.build(x_m);
+  const Vec3f size = box.extent();
+  std::array<int, 3> axes{0, 1, 2};
+  std::sort(axes.begin(), axes.end(), [&](int a, int b) { return size[a] < size[b]; });
   const auto meets = [&](Index cube) {
+    if (!(lattice_.cube_fill[at(cube)] > 0)) return false;
     const auto& nodes = lattice_.cube_nodes[at(cube)];
-    Box3f own{x_m[at(nodes[0])], x_m[at(nodes[0])]};
-    for (const Index node : nodes) own = {min(own.min, x_m[at(node)]), max(own.max, x_m[at(node)])};
-    return lattice_.cube_fill[at(cube)] > 0 && overlap(own, box);
+    for (const int axis : axes) {
+      float low = x_m[at(nodes[0])][axis], high = low;
+      for (std::size_t q = 1; q < 8; ++q) {
+        const float x = x_m[at(nodes[q])][axis];
+        low = std::min(low, x);
+        high = std::max(high, x);
+      }
+      if (low > box.max[axis] || box.min[axis] > high) return false;
+    }
+    return true;
   };
-  std::vector<Index> found;
-  for (std::size_t b = 0; b + 1 < first_of_cubes_.size(); ++b) {
+  hits_.resize(first_of_cubes_.size() - 1);
+  cpu_for(hits_.size(), 64, [&](std::size_t b) {
+    hits_[b] = 0;
     Box3f all = blocks_.boxes()[at(blocks_of_cubes_[at(first_of_cubes_[b])])];
     for (Index k = first_of_cubes_[b] + 1; k < first_of_cubes_[b + 1]; ++k) {
       const Box3f& of = blocks_.boxes()[at(blocks_of_cubes_[at(k)])];
       all = {min(all.min, of.min), max(all.max, of.max)};
     }
-    if (!overlap(all, box)) continue;
-    const Index first = kCubeBlock * static_cast<Index>(b);
-    for (Index c = first; c < std::min(first + kCubeBlock, lattice_.regular_cubes()); ++c)
-      if (meets(c)) found.push_back(c);
-  }
+    if (!overlap(all, box)) return;
+    const Index first = kCubeBlock * static_cast<Index>(b),
+                count = std::min(kCubeBlock, lattice_.regular_cubes() - first);
+    for (Index k = 0; k < count; ++k) hits_[b] |= meets(first + k) ? 1U << static_cast<unsigned>(k) : 0U;
+  });
+  found_.clear();
+  for (std::size_t b = 0; b < hits_.size(); ++b)
+    for (std::uint32_t left = hits_[b]; left != 0; left &= left - 1)
+      found_.push_back(kCubeBlock * static_cast<Index>(b) + std::countr_zero(left));
   for (Index c = lattice_.regular_cubes(); c < next_copy_; ++c)
-    if (meets(c)) found.push_back(c);
-  return found;
+    if (meets(c)) found_.push_back(c);
 }
 
 LatticeCutter::Marked LatticeCutter::mark(const BladeStrip& strip, std::span<const Vec3f> x_m) {
   Marked marked;
   Journal journal;
-  const Box3f box = strip.box_m();
-  const auto triangles = strip.triangles();
-  const std::vector<Index> cubes = cubes_in(box, x_m);
-  std::vector<std::vector<Crossed>> found(cubes.size());
-  cpu_for(cubes.size(), 8, [&](std::size_t k) { found[k] = crossed(cubes[k], triangles, x_m); });
-  for (std::size_t k = 0; k < cubes.size(); ++k) mark_cube(cubes[k], found[k], marked, journal);
+  strip_.clear();
+  strip.triangles(strip_);
+  find_cubes_in(strip.box_m(), x_m);
+  crossed_.resize(std::max(crossed_.size(), found_.size()));
+  cpu_for(found_.size(), 16, [&](std::size_t k) { find_crossed(found_[k], x_m, crossed_[k]); });
+  for (std::size_t k = 0; k < found_.size(); ++k) mark_cube(found_[k], crossed_[k], marked, journal);
   dirty_.insert(dirty_.end(), journal.cubes.begin(), journal.cubes.end());
   if (!journal.edges.empty()) journals_.push_back(std::move(journal));
   return marked;
@@ -224,39 +246,38 @@ void LatticeCutter::mark(const Journal& journal) {
 
 /// A pair is crossed by the first triangle that has its corners on two sides. Sides are looked up once per
 /// corner.
-std::vector<LatticeCutter::Crossed> LatticeCutter::crossed(Index cube, const StripTriangles& strip,
-                                                           std::span<const Vec3f> x_m) const {
+void LatticeCutter::find_crossed(Index cube, std::span<const Vec3f> x_m, Crossed& found) const {
   const auto& nodes = lattice_.cube_nodes[at(cube)];
-  NamedPoint corner[8];
+  std::array<NamedPoint, 8> corner;
   for (std::size_t q = 0; q < 8; ++q) corner[q] = {x_m[at(nodes[q])], nodes[q]};
-  const auto box = [](Vec3f a, Vec3f b) { return Box3f{min(a, b), max(a, b)}; };
-  std::array<bool, kPairs> is_found{};
-  std::vector<Crossed> found;
-  for (const std::array<NamedPoint, 3>& triangle : strip) {
-    const NamedPoint &c = triangle[0], &d = triangle[1], &e = triangle[2];
-    const Box3f own{min(c.x_m, min(d.x_m, e.x_m)), max(c.x_m, max(d.x_m, e.x_m))};
-    int side[8] = {};
-    const auto side_of = [&](int q) {
-      return side[q] != 0 ? side[q] : side[q] = orientation(corner[q], c, d, e);
-    };
-    for (int pair = 0; pair < kPairs; ++pair) {
-      auto [a, b] = kCornerPairs[at(pair)];
-      if (is_found[at(pair)] || !overlap(box(corner[a].x_m, corner[b].x_m), own)) continue;
-      if (side_of(a) == side_of(b)) continue;
+  Box3f box{corner[0].x_m, corner[0].x_m};
+  for (const NamedPoint& c : corner) box = {min(box.min, c.x_m), max(box.max, c.x_m)};
+  found.pairs = 0;
+  for (const NamedTriangle& triangle : strip_) {
+    if (!overlap(box, triangle.box_m())) continue;
+    std::array<NamedTriangle::End, 8> end;
+    unsigned sides = 0;
+    for (std::size_t q = 0; q < 8; ++q) {
+      end[q] = triangle.end(corner[q]);
+      sides |= (end[q].side > 0 ? 1U : 0U) << q;
+    }
+    if (sides == 0 || sides == 255) continue;
+    for (std::size_t pair = 0; pair < kPairs; ++pair) {
+      auto [a, b] = kCornerPairs[pair];
+      if (((sides >> a ^ sides >> b) & 1U) == 0 || (found.pairs >> pair & 1U) != 0) continue;
+      const Vec3f from = corner[at(a)].x_m, to = corner[at(b)].x_m;
+      if (!overlap({min(from, to), max(from, to)}, triangle.box_m())) continue;
       if (nodes[at(a)] > nodes[at(b)]) std::swap(a, b);
-      const double t = crossing(corner[a], corner[b], c, d, e);
+      const double t = triangle.crossing(corner[at(a)], end[at(a)], corner[at(b)], end[at(b)]);
       if (t < 0) continue;
-      is_found[at(pair)] = true;
-      found.push_back({pair, static_cast<float>(std::clamp(t, kFromNode, 1 - kFromNode))});
+      found.pairs |= 1U << pair;
+      found.place[pair] = static_cast<float>(std::clamp(t, kFromNode, 1 - kFromNode));
     }
   }
-  std::sort(found.begin(), found.end(), [](const Crossed& a, const Crossed& b) { return a.pair < b.pair; });
-  return found;
 }
 
-void LatticeCutter::mark_cube(Index cube, const std::vector<Crossed>& crossed, Marked& marked,
-                              Journal& journal) {
-  if (crossed.empty()) return;
+void LatticeCutter::mark_cube(Index cube, const Crossed& crossed, Marked& marked, Journal& journal) {
+  if (crossed.pairs == 0) return;
   if (!may_cut_.empty() && may_cut_[at(regular_of(cube))] == 0) {
     marked.refused = true;
     return;
@@ -264,10 +285,12 @@ void LatticeCutter::mark_cube(Index cube, const std::vector<Crossed>& crossed, M
   const auto& nodes = lattice_.cube_nodes[at(cube)];
   const std::uint8_t own = corners(cube);
   bool is_new = false;
-  for (const auto& [pair, place] : crossed) {
+  for (std::uint32_t left = crossed.pairs; left != 0; left &= left - 1) {
+    const int pair = std::countr_zero(left);
     const auto [a, b] = kCornerPairs[at(pair)];
     is_new = is_new || (own >> a & own >> b & 1) != 0;
     const Index low = std::min(nodes[at(a)], nodes[at(b)]), high = std::max(nodes[at(a)], nodes[at(b)]);
+    const float place = crossed.place[at(pair)];
     const bool added = cuts_.try_emplace(key(low, high), place).second;
     if (added) journal.edges.push_back({low, high, place});
     if (pair < 12 && added) ++marked.edges;

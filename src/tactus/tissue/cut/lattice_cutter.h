@@ -22,8 +22,12 @@ struct BladeStrip {
 
   Box3f box_m() const;
   double area_m2() const;
-  /// Triangles, with names that nodes don't have.
-  std::vector<std::array<NamedPoint, 3>> triangles() const;
+  /// Adds its triangles, with names that nodes don't have.
+  void triangles(std::vector<NamedTriangle>& found) const;
+
+ private:
+  template <class F>
+  void for_each_triangle(F&& f) const;
 };
 
 /// Pairs of corners along which cuts are looked up: edges of the cube, and of the six tetrahedra round its
@@ -71,14 +75,15 @@ class LatticeCutter {
   /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
   /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
   /// @param has_room whether others have room for so many copies; none: they have
-  /// @returns nothing where there is no room; is_full() says so, and the cuts stay
-  std::vector<std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
+  /// @returns valid until the next call; nothing where there is no room: is_full() says so, and the cuts stay
+  std::span<const std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
   bool is_full() const { return is_full_; }
   /// Gives a stage's parts what their parents had, before the next stage parts them again. @param share per
   /// split: part[1]'s share of the parent's fill
   void divide(const std::vector<CubeSplit>& stage, const std::vector<double>& share);
   /// Gives copies their nodes, and these their masses, once all stages were divided.
-  TopologyChange commit(const std::vector<std::vector<CubeSplit>>& stages);
+  /// @param change what it held is dropped
+  void commit(std::span<const std::vector<CubeSplit>> stages, TopologyChange& change);
 
   /// Where a wall crosses the way between two corners, of which `a` is the lower: share of the way.
   double place(Index cube, int a, int b) const;
@@ -98,52 +103,79 @@ class LatticeCutter {
  private:
   static std::uint64_t key(Index a, Index b);
   bool is_cut(Index cube, int a, int b) const;
-  /// A pair of corners that the strip parts.
+  /// Pairs of a cube's corners that the strip parts.
   struct Crossed {
-    int pair;
-    float place;  ///< share of the way from the lower id
+    std::uint32_t pairs = 0;          ///< bits
+    std::array<float, kPairs> place;  ///< share of the way from the lower id
   };
-  using StripTriangles = std::vector<std::array<NamedPoint, 3>>;
-  std::vector<Crossed> crossed(Index cube, const StripTriangles& strip, std::span<const Vec3f> x_m) const;
-  void mark_cube(Index cube, const std::vector<Crossed>& crossed, Marked& marked, Journal& journal);
-  std::vector<std::uint8_t> components(Index cube) const;
+  void find_crossed(Index cube, std::span<const Vec3f> x_m, Crossed& found) const;
+  void mark_cube(Index cube, const Crossed& crossed, Marked& marked, Journal& journal);
+  /// Corners of the parts of a cube.
+  struct Parts {
+    std::array<std::uint8_t, 8> corners{};
+    Index count = 0;
+  };
+  Parts components(Index cube) const;
   void find_blocks();
-  std::vector<Index> cubes_in(const Box3f& box, std::span<const Vec3f> x_m);
+  void find_cubes_in(const Box3f& box, std::span<const Vec3f> x_m);
   std::uint8_t extended(Index cube, std::uint8_t low, std::uint8_t high) const;
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
-  void add_splits(Index cube, const std::vector<std::uint8_t>& parts, Index first,
-                  std::vector<std::vector<CubeSplit>>& stages);
-  bool fits(const std::vector<Index>& cubes, const std::vector<Index>& parts);
+  void add_splits(Index cube, const Parts& parts, Index first);
+  bool fits();
+  void find_affected();
   void replace_live(Index cube, Index first_copy, Index count);
-  /// The nodes at a lattice corner; ids from next_node_ on are new.
-  struct SharedNodes {
-    struct Entry {
-      Index cube;
-      int corner;
-      Index node, before;
-      std::uint8_t own;
-    };
-    std::vector<Entry> entries;
-    Index new_nodes = 0;
+  /// A cube or copy at a lattice corner.
+  struct AtCorner {
+    Index cube;
+    std::uint8_t corner;
+    bool owns_corner;
+    Index node, before;  ///< node ids from next_node_ on are new
   };
-  void share_nodes(Vec3i corner, SharedNodes& shared) const;
-  void add_copies(const std::vector<Index>& root, Index first_copy, TopologyChange& change);
+  /// The nodes at a lattice corner.
+  struct SharedNodes {
+    Vec3i corner{};
+    std::size_t first = 0, count = 0;  ///< in at_corners_
+    Index new_nodes = 0;               ///< as if no other corner had any
+  };
+  std::span<AtCorner> entries(const SharedNodes& shared) {
+    return std::span(at_corners_).subspan(shared.first, shared.count);
+  }
+  void share_nodes(SharedNodes& shared);
+  void add_copies(Index first_copy, TopologyChange& change);
   void share_masses(Index first_new, TopologyChange& change);
   void add_node(Index node, Index old, TopologyChange& change);
 
   CubeLattice lattice_;
   std::vector<std::uint8_t> may_cut_;
-  std::vector<Index> grid_;               ///< regular cube per cell of the box
-  std::vector<Index> cut_place_;          ///< per regular cube: in live_; -1: it is whole
-  std::vector<std::vector<Index>> live_;  ///< of regular cubes that were cut
-  FlatMap<std::uint64_t, float> cuts_;    ///< per pair of nodes: share of the way from the lower id
-  PointBlocks blocks_;                    ///< of nodes
+  std::vector<Index> grid_;       ///< regular cube per cell of the box
+  std::vector<Index> cut_place_;  ///< per regular cube: in live_; -1: it is whole
+  /// Cubes and copies with a regular cube's material; each has a corner of it at least.
+  struct Live {
+    std::array<Index, 8> cubes{};
+    Index count = 0;
+  };
+  std::vector<Live> live_;              ///< of regular cubes that were cut
+  FlatMap<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
+  PointBlocks blocks_;                  ///< of nodes
   std::vector<Index> first_of_cubes_, blocks_of_cubes_;  ///< per kCubeBlock regular cubes: blocks of nodes
   std::vector<Index> dirty_;                             ///< cubes with new cuts
   std::vector<Journal> journals_;
-  std::vector<Vec3i> affected_;      ///< corners round the cubes of the last splits()
-  std::vector<SharedNodes> shared_;  ///< there, at least as many; new nodes as if no other corner had any
   IndexSet touched_;
+  std::vector<SharedNodes> affected_;  ///< corners round the cubes of the last splits()
+  std::vector<AtCorner> at_corners_;
+  // In mark().
+  std::vector<NamedTriangle> strip_;
+  std::vector<std::uint32_t> hits_;  ///< per kCubeBlock regular cubes: bits of those that meet the strip
+  std::vector<Crossed> crossed_;     ///< per cube in found_
+  // In splits().
+  struct Falling {
+    Index cube, parts;
+  };
+  std::vector<Falling> falling_;
+  std::vector<std::pair<Index, Live>> before_;  ///< places in live_, and what they had
+  std::vector<std::vector<CubeSplit>> stages_;  ///< those from stage_count_ on are empty
+  std::size_t stage_count_ = 0;
+  std::vector<Index> found_, root_;
   Index next_copy_, next_node_;
   bool is_full_ = false;
 };

@@ -1,7 +1,7 @@
 // Which cubes fall apart, and which nodes their parts have.
 #include <algorithm>
 #include <bit>
-#include <numeric>
+#include <utility>
 
 #include "tactus/compute/cpu_for.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
@@ -11,45 +11,50 @@ namespace {
 
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
+/// Eight cubes, in eight parts each.
+constexpr std::size_t kMostAtCorner = 64;
+
 Vec3i step(int q) { return {q & 1, q >> 1 & 1, q >> 2}; }
 
-/// Lowest index of the set that i belongs to.
-int find(std::array<int, 64>& parent, int i) {
-  while (parent[at(i)] != i) i = parent[at(i)];
-  return i;
+/// Corners that a cube owns, as bits of the 3^3 lattice points round the one that is its corner q.
+std::uint32_t points_round(int q, std::uint8_t own) {
+  const std::uint32_t bits = own;
+  const std::uint32_t from_low = (bits & 3U) | (bits & 12U) << 1U | (bits & 48U) << 5U | (bits & 192U) << 6U;
+  const Vec3i d = step(q);
+  return from_low << static_cast<unsigned>(13 - d.x - 3 * d.y - 9 * d.z);
 }
 
-/// Per way from one cube to a neighbour that it shares a face or an edge with (9 z + 3 y + x + 13) and the
-/// neighbour's corners: which of the first one's those are.
-using CornersOfNeighbours = std::array<std::array<std::uint8_t, 256>, 27>;
-CornersOfNeighbours corners_of_neighbours() {
-  CornersOfNeighbours table{};
-  for (int k = 0; k < 27; ++k) {
-    const Vec3i d{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
-    const int apart = (d.x != 0 ? 1 : 0) + (d.y != 0 ? 1 : 0) + (d.z != 0 ? 1 : 0);
-    if (apart == 0 || apart == 3) continue;
-    for (unsigned own = 0; own < 256; ++own)
-      for (int q = 0; q < 8; ++q) {
-        const Vec3i in_b = step(q) - d;
-        if (min(in_b.x, min(in_b.y, in_b.z)) < 0 || max(in_b.x, max(in_b.y, in_b.z)) > 1) continue;
-        const int r = in_b.x | in_b.y << 1 | in_b.z << 2;
-        if ((own >> r & 1U) != 0) table[at(k)][own] |= static_cast<std::uint8_t>(1U << q);
+/// Who hangs together at a lattice corner: sets of points that some of them own, no two of which meet.
+class CornerSets {
+ public:
+  /// @param points that the next one owns @returns its number
+  void add(std::uint32_t points) {
+    std::uint8_t own = kNone;
+    for (std::uint8_t s = 0; s < sets_; ++s) {
+      if ((points_of_[s] & points) == 0) continue;
+      if (own == kNone) {
+        own = s;
+        continue;
       }
+      points_of_[own] |= std::exchange(points_of_[s], 0);
+      std::replace(set_.begin(), set_.begin() + count_, s, own);
+    }
+    if (own == kNone) points_of_[own = sets_++] = 0;
+    points_of_[own] |= points;
+    set_[count_++] = own;
   }
-  return table;
-}
+  std::size_t operator[](std::size_t k) const { return set_[k]; }
 
-/// Whether two cubes share the node at a lattice corner that both have, by what they have of the faces and
-/// edges that they share there.
-bool joined(Vec3i cube_a, std::uint8_t own_a, Vec3i cube_b, std::uint8_t own_b) {
-  static const CornersOfNeighbours of_neighbours = corners_of_neighbours();
-  const Vec3i d = cube_b - cube_a;
-  return (own_a & of_neighbours[at(9 * d.z + 3 * d.y + d.x + 13)][own_b]) != 0;
-}
+ private:
+  static constexpr std::uint8_t kNone = 255;
+  std::array<std::uint32_t, kMostAtCorner> points_of_;  ///< per set; 0: it was joined to another one
+  std::array<std::uint8_t, kMostAtCorner> set_;
+  std::uint8_t sets_ = 0, count_ = 0;
+};
 
 }  // namespace
 
-std::vector<std::uint8_t> LatticeCutter::components(Index cube) const {
+LatticeCutter::Parts LatticeCutter::components(Index cube) const {
   const std::uint8_t own = corners(cube);
   unsigned of[8];
   for (unsigned q = 0; q < 8; ++q) of[q] = own & 1U << q;
@@ -60,9 +65,10 @@ std::vector<std::uint8_t> LatticeCutter::components(Index cube) const {
     for (unsigned& set : of)
       if ((set & both) != 0) set = both;
   }
-  std::vector<std::uint8_t> found;
+  Parts found;
   for (int q = 0; q < 8; ++q)
-    if (of[q] != 0 && std::countr_zero(of[q]) == q) found.push_back(static_cast<std::uint8_t>(of[q]));
+    if (of[q] != 0 && std::countr_zero(of[q]) == q)
+      found.corners[at(found.count++)] = static_cast<std::uint8_t>(of[q]);
   return found;
 }
 
@@ -95,33 +101,44 @@ void LatticeCutter::add_copy(const CubeSplit& split, int part, std::uint8_t own)
 }
 
 /// Whether there is room for the nodes of new copies, which are in place then.
-bool LatticeCutter::fits(const std::vector<Index>& cubes, const std::vector<Index>& parts) {
+bool LatticeCutter::fits() {
   Index copy = next_copy_, nodes = next_node_;
-  std::vector<std::pair<Index, std::vector<Index>>> before;
+  before_.clear();
   const Vec3i n = lattice_.node_dims;
-  for (std::size_t k = 0; k < cubes.size(); ++k) {
-    const Index regular = regular_of(cubes[k]);
-    const std::span<const Index> now = live(regular);
-    before.emplace_back(regular, std::vector<Index>(now.begin(), now.end()));
-    replace_live(cubes[k], copy, parts[k]);
-    copy += 2 * (parts[k] - 1);
+  for (const auto& [cube, parts] : falling_) {
+    replace_live(cube, copy, parts);
+    copy += 2 * (parts - 1);
     for (int q = 0; q < 8; ++q) {
-      const Vec3i p = lattice_.cubes[at(regular)] + step(q);
+      const Vec3i p = lattice_.cubes[at(cube)] + step(q);
       touched_.insert((p.z * n.y + p.y) * n.x + p.x);
     }
   }
-  std::vector<Index> corners;
-  touched_.take(corners);
-  affected_.clear();
-  for (const Index p : corners) affected_.push_back({p % n.x, p / n.x % n.y, p / n.x / n.y});
-  if (shared_.size() < affected_.size()) shared_.resize(affected_.size());
-  cpu_for(affected_.size(), 8, [&](std::size_t k) { share_nodes(affected_[k], shared_[k]); });
-  for (std::size_t k = 0; k < affected_.size(); ++k) nodes += shared_[k].new_nodes;
+  find_affected();
+  cpu_for(affected_.size(), 32, [&](std::size_t k) { share_nodes(affected_[k]); });
+  for (const SharedNodes& shared : affected_) nodes += shared.new_nodes;
   if (nodes <= lattice_.node_count()) return true;
-  for (auto known = before.rbegin(); known != before.rend(); ++known)
-    live_[at(cut_place_[at(known->first)])] = std::move(known->second);
+  for (auto known = before_.rbegin(); known != before_.rend(); ++known)
+    live_[at(known->first)] = known->second;
   affected_.clear();
   return false;
+}
+
+/// Corners that touched_ has, with places for their entries.
+void LatticeCutter::find_affected() {
+  touched_.take(found_);
+  affected_.clear();
+  std::size_t count = 0;
+  const Vec3i n = lattice_.node_dims;
+  for (const Index p : found_) {
+    SharedNodes& shared = affected_.emplace_back();
+    shared.corner = {p % n.x, p / n.x % n.y, p / n.x / n.y};
+    shared.first = count;
+    for (int q = 0; q < 8; ++q)
+      if (const Index regular = regular_at(shared.corner - step(q)); regular >= 0)
+        shared.count += live(regular).size();
+    count += shared.count;
+  }
+  at_corners_.resize(count);
 }
 
 /// @param first_copy of those that add_splits() made of `count` parts
@@ -130,34 +147,36 @@ void LatticeCutter::replace_live(Index cube, Index first_copy, Index count) {
   Index& place = cut_place_[at(regular)];
   if (place < 0) {
     place = static_cast<Index>(live_.size());
-    live_.push_back({regular});
+    live_.push_back({{regular}, 1});
   }
-  std::vector<Index>& cubes = live_[at(place)];
-  std::erase(cubes, cube);
-  for (Index k = 0; k + 1 < count; ++k) cubes.push_back(first_copy + 2 * k);
-  cubes.push_back(first_copy + 2 * count - 3);
+  Live& live = live_[at(place)];
+  before_.emplace_back(place, live);
+  const auto end = live.cubes.begin() + live.count;
+  live.count = static_cast<Index>(std::remove(live.cubes.begin(), end, cube) - live.cubes.begin());
+  for (Index k = 0; k + 1 < count; ++k) live.cubes[at(live.count++)] = first_copy + 2 * k;
+  live.cubes[at(live.count++)] = first_copy + 2 * count - 3;
 }
 
-std::vector<std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bool(Index)>& has_room) {
+std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bool(Index)>& has_room) {
   std::sort(dirty_.begin(), dirty_.end());
   dirty_.erase(std::unique(dirty_.begin(), dirty_.end()), dirty_.end());
-  std::vector<Index> cubes, counts;
-  std::vector<std::vector<CubeSplit>> stages;
+  falling_.clear();
+  for (auto& stage : stages_) stage.clear();
+  stage_count_ = 0;
   Index next = next_copy_;
   is_full_ = false;
   for (const Index cube : dirty_) {
     if (!(lattice_.cube_fill[at(cube)] > 0)) continue;
-    const std::vector<std::uint8_t> parts = components(cube);
-    const auto n = static_cast<Index>(parts.size());
+    const Parts parts = components(cube);
+    const Index n = parts.count;
     is_full_ = is_full_ || (n > 1 && next + 2 * (n - 1) > lattice_.cube_count());
     if (n < 2 || is_full_) continue;
-    add_splits(cube, parts, next, stages);
-    cubes.push_back(cube);
-    counts.push_back(n);
+    add_splits(cube, parts, next);
+    falling_.push_back({cube, n});
     next += 2 * (n - 1);
   }
   affected_.clear();
-  is_full_ = is_full_ || (has_room && !has_room(next - next_copy_)) || !fits(cubes, counts);
+  is_full_ = is_full_ || (has_room && !has_room(next - next_copy_)) || !fits();
   if (is_full_) {
     for (Index copy = next_copy_; copy < next; ++copy)
       lattice_.copies[at(copy - lattice_.regular_cubes())] = {};
@@ -165,107 +184,97 @@ std::vector<std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bo
   }
   dirty_.clear();
   next_copy_ = next;
-  return stages;
+  return std::span(stages_).first(stage_count_);
 }
 
 /// What is left of a cube while its parts are split off has a copy, too.
-void LatticeCutter::add_splits(Index cube, const std::vector<std::uint8_t>& parts, Index first,
-                               std::vector<std::vector<CubeSplit>>& stages) {
+void LatticeCutter::add_splits(Index cube, const Parts& parts, Index first) {
   std::uint8_t rest = corners(cube);
   Index parent = cube;
-  for (std::size_t k = 0; k + 1 < parts.size(); ++k) {
-    rest = static_cast<std::uint8_t>(rest & ~parts[k]);
+  for (Index k = 0; k + 1 < parts.count; ++k) {
+    const std::uint8_t own = parts.corners[at(k)];
+    rest = static_cast<std::uint8_t>(rest & ~own);
     CubeSplit split{.parent = parent, .part = {first, first + 1}};
-    split.sides = extended(cube, parts[k], rest);
-    add_copy(split, 0, parts[k]);
+    split.sides = extended(cube, own, rest);
+    add_copy(split, 0, own);
     add_copy(split, 1, rest);
-    if (k >= stages.size()) stages.emplace_back();
-    stages[k].push_back(split);
+    stage_count_ = std::max(stage_count_, at(k) + 1);
+    if (stage_count_ > stages_.size()) stages_.resize(stage_count_);
+    stages_[at(k)].push_back(split);
     parent = first + 1;
     first += 2;
   }
 }
 
-/// Who has material or places at a lattice corner shares nodes as far as faces, edges and the corner join
-/// them. The regular node is with the corner's material; a set keeps the virtual node that it had.
-void LatticeCutter::share_nodes(Vec3i corner, SharedNodes& shared) const {
-  auto& entries = shared.entries;
-  entries.clear();
-  shared.new_nodes = 0;
+/// Who has material or places at a lattice corner shares nodes as far as they own lattice points together:
+/// the corner, or others of the faces and edges that they share there. The regular node is with the corner's
+/// material; a set keeps the virtual node that it had.
+void LatticeCutter::share_nodes(SharedNodes& shared) {
+  const std::span<AtCorner> entries = this->entries(shared);
+  CornerSets set;
+  std::size_t count = 0;
   for (int q = 0; q < 8; ++q) {
-    const Index regular = regular_at(corner - step(q));
+    const Index regular = regular_at(shared.corner - step(q));
     if (regular < 0) continue;
-    for (const Index cube : live(regular))
-      entries.push_back({cube, q, -1, lattice_.cube_nodes[at(cube)][at(q)], corners(cube)});
-  }
-  std::array<int, 64> set{};
-  std::iota(set.begin(), set.end(), 0);
-  const auto has_corner = [](const SharedNodes::Entry& e) { return (e.own >> e.corner & 1) != 0; };
-  for (std::size_t a = 0; a < entries.size(); ++a) {
-    for (std::size_t b = a + 1; b < entries.size(); ++b) {
-      const auto &p = entries[a], &q = entries[b];
-      if (!(has_corner(p) && has_corner(q)) &&
-          !joined(lattice_.cubes[at(p.cube)], p.own, lattice_.cubes[at(q.cube)], q.own))
-        continue;
-      const int of_a = find(set, static_cast<int>(a)), of_b = find(set, static_cast<int>(b));
-      set[at(std::max(of_a, of_b))] = std::min(of_a, of_b);
+    for (const Index cube : live(regular)) {
+      const std::uint8_t own = corners(cube);
+      entries[count++] = {cube, static_cast<std::uint8_t>(q), (own >> q & 1) != 0, -1,
+                          lattice_.cube_nodes[at(cube)][at(q)]};
+      set.add(points_round(q, own));
     }
   }
-  std::array<Index, 64> node{};
-  node.fill(-1);
-  std::vector<Index> taken;
-  for (std::size_t e = 0; e < entries.size(); ++e)
-    if (has_corner(entries[e])) node[at(find(set, static_cast<int>(e)))] = entries[e].before;
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    const int of = find(set, static_cast<int>(e));
+  std::array<Index, kMostAtCorner> node, taken;  // per set; of virtual nodes
+  std::fill_n(node.begin(), count, -1);
+  std::size_t taken_count = 0;
+  for (std::size_t e = 0; e < count; ++e)
+    if (entries[e].owns_corner) node[set[e]] = entries[e].before;
+  for (std::size_t e = 0; e < count; ++e) {
     const Index old = entries[e].before;
-    if (node[at(of)] >= 0 || old < lattice_.regular_nodes() ||
-        std::find(taken.begin(), taken.end(), old) != taken.end())
+    const auto end = taken.begin() + static_cast<std::ptrdiff_t>(taken_count);
+    if (node[set[e]] >= 0 || old < lattice_.regular_nodes() || std::find(taken.begin(), end, old) != end)
       continue;
-    taken.push_back(node[at(of)] = old);
+    taken[taken_count++] = node[set[e]] = old;
   }
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    const int of = find(set, static_cast<int>(e));
-    if (node[at(of)] < 0) node[at(of)] = next_node_ + shared.new_nodes++;
-    entries[e].node = node[at(of)];
+  shared.new_nodes = 0;
+  for (std::size_t e = 0; e < count; ++e) {
+    Index& of = node[set[e]];
+    if (of < 0) of = next_node_ + shared.new_nodes++;
+    entries[e].node = of;
   }
 }
 
-/// New nodes are in the list already.
+/// New nodes are in the list already, in ascending order.
 void LatticeCutter::share_masses(Index first_new, TopologyChange& change) {
-  std::vector<std::size_t> place_of(at(next_node_ - first_new));
-  for (std::size_t k = 0; k < change.nodes.size(); ++k) place_of[at(change.nodes[k].node - first_new)] = k;
-  std::vector<std::pair<Index, float>> mass_kg;
-  for (std::size_t k = 0; k < affected_.size(); ++k) {
-    mass_kg.clear();
-    for (const auto& e : shared_[k].entries) {
-      auto known =
-          std::find_if(mass_kg.begin(), mass_kg.end(), [&](const auto& m) { return m.first == e.node; });
-      if (known == mass_kg.end()) known = mass_kg.insert(mass_kg.end(), {e.node, 0.F});
-      known->second += lattice_.cube_mass_kg[at(e.cube)] / 8;
+  std::array<std::pair<Index, float>, kMostAtCorner> mass_kg;
+  for (const SharedNodes& shared : affected_) {
+    std::size_t count = 0;
+    for (const AtCorner& e : entries(shared)) {
+      std::size_t k = 0;
+      while (k < count && mass_kg[k].first != e.node) ++k;
+      if (k == count) mass_kg[count++] = {e.node, 0.F};
+      mass_kg[k].second += lattice_.cube_mass_kg[at(e.cube)] / 8;
     }
-    for (const auto& [node, mass] : mass_kg) {
+    for (const auto& [node, mass] : std::span(mass_kg).first(count)) {
       lattice_.node_mass_kg[at(node)] = mass;
       if (node >= first_new)
-        change.nodes[place_of[at(node - first_new)]].mass_kg = mass;
+        change.nodes[at(node - first_new)].mass_kg = mass;
       else
         change.nodes.push_back({.node = node,
                                 .from = -1,
-                                .layer = affected_[k].z,
+                                .layer = shared.corner.z,
                                 .mass_kg = mass,
                                 .fixed = lattice_.fixed[at(node)]});
     }
   }
 }
 
-/// Of copies that are new or have other nodes. @param root per new copy: the cube that was there before
-void LatticeCutter::add_copies(const std::vector<Index>& root, Index first_copy, TopologyChange& change) {
-  std::vector<Index> touched;
-  touched_.take(touched);
-  for (const Index cube : touched) {
+/// Of copies that are new or have other nodes.
+void LatticeCutter::add_copies(Index first_copy, TopologyChange& change) {
+  touched_.take(found_);
+  for (const Index cube : found_) {
     if (!(lattice_.cube_fill[at(cube)] > 0)) continue;  // it fell apart in the next stage
     change.copies.push_back({cube, lattice_.copies[at(cube - lattice_.regular_cubes())],
-                             cube < first_copy ? cube : root[at(cube - first_copy)],
+                             cube < first_copy ? cube : root_[at(cube - first_copy)],
                              lattice_.cubes[at(cube)].z, lattice_.cube_nodes[at(cube)],
                              lattice_.cube_fill[at(cube)], lattice_.cube_mass_kg[at(cube)]});
   }
@@ -285,25 +294,25 @@ void LatticeCutter::divide(const std::vector<CubeSplit>& stage, const std::vecto
   }
 }
 
-TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& stages) {
-  TopologyChange change;
-  if (stages.empty()) return change;
+void LatticeCutter::commit(std::span<const std::vector<CubeSplit>> stages, TopologyChange& change) {
+  change.clear();
+  if (stages.empty()) return;
   const Index first_copy = stages.front().front().part[0];
-  std::vector<Index> root(at(next_copy_ - first_copy));
+  root_.resize(at(next_copy_ - first_copy));  // per new copy: the cube that was there before
   for (const std::vector<CubeSplit>& stage : stages) {
     for (const CubeSplit& split : stage) {
       const bool is_new = split.parent >= first_copy;
-      const Index parent = is_new ? root[at(split.parent - first_copy)] : split.parent;
+      const Index parent = is_new ? root_[at(split.parent - first_copy)] : split.parent;
       if (!is_new) change.cut.push_back({parent, lattice_.cubes[at(parent)].z});
       for (const Index part : split.part) {
-        root[at(part - first_copy)] = parent;
+        root_[at(part - first_copy)] = parent;
         touched_.insert(part);
       }
     }
   }
   const Index first_new = next_node_;
-  for (std::size_t k = 0; k < affected_.size(); ++k) {
-    for (auto& e : shared_[k].entries) {
+  for (const SharedNodes& shared : affected_) {
+    for (AtCorner& e : entries(shared)) {
       const bool is_new = e.node >= first_new;
       if (is_new) e.node += next_node_ - first_new;
       if (e.node == e.before) continue;
@@ -311,11 +320,10 @@ TopologyChange LatticeCutter::commit(const std::vector<std::vector<CubeSplit>>& 
       lattice_.cube_nodes[at(e.cube)][at(e.corner)] = e.node;
       touched_.insert(e.cube);
     }
-    next_node_ += shared_[k].new_nodes;
+    next_node_ += shared.new_nodes;
   }
-  add_copies(root, first_copy, change);
+  add_copies(first_copy, change);
   share_masses(first_new, change);
-  return change;
 }
 
 /// @param old where it is, and what it is a twin of
