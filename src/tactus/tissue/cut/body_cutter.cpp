@@ -10,6 +10,15 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
+void BodyCutter::take_room_for(TopologyChange& change) const {
+  const std::size_t splits = std::min(lattice_.lattice().copies.size() / 2, kFrameSplits);
+  take_room(change.cut, splits);
+  take_room(change.copies, 3 * splits);
+  take_room(change.nodes, 6 * splits);
+  take_room(change.vertices, 20 * splits);
+  take_room(change.triangles, 50 * splits);
+}
+
 CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change) {
   const bool is_refused = lattice_.mark(strip, x_m).refused;
   CutReport report = cut_marked(change);

@@ -25,7 +25,10 @@ class BodyCutter {
              std::span<const embed::Anchor> anchors, CutSurface::Room room)
       : lattice_(lattice, std::move(may_cut)), surface_(lattice_, surface, anchors, room) {}
 
-  /// @param x_m of all nodes now
+  /// Room for what a frame changes.
+  void take_room_for(TopologyChange& change) const;
+
+  /// @param x_m of all nodes now @param change what it held is dropped
   CutReport cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change);
 
   /// In place of a strip. @throws Error.

@@ -13,6 +13,10 @@ namespace {
 bool is_between(const std::array<Index, 2>& segment, Index a, Index b) {
   return (segment[0] == a && segment[1] == b) || (segment[0] == b && segment[1] == a);
 }
+/// In this order.
+bool has_edge(const std::array<Index, 3>& t, Index a, Index b) {
+  return (t[0] == a && t[1] == b) || (t[1] == a && t[2] == b) || (t[2] == a && t[0] == b);
+}
 
 }  // namespace
 
@@ -33,50 +37,54 @@ bool CutSurface::is_cut_at(const LatticeCutter& cutter, const Stage& s, const Tr
   });
 }
 
-std::vector<std::array<Index, 3>> CutSurface::divide(const std::array<Index, 3>& corners,
-                                                     const EdgePoints& on_edge,
-                                                     const std::vector<std::array<Index, 2>>& segments,
-                                                     const std::function<bool(Index)>& counts) const {
-  DividedTriangle d;
-  std::vector<Index> sorted;
-  std::vector<Index> ids(corners.begin(), corners.end());
-  const Vec3d o = at(corners[0]), n = cross(at(corners[1]) - o, at(corners[2]) - o);
-  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const auto flat = [&](Index point) {
-    const Vec3d p = at(point) - o;
-    const Vec2d uv{p[(axis + 1) % 3], p[(axis + 2) % 3]};
-    return n[axis] >= 0 ? uv : Vec2d{uv.y, uv.x};
-  };
+/// Along d's segments and points on its edges. @param counts which of these do
+template <class Counts>
+void CutSurface::divide(const std::array<Index, 3>& corners, const EdgePoints& on_edge, const Counts& counts,
+                        Divided& d) const {
+  DividedTriangle flat;
+  ShortList<Index, 16> ids;
+  ids.append(corners.begin(), corners.end());
+  ShortList<Index, 8> sorted;
   for (std::size_t k = 0; k < 3; ++k) {
     const Index from = corners[k], to = corners[(k + 1) % 3];
-    on_edge.get(edge_key(from, to), sorted);
-    if (sorted.empty()) continue;
-    if (counts) std::erase_if(sorted, [&](Index point) { return !counts(point); });
+    sorted.clear();
+    on_edge.for_each(edge_key(from, to), [&](Index point) {
+      if (counts(point)) sorted.push_back(point);
+    });
     std::sort(sorted.begin(), sorted.end(), [&](Index a, Index b) {
       return dot(at(a) - at(from), at(to) - at(from)) < dot(at(b) - at(from), at(to) - at(from));
     });
     for (const Index p : sorted) {
       if (std::find(ids.begin(), ids.end(), p) != ids.end()) continue;
-      d.on_edge[k].push_back(static_cast<int>(ids.size()));
+      flat.on_edge[k].push_back(static_cast<int>(ids.size()));
       ids.push_back(p);
     }
   }
-  if (segments.empty() && ids.size() == 3) return {corners};
-  const auto local = [&](Index point) {
-    const auto known = std::find(ids.begin(), ids.end(), point);
-    if (known != ids.end()) return static_cast<int>(known - ids.begin());
-    ids.push_back(point);
-    return static_cast<int>(ids.size()) - 1;
-  };
-  for (const auto& [a, b] : segments) {
-    const int first = local(a);
-    d.segments.push_back({first, local(b)});
+  d.pieces.clear();
+  if (d.segments.empty() && ids.size() == 3) {
+    d.pieces.push_back(corners);
+    return;
   }
-  for (const Index id : ids) d.points.push_back(flat(id));
-  std::vector<std::array<Index, 3>> found;
-  for (const auto& [a, b, c] : triangulate(d)) found.push_back({ids[index(a)], ids[index(b)], ids[index(c)]});
-  return found;
+  const auto local = [&](Index point) {
+    const auto known = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), point) - ids.begin());
+    if (known == ids.size()) ids.push_back(point);
+    return static_cast<int>(known);
+  };
+  for (const Segment& segment : d.segments) {
+    const int first = local(segment.points[0]);
+    flat.segments.push_back({first, local(segment.points[1])});
+  }
+  const Vec3d o = at(corners[0]), n = cross(at(corners[1]) - o, at(corners[2]) - o);
+  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  for (const Index id : ids) {
+    const Vec3d p = at(id) - o;
+    const Vec2d uv{p[(axis + 1) % 3], p[(axis + 2) % 3]};
+    flat.points.push_back(n[axis] >= 0 ? uv : Vec2d{uv.y, uv.x});
+  }
+  ShortList<std::array<int, 3>, 16> found;
+  triangulate(flat, found);
+  for (const auto& [a, b, c] : found) d.pieces.push_back({ids[index(a)], ids[index(b)], ids[index(c)]});
 }
 
 /// Area over the square of the longest edge.
@@ -86,51 +94,80 @@ double CutSurface::roundness(std::size_t triangle) const {
   return 0.5 * length(cross(a, b)) / std::max(std::max(dot(a, a), dot(b, b)), dot(b - a, b - a));
 }
 
-CutSurface::Inner CutSurface::inner_of(const Stage& s, const WallTriangle& wall) const {
-  if (wall.segments.empty() && is_whole_still(wall.point, s.on_edge))
-    return {.is_whole = inside(s.splits[wall.split], middle_of(wall.point))};
-  return {.pieces = inner_pieces(s, wall)};
+/// Which edges of pieces are segments, and which piece is beside them.
+void CutSurface::link_pieces(Divided& d) {
+  d.edges.resize(d.pieces.size());
+  for (std::size_t i = 0; i < d.pieces.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
+      Divided::Edge& edge = d.edges[i][k];
+      edge = {-1, -1};
+      for (std::size_t n = 0; n < d.segments.size() && edge.segment < 0; ++n)
+        if (is_between(d.segments[n].points, a, b)) edge.segment = static_cast<int>(n);
+      for (std::size_t j = 0; j < d.pieces.size() && edge.beside < 0; ++j)
+        if (has_edge(d.pieces[j], b, a)) edge.beside = static_cast<int>(j);
+    }
+  }
+}
+
+/// Pieces that hang together without a wall between them.
+void CutSurface::find_region(const Divided& d, std::size_t piece, Places& found) {
+  found.clear();
+  found.push_back(piece);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::size_t now = found[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [beside, segment] = d.edges[now][k];
+      if (segment >= 0 || beside < 0) continue;
+      for (std::size_t j = index(beside); j < d.pieces.size(); ++j)
+        if (has_edge(d.pieces[j], d.pieces[now][(k + 1) % 3], d.pieces[now][k]) &&
+            std::find(found.begin(), found.end(), j) == found.end())
+          found.push_back(j);
+    }
+  }
 }
 
 /// What of a wall lies in the body. Where the surface goes through the wall, that says it.
-std::vector<std::array<Index, 3>> CutSurface::inner_pieces(const Stage& s, const WallTriangle& wall) const {
-  std::vector<std::array<Index, 2>> segments;
-  for (const Segment& segment : wall.segments) segments.push_back(segment.points);
-  Divided d;
-  d.pieces = divide(wall.point, s.on_edge, segments, {});
-  d.segments = wall.segments;
-  const auto area = [&](const std::array<Index, 3>& t) {
-    return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
-  };
-  const Vec3d normal = area(wall.point);
-  std::vector<std::array<Index, 3>> inner;
-  std::vector<bool> seen(d.pieces.size());
+void CutSurface::keep_inner_pieces(const Stage& s, std::size_t number, Divided& d) const {
+  d.segments.clear();
+  for (const Segment& segment : s.wall_segments.of(static_cast<Index>(number))) d.segments.push_back(segment);
+  divide(
+      s.walls[number].point, s.on_edge, [](Index) { return true; }, d);
+  link_pieces(d);
+  ShortList<Piece, 8> inner;
+  d.region_of.resize(d.pieces.size());
+  std::fill(d.region_of.begin(), d.region_of.end(), -1);
+  Places region;
   for (std::size_t first = 0; first < d.pieces.size(); ++first) {
-    if (seen[first]) continue;
-    const std::vector<std::size_t> pieces = region(d, first);
-    double behind = 0, surest = 0;
-    std::size_t widest = first;
-    for (const std::size_t i : pieces) {
-      seen[i] = true;
-      if (dot(area(d.pieces[i]), normal) > dot(area(d.pieces[widest]), normal)) widest = i;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
-        const auto segment = std::find_if(wall.segments.begin(), wall.segments.end(),
-                                          [&](const Segment& e) { return is_between(e.points, a, b); });
-        if (segment == wall.segments.end()) continue;
-        const auto& corner = triangles_[segment->other].corner;
-        const Vec3d out = area(std::array{corner[0].point, corner[1].point, corner[2].point});
-        const Vec3d into = cross(normal, at(b) - at(a));
-        const double sure = dot(out, into) / std::sqrt(dot(out, out) * dot(normal, normal) + 1e-300) *
-                            roundness(segment->other);
-        if (std::abs(sure) > surest) surest = std::abs(sure), behind = -sure;
-      }
-    }
-    const auto& [a, b, c] = d.pieces[widest];
-    if (surest > 0 ? behind > 0 : inside(s.splits[wall.split], (at(a) + at(b) + at(c)) / 3.0))
-      for (const std::size_t i : pieces) inner.push_back(d.pieces[i]);
+    if (d.region_of[first] >= 0) continue;
+    find_region(d, first, region);
+    for (const std::size_t i : region) d.region_of[i] = static_cast<int>(first);
+    if (!is_inner(s, number, d, region)) continue;
+    for (const std::size_t i : region) inner.push_back(d.pieces[i]);
   }
-  return inner;
+  d.pieces = inner;
+}
+
+bool CutSurface::is_inner(const Stage& s, std::size_t number, const Divided& d, const Places& region) const {
+  const auto area = [&](const Piece& t) { return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0])); };
+  const WallTriangle& wall = s.walls[number];
+  const Vec3d normal = area(wall.point);
+  double behind = 0, surest = 0;
+  std::size_t widest = region.front();
+  for (const std::size_t i : region) {
+    if (dot(area(d.pieces[i]), normal) > dot(area(d.pieces[widest]), normal)) widest = i;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (d.edges[i][k].segment < 0) continue;
+      const std::size_t other = d.segments[index(d.edges[i][k].segment)].other;
+      const auto& corner = triangles_[other].corner;
+      const Vec3d out = area({corner[0].point, corner[1].point, corner[2].point});
+      const Vec3d into = cross(normal, at(d.pieces[i][(k + 1) % 3]) - at(d.pieces[i][k]));
+      const double sure =
+          dot(out, into) / std::sqrt(dot(out, out) * dot(normal, normal) + 1e-300) * roundness(other);
+      if (std::abs(sure) > surest) surest = std::abs(sure), behind = -sure;
+    }
+  }
+  return surest > 0 ? behind > 0 : inside(s, s.splits[wall.split], middle_of(d.pieces[widest]));
 }
 
 /// How much a piece with the edge from a to b lies on side 1 of a wall, which it has there: which way it
@@ -151,59 +188,51 @@ double CutSurface::above_wall(const Stage& s, std::size_t number, Vec3d p) const
   return dot(normalized(cross(at(w[1]) - at(w[0]), at(w[2]) - at(w[0]))), p - at(w[0]));
 }
 
-/// Regions of pieces between walls, and of each on which side of which cube's wall it lies. Its longest edges
-/// count most. A triangle that is nearly a line has no direction; there its farthest corner counts.
+/// Regions of pieces between walls, and of each on which side of which cube's wall it lies.
 void CutSurface::find_sides(const Stage& s, Divided& d) const {
-  d.region_of.assign(d.pieces.size(), -1);
+  d.sides.clear();
+  d.region_of.resize(d.pieces.size());
+  std::fill(d.region_of.begin(), d.region_of.end(), -1);
+  Places region;
+  ShortList<std::array<Index, 3>, 8> seen;
+  int number_of_region = 0;
   for (std::size_t first = 0; first < d.pieces.size(); ++first) {
     if (d.region_of[first] >= 0) continue;
-    const std::vector<std::size_t> pieces = region(d, first);
-    auto& sides = d.sides.emplace_back();
-    std::vector<std::array<Index, 3>> seen;
-    for (const std::size_t i : pieces) {
-      d.region_of[i] = static_cast<int>(d.sides.size()) - 1;
+    find_region(d, first, region);
+    seen.clear();
+    for (const std::size_t i : region) {
+      d.region_of[i] = number_of_region;
       for (std::size_t k = 0; k < 3; ++k) {
+        if (d.edges[i][k].segment < 0) continue;
         const Index a = d.pieces[i][k], b = d.pieces[i][(k + 1) % 3];
-        for (const auto& [segment, number] : d.segments) {
-          if (!is_between(segment, a, b)) continue;
+        for (std::size_t n = index(d.edges[i][k].segment); n < d.segments.size(); ++n) {
+          if (!is_between(d.segments[n].points, a, b)) continue;
+          const std::size_t number = d.segments[n].other;
           const auto split = static_cast<Index>(s.walls[number].split);
-          Side& side = sides[split];
+          Side& side = d.side(number_of_region, split);
           side.is_both =
               side.is_both || std::find(seen.begin(), seen.end(), std::array{b, a, split}) != seen.end();
           seen.push_back({a, b, split});
-          if (d.is_round) {
-            side.vote += side_of(s, d, number, a, b);
-            continue;
-          }
-          for (const std::size_t j : pieces)
-            for (const Index point : d.pieces[j])
-              if (const double above = above_wall(s, number, at(point));
-                  std::abs(above) > std::abs(side.vote))
-                side.vote = above;
+          add_vote(s, d, region, side, number, {a, b});
         }
       }
     }
+    ++number_of_region;
   }
 }
 
-/// Pieces that hang together without a wall between them.
-std::vector<std::size_t> CutSurface::region(const Divided& d, std::size_t piece) {
-  std::vector<std::size_t> found{piece};
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Index a = d.pieces[found[i]][k], b = d.pieces[found[i]][(k + 1) % 3];
-      if (std::any_of(d.segments.begin(), d.segments.end(),
-                      [&](const Segment& e) { return is_between(e.points, a, b); }))
-        continue;
-      for (std::size_t j = 0; j < d.pieces.size(); ++j) {
-        const auto& t = d.pieces[j];
-        if (((t[0] == b && t[1] == a) || (t[1] == b && t[2] == a) || (t[2] == b && t[0] == a)) &&
-            std::find(found.begin(), found.end(), j) == found.end())
-          found.push_back(j);
-      }
-    }
+/// The longest edges count most. A triangle that is nearly a line has no direction; there its farthest corner
+/// counts.
+void CutSurface::add_vote(const Stage& s, const Divided& d, const Places& region, Side& side,
+                          std::size_t number, std::array<Index, 2> edge) const {
+  if (d.is_round) {
+    side.vote += side_of(s, d, number, edge[0], edge[1]);
+    return;
   }
-  return found;
+  for (const std::size_t j : region)
+    for (const Index point : d.pieces[j])
+      if (const double above = above_wall(s, number, at(point)); std::abs(above) > std::abs(side.vote))
+        side.vote = above;
 }
 
 /// Round a point of a piece, up to the first wall: the part of that wall's cube on this side; -1: there is
@@ -213,25 +242,20 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
   for (const bool forwards : {true, false}) {
     std::size_t now = piece;
     for (std::size_t steps = 0; steps < d.pieces.size(); ++steps) {
-      const auto& t = d.pieces[now];
-      const std::size_t k = t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2;
-      const Index a = forwards ? pivot : t[(k + 2) % 3], b = forwards ? t[(k + 1) % 3] : pivot;
-      for (const auto& [segment, number] : d.segments)
-        if (is_between(segment, a, b)) {
-          const std::size_t split = s.walls[number].split;
-          const Side& side = d.sides[index(d.region_of[piece])].at(static_cast<Index>(split));
-          double vote = side.vote;
-          if (side.is_both && steps == 0) vote = side_of(s, d, number, a, b);
-          // Before the end of a wall both ways round are right as yet; later only the shorter one is.
-          if (side.is_both && steps > 0) vote = above_wall(s, number, middle_of(d.pieces[piece]));
-          return s.splits[split].split.part[vote > 0 ? 1 : 0];
-        }
-      const auto beside = std::find_if(d.pieces.begin(), d.pieces.end(), [&](const auto& other) {
-        return (other[0] == b && other[1] == a) || (other[1] == b && other[2] == a) ||
-               (other[2] == b && other[0] == a);
-      });
-      if (beside == d.pieces.end()) break;
-      now = static_cast<std::size_t>(beside - d.pieces.begin());
+      const Piece& t = d.pieces[now];
+      const std::size_t k = t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2, from = forwards ? k : (k + 2) % 3;
+      const auto [beside, segment] = d.edges[now][from];
+      if (segment >= 0) {
+        const std::size_t number = d.segments[index(segment)].other, split = s.walls[number].split;
+        const Side& side = *d.find_side(d.region_of[piece], static_cast<Index>(split));
+        double vote = side.vote;
+        if (side.is_both && steps == 0) vote = side_of(s, d, number, t[from], t[(from + 1) % 3]);
+        // Before the end of a wall both ways round are right as yet; later only the shorter one is.
+        if (side.is_both && steps > 0) vote = above_wall(s, number, middle_of(d.pieces[piece]));
+        return s.splits[split].split.part[vote > 0 ? 1 : 0];
+      }
+      if (beside < 0) break;
+      now = index(beside);
     }
   }
   return -1;
@@ -287,103 +311,138 @@ void CutSurface::note_depth(Vec3d p) {
   deepest_ = std::max(deepest_, measured_.depth);
 }
 
-/// A triangle in pieces; none: it stays whole. @param number in s.near
-std::unique_ptr<CutSurface::Divided> CutSurface::divided(const LatticeCutter& cutter, const Stage& s,
-                                                         std::size_t number) const {
+void CutSurface::divide_triangle(const LatticeCutter& cutter, const Stage& s, std::size_t number,
+                                 Divided& d) const {
   const Triangle& old = triangles_[index(s.near[number])];
-  const std::array<Index, 3> corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
-  const auto place = static_cast<Index>(number);
-  if (old.is_fill || (s.segments.empty(place) && is_whole_still(corners, s.on_edge))) return nullptr;
-  auto d = std::make_unique<Divided>();
-  d->normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
-  d->is_round = roundness(index(s.near[number])) > 1e-4;
-  std::vector<std::array<Index, 2>> segments;
-  for (const Segment& segment : s.segments.of(place)) {
-    d->segments.push_back(segment);
-    segments.push_back(segment.points);
-  }
-  d->pieces =
-      divide(corners, s.on_edge, segments, [&](Index point) { return is_cut_at(cutter, s, old, point); });
-  find_sides(s, *d);
-  return d;
+  const Piece corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
+  d.normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
+  d.is_round = roundness(index(s.near[number])) > 1e-4;
+  d.segments.clear();
+  for (const Segment& segment : s.segments.of(static_cast<Index>(number))) d.segments.push_back(segment);
+  divide(
+      corners, s.on_edge, [&](Index point) { return is_cut_at(cutter, s, old, point); }, d);
+  link_pieces(d);
+  find_sides(s, d);
 }
 
-std::vector<CutSurface::Triangle> CutSurface::pieces_of(const LatticeCutter& cutter, const Stage& s,
-                                                        const Divided& d, const Triangle& old) const {
-  std::vector<Triangle> pieces(d.pieces.size(), old);
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
+/// Shares of cubes, and what is in pieces. None of it changes what others read.
+void CutSurface::find_pieces(const LatticeCutter& cutter, Stage& s) {
+  const std::size_t near = s.near.size(), splits = s.splits.size(), walls = s.walls.size();
+  s.shares.resize(splits);
+  s.is_sliver.resize(splits);
+  s.near_pieces.resize(near);
+  s.wall_pieces.resize(walls);
+  const auto is_whole = [&](const Chains<Segment>& segments, std::size_t list, const Piece& corners) {
+    return segments.empty(static_cast<Index>(list)) && is_whole_still(corners, s.on_edge);
+  };
+  cpu_for(near + splits + walls, 16, [&](std::size_t i) {
+    if (i < near) {
+      const Triangle& t = triangles_[index(s.near[i])];
+      const Piece corners{t.corner[0].point, t.corner[1].point, t.corner[2].point};
+      s.near_pieces[i] = t.is_fill || is_whole(s.segments, i, corners) ? kWhole : kInPieces;
+    } else if (i < near + splits) {
+      find_share(cutter, s, i - near);
+    } else {
+      const std::size_t w = i - near - splits;
+      const WallTriangle& wall = s.walls[w];
+      s.wall_pieces[w] = !is_whole(s.wall_segments, w, wall.point)                ? kInPieces
+                         : inside(s, s.splits[wall.split], middle_of(wall.point)) ? kWhole
+                                                                                  : kOutside;
+    }
+  });
+  dividing_.clear();
+  for (const bool is_wall : {false, true}) {
+    std::vector<Index>& places = is_wall ? s.wall_pieces : s.near_pieces;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (places[i] != kInPieces) continue;
+      places[i] = static_cast<Index>(dividing_.size());
+      dividing_.push_back({is_wall, i});
+    }
+  }
+  if (divided_.size() < dividing_.size()) divided_.resize(dividing_.size());
+  cpu_for(dividing_.size(), 4, [&](std::size_t k) {
+    if (dividing_[k].is_wall)
+      keep_inner_pieces(s, dividing_[k].number, divided_[k]);
+    else
+      divide_triangle(cutter, s, dividing_[k].number, divided_[k]);
+  });
+}
+
+void CutSurface::make_triangles(const LatticeCutter& cutter, const Stage& s, const Triangle& old,
+                                Divided& d) const {
+  d.triangles.resize(d.pieces.size());
+  for (std::size_t k = 0; k < d.pieces.size(); ++k) {
+    Triangle& t = d.triangles[k] = old;
     for (std::size_t j = 0; j < 3; ++j) {
       const Index point = d.pieces[k][j];
       const auto same = std::find_if(old.corner.begin(), old.corner.end(),
                                      [&](const Corner& c) { return c.point == point; });
-      pieces[k].corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
+      t.corner[j] = same != old.corner.end() ? *same : Corner{point, -1};
     }
-    set_cubes(cutter, s, &d, k, pieces[k]);
+    set_cubes(cutter, s, &d, k, t);
   }
-  return pieces;
 }
 
 void CutSurface::part_cubes(const Stage& s) {
+  Index place = static_cast<Index>(parted_.size() - s.splits.size());
   for (const Split& split : s.splits) {
-    parted_place_[index(split.split.parent)] = static_cast<Index>(parted_.size());
-    parted_.push_back({split.wall, {split.split.part[0], split.split.part[1]}});
+    parted_place_[index(split.split.parent)] = place++;
     for (const Index part : split.split.part) parent_[index(part)] = split.split.parent;
   }
 }
 
-/// @param in_pieces per triangle in s.near; none: it stays whole
-void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s,
-                             const std::vector<std::unique_ptr<Divided>>& in_pieces) {
+void CutSurface::divide_near(const LatticeCutter& cutter, const Stage& s) {
   part_cubes(s);
-  std::vector<std::vector<Triangle>> pieces(s.near.size());
   cpu_for(s.near.size(), 16, [&](std::size_t i) {
     Triangle& old = triangles_[index(s.near[i])];
-    if (in_pieces[i])
-      pieces[i] = pieces_of(cutter, s, *in_pieces[i], old);
+    if (s.near_pieces[i] >= 0)
+      make_triangles(cutter, s, old, divided_[index(s.near_pieces[i])]);
     else if (!old.is_fill)
       set_cubes(cutter, s, nullptr, 0, old);
   });
-  for (std::size_t i = 0; i < s.near.size(); ++i) {
-    for (std::size_t k = 0; k < pieces[i].size(); ++k) {
-      if (k == 0)
-        triangles_[index(s.near[i])] = pieces[i][k];
+  for (std::size_t k = 0; k < dividing_.size() && !dividing_[k].is_wall; ++k) {
+    const auto& pieces = divided_[k].triangles;
+    for (std::size_t j = 0; j < pieces.size(); ++j) {
+      if (j == 0)
+        triangles_[index(s.near[dividing_[k].number])] = pieces[j];
       else
-        add_triangle(cutter, pieces[i][k]);
+        add_triangle(cutter, pieces[j]);
     }
   }
 }
 
+/// On both sides.
+void CutSurface::add_wall(const LatticeCutter& cutter, const Stage& s, std::size_t number,
+                          const Piece& piece) {
+  const CubeSplit& split = s.splits[s.walls[number].split].split;
+  const auto& [a, b, c] = piece;
+  wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
+  next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
+  std::array<Index, 2> place{};
+  std::size_t count = 0;
+  for (const int part : {0, 1}) {
+    const Index cube = split.part[part];
+    place[count] = place_triangle(
+        {{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[number].tet});
+    if (place[count] >= 0) ++count;
+  }
+  if (count > 0) add_to_bins(cutter, std::span(place).first(count));
+}
+
 /// How deep walls lie is looked up beside the rest.
-void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner) {
+void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s) {
   const auto for_each_piece = [&](auto&& f) {
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
-      if (inner[w].is_whole) f(w, s.walls[w].point);
-      for (const auto& piece : inner[w].pieces) f(w, piece);
+      if (s.wall_pieces[w] == kWhole) f(w, s.walls[w].point);
+      if (s.wall_pieces[w] < 0) continue;
+      for (const Piece& piece : divided_[index(s.wall_pieces[w])].pieces) f(w, piece);
     }
-  };
-  const auto note_depths = [&] {
-    for_each_piece([&](std::size_t, const std::array<Index, 3>& piece) { note_depth(middle_of(piece)); });
-  };
-  const auto add = [&](std::size_t w, const std::array<Index, 3>& piece) {
-    const CubeSplit& split = s.splits[s.walls[w].split].split;
-    const auto& [a, b, c] = piece;
-    wall_area_ += 0.5 * length(cross(at(b) - at(a), at(c) - at(a)));
-    next_walls_.push_back({{at(a), at(b), at(c)}, {split.part[0], split.part[1]}});
-    std::array<Index, 2> place{};
-    std::size_t count = 0;
-    for (const int part : {0, 1}) {
-      const Index cube = split.part[part];
-      place[count] = place_triangle(
-          {{{{a, cube}, {part == 0 ? b : c, cube}, {part == 0 ? c : b, cube}}}, cube, s.walls[w].tet});
-      if (place[count] >= 0) ++count;
-    }
-    if (count > 0) add_to_bins(cutter, std::span(place).first(count));
   };
   cpu_for(2, 1, [&](int task) {
     if (task == 0)
-      for_each_piece(add);
+      for_each_piece([&](std::size_t w, const Piece& piece) { add_wall(cutter, s, w, piece); });
     else
-      note_depths();
+      for_each_piece([&](std::size_t, const Piece& piece) { note_depth(middle_of(piece)); });
   });
 }
 

@@ -188,50 +188,68 @@ Vec3d CutSurface::outward(Vec3d p) const {
 
 void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s) {
   const CubeLattice& lattice = cutter.lattice();
-  std::vector<std::array<Index, kPairs>> point(stage.size());
-  for (std::size_t k = 0; k < stage.size(); ++k) {
-    const CubeSplit& split = stage[k];
-    const Index regular = cutter.regular_of(split.parent);
-    const auto& nodes = lattice.cube_nodes[index(split.parent)];
-    const Vec3d low = vec_cast<double>(lattice.cubes[index(regular)]);
-    for (int pair = 0; pair < kPairs; ++pair) {
-      const auto [a, b] = kCornerPairs[index(pair)];
-      point[k][index(pair)] = -1;
-      if ((split.sides >> a & 1) == (split.sides >> b & 1)) continue;
-      const auto [known, is_new] = wall_points_.try_emplace(edge_key(nodes[index(a)], nodes[index(b)]),
-                                                            static_cast<Index>(points_.size()));
-      point[k][index(pair)] = *known;
-      if (!is_new) continue;
-      const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
-      points_.push_back({between(corner(a), corner(b), cutter.place(split.parent, a, b)), true});
-    }
-    for (const Index triangle : bins_.of(regular)) set_.insert(triangle);
-  }
-  set_.take(s.near);
-  s.segments.resize(static_cast<Index>(s.near.size()));
-  s.first_point = static_cast<Index>(points_.size());
+  const std::size_t first_parted = parted_.size();
   s.splits.resize(stage.size());
-  cpu_for(stage.size(), 8, [&](std::size_t k) {
-    std::array<Vec3d, kPairs> place{};
-    for (std::size_t pair = 0; pair < kPairs; ++pair)
-      if (point[k][pair] >= 0) place[pair] = at(point[k][pair]);
-    Split& made = s.splits[k];
-    made.split = stage[k];
-    made.regular = cutter.regular_of(stage[k].parent);
-    made.wall = Wall(lattice.cubes[index(made.regular)], stage[k].sides, place);
-    made.point = point[k];
-    find_reference(cutter, made);
-    find_faces(made);
-  });
+  parted_.resize(first_parted + stage.size());
+  std::size_t faces = 0;
   for (std::size_t k = 0; k < stage.size(); ++k) {
+    Split& split = s.splits[k];
+    split = {};
+    split.split = stage[k];
+    split.regular = cutter.regular_of(stage[k].parent);
+    find_points(cutter, split);
+    split.first_face = faces;
+    for (const Index triangle : bins_.of(split.regular)) {
+      set_.insert(triangle);
+      ++faces;
+    }
+    if (faces > split.first_face) at_surface_.push_back(k);
+  }
+  s.faces.resize(faces);
+  set_.take(s.near);
+  s.segments.reset(static_cast<Index>(s.near.size()));
+  s.first_point = static_cast<Index>(points_.size());
+  cpu_for(stage.size(), 8, [&](std::size_t k) {
+    Split& split = s.splits[k];
+    std::array<Vec3d, kPairs> place;
+    for (std::size_t pair = 0; pair < kPairs; ++pair)
+      if (split.point[pair] >= 0) place[pair] = at(split.point[pair]);
+    Parted& parted = parted_[first_parted + k];
+    parted = {Wall(lattice.cubes[index(split.regular)], split.split.sides, place),
+              {split.split.part[0], split.split.part[1]}};
+    split.wall = &parted.wall;
+    find_reference(cutter, split);
+    find_faces(s, split);
+  });
+  for (Split& split : s.splits) {
+    split.first_wall = s.walls.size();
     const std::size_t first = next_split_walls_.size();
-    for (const Wall::Triangle& t : s.splits[k].wall.triangles()) {
-      const auto of = [&](int corner) { return point[k][index(t.pair[index(corner)])]; };
-      s.walls.push_back({{of(0), of(1), of(2)}, k, t.tet});
-      const auto& p = s.walls.back().point;
+    for (const Wall::Triangle& t : split.wall->triangles()) {
+      const auto of = [&](std::size_t corner) { return split.point[t.pair[corner]]; };
+      const Piece p{of(0), of(1), of(2)};
+      s.walls.push_back({p, static_cast<std::size_t>(&split - s.splits.data()), t.tet});
       next_split_walls_.push_back({at(p[0]), at(p[1]), at(p[2])});
     }
-    next_splits_.push_back({stage[k], first, next_split_walls_.size()});
+    split.end_wall = s.walls.size();
+    next_splits_.push_back({split.split, first, next_split_walls_.size()});
+  }
+  s.wall_segments.reset(static_cast<Index>(s.walls.size()));
+}
+
+/// Where the wall crosses the ways between corners on different sides.
+void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
+  const auto& nodes = cutter.lattice().cube_nodes[index(split.split.parent)];
+  const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
+  for (std::size_t pair = 0; pair < kPairs; ++pair) {
+    const auto [a, b] = kCornerPairs[pair];
+    split.point[pair] = -1;
+    if ((split.split.sides >> a & 1) == (split.split.sides >> b & 1)) continue;
+    const auto [known, is_new] = wall_points_.try_emplace(edge_key(nodes[index(a)], nodes[index(b)]),
+                                                          static_cast<Index>(points_.size()));
+    split.point[pair] = *known;
+    if (!is_new) continue;
+    const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
+    points_.push_back({between(corner(a), corner(b), cutter.place(split.split.parent, a, b)), true});
   }
 }
 
@@ -263,9 +281,8 @@ bool CutSurface::is_on(Index point, const std::array<Index, 3>& wall) const {
 
 /// Where edges of a triangle go through a wall, and edges of the wall through the triangle. Walls of one
 /// tetrahedron have edges in its faces; those meet each other there.
-std::vector<CutSurface::Crossing> CutSurface::crossings(const Triangle& t, const WallTriangle& wall,
-                                                        const std::vector<Index>& touching) const {
-  std::vector<Crossing> found;
+void CutSurface::find_crossings(const Triangle& t, const WallTriangle& wall, const Touching& touching,
+                                Crossings& found) const {
   const auto touches = [&](Index p) {
     return std::find(touching.begin(), touching.end(), p) != touching.end();
   };
@@ -300,7 +317,6 @@ std::vector<CutSurface::Crossing> CutSurface::crossings(const Triangle& t, const
             through(at(u), at(v), at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point)))
       found.push_back({{-1, -1}, {u, v}, between(at(u), at(v), *s)});
   }
-  return found;
 }
 
 /// The same edges meet in one point, whichever triangles they were looked up with.
@@ -322,24 +338,29 @@ Index CutSurface::add_crossing(Stage& s, const Crossing& c, Index triangle, std:
   return point;
 }
 
-/// Changes nothing.
-CutSurface::Meeting CutSurface::meeting(const Stage& s, Index triangle, std::size_t number) const {
+/// @returns whether the surface at least touches the wall
+bool CutSurface::find_meeting(const Stage& s, Index triangle, std::size_t number, Meeting& m) const {
   const Triangle& t = triangles_[index(triangle)];
   const WallTriangle& wall = s.walls[number];
   const Split& split = s.splits[wall.split];
-  Meeting m{.triangle = triangle, .wall = number};
+  m.triangle = triangle;
+  m.wall = number;
+  m.touching.clear();
+  m.is_segment = false;
   for (const Corner& corner : t.corner)
     if (is_on(corner.point, wall.point)) m.touching.push_back(corner.point);
-  if (m.touching.size() > 1) return m;
-  m.found = crossings(t, wall, m.touching);
-  if (m.found.size() + m.touching.size() != 2) return m;
-  const Vec3d first = m.touching.empty() ? m.found[0].p : at(m.touching[0]);
-  m.is_segment = t.home >= 0 || leaf(split.regular, 0.5 * (first + m.found.back().p)) == split.split.parent;
-  return m;
+  if (m.touching.size() > 1) return true;
+  Crossings found;
+  find_crossings(t, wall, m.touching, found);
+  if (found.size() + m.touching.size() != 2) return !m.touching.empty();
+  std::copy(found.begin(), found.end(), m.found.begin());
+  const Vec3d first = m.touching.empty() ? found[0].p : at(m.touching[0]);
+  m.is_segment = t.home >= 0 || leaf(split.regular, 0.5 * (first + found.back().p)) == split.split.parent;
+  return m.is_segment || !m.touching.empty();
 }
 
 void CutSurface::add_meeting(Stage& s, const Meeting& m) {
-  WallTriangle& wall = s.walls[m.wall];
+  const WallTriangle& wall = s.walls[m.wall];
   for (const Index point : m.touching) {
     const auto& on = points_[index(point)].on;
     const bool is_vertex = std::find(wall.point.begin(), wall.point.end(), point) != wall.point.end();
@@ -349,34 +370,34 @@ void CutSurface::add_meeting(Stage& s, const Meeting& m) {
   if (!m.is_segment) return;
   std::array<Index, 2> segment{
       m.touching.empty() ? add_crossing(s, m.found[0], m.triangle, m.wall) : m.touching[0],
-      add_crossing(s, m.found.back(), m.triangle, m.wall)};
+      add_crossing(s, m.found[m.touching.empty() ? 1 : 0], m.triangle, m.wall)};
   if (segment[0] == segment[1]) return;
   const auto near = std::lower_bound(s.near.begin(), s.near.end(), m.triangle) - s.near.begin();
   s.segments.push_back(static_cast<Index>(near), {segment, m.wall});
-  wall.segments.push_back({segment, static_cast<std::size_t>(m.triangle)});
+  s.wall_segments.push_back(static_cast<Index>(m.wall), {segment, static_cast<std::size_t>(m.triangle)});
 }
 
-void CutSurface::find_faces(Split& split) const {
+void CutSurface::find_faces(Stage& s, Split& split) const {
   for (const Index triangle : bins_.of(split.regular)) {
     const Triangle& t = triangles_[index(triangle)];
     if (t.is_fill || (t.home >= 0 && t.home != split.split.parent)) continue;
     const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
-    const Vec3d margin{1e-9, 1e-9, 1e-9};
-    const Vec3d low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
-    split.faces_low = min(split.faces_low, low);
-    split.faces_high = max(split.faces_high, high);
-    split.faces.push_back({a, b, c, low, high, volume6(a, b, c, split.reference), t.home >= 0});
+    const Vec3d low = min(a, min(b, c)), high = max(a, max(b, c));
+    split.faces_low = min(split.faces_low, low - kFaceMargin);
+    split.faces_high = max(split.faces_high, high + kFaceMargin);
+    s.faces[split.first_face + split.face_count++] = {
+        triangle, a, b, c, low, high, volume6(a, b, c, split.reference), t.home >= 0};
   }
 }
 
 /// A way from the reference crosses the parent's surface an even number of times, or not.
-bool CutSurface::inside(const Split& split, Vec3d p) const {
+bool CutSurface::inside(const Stage& s, const Split& split, Vec3d p) const {
   if (!split.has_surface) return true;
   bool is_inside = split.is_reference_inside;
   const Vec3d from = split.reference, low = min(from, p), high = max(from, p);
   if (apart(low, high, split.faces_low, split.faces_high)) return is_inside;
-  for (const Split::Face& f : split.faces) {
-    if (apart(low, high, f.low, f.high)) continue;
+  for (const Face& f : std::span(s.faces).subspan(split.first_face, split.face_count)) {
+    if (apart(low, high, f.low - kFaceMargin, f.high + kFaceMargin)) continue;
     const double of_p = volume6(f.a, f.b, f.c, p);
     if ((f.of_reference > 0) == (of_p > 0) || !turns_round(from, p, f.a, f.b, f.c)) continue;
     const Vec3d where = from + f.of_reference / (f.of_reference - of_p) * (p - from);
@@ -385,91 +406,93 @@ bool CutSurface::inside(const Split& split, Vec3d p) const {
   return is_inside;
 }
 
-double CutSurface::inside_volume(const Split& split, const std::vector<Tet>& material) const {
-  double sum = 0;
-  for (const Tet& tet : material) {
-    const Vec3d middle = 0.25 * (tet[0] + tet[1] + tet[2] + tet[3]);
-    int count = inside(split, middle) ? 1 : 0;
-    for (const Vec3d& corner : tet) count += inside(split, 0.5 * (middle + corner)) ? 1 : 0;
-    sum += volume(tet) * count / 5;
-  }
-  return sum;
+/// Looked up at five points.
+double CutSurface::inside_share(const Stage& s, const Split& split, const Tet& tet) const {
+  const Vec3d middle = 0.25 * (tet[0] + tet[1] + tet[2] + tet[3]);
+  int count = inside(s, split, middle) ? 1 : 0;
+  for (const Vec3d& corner : tet) count += inside(s, split, 0.5 * (middle + corner)) ? 1 : 0;
+  return count;
 }
 
-/// As it came from the walls that parted its cube.
-std::vector<Tet> CutSurface::material(const LatticeCutter& cutter, Index cube) const {
-  const Index parent = parent_[index(cube)];
-  if (parent < 0) return whole_cube(cutter.lattice().cubes[index(cube)]);
-  const Parted& parted = parted_[index(parted_place_[index(parent)])];
-  std::array<std::vector<Tet>, 2> parts;
-  part(material(cutter, parent), parted.wall, parts);
-  return parts[parted.part[0] == cube ? 0 : 1];
+/// A cube's material, as it came from the walls that parted its cube.
+template <class F>
+void CutSurface::for_each_tet(const LatticeCutter& cutter, Index cube, F&& f) const {
+  std::array<Index, 8> from;  // cubes that fell apart on the way to this one, the last one first
+  std::size_t count = 0;
+  Index root = cube;
+  for (Index parent = parent_[index(cube)]; parent >= 0; parent = parent_[index(parent)])
+    from[count++] = root = parent;
+  const auto descend = [&](const auto& self, const Tet& tet, std::size_t left) -> void {
+    if (left == 0) {
+      f(tet);
+      return;
+    }
+    const Parted& parted = parted_[index(parted_place_[index(from[left - 1])])];
+    const int side = parted.part[0] == (left > 1 ? from[left - 2] : cube) ? 0 : 1;
+    part(tet, parted.wall, [&](int of, const Tet& piece, double) {
+      if (of == side) self(self, piece, left - 1);
+    });
+  };
+  for (const Tet& tet : whole_cube(cutter.lattice().cubes[index(root)])) descend(descend, tet, count);
 }
 
-double CutSurface::share(const LatticeCutter& cutter, const Split& split) const {
-  static thread_local std::array<std::vector<Tet>, 2> parts;  // keeps its room
-  part(material(cutter, split.split.parent), split.wall, parts);
-  double low = 0, high = 0;
-  if (split.has_surface) {
-    low = inside_volume(split, parts[0]), high = inside_volume(split, parts[1]);
-  } else {
-    for (const Tet& t : parts[0]) low += volume(t);
-    for (const Tet& t : parts[1]) high += volume(t);
-  }
+double CutSurface::share(const LatticeCutter& cutter, const Stage& s, const Split& split) const {
+  std::array<double, 2> sum{};
+  for_each_tet(cutter, split.split.parent, [&](const Tet& tet) {
+    part(tet, *split.wall, [&](int side, const Tet& piece, double volume) {
+      sum[side == 0 ? 0 : 1] += split.has_surface ? volume * inside_share(s, split, piece) / 5 : volume;
+    });
+  });
+  const auto [low, high] = sum;
   return low + high > 0 ? high / (low + high) : 0.5;
+}
+
+void CutSurface::find_share(const LatticeCutter& cutter, Stage& s, std::size_t k) const {
+  const Split& split = s.splits[k];
+  const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
+               least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
+  const double own = share(cutter, s, split);
+  s.shares[k] = std::clamp(own, least, 1 - least);
+  s.is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
+}
+
+void CutSurface::add_meetings(const Stage& s, const Split& split, std::vector<Meeting>& meetings) const {
+  Meeting m;
+  for (std::size_t w = split.first_wall; w < split.end_wall; ++w) {
+    const WallTriangle& wall = s.walls[w];
+    const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
+    const Vec3d low = min(a, min(b, c)), high = max(a, max(b, c));
+    for (const Face& f : std::span(s.faces).subspan(split.first_face, split.face_count)) {
+      if (apart(low, high, f.low, f.high)) continue;
+      if (f.is_wall && triangles_[index(f.triangle)].tet != wall.tet) continue;
+      if (find_meeting(s, f.triangle, w, m)) meetings.push_back(m);
+    }
+  }
 }
 
 /// Who meets whom is found on all cores, points get their ids in the order of walls.
 void CutSurface::intersect_all(Stage& s) {
-  std::vector<std::vector<Meeting>> meetings(s.walls.size());
-  cpu_for(s.walls.size(), 8, [&](std::size_t w) {
-    const WallTriangle& wall = s.walls[w];
-    const Split& split = s.splits[wall.split];
-    const Vec3d a = at(wall.point[0]), b = at(wall.point[1]), c = at(wall.point[2]);
-    const Vec3d low = min(a, min(b, c)), high = max(a, max(b, c));
-    for (const Index triangle : bins_.of(split.regular)) {
-      const Triangle& t = triangles_[index(triangle)];
-      if (t.is_fill || (t.home >= 0 && (t.home != split.split.parent || t.tet != wall.tet))) continue;
-      const Vec3d p = at(t.corner[0].point), q = at(t.corner[1].point), r = at(t.corner[2].point);
-      if (apart(low, high, min(p, min(q, r)), max(p, max(q, r)))) continue;
-      if (Meeting m = meeting(s, triangle, w); m.is_segment || !m.touching.empty())
-        meetings[w].push_back(std::move(m));
-    }
+  const std::size_t count = at_surface_.size();
+  if (meetings_.size() < count) meetings_.resize(count);
+  cpu_for(count, 2, [&](std::size_t k) {
+    meetings_[k].clear();
+    add_meetings(s, s.splits[at_surface_[k]], meetings_[k]);
   });
-  for (const auto& of_wall : meetings)
-    for (const Meeting& m : of_wall) add_meeting(s, m);
+  for (const auto& of_split : std::span(meetings_).first(count))
+    for (const Meeting& m : of_split) add_meeting(s, m);
 }
 
-std::vector<double> CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
-  Stage s;
+const std::vector<double>& CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
+  Stage& s = stage_;
+  s.clear();
+  at_surface_.clear();
   make_walls(cutter, stage, s);
   intersect_all(s);
-  std::vector<Inner> inner(s.walls.size());
-  std::vector<double> shares(s.splits.size());
-  std::vector<std::uint8_t> is_sliver(s.splits.size());
-  std::vector<std::unique_ptr<Divided>> in_pieces(s.near.size());
-  const auto find_share = [&](std::size_t k) {
-    const Split& split = s.splits[k];
-    const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
-                 least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
-    const double own = share(cutter, split);
-    shares[k] = std::clamp(own, least, 1 - least);
-    is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
-  };
-  // None of them changes what another one reads, so cores go from one to the next without waiting.
-  const std::size_t near = s.near.size(), splits = s.splits.size();
-  cpu_for(near + splits + s.walls.size(), 16, [&](std::size_t i) {
-    if (i < near)
-      in_pieces[i] = divided(cutter, s, i);
-    else if (i < near + splits)
-      find_share(i - near);
-    else
-      inner[i - near - splits] = inner_of(s, s.walls[i - near - splits]);
-  });
-  slivers_ += static_cast<Index>(std::count(is_sliver.begin(), is_sliver.end(), 1));
-  divide_near(cutter, s, in_pieces);
-  add_walls(cutter, s, inner);
-  return shares;
+  find_pieces(cutter, s);
+  slivers_ += static_cast<Index>(std::count(s.is_sliver.begin(), s.is_sliver.end(), 1));
+  divide_near(cutter, s);
+  add_walls(cutter, s);
+  return s.shares;
 }
 
 }  // namespace tactus::cut

@@ -10,6 +10,7 @@
 #include "tactus/geom/point_in_mesh.h"
 #include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
+#include "tactus/tissue/cut/short_list.h"
 #include "tactus/tissue/cut/wall.h"
 #include "tactus/tissue/embed_kernels.h"
 
@@ -37,7 +38,7 @@ class CutSurface {
              Room room);
 
   /// @returns per split: part[1]'s share of the parent's material, so that neither has less than kLeastFill
-  std::vector<double> cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
+  const std::vector<double>& cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
   /// New vertices and triangles, and vertices that other cubes move from now on.
   void update(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages,
@@ -117,19 +118,22 @@ class CutSurface {
   struct Split {
     CubeSplit split;
     Index regular = 0;
-    Wall wall;
+    const Wall* wall = nullptr;         ///< in parted_
     std::array<Index, kPairs> point{};  ///< of pairs across the wall
     Vec3d reference{};                  ///< a point of the parent's material space
     bool is_reference_inside = true, has_surface = false;
-    /// A triangle of the parent's surface, or of the original one.
-    struct Face {
-      Vec3d a, b, c, low, high;  ///< corners, and a box around them
-      double of_reference;       ///< six times the volume with the reference
-      bool is_wall;
-    };
-    std::vector<Face> faces = {};
+    std::size_t first_face = 0, face_count = 0;                          ///< in the stage's faces
     Vec3d faces_low{1e30, 1e30, 1e30}, faces_high{-1e30, -1e30, -1e30};  ///< box around all
+    std::size_t first_wall = 0, end_wall = 0;                            ///< in the stage's walls
   };
+  /// A triangle of a parent's surface, or of the original one.
+  struct Face {
+    Index triangle;
+    Vec3d a, b, c, low, high;  ///< corners, and a box around them
+    double of_reference;       ///< six times the volume with the reference
+    bool is_wall;
+  };
+  static constexpr Vec3d kFaceMargin{1e-9, 1e-9, 1e-9};
   struct Segment {
     std::array<Index, 2> points;
     std::size_t other;  ///< number of the triangle of the wall, or of the surface, that made it
@@ -138,20 +142,39 @@ class CutSurface {
     std::array<Index, 3> point;
     std::size_t split;
     int tet;
-    std::vector<Segment> segments = {};
   };
   struct Side {
+    int region;
+    Index split;
     double vote = 0;       ///< positive: side 1
     bool is_both = false;  ///< the region goes round the wall's end
   };
-  /// A triangle of the surface in pieces.
+  using Piece = std::array<Index, 3>;
+  using Places = ShortList<std::size_t, 12>;
+  /// A triangle of the surface, or of a wall, in pieces.
   struct Divided {
-    std::vector<std::array<Index, 3>> pieces;
-    std::vector<Segment> segments;
+    /// Of a piece, from a corner to the next one.
+    struct Edge {
+      int beside;   ///< piece that has it, too; -1: none
+      int segment;  ///< that lies there; -1: none
+    };
+    ShortList<Piece, 8> pieces;
+    ShortList<Segment, 4> segments;
+    ShortList<std::array<Edge, 3>, 8> edges;  ///< per piece
+    ShortList<int, 8> region_of;              ///< per piece
+    ShortList<Side, 4> sides;                 ///< of regions, of splits' walls
+    ShortList<Triangle, 8> triangles;         ///< of the surface: what takes its place
     Vec3d normal{};
     bool is_round = true;
-    std::vector<int> region_of;                ///< per piece
-    std::vector<std::map<Index, Side>> sides;  ///< per region, of splits' walls
+    const Side* find_side(int region, Index split) const {
+      return std::find_if(sides.begin(), sides.end(),
+                          [&](const Side& s) { return s.region == region && s.split == split; });
+    }
+    Side& side(int region, Index split) {
+      const auto k = static_cast<std::size_t>(find_side(region, split) - sides.begin());
+      if (k == sides.size()) sides.push_back({region, split});
+      return sides[k];
+    }
   };
   /// Points on edges, in the order in which they were found.
   class EdgePoints {
@@ -162,10 +185,18 @@ class CutSurface {
       points_.push_back(*list, point);
     }
     bool has(std::uint64_t edge) const { return list_.contains(edge); }
-    void get(std::uint64_t edge, std::vector<Index>& points) const {
-      points.clear();
+    template <class F>
+    void for_each(std::uint64_t edge, F&& f) const {
       if (const Index* list = list_.find(edge); list != nullptr)
-        for (const Index point : points_.of(*list)) points.push_back(point);
+        for (const Index point : points_.of(*list)) f(point);
+    }
+    void clear() {
+      list_.clear();
+      points_.reset(0);
+    }
+    void take_room_for(std::size_t points) {
+      list_.reserve(points);
+      points_.take_room_for(points, points);
     }
 
    private:
@@ -176,15 +207,20 @@ class CutSurface {
   struct Stage {
     std::vector<Split> splits;
     std::vector<WallTriangle> walls;
+    std::vector<Face> faces;
     std::vector<Index> near;  ///< triangles in the cubes of the stage
     EdgePoints on_edge;
     /// Point of two edges, or of an edge and {-1, triangle}.
     FlatMap<std::array<Index, 4>, Index> crossings;
-    Index first_point = 0;     ///< of crossings
-    Chains<Index> parents;     ///< per crossing: cubes whose walls made it
-    Chains<Segment> segments;  ///< per triangle in `near`
+    Index first_point = 0;                    ///< of crossings
+    Chains<Index> parents;                    ///< per crossing: cubes whose walls made it
+    Chains<Segment> segments, wall_segments;  ///< per triangle in `near`; per wall
     FlatMap<std::uint64_t, bool>
         rim;  ///< points of the surface on edges of walls; whether they are their ends
+    std::vector<double> shares;
+    std::vector<std::uint8_t> is_sliver;  ///< per split
+    std::vector<Index> near_pieces;       ///< per triangle in `near`: place in divided_; kWhole
+    std::vector<Index> wall_pieces;       ///< per wall: the same, or kOutside
     bool is_crossing(Index point) const {
       return point >= first_point && point - first_point < parents.count() &&
              !parents.empty(point - first_point);
@@ -194,18 +230,31 @@ class CutSurface {
       for (const Index parent : parents.of(point - first_point)) lowest = std::min(lowest, parent);
       return lowest;
     }
+    void clear() {
+      splits.clear();
+      walls.clear();
+      faces.clear();
+      on_edge.clear();
+      crossings.clear();
+      parents.reset(0);
+      rim.clear();
+    }
   };
+  /// Instead of a place in divided_: it is in one piece, or outside of the body.
+  static constexpr Index kWhole = -1, kOutside = -2, kInPieces = -3;
   /// Where an edge of one triangle meets another.
   struct Crossing {
     std::array<Index, 2> surface{-1, -1}, wall{-1, -1};  ///< edges; -1: inside of the triangle
     Vec3d p;
   };
+  using Crossings = ShortList<Crossing, 6>;
+  using Touching = ShortList<Index, 3>;
   /// A triangle of the surface and one of a wall.
   struct Meeting {
     Index triangle;
-    std::size_t wall;                  ///< its number
-    std::vector<Index> touching = {};  ///< points of the surface on the wall's edges
-    std::vector<Crossing> found = {};
+    std::size_t wall;   ///< its number
+    Touching touching;  ///< points of the surface on the wall's edges
+    std::array<Crossing, 2> found;
     bool is_segment = false;
   };
   struct Vertex {
@@ -220,55 +269,58 @@ class CutSurface {
   Index place_triangle(const Triangle& triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
+  void find_points(const LatticeCutter& cutter, Split& split);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
   bool is_on(Index point, const std::array<Index, 3>& wall) const;
   void intersect_all(Stage& s);
-  Meeting meeting(const Stage& s, Index triangle, std::size_t number) const;
+  void add_meetings(const Stage& s, const Split& split, std::vector<Meeting>& meetings) const;
+  bool find_meeting(const Stage& s, Index triangle, std::size_t number, Meeting& m) const;
   void add_meeting(Stage& s, const Meeting& m);
-  std::vector<Crossing> crossings(const Triangle& t, const WallTriangle& wall,
-                                  const std::vector<Index>& touching) const;
+  void find_crossings(const Triangle& t, const WallTriangle& wall, const Touching& touching,
+                      Crossings& found) const;
   Index add_crossing(Stage& s, const Crossing& c, Index triangle, std::size_t number);
-  bool inside(const Split& split, Vec3d p) const;
-  double inside_volume(const Split& split, const std::vector<Tet>& material) const;
-  std::vector<Tet> material(const LatticeCutter& cutter, Index cube) const;
-  double share(const LatticeCutter& cutter, const Split& split) const;
-  void find_faces(Split& split) const;
+  bool inside(const Stage& s, const Split& split, Vec3d p) const;
+  template <class F>
+  void for_each_tet(const LatticeCutter& cutter, Index cube, F&& f) const;
+  double inside_share(const Stage& s, const Split& split, const Tet& tet) const;
+  double share(const LatticeCutter& cutter, const Stage& s, const Split& split) const;
+  void find_share(const LatticeCutter& cutter, Stage& s, std::size_t k) const;
+  void find_faces(Stage& s, Split& split) const;
   bool is_whole_still(const std::array<Index, 3>& corners, const EdgePoints& on_edge) const {
     return !on_edge.has(edge_key(corners[0], corners[1])) && !on_edge.has(edge_key(corners[1], corners[2])) &&
            !on_edge.has(edge_key(corners[2], corners[0]));
   }
-  std::vector<std::array<Index, 3>> divide(const std::array<Index, 3>& corners, const EdgePoints& on_edge,
-                                           const std::vector<std::array<Index, 2>>& segments,
-                                           const std::function<bool(Index)>& counts) const;
+  template <class Counts>
+  void divide(const std::array<Index, 3>& corners, const EdgePoints& on_edge, const Counts& counts,
+              Divided& d) const;
   bool is_cut_at(const LatticeCutter& cutter, const Stage& s, const Triangle& t, Index point) const;
   double roundness(std::size_t triangle) const;
-  static std::vector<std::size_t> region(const Divided& d, std::size_t piece);
+  static void link_pieces(Divided& d);
+  static void find_region(const Divided& d, std::size_t piece, Places& found);
   double side_of(const Stage& s, const Divided& d, std::size_t number, Index a, Index b) const;
   Vec3d middle_of(const std::array<Index, 3>& t) const;
   double above_wall(const Stage& s, std::size_t number, Vec3d p) const;
   void find_sides(const Stage& s, Divided& d) const;
+  void add_vote(const Stage& s, const Divided& d, const Places& region, Side& side, std::size_t number,
+                std::array<Index, 2> edge) const;
   Index part_round(const Stage& s, const Divided& d, std::size_t piece, std::size_t corner) const;
   Index copy_beside(const LatticeCutter& cutter, const Stage& s, Corner corner, Vec3d inner) const;
   void set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided* d, std::size_t piece,
                  Triangle& t) const;
-  /// What of a wall is inside of the body.
-  struct Inner {
-    bool is_whole = false;  ///< all of it is
-    std::vector<std::array<Index, 3>> pieces = {};
-  };
-  Inner inner_of(const Stage& s, const WallTriangle& wall) const;
-  std::vector<std::array<Index, 3>> inner_pieces(const Stage& s, const WallTriangle& wall) const;
-  std::unique_ptr<Divided> divided(const LatticeCutter& cutter, const Stage& s, std::size_t number) const;
-  std::vector<Triangle> pieces_of(const LatticeCutter& cutter, const Stage& s, const Divided& d,
-                                  const Triangle& old) const;
+  void find_pieces(const LatticeCutter& cutter, Stage& s);
+  void keep_inner_pieces(const Stage& s, std::size_t number, Divided& d) const;
+  bool is_inner(const Stage& s, std::size_t number, const Divided& d, const Places& region) const;
+  void divide_triangle(const LatticeCutter& cutter, const Stage& s, std::size_t number, Divided& d) const;
+  void make_triangles(const LatticeCutter& cutter, const Stage& s, const Triangle& old, Divided& d) const;
   void part_cubes(const Stage& s);
   void note_depth(Vec3d p);
-  void divide_near(const LatticeCutter& cutter, const Stage& s,
-                   const std::vector<std::unique_ptr<Divided>>& in_pieces);
-  void add_walls(const LatticeCutter& cutter, const Stage& s, const std::vector<Inner>& inner);
+  void divide_near(const LatticeCutter& cutter, const Stage& s);
+  void add_walls(const LatticeCutter& cutter, const Stage& s);
+  void add_wall(const LatticeCutter& cutter, const Stage& s, std::size_t number, const Piece& piece);
   // cut_vertices.cpp
   void take_room_for_frame(std::size_t splits);
-  std::vector<Index> near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
+  void take_room_for_stage(std::size_t splits);
+  void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
@@ -282,8 +334,7 @@ class CutSurface {
   void find_uses(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void sort_by_nodes(const LatticeCutter& cutter, Index point, std::span<Use> here, std::size_t first);
   const std::array<Index, 8>& nodes_of(const Use& use) const { return use_nodes_[use.nodes]; }
-  void name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here,
-                  std::vector<std::array<Index, 3>>& named);
+  void name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here);
   Index vertex_of(Index point, const std::array<Index, 8>& nodes);
   void anchor_vertex(const LatticeCutter& cutter, Index vertex, Index point, std::span<const Use> uses);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
@@ -316,7 +367,20 @@ class CutSurface {
   std::vector<EdgeSum> open_edges_;  ///< directed sums over triangles; after sum_edges() one per edge, not 0
   std::unique_ptr<PointInMesh> solid_;
   IndexSet set_;
-  // In name_vertices().
+  Stage stage_;
+  std::vector<std::size_t> at_surface_;         ///< splits of the stage that have faces
+  std::vector<std::vector<Meeting>> meetings_;  ///< of each of these, at least as many
+  /// Triangles of `near`, or of walls, that are divided.
+  struct Dividing {
+    bool is_wall;
+    std::size_t number;
+  };
+  std::vector<Dividing> dividing_;
+  std::vector<Divided> divided_;  ///< of each of these, at least as many
+  // In update().
+  std::vector<Index> near_cubes_;
+  std::vector<Index> near_;        ///< triangles round the cubes that fell apart, ascending
+  std::vector<Piece> named_;       ///< their vertices
   std::vector<Index> use_points_;  ///< ascending
   std::vector<Index> first_use_;   ///< per point in use_points_, and the end
   std::vector<Index> uses_at_;     ///< of points: counts, then places

@@ -41,10 +41,39 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
   more(new_anchors_, 20);
   more(new_triangles_, 50);
   take_room(uses_at_, points_.size() + 20 * splits);
+  more(near_, 60);
+  more(named_, 60);
+  take_room_for_stage(splits);
 }
 
-std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
-                                           std::span<const std::vector<CubeSplit>> stages) {
+/// Where all cubes of a stage are at the surface, lists grow: few of them are.
+void CutSurface::take_room_for_stage(std::size_t splits) {
+  Stage& s = stage_;
+  take_room(s.splits, splits);
+  take_room(s.walls, 12 * splits);
+  take_room(s.faces, 20 * splits);
+  take_room(s.near, 20 * splits);
+  s.on_edge.take_room_for(4 * splits);
+  s.crossings.reserve(4 * splits);
+  s.rim.reserve(4 * splits);
+  s.parents.take_room_for(4 * splits, 8 * splits);
+  s.segments.take_room_for(20 * splits, 4 * splits);
+  s.wall_segments.take_room_for(12 * splits, 4 * splits);
+  take_room(s.shares, splits);
+  take_room(s.is_sliver, splits);
+  take_room(s.near_pieces, 20 * splits);
+  take_room(s.wall_pieces, 12 * splits);
+  take_room(next_splits_, splits);
+  take_room(new_splits_, splits);
+  take_room(at_surface_, splits);
+  take_room(dividing_, 4 * splits);
+  divided_.resize(std::max(divided_.size(), 2 * splits));
+  meetings_.resize(std::max(meetings_.size(), splits / 2));
+  for (auto& of_split : meetings_) take_room(of_split, 24);
+}
+
+void CutSurface::find_near_splits(const LatticeCutter& cutter,
+                                  std::span<const std::vector<CubeSplit>> stages) {
   for (const auto& stage : stages) {
     for (const CubeSplit& split : stage) {
       const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(split.parent))];
@@ -53,12 +82,10 @@ std::vector<Index> CutSurface::near_splits(const LatticeCutter& cutter,
           set_.insert(cube);
     }
   }
-  std::vector<Index> cubes, triangles;
-  set_.take(cubes);
-  for (const Index cube : cubes)
+  set_.take(near_cubes_);
+  for (const Index cube : near_cubes_)
     for (const Index triangle : bins_.of(cube)) set_.insert(triangle);
-  set_.take(triangles);
-  return triangles;
+  set_.take(near_);
 }
 
 /// Nodes that have a weight there, in the order of their places; -1 behind them.
@@ -233,8 +260,7 @@ void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, Index 
   }
 }
 
-void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here,
-                            std::vector<std::array<Index, 3>>& named) {
+void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here) {
   const bool is_wall = points_[index(point)].is_wall;
   // Vertices whose nodes nobody has any more are free for the others.
   if (is_wall)
@@ -247,7 +273,7 @@ void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<
       ++end;
     const std::span<const Use> same = here.subspan(first, end - first);
     const Index vertex = is_wall ? vertex_of(point, nodes_of(same.front())) : point;
-    for (const Use& use : same) named[index(use.triangle)][index(use.corner)] = vertex;
+    for (const Use& use : same) named_[index(use.triangle)][index(use.corner)] = vertex;
     anchor_vertex(cutter, vertex, point, same);
   }
 }
@@ -255,14 +281,14 @@ void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<
 void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
   find_uses(cutter, triangles);
   vertices_at_.resize(static_cast<Index>(points_.size()));
-  std::vector<std::array<Index, 3>> named(triangles.size(), {-1, -1, -1});
+  named_.assign(triangles.size(), {-1, -1, -1});
   for (std::size_t p = 0; p < use_points_.size(); ++p) {
     const auto first = index(first_use_[p]);
     name_point(cutter, use_points_[p],
-               std::span<const Use>(uses_).subspan(first, index(first_use_[p + 1]) - first), named);
+               std::span<const Use>(uses_).subspan(first, index(first_use_[p + 1]) - first));
   }
   for (std::size_t i = 0; i < triangles.size(); ++i)
-    if (!triangles_[index(triangles[i])].is_fill) set_vertices(triangles[i], named[i]);
+    if (!triangles_[index(triangles[i])].is_fill) set_vertices(triangles[i], named_[i]);
 }
 
 /// Fills are made anew where something is cut.
@@ -318,7 +344,8 @@ void CutSurface::close(const LatticeCutter& cutter) {
 
 void CutSurface::update(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages,
                         TopologyChange& change) {
-  const std::vector<Index> triangles = near_splits(cutter, stages);
+  find_near_splits(cutter, stages);
+  const std::vector<Index>& triangles = near_;
   const auto take = [](auto& now, auto& next) {
     std::swap(now, next);
     next.clear();

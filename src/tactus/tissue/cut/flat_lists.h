@@ -55,6 +55,11 @@ class FlatMap {
     ++count_;
     return {&slots_[i].value, true};
   }
+  /// Its room stays.
+  void clear() {
+    if (count_ > 0) std::fill(slots_.begin(), slots_.end(), Slot{});
+    count_ = 0;
+  }
   void reserve(std::size_t count) {
     if (3 * count > 2 * slots_.size()) grow(std::bit_ceil(3 * count / 2 + 1));
   }
@@ -92,6 +97,11 @@ class Chains {
   /// Lists that there are; those from `count` on are dropped.
   void resize(Index count) { ends_.resize(static_cast<std::size_t>(count)); }
   Index count() const { return static_cast<Index>(ends_.size()); }
+  /// There are so many lists, and nothing in them.
+  void reset(Index count) {
+    ends_.assign(static_cast<std::size_t>(count), Ends{});
+    links_.clear();
+  }
   /// For more lists, and values in them.
   void take_room_for(std::size_t lists, std::size_t values) {
     take_room(ends_, ends_.size() + lists);

@@ -98,6 +98,26 @@ LatticeCutter::LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_
   cut_place_.assign(at(lattice_.regular_cubes()), -1);
   cuts_.reserve(4 * lattice_.copies.size());
   find_blocks();
+  take_room_for_frame(std::min(lattice_.copies.size() / 2, kFrameSplits));
+}
+
+/// Per cube that falls apart, as much as walls of one layer need.
+void LatticeCutter::take_room_for_frame(std::size_t splits) {
+  take_room(live_, lattice_.copies.size() / 2);
+  take_room(dirty_, 2 * splits);
+  take_room(affected_, 4 * splits);
+  take_room(at_corners_, 32 * splits);
+  strip_.reserve(400);
+  take_room(hits_, first_of_cubes_.size());
+  take_room(crossed_, 2 * splits);
+  take_room(falling_, splits);
+  take_room(before_, splits);
+  stages_.resize(1);
+  take_room(stages_.front(), splits);
+  take_room(found_, 4 * splits);
+  take_room(root_, 2 * splits);
+  take_room(journal_.edges, 16 * splits);
+  take_room(journal_.cubes, 2 * splits);
 }
 
 /// Regular cubes keep their nodes as long as they are whole.
@@ -216,15 +236,16 @@ void LatticeCutter::find_cubes_in(const Box3f& box, std::span<const Vec3f> x_m) 
 
 LatticeCutter::Marked LatticeCutter::mark(const BladeStrip& strip, std::span<const Vec3f> x_m) {
   Marked marked;
-  Journal journal;
+  journal_.edges.clear();
+  journal_.cubes.clear();
   strip_.clear();
   strip.triangles(strip_);
   find_cubes_in(strip.box_m(), x_m);
   crossed_.resize(std::max(crossed_.size(), found_.size()));
   cpu_for(found_.size(), 16, [&](std::size_t k) { find_crossed(found_[k], x_m, crossed_[k]); });
-  for (std::size_t k = 0; k < found_.size(); ++k) mark_cube(found_[k], crossed_[k], marked, journal);
-  dirty_.insert(dirty_.end(), journal.cubes.begin(), journal.cubes.end());
-  if (!journal.edges.empty()) journals_.push_back(std::move(journal));
+  for (std::size_t k = 0; k < found_.size(); ++k) mark_cube(found_[k], crossed_[k], marked);
+  dirty_.insert(dirty_.end(), journal_.cubes.begin(), journal_.cubes.end());
+  if (!journal_.edges.empty()) journals_.push_back(journal_);
   return marked;
 }
 
@@ -276,7 +297,7 @@ void LatticeCutter::find_crossed(Index cube, std::span<const Vec3f> x_m, Crossed
   }
 }
 
-void LatticeCutter::mark_cube(Index cube, const Crossed& crossed, Marked& marked, Journal& journal) {
+void LatticeCutter::mark_cube(Index cube, const Crossed& crossed, Marked& marked) {
   if (crossed.pairs == 0) return;
   if (!may_cut_.empty() && may_cut_[at(regular_of(cube))] == 0) {
     marked.refused = true;
@@ -292,10 +313,10 @@ void LatticeCutter::mark_cube(Index cube, const Crossed& crossed, Marked& marked
     const Index low = std::min(nodes[at(a)], nodes[at(b)]), high = std::max(nodes[at(a)], nodes[at(b)]);
     const float place = crossed.place[at(pair)];
     const bool added = cuts_.try_emplace(key(low, high), place).second;
-    if (added) journal.edges.push_back({low, high, place});
+    if (added) journal_.edges.push_back({low, high, place});
     if (pair < 12 && added) ++marked.edges;
   }
-  if (is_new) journal.cubes.push_back(cube);
+  if (is_new) journal_.cubes.push_back(cube);
 }
 
 /// Whole cubes in a row are one set, whose number is that of its first cube. Where the next cube of a row

@@ -109,7 +109,7 @@ class LatticeCutter {
     std::array<float, kPairs> place;  ///< share of the way from the lower id
   };
   void find_crossed(Index cube, std::span<const Vec3f> x_m, Crossed& found) const;
-  void mark_cube(Index cube, const Crossed& crossed, Marked& marked, Journal& journal);
+  void mark_cube(Index cube, const Crossed& crossed, Marked& marked);
   /// Corners of the parts of a cube.
   struct Parts {
     std::array<std::uint8_t, 8> corners{};
@@ -117,6 +117,7 @@ class LatticeCutter {
   };
   Parts components(Index cube) const;
   void find_blocks();
+  void take_room_for_frame(std::size_t splits);
   void find_cubes_in(const Box3f& box, std::span<const Vec3f> x_m);
   std::uint8_t extended(Index cube, std::uint8_t low, std::uint8_t high) const;
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
@@ -164,6 +165,7 @@ class LatticeCutter {
   std::vector<SharedNodes> affected_;  ///< corners round the cubes of the last splits()
   std::vector<AtCorner> at_corners_;
   // In mark().
+  Journal journal_;
   std::vector<NamedTriangle> strip_;
   std::vector<std::uint32_t> hits_;  ///< per kCubeBlock regular cubes: bits of those that meet the strip
   std::vector<Crossed> crossed_;     ///< per cube in found_

@@ -36,48 +36,12 @@ struct Corners {
   int front() const { return corner[0]; }
 };
 
-/// What of a tetrahedron lies below and above a plane.
-void clip(const Tet& tet, const WallPlane& plane, std::vector<Tet>& below, std::vector<Tet>& above) {
-  std::array<double, 4> d{};
-  std::array<std::size_t, 4> order{0, 1, 2, 3};
-  for (std::size_t k = 0; k < 4; ++k) d[k] = plane.above(tet[k]);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return d[a] < d[b]; });
-  const auto lower = static_cast<int>(std::count_if(d.begin(), d.end(), [](double v) { return v < 0; }));
-  if (lower == 0 || lower == 4) {
-    (lower == 0 ? above : below).push_back(tet);
-    return;
-  }
-  const Vec3d a = tet[order[0]], b = tet[order[1]], c = tet[order[2]], e = tet[order[3]];
-  const auto between = [&](std::size_t i, std::size_t j) {
-    return tet[order[i]] + d[order[i]] / (d[order[i]] - d[order[j]]) * (tet[order[j]] - tet[order[i]]);
-  };
-  /// Triangles pqr and stu with edges p-s, q-t, r-u.
-  const auto prism = [](std::vector<Tet>& to, Vec3d p, Vec3d q, Vec3d r, Vec3d s, Vec3d t, Vec3d u) {
-    to.push_back({p, q, r, s});
-    to.push_back({q, r, s, t});
-    to.push_back({r, s, t, u});
-  };
-  if (lower == 2) {
-    const Vec3d ac = between(0, 2), ae = between(0, 3), bc = between(1, 2), be = between(1, 3);
-    prism(below, a, ac, ae, b, bc, be);
-    prism(above, c, ac, bc, e, ae, be);
-    return;
-  }
-  const bool lone_below = lower == 1;
-  const std::size_t lone = lone_below ? 0 : 3, x = lone_below ? 1 : 0, y = lone_below ? 2 : 1,
-                    z = lone_below ? 3 : 2;
-  const Vec3d p = between(lone, x), q = between(lone, y), r = between(lone, z);
-  (lone_below ? below : above).push_back({tet[order[lone]], p, q, r});
-  prism(lone_below ? above : below, p, q, r, tet[order[x]], tet[order[y]], tet[order[z]]);
-}
-
 }  // namespace
 
 const std::array<std::array<int, 4>, 6> Wall::kTets = {
     {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
 
 Wall::Wall(Vec3i cube, std::uint8_t sides, const std::array<Vec3d, 19>& crossing) : cube_(cube) {
-  triangles_.reserve(12);
   for (int t = 0; t < 6; ++t) {
     Parting& parting = tets_[at(t)];
     Corners on[2];
@@ -114,7 +78,9 @@ void Wall::add(int tet, int a, int b, int c, const std::array<Vec3d, 19>& crossi
     plane.normal = -plane.normal;
     std::swap(b, c);
   }
-  triangles_.push_back({{a, b, c}, tet});
+  triangles_[triangle_count_++] = {
+      {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b), static_cast<std::uint8_t>(c)},
+      static_cast<std::uint8_t>(tet)};
 }
 
 int Wall::tet_of(Vec3d p) const {
@@ -134,34 +100,50 @@ double volume(const Tet& tet) {
   return std::abs(dot(tet[1] - tet[0], cross(tet[2] - tet[0], tet[3] - tet[0]))) / 6;
 }
 
-std::vector<Tet> whole_cube(Vec3i cube) {
-  std::vector<Tet> tets;
-  tets.reserve(Wall::kTets.size());
-  for (const auto& q : Wall::kTets)
-    tets.push_back({corner(cube, q[0]), corner(cube, q[1]), corner(cube, q[2]), corner(cube, q[3])});
+std::array<Tet, 6> whole_cube(Vec3i cube) {
+  std::array<Tet, 6> tets;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    for (std::size_t k = 0; k < 4; ++k) tets[t][k] = corner(cube, Wall::kTets[t][k]);
   return tets;
 }
 
-void part(const std::vector<Tet>& material, const Wall& wall, std::array<std::vector<Tet>, 2>& parts) {
-  static thread_local std::vector<Tet> below, above;  // keep their room
-  for (auto& tets : parts) tets.clear();
-  for (const Tet& tet : material) {
-    const Wall::Parting& parting = wall.parting(wall.tet_of(0.25 * (tet[0] + tet[1] + tet[2] + tet[3])));
-    if (!parting.is_parted) {
-      parts[at(parting.side)].push_back(tet);
-      continue;
-    }
-    if (!parting.is_double) {
-      clip(tet, parting.below, parts[0], parts[1]);
-      continue;
-    }
-    below.clear();
-    above.clear();
-    clip(tet, parting.middle, below, above);
-    for (const Tet& t : below) clip(t, parting.below, parts[0], parts[1]);
-    for (const Tet& t : above) clip(t, parting.above, parts[0], parts[1]);
+TetParts clip(const Tet& tet, const WallPlane& plane) {
+  TetParts parts;
+  auto& [below, above] = parts;
+  std::array<double, 4> d{};
+  std::array<std::size_t, 4> order{0, 1, 2, 3};
+  for (std::size_t k = 0; k < 4; ++k) d[k] = plane.above(tet[k]);
+  for (std::size_t k = 1; k < 4; ++k)
+    for (std::size_t i = k; i > 0 && d[order[i]] < d[order[i - 1]]; --i) std::swap(order[i], order[i - 1]);
+  int lower = 0;
+  for (const double v : d) lower += v < 0 ? 1 : 0;
+  if (lower == 0 || lower == 4) {
+    (lower == 0 ? above : below).push_back(tet);
+    return parts;
   }
-  for (auto& tets : parts) std::erase_if(tets, [](const Tet& t) { return volume(t) < 1e-12; });
+  const Vec3d a = tet[order[0]], b = tet[order[1]], c = tet[order[2]], e = tet[order[3]];
+  const auto between = [&](std::size_t i, std::size_t j) {
+    return tet[order[i]] + d[order[i]] / (d[order[i]] - d[order[j]]) * (tet[order[j]] - tet[order[i]]);
+  };
+  /// Triangles pqr and stu with edges p-s, q-t, r-u.
+  const auto prism = [](ShortList<Tet, 3>& to, Vec3d p, Vec3d q, Vec3d r, Vec3d s, Vec3d t, Vec3d u) {
+    to.push_back({p, q, r, s});
+    to.push_back({q, r, s, t});
+    to.push_back({r, s, t, u});
+  };
+  if (lower == 2) {
+    const Vec3d ac = between(0, 2), ae = between(0, 3), bc = between(1, 2), be = between(1, 3);
+    prism(below, a, ac, ae, b, bc, be);
+    prism(above, c, ac, bc, e, ae, be);
+    return parts;
+  }
+  const bool lone_below = lower == 1;
+  const std::size_t lone = lone_below ? 0 : 3, x = lone_below ? 1 : 0, y = lone_below ? 2 : 1,
+                    z = lone_below ? 3 : 2;
+  const Vec3d p = between(lone, x), q = between(lone, y), r = between(lone, z);
+  (lone_below ? below : above).push_back({tet[order[lone]], p, q, r});
+  prism(lone_below ? above : below, p, q, r, tet[order[x]], tet[order[y]], tet[order[z]]);
+  return parts;
 }
 
 }  // namespace tactus::cut

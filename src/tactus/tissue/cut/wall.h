@@ -1,9 +1,13 @@
 #pragma once
 /// The wall along which a cube falls in two: triangles in the six tetrahedra round the cube's diagonal.
+#include <algorithm>
 #include <array>
-#include <vector>
+#include <cmath>
+#include <cstdint>
+#include <span>
 
 #include "tactus/base/vec.h"
+#include "tactus/tissue/cut/short_list.h"
 
 namespace tactus::cut {
 
@@ -27,10 +31,10 @@ class Wall {
   int side(Vec3d p) const;
   /// A triangle with its normal to side 1: indices of kCornerPairs, and its tetrahedron.
   struct Triangle {
-    std::array<int, 3> pair;
-    int tet;
+    std::array<std::uint8_t, 3> pair;
+    std::uint8_t tet;
   };
-  const std::vector<Triangle>& triangles() const { return triangles_; }
+  std::span<const Triangle> triangles() const { return std::span(triangles_).first(triangle_count_); }
   /// Planes that part a tetrahedron: without a `middle` of the two others, there is one wall.
   struct Parting {
     bool is_parted = false, is_double = false;
@@ -48,15 +52,43 @@ class Wall {
            WallPlane& plane);
   Vec3i cube_{};
   std::array<Parting, 6> tets_;
-  std::vector<Triangle> triangles_;
+  std::array<Triangle, 12> triangles_{};
+  std::uint8_t triangle_count_ = 0;
 };
 
 /// A part of a cube's material.
 using Tet = std::array<Vec3d, 4>;
 double volume(const Tet& tet);
 /// The six tetrahedra of a cube.
-std::vector<Tet> whole_cube(Vec3i cube);
-/// Material on both sides of a wall, in place of what `parts` held.
-void part(const std::vector<Tet>& material, const Wall& wall, std::array<std::vector<Tet>, 2>& parts);
+std::array<Tet, 6> whole_cube(Vec3i cube);
+/// What of a tetrahedron lies below and above a plane.
+using TetParts = std::array<ShortList<Tet, 3>, 2>;
+TetParts clip(const Tet& tet, const WallPlane& plane);
+
+/// Calls f(side, tet, volume) for what a tetrahedron, which a wall does not leave, has on the wall's sides.
+template <class F>
+void part(const Tet& tet, const Wall& wall, F&& f) {
+  const auto add = [&](int side, const Tet& part) {
+    constexpr double kLeast = 1e-12;
+    if (const double v = volume(part); !(v < kLeast)) f(side, part, v);
+  };
+  const auto add_parts = [&](const Tet& of, const WallPlane& plane) {
+    const TetParts parts = clip(of, plane);
+    for (const int side : {0, 1})
+      for (const Tet& part : parts[side == 0 ? 0 : 1]) add(side, part);
+  };
+  const Wall::Parting& parting = wall.parting(wall.tet_of(0.25 * (tet[0] + tet[1] + tet[2] + tet[3])));
+  if (!parting.is_parted) {
+    add(parting.side, tet);
+    return;
+  }
+  if (!parting.is_double) {
+    add_parts(tet, parting.below);
+    return;
+  }
+  const TetParts parts = clip(tet, parting.middle);
+  for (const Tet& below : parts[0]) add_parts(below, parting.below);
+  for (const Tet& above : parts[1]) add_parts(above, parting.above);
+}
 
 }  // namespace tactus::cut
