@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tactus/tissue/cut/point_blocks.h"
+#include "tactus/tissue/cut/short_list.h"
 
 namespace tactus::cut {
 namespace {
@@ -40,6 +41,57 @@ TEST(FlatLists, HoldWhatTheStandardOnesHold) {
   for (Index list = 0; list < 100; ++list) {
     const auto of = chains.of(list);
     EXPECT_EQ(std::vector<Index>(of.begin(), of.end()), lists[static_cast<std::size_t>(list)]);
+  }
+}
+
+TEST(FlatLists, AreEmptyOnceCleared) {
+  FlatMap<std::uint64_t, int> map;
+  Chains<Index> chains;
+  for (int round = 0; round < 3; ++round) {
+    chains.reset(4);
+    for (Index list = 0; list < 4; ++list) EXPECT_TRUE(chains.empty(list));
+    for (std::uint64_t key = 0; key < 100; ++key) EXPECT_TRUE(map.try_emplace(key, round).second) << round;
+    EXPECT_EQ(*map.find(7), round);
+    chains.push_back(2, round);
+    EXPECT_EQ(*chains.of(2).begin(), round);
+    map.clear();
+    EXPECT_EQ(map.find(7), nullptr);
+  }
+}
+
+/// Below, at and above the length that fits in place, and back.
+TEST(ShortList, HoldsWhatAVectorHolds) {
+  std::mt19937 random(9);
+  ShortList<int, 4> list;
+  std::vector<int> known;
+  const auto expect_equal = [&](const ShortList<int, 4>& is) {
+    ASSERT_EQ(std::vector<int>(is.begin(), is.end()), known);
+    ASSERT_EQ(is.empty(), known.empty());
+  };
+  for (int k = 0; k < 5000; ++k) {
+    const auto action = random() % 8;
+    if (action < 3 || known.empty()) {
+      list.push_back(k);
+      known.push_back(k);
+    } else if (action < 6) {
+      const std::size_t place = random() % known.size();
+      list.erase(place);
+      known.erase(known.begin() + static_cast<std::ptrdiff_t>(place));
+    } else if (action == 6) {
+      list.push_back(list.front());  // of its own values
+      known.push_back(int{known.front()});
+    } else if (known.size() > 7) {
+      list.clear();
+      known.clear();
+    } else {
+      const std::array<int, 3> more{k, k + 1, k + 2};
+      list.append(more.begin(), more.end());
+      known.insert(known.end(), more.begin(), more.end());
+    }
+    expect_equal(list);
+    const ShortList<int, 4> copy = list;
+    expect_equal(copy);
+    if (k % 7 == 0) list = copy;
   }
 }
 

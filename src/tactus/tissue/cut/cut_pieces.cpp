@@ -9,13 +9,14 @@
 namespace tactus::cut {
 namespace {
 
-/// Either way round.
+/// Either way round. Without branches, which nobody could foresee.
 bool is_between(const std::array<Index, 2>& segment, Index a, Index b) {
-  return (segment[0] == a && segment[1] == b) || (segment[0] == b && segment[1] == a);
+  return (((segment[0] ^ a) | (segment[1] ^ b)) == 0) | (((segment[0] ^ b) | (segment[1] ^ a)) == 0);
 }
 /// In this order.
 bool has_edge(const std::array<Index, 3>& t, Index a, Index b) {
-  return (t[0] == a && t[1] == b) || (t[1] == a && t[2] == b) || (t[2] == a && t[0] == b);
+  return (((t[0] ^ a) | (t[1] ^ b)) == 0) | (((t[1] ^ a) | (t[2] ^ b)) == 0) |
+         (((t[2] ^ a) | (t[0] ^ b)) == 0);
 }
 
 }  // namespace

@@ -340,6 +340,7 @@ class CutSurface {
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void set_vertices(Index triangle, std::array<Index, 3> vertices);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
+  void weigh_edges(const std::array<Index, 3>& vertices, std::uint64_t sign);
   void sum_edges();
   void close(const LatticeCutter& cutter);
 
@@ -365,6 +366,11 @@ class CutSurface {
     int sum = 0;
   };
   std::vector<EdgeSum> open_edges_;  ///< directed sums over triangles; after sum_edges() one per edge, not 0
+  struct VertexChange {
+    std::array<Index, 3> before, after;
+  };
+  std::vector<VertexChange> changes_;  ///< of triangles, that open_edges_ doesn't count yet
+  std::uint64_t edge_weight_ = 0;      ///< sum over their edges
   std::unique_ptr<PointInMesh> solid_;
   IndexSet set_;
   Stage stage_;
@@ -379,11 +385,12 @@ class CutSurface {
   std::vector<Divided> divided_;  ///< of each of these, at least as many
   // In update().
   std::vector<Index> near_cubes_;
-  std::vector<Index> near_;        ///< triangles round the cubes that fell apart, ascending
-  std::vector<Piece> named_;       ///< their vertices
-  std::vector<Index> use_points_;  ///< ascending
-  std::vector<Index> first_use_;   ///< per point in use_points_, and the end
-  std::vector<Index> uses_at_;     ///< of points: counts, then places
+  std::vector<Index> near_;              ///< triangles round the cubes that fell apart, ascending
+  std::vector<std::uint8_t> is_mended_;  ///< of these
+  std::vector<Piece> named_;             ///< their vertices
+  std::vector<Index> use_points_;        ///< ascending
+  std::vector<Index> first_use_;         ///< per point in use_points_, and the end
+  std::vector<Index> uses_at_;           ///< of points: counts, then places
   std::vector<Use> uses_;
   std::vector<std::array<Index, 8>> use_nodes_;
   std::vector<EdgeSum> edge_table_;

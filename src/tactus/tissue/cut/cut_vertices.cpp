@@ -11,6 +11,19 @@
 namespace tactus::cut {
 namespace {
 
+/// Looks random, and does for sums (splitmix64).
+std::uint64_t mixed(std::uint64_t key) {
+  key = (key ^ key >> 30U) * 0xBF58476D1CE4E5B9ULL;
+  key = (key ^ key >> 27U) * 0x94D049BB133111EBULL;
+  return key ^ key >> 31U;
+}
+
+bool same(const std::array<Index, 8>& a, const std::array<Index, 8>& b) {
+  Index differ = 0;
+  for (std::size_t k = 0; k < 8; ++k) differ |= a[k] ^ b[k];
+  return differ == 0;
+}
+
 constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 
 }  // namespace
@@ -32,6 +45,7 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
   more(new_walls_, 20);
   more(next_split_walls_, 12);
   more(split_walls_, 12);
+  more(changes_, 60);
   more(open_edges_, 100);
   more(edge_table_, 256);
   more(uses_, 100);
@@ -43,6 +57,7 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
   take_room(uses_at_, points_.size() + 20 * splits);
   more(near_, 60);
   more(named_, 60);
+  more(is_mended_, 60);
   take_room_for_stage(splits);
 }
 
@@ -78,7 +93,8 @@ void CutSurface::find_near_splits(const LatticeCutter& cutter,
     for (const CubeSplit& split : stage) {
       const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(split.parent))];
       for (Index k = 0; k < 27; ++k)
-        if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}); cube >= 0)
+        if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
+            cube >= 0 && !bins_.empty(cube))
           set_.insert(cube);
     }
   }
@@ -93,16 +109,18 @@ std::array<Index, 8> CutSurface::nodes_of(const LatticeCutter& cutter, Corner co
   const Point& point = points_[index(corner.point)];
   std::array<Index, 8> nodes = kAnyNodes;
   if (!point.is_wall) return nodes;
+  constexpr std::array<unsigned, 3> kHigh{0xAA, 0xCC, 0xF0};  // corners
   const CubeLattice& lattice = cutter.lattice();
   const Vec3i low = lattice.cubes[index(corner.cube)];
-  std::size_t count = 0;
-  for (int q = 0; q < 8; ++q) {
-    bool has_weight = true;
-    for (int a = 0; a < 3; ++a)
-      has_weight =
-          has_weight && (!is_whole(point.p[a]) || low[a] + (q >> a & 1) == static_cast<Index>(point.p[a]));
-    if (has_weight) nodes[count++] = lattice.cube_nodes[index(corner.cube)][index(q)];
+  unsigned corners = 0xFF;
+  for (int a = 0; a < 3; ++a) {
+    if (!is_whole(point.p[a])) continue;
+    const Index side = static_cast<Index>(point.p[a]) - low[a];
+    corners &= side == 0 ? ~kHigh[index(a)] : side == 1 ? kHigh[index(a)] : 0U;
   }
+  std::size_t count = 0;
+  for (; corners != 0; corners &= corners - 1)
+    nodes[count++] = lattice.cube_nodes[index(corner.cube)][index(std::countr_zero(corners))];
   return nodes;
 }
 
@@ -112,6 +130,15 @@ embed::Anchor CutSurface::anchor(const LatticeCutter& cutter, Index vertex) cons
   return {cube, vec_cast<float>(at(point) - vec_cast<double>(cutter.lattice().cubes[index(cube)]))};
 }
 
+/// A random weight of each directed edge, whose twin has the opposite one.
+void CutSurface::weigh_edges(const std::array<Index, 3>& vertices, std::uint64_t sign) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Index a = vertices[k], b = vertices[(k + 1) % 3];
+    const std::uint64_t weight = mixed(edge_key(a, b));
+    edge_weight_ += sign * (a < b ? weight : a > b ? -weight : 0);
+  }
+}
+
 void CutSurface::count_edges(const std::array<Index, 3>& vertices, int sign) {
   for (std::size_t k = 0; k < 3; ++k) {
     const Index a = vertices[k], b = vertices[(k + 1) % 3];
@@ -119,8 +146,18 @@ void CutSurface::count_edges(const std::array<Index, 3>& vertices, int sign) {
   }
 }
 
-/// One entry per edge whose sum is not 0 remains.
+/// One entry per edge whose sum is not 0 remains. Nearly always all sums are 0. Then their weighted sum is,
+/// which others are with a probability of 2^-64.
 void CutSurface::sum_edges() {
+  const bool is_closed = edge_weight_ == 0 && open_edges_.empty();
+  for (const VertexChange& change : changes_) {
+    if (is_closed) break;
+    count_edges(change.before, -1);
+    count_edges(change.after, 1);
+  }
+  changes_.clear();
+  edge_weight_ = 0;
+  if (is_closed) return;
   edge_table_.assign(std::bit_ceil(2 * open_edges_.size() + 1), EdgeSum{});
   const std::size_t mask = edge_table_.size() - 1;
   for (const EdgeSum& change : open_edges_) {
@@ -137,8 +174,9 @@ void CutSurface::sum_edges() {
 void CutSurface::set_vertices(Index triangle, std::array<Index, 3> vertices) {
   auto& now = vertices_of_[index(triangle)];
   if (now == vertices) return;
-  count_edges(now, -1);
-  count_edges(vertices, 1);
+  changes_.push_back({now, vertices});
+  weigh_edges(now, ~std::uint64_t{0});
+  weigh_edges(vertices, 1);
   now = vertices;
   new_triangles_.push_back(triangle);
 }
@@ -153,14 +191,23 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
     return std::any_of(of_a.begin(), of_a.end(),
                        [&](Index node) { return std::find(of_b.begin(), of_b.end(), node) != of_b.end(); });
   };
+  const auto is_wrong = [&](const Triangle& t, std::size_t k) {
+    const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
+    return !agree(t.corner[k].cube, p) && !agree(t.corner[k].cube, q) && agree(p, q);
+  };
+  is_mended_.resize(triangles.size());
+  cpu_for(triangles.size(), 512, [&](std::size_t i) {
+    const Triangle& t = triangles_[index(triangles[i])];
+    is_mended_[i] = !t.is_fill && t.home < 0 && (is_wrong(t, 0) || is_wrong(t, 1) || is_wrong(t, 2)) ? 1 : 0;
+  });
   std::map<Index, Index> original;  // cube of original points that go elsewhere
-  for (const Index triangle : triangles) {
-    Triangle& t = triangles_[index(triangle)];
-    if (t.is_fill || t.home >= 0) continue;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (is_mended_[i] == 0) continue;
+    Triangle& t = triangles_[index(triangles[i])];
     for (std::size_t k = 0; k < 3; ++k) {
+      if (!is_wrong(t, k)) continue;
       Corner& corner = t.corner[k];
       const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
-      if (agree(corner.cube, p) || agree(corner.cube, q) || !agree(p, q)) continue;
       for (const Index copy : cutter.live(cutter.regular_of(corner.cube)))
         if (agree(copy, p) && agree(copy, q)) corner.cube = copy;
       if (!points_[index(corner.point)].is_wall) original[corner.point] = corner.cube;
@@ -207,33 +254,48 @@ void CutSurface::find_uses(const LatticeCutter& cutter, const std::vector<Index>
   });
 }
 
-/// @param first place of the first one in uses_
+/// Uses with the same nodes have them at the same place. @param first place of the first use in uses_
 void CutSurface::sort_by_nodes(const LatticeCutter& cutter, Index point, std::span<Use> here,
                                std::size_t first) {
-  bool is_sorted = true;
-  for (std::size_t k = 0; k < here.size(); ++k) {
-    std::size_t same = 0;
-    while (here[same].cube != here[k].cube) ++same;
-    here[k].nodes = same < k ? here[same].nodes : first + k;
-    if (same == k) use_nodes_[first + k] = nodes_of(cutter, {point, here[k].cube});
-    is_sorted = is_sorted &&
-                (k == 0 || here[k].nodes == here[k - 1].nodes || nodes_of(here[k - 1]) <= nodes_of(here[k]));
+  ShortList<std::array<Index, 2>, 16> cubes;  // and which nodes they have
+  ShortList<Index, 8> kinds;                  // of nodes, ascending
+  for (Use& use : here) {
+    std::size_t k = cubes.size();
+    while (k > 0 && cubes[k - 1][0] != use.cube) --k;
+    if (k == 0) {
+      const std::array<Index, 8> nodes = nodes_of(cutter, {point, use.cube});
+      const auto of = [&](Index kind) -> const auto& { return use_nodes_[first + index(kind)]; };
+      auto kind = static_cast<Index>(kinds.size());
+      const auto known =
+          std::find_if(kinds.begin(), kinds.end(), [&](Index i) { return same(of(i), nodes); });
+      if (known == kinds.end()) {
+        use_nodes_[first + index(kind)] = nodes;
+        kinds.push_back(kind);
+        for (std::size_t i = kinds.size() - 1; i > 0 && nodes < of(kinds[i - 1]); --i)
+          std::swap(kinds[i], kinds[i - 1]);
+      } else {
+        kind = *known;
+      }
+      cubes.push_back({use.cube, kind});
+      k = cubes.size();
+    }
+    use.nodes = first + index(cubes[k - 1][1]);
   }
-  if (is_sorted) return;  // most points are moved by the same nodes everywhere
-  for (std::size_t k = 1; k < here.size(); ++k) {
-    const Use use = here[k];
-    std::size_t to = k;
-    for (; to > 0 && nodes_of(use) < nodes_of(here[to - 1]); --to) here[to] = here[to - 1];
-    here[to] = use;
-  }
+  if (kinds.size() < 2) return;  // most points are moved by the same nodes everywhere
+  ShortList<Use, 32> unsorted;
+  unsorted.append(here.begin(), here.end());
+  std::size_t to = 0;
+  for (const Index kind : kinds)
+    for (const Use& use : unsorted)
+      if (use.nodes == first + index(kind)) here[to++] = use;
 }
 
 /// Of those known at the point, or one that is free, or a new one.
 Index CutSurface::vertex_of(Index point, const std::array<Index, 8>& nodes) {
   Vertex* free = nullptr;
   for (Vertex& v : vertices_at_.of(point)) {
-    if (v.nodes == nodes) return v.vertex;
-    if (free == nullptr && v.nodes == kAnyNodes) free = &v;
+    if (same(v.nodes, nodes)) return v.vertex;
+    if (free == nullptr && v.nodes[0] == kAnyNodes[0]) free = &v;
   }
   if (free == nullptr) {
     free = &vertices_at_.push_back(point, {kAnyNodes, vertex_count()});
@@ -253,7 +315,7 @@ void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, Index 
     const Index anchored = vertex_cube_[index(vertex)];
     const bool is_right = anchored >= 0 && cutter.lattice().cube_fill[index(anchored)] > 0 &&
                           (anchored == uses[k].cube ||
-                           (!is_original && nodes_of(cutter, {point, anchored}) == nodes_of(uses[k])));
+                           (!is_original && same(nodes_of(cutter, {point, anchored}), nodes_of(uses[k]))));
     if (is_right) continue;
     vertex_cube_[index(vertex)] = uses[k].cube;
     new_anchors_.push_back(vertex);
@@ -262,15 +324,21 @@ void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, Index 
 
 void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here) {
   const bool is_wall = points_[index(point)].is_wall;
+  const auto end_of = [&](std::size_t first) {
+    std::size_t end = first;
+    while (end < here.size() && here[end].nodes == here[first].nodes) ++end;
+    return end;
+  };
   // Vertices whose nodes nobody has any more are free for the others.
-  if (is_wall)
-    for (Vertex& v : vertices_at_.of(point))
-      if (std::none_of(here.begin(), here.end(), [&](const Use& use) { return nodes_of(use) == v.nodes; }))
-        v.nodes = kAnyNodes;
+  if (is_wall) {
+    for (Vertex& v : vertices_at_.of(point)) {
+      std::size_t first = 0;
+      while (first < here.size() && !same(nodes_of(here[first]), v.nodes)) first = end_of(first);
+      if (first == here.size()) v.nodes = kAnyNodes;
+    }
+  }
   for (std::size_t first = 0, end = 0; first < here.size(); first = end) {
-    while (end < here.size() &&
-           (here[end].nodes == here[first].nodes || nodes_of(here[end]) == nodes_of(here[first])))
-      ++end;
+    end = end_of(first);
     const std::span<const Use> same = here.subspan(first, end - first);
     const Index vertex = is_wall ? vertex_of(point, nodes_of(same.front())) : point;
     for (const Use& use : same) named_[index(use.triangle)][index(use.corner)] = vertex;

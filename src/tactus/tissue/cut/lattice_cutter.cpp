@@ -93,7 +93,7 @@ LatticeCutter::LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_
   grid_.assign(at(std::int64_t{n.x} * n.y * n.z), -1);
   for (Index c = 0; c < lattice_.regular_cubes(); ++c) {
     const Vec3i p = lattice_.cubes[at(c)];
-    if (lattice_.has_cube(at(c))) grid_[at((std::int64_t{p.z} * n.y + p.y) * n.x + p.x)] = c;
+    if (lattice_.has_cube(at(c))) grid_[cell(p)] = c;
   }
   cut_place_.assign(at(lattice_.regular_cubes()), -1);
   cuts_.reserve(4 * lattice_.copies.size());
@@ -136,35 +136,19 @@ void LatticeCutter::find_blocks() {
   first_of_cubes_.push_back(static_cast<Index>(blocks_of_cubes_.size()));
 }
 
-Index LatticeCutter::regular_at(Vec3i p) const {
-  const Vec3i n = lattice_.node_dims - Vec3i{1, 1, 1};
-  if (p.x < 0 || p.y < 0 || p.z < 0 || p.x >= n.x || p.y >= n.y || p.z >= n.z) return -1;
-  return grid_[at((std::int64_t{p.z} * n.y + p.y) * n.x + p.x)];
-}
-
-Index LatticeCutter::regular_of(Index cube) const {
-  return cube < lattice_.regular_cubes() ? cube : lattice_.copies[at(cube - lattice_.regular_cubes())].of;
-}
-
-std::uint8_t LatticeCutter::corners(Index cube) const {
-  return cube < lattice_.regular_cubes() ? std::uint8_t{0xFF}
-                                         : lattice_.copies[at(cube - lattice_.regular_cubes())].corners;
-}
-
-std::span<const Index> LatticeCutter::live(Index regular) const {
-  if (const Index place = cut_place_[at(regular)]; place >= 0)
-    return std::span(live_[at(place)].cubes).first(at(live_[at(place)].count));
-  const Vec3i p = lattice_.cubes[at(regular)], n = lattice_.node_dims - Vec3i{1, 1, 1};
-  return {&grid_[at((std::int64_t{p.z} * n.y + p.y) * n.x + p.x)], 1};
-}
-
 std::uint64_t LatticeCutter::key(Index a, Index b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32U | static_cast<std::uint64_t>(std::max(a, b));
 }
 
-bool LatticeCutter::is_cut(Index cube, int a, int b) const {
+/// Bits of the cube's edges, as in kCornerPairs.
+std::uint32_t LatticeCutter::cut_edges(Index cube) const {
   const auto& nodes = lattice_.cube_nodes[at(cube)];
-  return cuts_.contains(key(nodes[at(a)], nodes[at(b)]));
+  std::uint32_t found = 0;
+  for (unsigned e = 0; e < 12; ++e) {
+    const auto [a, b] = kCornerPairs[e];
+    if (cuts_.contains(key(nodes[at(a)], nodes[at(b)]))) found |= 1U << e;
+  }
+  return found;
 }
 
 double LatticeCutter::place(Index cube, int a, int b) const {

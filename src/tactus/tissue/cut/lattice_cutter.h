@@ -88,12 +88,26 @@ class LatticeCutter {
   /// Where a wall crosses the way between two corners, of which `a` is the lower: share of the way.
   double place(Index cube, int a, int b) const;
   /// Cubes and copies that have material in a regular cube, ascending.
-  std::span<const Index> live(Index regular) const;
+  std::span<const Index> live(Index regular) const {
+    if (const Index place = cut_place_[index(regular)]; place >= 0)
+      return std::span(live_[index(place)].cubes).first(index(live_[index(place)].count));
+    return {&grid_[cell(lattice_.cubes[index(regular)])], 1};
+  }
   /// Regular cube at lattice coordinates; -1: none.
-  Index regular_at(Vec3i p) const;
-  Index regular_of(Index cube) const;
+  Index regular_at(Vec3i p) const {
+    const Vec3i n = lattice_.node_dims - Vec3i{1, 1, 1};
+    if (p.x < 0 || p.y < 0 || p.z < 0 || p.x >= n.x || p.y >= n.y || p.z >= n.z) return -1;
+    return grid_[cell(p)];
+  }
+  Index regular_of(Index cube) const {
+    return cube < lattice_.regular_cubes() ? cube
+                                           : lattice_.copies[index(cube - lattice_.regular_cubes())].of;
+  }
   /// Corners whose material is a cube's own.
-  std::uint8_t corners(Index cube) const;
+  std::uint8_t corners(Index cube) const {
+    return cube < lattice_.regular_cubes() ? std::uint8_t{0xFF}
+                                           : lattice_.copies[index(cube - lattice_.regular_cubes())].corners;
+  }
   Index copies_in_use() const { return next_copy_ - lattice_.regular_cubes(); }
   /// Per node, which nodes hang together: the lowest of them. Looks at all cubes.
   std::vector<Index> part_of_nodes() const;
@@ -101,8 +115,14 @@ class LatticeCutter {
   int part_count() const;
 
  private:
+  static std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
+  /// Of the box.
+  std::size_t cell(Vec3i p) const {
+    const Vec3i n = lattice_.node_dims - Vec3i{1, 1, 1};
+    return index((std::int64_t{p.z} * n.y + p.y) * n.x + p.x);
+  }
   static std::uint64_t key(Index a, Index b);
-  bool is_cut(Index cube, int a, int b) const;
+  std::uint32_t cut_edges(Index cube) const;
   /// Pairs of a cube's corners that the strip parts.
   struct Crossed {
     std::uint32_t pairs = 0;          ///< bits
@@ -115,13 +135,13 @@ class LatticeCutter {
     std::array<std::uint8_t, 8> corners{};
     Index count = 0;
   };
-  Parts components(Index cube) const;
+  Parts components(Index cube, std::uint32_t cut_edges) const;
   void find_blocks();
   void take_room_for_frame(std::size_t splits);
   void find_cubes_in(const Box3f& box, std::span<const Vec3f> x_m);
-  std::uint8_t extended(Index cube, std::uint8_t low, std::uint8_t high) const;
+  static std::uint8_t extended(std::uint32_t cut_edges, std::uint8_t low, std::uint8_t high);
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
-  void add_splits(Index cube, const Parts& parts, Index first);
+  void add_splits(Index cube, std::uint32_t cut_edges, const Parts& parts, Index first);
   bool fits();
   void find_affected();
   void replace_live(Index cube, Index first_copy, Index count);

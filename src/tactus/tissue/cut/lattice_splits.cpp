@@ -54,13 +54,13 @@ class CornerSets {
 
 }  // namespace
 
-LatticeCutter::Parts LatticeCutter::components(Index cube) const {
+LatticeCutter::Parts LatticeCutter::components(Index cube, std::uint32_t cut_edges) const {
   const std::uint8_t own = corners(cube);
   unsigned of[8];
   for (unsigned q = 0; q < 8; ++q) of[q] = own & 1U << q;
   for (int e = 0; e < 12; ++e) {
     const auto [a, b] = kCornerPairs[at(e)];
-    if ((own >> a & own >> b & 1) == 0 || is_cut(cube, a, b)) continue;
+    if ((own >> a & own >> b & 1) == 0 || (cut_edges >> e & 1U) != 0) continue;
     const unsigned both = of[a] | of[b];
     for (unsigned& set : of)
       if ((set & both) != 0) set = both;
@@ -74,14 +74,14 @@ LatticeCutter::Parts LatticeCutter::components(Index cube) const {
 
 /// Walls go on through the part of a cube where it has no material, so they reach the surface of what it has.
 /// There they follow the strip as far as that goes.
-std::uint8_t LatticeCutter::extended(Index cube, std::uint8_t low, std::uint8_t high) const {
+std::uint8_t LatticeCutter::extended(std::uint32_t cut_edges, std::uint8_t low, std::uint8_t high) {
   unsigned side[2] = {low, high};
   for (const bool across : {false, true}) {
     for (bool changes = true; changes;) {
       changes = false;
       for (int e = 0; e < 12; ++e) {
         const auto [a, b] = kCornerPairs[at(e)];
-        if (!across && is_cut(cube, a, b)) continue;
+        if (!across && (cut_edges >> e & 1U) != 0) continue;
         const unsigned known = side[0] | side[1];
         if ((known >> a & 1U) == (known >> b & 1U)) continue;
         const int from = (known >> a & 1U) != 0 ? a : b, to = from == a ? b : a;
@@ -167,11 +167,12 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::functio
   is_full_ = false;
   for (const Index cube : dirty_) {
     if (!(lattice_.cube_fill[at(cube)] > 0)) continue;
-    const Parts parts = components(cube);
+    const std::uint32_t edges = cut_edges(cube);
+    const Parts parts = components(cube, edges);
     const Index n = parts.count;
     is_full_ = is_full_ || (n > 1 && next + 2 * (n - 1) > lattice_.cube_count());
     if (n < 2 || is_full_) continue;
-    add_splits(cube, parts, next);
+    add_splits(cube, edges, parts, next);
     falling_.push_back({cube, n});
     next += 2 * (n - 1);
   }
@@ -188,14 +189,14 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::functio
 }
 
 /// What is left of a cube while its parts are split off has a copy, too.
-void LatticeCutter::add_splits(Index cube, const Parts& parts, Index first) {
+void LatticeCutter::add_splits(Index cube, std::uint32_t cut_edges, const Parts& parts, Index first) {
   std::uint8_t rest = corners(cube);
   Index parent = cube;
   for (Index k = 0; k + 1 < parts.count; ++k) {
     const std::uint8_t own = parts.corners[at(k)];
     rest = static_cast<std::uint8_t>(rest & ~own);
     CubeSplit split{.parent = parent, .part = {first, first + 1}};
-    split.sides = extended(cube, own, rest);
+    split.sides = extended(cut_edges, own, rest);
     add_copy(split, 0, own);
     add_copy(split, 1, rest);
     stage_count_ = std::max(stage_count_, at(k) + 1);

@@ -110,6 +110,7 @@ std::array<Tet, 6> whole_cube(Vec3i cube) {
 TetParts clip(const Tet& tet, const WallPlane& plane) {
   TetParts parts;
   auto& [below, above] = parts;
+  below.count = above.count = 0;
   std::array<double, 4> d{};
   std::array<std::size_t, 4> order{0, 1, 2, 3};
   for (std::size_t k = 0; k < 4; ++k) d[k] = plane.above(tet[k]);
@@ -126,7 +127,7 @@ TetParts clip(const Tet& tet, const WallPlane& plane) {
     return tet[order[i]] + d[order[i]] / (d[order[i]] - d[order[j]]) * (tet[order[j]] - tet[order[i]]);
   };
   /// Triangles pqr and stu with edges p-s, q-t, r-u.
-  const auto prism = [](ShortList<Tet, 3>& to, Vec3d p, Vec3d q, Vec3d r, Vec3d s, Vec3d t, Vec3d u) {
+  const auto prism = [](TetPart& to, Vec3d p, Vec3d q, Vec3d r, Vec3d s, Vec3d t, Vec3d u) {
     to.push_back({p, q, r, s});
     to.push_back({q, r, s, t});
     to.push_back({r, s, t, u});

@@ -1,13 +1,10 @@
 #pragma once
 /// The wall along which a cube falls in two: triangles in the six tetrahedra round the cube's diagonal.
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <span>
 
 #include "tactus/base/vec.h"
-#include "tactus/tissue/cut/short_list.h"
 
 namespace tactus::cut {
 
@@ -62,7 +59,12 @@ double volume(const Tet& tet);
 /// The six tetrahedra of a cube.
 std::array<Tet, 6> whole_cube(Vec3i cube);
 /// What of a tetrahedron lies below and above a plane.
-using TetParts = std::array<ShortList<Tet, 3>, 2>;
+struct TetPart {
+  std::array<Tet, 3> tets;
+  std::size_t count;
+  void push_back(const Tet& tet) { tets[count++] = tet; }
+};
+using TetParts = std::array<TetPart, 2>;
 TetParts clip(const Tet& tet, const WallPlane& plane);
 
 /// Calls f(side, tet, volume) for what a tetrahedron, which a wall does not leave, has on the wall's sides.
@@ -72,10 +74,13 @@ void part(const Tet& tet, const Wall& wall, F&& f) {
     constexpr double kLeast = 1e-12;
     if (const double v = volume(part); !(v < kLeast)) f(side, part, v);
   };
+  const auto for_each = [](const TetPart& of, const auto& each) {
+    for (std::size_t k = 0; k < of.count; ++k) each(of.tets[k]);
+  };
   const auto add_parts = [&](const Tet& of, const WallPlane& plane) {
     const TetParts parts = clip(of, plane);
     for (const int side : {0, 1})
-      for (const Tet& part : parts[side == 0 ? 0 : 1]) add(side, part);
+      for_each(parts[side == 0 ? 0 : 1], [&](const Tet& part) { add(side, part); });
   };
   const Wall::Parting& parting = wall.parting(wall.tet_of(0.25 * (tet[0] + tet[1] + tet[2] + tet[3])));
   if (!parting.is_parted) {
@@ -87,8 +92,8 @@ void part(const Tet& tet, const Wall& wall, F&& f) {
     return;
   }
   const TetParts parts = clip(tet, parting.middle);
-  for (const Tet& below : parts[0]) add_parts(below, parting.below);
-  for (const Tet& above : parts[1]) add_parts(above, parting.above);
+  for_each(parts[0], [&](const Tet& below) { add_parts(below, parting.below); });
+  for_each(parts[1], [&](const Tet& above) { add_parts(above, parting.above); });
 }
 
 }  // namespace tactus::cut
