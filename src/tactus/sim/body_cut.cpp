@@ -50,6 +50,7 @@ void SoftBody::make_cuttable(ExecContext& ctx) {
   const SurfaceRoom room = surface_room(lattice, shape_.surface_m);
   cutter_.emplace(lattice, std::move(may_cut), shape_.surface_m, to_host(ctx, surface_.anchors()),
                   cut::CutSurface::Room{room.vertices, room.triangles});
+  cutter_->take_room_for(change_);
   last_x_m_ = lattice.rest_positions_m();
 }
 
@@ -132,8 +133,7 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
 
 void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
                          const TellCut& told, cut::CutReport& sum) {
-  TopologyChange change;
-  const cut::CutReport report = cutter_->cut(strip, x_m, change);
+  const cut::CutReport report = cutter_->cut(strip, x_m, change_);
   journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
   sum.cut_cubes += report.cut_cubes;
   sum.area_m2 += report.area_m2;
@@ -141,7 +141,7 @@ void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::sp
   sum.depth_m = std::max(sum.depth_m, report.depth_m);
   sum.is_refused = sum.is_refused || report.is_refused;
   sum.is_full = sum.is_full || report.is_full;
-  if (!change.copies.empty()) follow(ctx, change, told);
+  if (!change_.copies.empty()) follow(ctx, change_, told);
 }
 
 void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told) {

@@ -60,10 +60,9 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     a.check(origins[k].stroke >= 0 && origins[k].stroke < kMostStrokes, "strokes of strips");
     begin_stroke(origins[k].stroke, origins[k].frame);
     journal_origins_.push_back(origins[k]);
-    TopologyChange change;
-    cutter_->cut(journal, change);
+    cutter_->cut(journal, change_);
     const std::vector<Vec3f> last_x_m = last_x_m_;
-    if (!change.copies.empty()) follow(ctx, change, told);
+    if (!change_.copies.empty()) follow(ctx, change_, told);
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }

@@ -210,6 +210,7 @@ class SoftBody {
   bool full_stiffness_;
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
+  TopologyChange change_;  ///< by the last strip; its lists keep their room
   cut::CutPoints cut_points_;
   cut::CutWounds wounds_;
   Index stroke_ = 0;
