@@ -3,6 +3,7 @@
 #include <algorithm>
 #include "tactus/contact/pair_bound_kernels.h"
 #include "tactus/contact/pair_cut_kernels.h"
+#include "tactus/contact/pair_find_kernels.h"
 #include "tactus/contact/pair_response_kernels.h"
 
 namespace tactus {

@@ -1,6 +1,6 @@
 #pragma once
 /// Takes over what a cut changes of bodies that touch one another, between frames.
-#include "tactus/contact/pair_find_kernels.h"
+#include "tactus/contact/pair_weights.h"
 
 namespace tactus {
 
