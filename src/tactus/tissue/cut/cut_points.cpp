@@ -96,8 +96,7 @@ std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const Cu
   std::vector<PointChange> changes;
   for (std::size_t k = 0; k < moved.size(); ++k) {
     const Point& point = points_[moved[k]];
-    changes.push_back(
-        {point.place, embedded[k], point.cube, vec_cast<float>(point.p), point.wall, {}});
+    changes.push_back({point.place, embedded[k], point.cube, vec_cast<float>(point.p), point.wall, {}});
     if (dot(point.wall, point.wall) > 0)
       changes.back().side = side_of(cutter, point.cube, vec_cast<double>(local_of[k]), changes.back());
   }
