@@ -51,9 +51,8 @@ class CutBlock {
     for (Index i = 0; i < after().node_count(); ++i)
       is_upper_.push_back(static_cast<float>(after().nodes[at(i)].y) > kHeight);
     for (const TopologyChange::Copy& copy : change.copies)
-      for (const Index node : copy.nodes) is_upper_[at(node)] = (copy.copy.corners & 0b00110011U) == 0;
+      for (const Index node : copy.nodes) is_upper_[at(node)] = (copy.copy.corners & kLowCorners) == 0;
   }
-  const CubeLattice& before() const { return lattice_; }
   const CubeLattice& after() const { return cutter_.lattice().lattice(); }
   const SolidChange& change() const { return change_; }
   PairedBody described(const ContactNodes& nodes) const {
@@ -73,6 +72,7 @@ class CutBlock {
 
  private:
   static constexpr Index kPointRoom = 2000;
+  static constexpr unsigned kLowCorners = 0b00110011;  ///< of a cube: those with y = 0
   static TriangleMesh box() {
     const Vec3f half_m = 0.5F * kSpacing_m * vec_cast<float>(kCubes);
     TriangleMesh mesh = box_surface(half_m, kCubes);
@@ -126,7 +126,8 @@ class Toucher {
 
 /// A cut opens and shuts at random, by up to 0.15 spacings a step, in a body that is cut through or has a
 /// slit, as it was or pressed to two thirds of its height. A point that slept is late by a hundredth of a
-/// spacing at most: at least those touch that touch where the walls are that much farther apart.
+/// spacing at most: at least those touch that touch where the walls are that much, and a tenth of it for
+/// rounding, farther apart.
 TEST(WallSleep, NoPointIsLateByMoreThanAHundredth) {
   DeviceSet cpu("cpu");
   ExecContext& ctx = cpu.context(0);

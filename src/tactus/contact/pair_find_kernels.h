@@ -29,10 +29,10 @@ struct FindPairs {
     Vec3f x_m[kGroupPoints], q[kGroupPoints];
     Index cube[kGroupPoints];              ///< that the point is in; -1: none
     Self self[kGroupPoints];               ///< whether the point looks for its own body
-    std::uint32_t free2_m2[kGroupPoints];  ///< bits of a squared distance: no cube of its own body is nearer
+    std::uint32_t free2_m2[kGroupPoints];  ///< bits of a squared distance: nothing of its own body that the
+                                           ///< point may touch is nearer
     std::uint32_t active, sleep_m, reach_m;
-    std::uint32_t close[kClose],
-        close_count;  ///< patches in which a point is looked for: kGroupPoints n + point
+    std::uint32_t close[kClose], close_count;  ///< pairs of patch n and a point: kGroupPoints n + point
     Candidate candidate[kCandidates];
     std::uint32_t candidates;
   };
@@ -107,11 +107,11 @@ struct FindPairs {
       return (is_on_wall && dot(apart, rest.wall) > kBeyondWall - slack) || cube_part != part;
     }
   };
-  /// Whether a point of a wall moves with a cube, too: the material goes on from its own cube to that one, so
-  /// the two have the same nodes where they meet.
-  TACTUS_HD bool goes_on(Index own, const CubePlace& b) const {
-    if (own < 0) return false;
-    const SolidCube& a = table.cubes[own];
+  /// Whether the material of a cube goes on in another one: they meet, and have the same nodes there. A point
+  /// of a wall that moves with the one is at the surface of both.
+  TACTUS_HD bool goes_on(Index cube, const CubePlace& b) const {
+    if (cube < 0) return false;
+    const SolidCube& a = table.cubes[cube];
     const Vec3i by = b.cell - a.cell;
     bool meet = false, same = true;
     for (int k = 0; k < 8; ++k) {
@@ -177,8 +177,8 @@ struct FindPairs {
     int n, lane, lanes;
   };
   /// look(patch, t) for all points t with seeks(t) and patches of a body with is_near(box); notes the first
-  /// cube with meets(t, cube), which the point is in. On a GPU all threads share the work, of however few
-  /// points.
+  /// cube with meets(t, cube), which the point is in. Nothing farther from it than limit2_m2(t), squared,
+  /// matters. On a GPU all threads share the work, of however few points.
   template <class Block, class N, class S, class C, class L, class M>
   TACTUS_HD void search(const Block& b, Shared& s, const PointGroup& group, const PairBody& body, N&& is_near,
                         S&& seeks, C&& limit2_m2, L&& look, M&& meets) const {
@@ -207,7 +207,7 @@ struct FindPairs {
         const int t = s.sought[p];
         if (s.first[t] == kNone) return;
         s.cube[t] = cube_of(s, row, s.first[t]);
-        s.free2_m2[t] = 0;
+        s.free2_m2[t] = 0;  // it is inside: seeks() need not look in the next row
         s.q[t] = kMiddle;
         place_in(s.cube[t], s.x_m[t], s.q[t]);
       });

@@ -121,7 +121,7 @@ struct CubePlace {
 struct PointRest {
   Vec3f p;          ///< in spacings of its lattice
   Vec3f wall;       ///< of the wall of a cut, the normal away from its material; 0: it is on none
-  Index cube = -1;  ///< that it moves with, where it is on a wall
+  Index cube = -1;  ///< that it moves with, of all bodies', since a cut told; -1: none did
 };
 
 /// A point that is new, or moves with other nodes.

@@ -10,11 +10,7 @@ namespace tactus::cut {
 namespace {
 
 /// Small numbers that look random, -0.5..0.5.
-double scatter(std::uint64_t i) {
-  i = (i ^ i >> 30U) * 0xBF58476D1CE4E5B9ULL;
-  i = (i ^ i >> 27U) * 0x94D049BB133111EBULL;
-  return static_cast<double>((i ^ i >> 31U) >> 11U) * 0x1p-53 - 0.5;
-}
+double scatter(std::uint64_t i) { return static_cast<double>(mixed(i) >> 11U) * 0x1p-53 - 0.5; }
 
 }  // namespace
 
@@ -258,7 +254,8 @@ double CutSurface::inside_share(const Stage& s, const Split& split, const Tet& t
 /// A cube's material, as it came from the walls that parted its cube.
 template <class F>
 void CutSurface::for_each_tet(const LatticeCutter& cutter, Index cube, F&& f) const {
-  std::array<Index, 8> from;  // cubes that fell apart on the way to this one, the last one first
+  // Cubes that fell apart on the way to this one, the last one first. Each has a corner more than the next.
+  std::array<Index, 8> from;
   std::size_t count = 0;
   Index root = cube;
   for (Index parent = parent_[index(cube)]; parent >= 0; parent = parent_[index(parent)])

@@ -2,7 +2,6 @@
 /// The surface of a body that is cut: divided along walls, with the walls on both sides.
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <span>
 #include <utility>
@@ -37,7 +36,8 @@ class CutSurface {
   CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface, std::span<const embed::Anchor> anchors,
              Room room);
 
-  /// @returns per split: part[1]'s share of the parent's material, so that neither has less than kLeastFill
+  /// @returns per split: part[1]'s share of the parent's material, so that neither has less than kLeastFill;
+  /// valid until the next call
   const std::vector<double>& cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
   /// New vertices and triangles, and vertices that other cubes move from now on.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -10,13 +11,6 @@
 
 namespace tactus::cut {
 namespace {
-
-/// Looks random, and does for sums (splitmix64).
-std::uint64_t mixed(std::uint64_t key) {
-  key = (key ^ key >> 30U) * 0xBF58476D1CE4E5B9ULL;
-  key = (key ^ key >> 27U) * 0x94D049BB133111EBULL;
-  return key ^ key >> 31U;
-}
 
 bool same(const std::array<Index, 8>& a, const std::array<Index, 8>& b) {
   Index differ = 0;

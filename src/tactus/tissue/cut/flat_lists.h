@@ -22,6 +22,13 @@ inline std::uint64_t hash_of(const std::array<Index, 4>& key) {
   return sum;
 }
 
+/// Looks random, and does for sums (splitmix64).
+inline std::uint64_t mixed(std::uint64_t key) {
+  key = (key ^ key >> 30U) * 0xBF58476D1CE4E5B9ULL;
+  key = (key ^ key >> 27U) * 0x94D049BB133111EBULL;
+  return key ^ key >> 31U;
+}
+
 /// So many cubes may fall apart in a frame before lists grow.
 inline constexpr std::size_t kFrameSplits = 512;
 /// Room for so many values, with its pages in place: a frame that fills it waits for none.

@@ -78,7 +78,7 @@ double BladeStrip::area_m2() const {
   return area;
 }
 
-void BladeStrip::triangles(std::vector<NamedTriangle>& found) const {
+void BladeStrip::add_triangles_to(std::vector<NamedTriangle>& found) const {
   for_each_triangle(
       [&](const NamedPoint& a, const NamedPoint& b, const NamedPoint& c) { found.emplace_back(a, b, c); });
 }
@@ -223,7 +223,7 @@ LatticeCutter::Marked LatticeCutter::mark(const BladeStrip& strip, std::span<con
   journal_.edges.clear();
   journal_.cubes.clear();
   strip_.clear();
-  strip.triangles(strip_);
+  strip.add_triangles_to(strip_);
   find_cubes_in(strip.box_m(), x_m);
   crossed_.resize(std::max(crossed_.size(), found_.size()));
   cpu_for(found_.size(), 16, [&](std::size_t k) { find_crossed(found_[k], x_m, crossed_[k]); });

@@ -22,8 +22,8 @@ struct BladeStrip {
 
   Box3f box_m() const;
   double area_m2() const;
-  /// Adds its triangles, with names that nodes don't have.
-  void triangles(std::vector<NamedTriangle>& found) const;
+  /// With names that nodes don't have.
+  void add_triangles_to(std::vector<NamedTriangle>& found) const;
 
  private:
   template <class F>
