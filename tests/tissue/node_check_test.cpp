@@ -26,7 +26,7 @@ TEST_P(NodeCheckOnDevices, TheFirstBadNodeAndTheFastestAreNamed) {
     std::vector<Vec3f> x(1000, Vec3f{1, 2, 3}), v(1000, Vec3f{0.1F, 0, 0});
     change(x, v);
     const Buffer<Vec3f> x_m = to_device(ctx, x), v_m_s = to_device(ctx, v);
-    check.check(ctx, x_m.const_view(), v_m_s.const_view(), {}, substep);
+    check.check(ctx, x_m.size(), x_m.const_view(), v_m_s.const_view(), {}, substep);
     ctx.synchronize();
   };
   const auto report = [&ctx](NodeCheck& of) {

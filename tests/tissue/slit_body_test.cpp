@@ -29,10 +29,13 @@ struct Motion {
   friend bool operator==(const Motion&, const Motion&) = default;
 };
 
+/// Nodes that are not in use stand still.
 std::vector<Vec3f> wild(const CubeLattice& lattice) {
   std::vector<Vec3f> v;
   for (const Vec3f p : lattice.rest_positions_m())
     v.push_back({-9 * p.z + 0.2F, 6 * p.x * (p.y > 0.01F ? 1.F : -1.F), 9 * p.x - 2 * p.y});
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (!(lattice.node_mass_kg[i] > 0)) v[i] = {};
   return v;
 }
 

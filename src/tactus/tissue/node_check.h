@@ -16,19 +16,23 @@ class NodeCheck {
   void begin_frame(ExecContext& ctx) {
     ctx.parallel_for("node check/clear", records_.size(), ClearRecords{records_.view()});
   }
-  /// @param only_matched per node: 1: in no element; empty: all are
+  /// @param nodes the first so many are looked at @param only_matched per node: 1: in no element; empty: all
+  /// are
   /// @param frame when given, `substep` counts in a recorded block, and nodes are looked at after every so
   /// many of the frame's substeps and after the last
-  void check(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s, View<const Index> only_matched,
-             Index substep, View<const FrameParams> frame = {}, Index every = 1) {
-    ctx.parallel_for("node check/nodes", records_.size(),
-                     CheckNodes{x_m, v_m_s, only_matched, {}, {}, records_.view(), substep, frame, every});
+  void check(ExecContext& ctx, const Count& nodes, View<const Vec3f> x_m, View<const Vec3f> v_m_s,
+             View<const Index> only_matched, Index substep, View<const FrameParams> frame = {},
+             Index every = 1) {
+    ctx.parallel_for(
+        "node check/nodes", records_.size(),
+        CheckNodes{nodes, x_m, v_m_s, only_matched, {}, {}, records_.view(), substep, frame, every});
   }
   /// Of nodes that are in cells.
   void check(ExecContext& ctx, View<const Index> cell, const NodeFields& fields, Index substep,
              View<const FrameParams> frame, Index every) {
-    ctx.parallel_for("node check/nodes", records_.size(),
-                     CheckNodes{{}, {}, {}, cell, fields, records_.view(), substep, frame, every});
+    ctx.parallel_for(
+        "node check/nodes", records_.size(),
+        CheckNodes{cell.size(), {}, {}, {}, cell, fields, records_.view(), substep, frame, every});
   }
   /// Finds the earliest bad node, of several the lowest, and the fastest of the others. Asynchronous.
   void summarise(ExecContext& ctx) {

@@ -31,6 +31,7 @@ struct NodeCheckRecord {
 struct CheckNodes {
   static constexpr int kThreads = 256, kStrip = 16, kStrips = kThreads / kStrip;
   static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
+  Count nodes;
   View<const Vec3f> x_m, v_m_s;
   View<const Index> only_matched;  ///< per node: 1: in no element; or empty: all are in elements
   View<const Index> cell;          ///< or nodes are in these cells
@@ -58,22 +59,45 @@ struct CheckNodes {
     constexpr float kLimit = kMost * kMost, kBad = 4.F * kLimit;
     const Index first = b.index() * kThreads;
     const bool in_cells = fields.cells > 0;
-    const int count = min(Index{kThreads}, (in_cells ? cell.size() : x_m.size()) - first);
-    b.for_threads(count, [&](int t) {
-      const Vec3f x = in_cells ? fields.position(cell[first + t]) : x_m[first + t],
-                  v = in_cells ? fields.velocity(cell[first + t]) : v_m_s[first + t];
-      const float speed2 = dot(v, v);
-      const bool is_bad = !(speed2 < kLimit && dot(x, x) < kLimit),
-                 is_of_element = only_matched.empty() || only_matched[first + t] == 0;
-      s.speed2[t] = is_bad ? kBad : speed2;
-      s.element_speed2[t] = is_bad || !is_of_element ? 0.F : speed2;
-    });
+    const int count = min(Index{kThreads}, nodes.get() - first);
+    if (count <= 0) return;
+    const auto judge = [&](int t, float place2, float speed2, Index is_matched) TACTUS_ALWAYS_INLINE {
+      const float known2 = speed2 < kLimit && place2 < kLimit ? speed2 : kBad;
+      s.speed2[t] = known2;
+      s.element_speed2[t] = known2 == kBad || is_matched != 0 ? 0.F : known2;
+    };
+    // Each loop for itself, for its lanes.
+    if (in_cells) {
+      b.for_threads(count, [&](int t) {
+        const Vec3f x = fields.position(cell[first + t]), v = fields.velocity(cell[first + t]);
+        judge(t, dot(x, x), dot(v, v), 0);
+      });
+    } else {
+      const Vec3f *x = x_m.data() + first, *v = v_m_s.data() + first;
+      const auto squared = [](const Vec3f* a, int t) TACTUS_ALWAYS_INLINE {
+        return a[t].x * a[t].x + a[t].y * a[t].y + a[t].z * a[t].z;
+      };
+      if (only_matched.empty()) {
+        b.for_threads(count, [&](int t) { judge(t, squared(x, t), squared(v, t), 0); });
+      } else {
+        const Index* matched = only_matched.data() + first;
+        b.for_threads(count, [&](int t) { judge(t, squared(x, t), squared(v, t), matched[t]); });
+      }
+    }
+    const float fastest2 = records[b.index()].fastest2_m2_s2;
     b.for_threads(ceil_div(count, kStrip), [&](int strip) {
       NodeCheckRecord found{};
       const int begin = strip * kStrip, end = min(begin + kStrip, count);
+      float most2 = 0, most_element2 = 0;
+#pragma omp simd reduction(max : most2, most_element2)
       for (int t = begin; t < end; ++t) {
+        most2 = max(most2, s.speed2[t]);
+        most_element2 = max(most_element2, s.element_speed2[t]);
+      }
+      found.fastest_element2_m2_s2 = most_element2;
+      // Seldom is a node faster than all were before, or bad.
+      for (int t = begin; t < end && most2 > fastest2; ++t) {
         if (s.speed2[t] == kBad && found.bad_node < 0) found.bad_node = first + t;
-        found.fastest_element2_m2_s2 = max(found.fastest_element2_m2_s2, s.element_speed2[t]);
         if (!(s.speed2[t] > found.fastest2_m2_s2) || s.speed2[t] == kBad) continue;
         found.fastest2_m2_s2 = s.speed2[t];
         found.fastest_node = first + t;

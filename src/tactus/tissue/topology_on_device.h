@@ -32,14 +32,15 @@ class ChangeLists {
     put(change.cut, cut_, cubes);
     put(change.copies, copies_, copies);
     put(change.nodes, nodes_, nodes);
-    copies_end = 0;
+    copies_end = nodes_end = 0;
     for (const cut::LocalCopy& copy : change.copies) copies_end = std::max(copies_end, copy.copy + 1);
+    for (const cut::LocalNode& node : change.nodes) nodes_end = std::max(nodes_end, node.node + 1);
     ctx.synchronize();
   }
   View<const Index> cubes;
   View<const cut::LocalCopy> copies;
   View<const cut::LocalNode> nodes;
-  Index copies_end = 0;  ///< no copy of the change has this number or a higher one
+  Index copies_end = 0, nodes_end = 0;  ///< no copy or node of the change has this number or a higher one
 
  private:
   Buffer<Index> cut_;

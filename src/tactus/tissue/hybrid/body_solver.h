@@ -138,10 +138,11 @@ class BodySolver {
       if (patch_check) patch_check->check(ctx, cells(tissue.window().patch), fields, k, frame, every);
     }
     void check_now(int k, View<const FrameParams> frame, int every) {
-      node_check.check(ctx, own(state.x_m), own(state.v_m_s), own(tissue.only_matched()), k, frame, every);
+      node_check.check(ctx, tissue.own_in_use(), own(state.x_m), own(state.v_m_s), own(tissue.only_matched()),
+                       k, frame, every);
       if (!patch_check) return;
       const Slab patch = tissue.window().patch;
-      patch_check->check(ctx, state.x_m.const_view().part(patch.begin, patch.count()),
+      patch_check->check(ctx, patch.count(), state.x_m.const_view().part(patch.begin, patch.count()),
                          state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
     }
     /// Of all nodes of the body, those that it holds.

@@ -232,15 +232,16 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k) {
-  move_nodes(ctx, state, step, k, window_.own);
-  if (window_.patch.count() > 0) move_nodes(ctx, state, step, k, window_.patch);
+  move_nodes(ctx, state, step, k, window_.own, own_in_use());
+  if (window_.patch.count() > 0) move_nodes(ctx, state, step, k, window_.patch, window_.patch.count());
 }
 
-void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes) {
+void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes,
+                        const Count& used) {
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
   const auto own = [&](auto view) { return view.part(nodes.begin, nodes.count()); };
   ctx.parallel_for(
-      "hybrid/integrate", nodes.count(),
+      "hybrid/integrate", used,
       hybrid::Integrate{.x_m = own(state.x_m.view()),
                         .v_m_s = own(state.v_m_s.view()),
                         .f_ext_N = own(state.f_ext_N.const_view()),

@@ -70,6 +70,11 @@ class Hybrid {
   const std::optional<Flsm>& flsm() const { return flsm_; }
   /// What the state holds and what moves here.
   const NodeWindow& window() const { return window_; }
+  /// Own nodes up to the last one that is in use.
+  Count own_in_use() const {
+    return has_elements_ && window_.own.count() == tled_.node_count() ? tled_.nodes_in_use()
+                                                                      : window_.own.count();
+  }
   /// What it keeps from frame to frame.
   void archive(ExecContext& ctx, StateArchive& a) {
     tled_.archive(ctx, a);
@@ -97,7 +102,8 @@ class Hybrid {
  private:
   struct Layout;
   Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model);
-  void move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes);
+  void move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes,
+                  const Count& used);
 
   Tled tled_;
   /// Where this device has a node of the body that lies in its layers.

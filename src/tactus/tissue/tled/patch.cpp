@@ -7,7 +7,8 @@
 namespace tactus::tled {
 
 Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
-             View<const Index> cell, const OwnNodes& own, Index first_virtual_cell, Index history_fields)
+             View<const Index> cell, const OwnNodes& own, Index used, Index first_virtual_cell,
+             Index history_fields)
     : own_(own), first_virtual_cell_(first_virtual_cell) {
   if (copies.empty()) return;
   Device& device = ctx.device();
@@ -24,22 +25,24 @@ Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::sp
   node_count_ = Buffer<Index>(device, 1);
   for (Buffer<float>& history : history_Pa_)
     history = to_device(ctx, std::vector<float>(static_cast<std::size_t>(history_fields) * copies.size()));
+  use(0, used);
   for (Index c = 0; c < count; ++c)
-    if (stiffness[static_cast<std::size_t>(c)].mu_Pa > 0) use(c + 1);
+    if (stiffness[static_cast<std::size_t>(c)].mu_Pa > 0) use(c + 1, used);
   used_on_device_ = to_device(ctx, std::span<const Index>(used_));
   sort_corners(ctx, count);
   ctx.synchronize();
 }
 
-void Patch::rebuild(ExecContext& ctx, Index end) {
-  use(end);
+void Patch::rebuild(ExecContext& ctx, Index copies_end, Index nodes_end) {
+  use(copies_end, nodes_end);
   ctx.upload(std::span<const Index>(used_), used_on_device_.view());
   sort_corners(ctx, used_[0]);
 }
 
-void Patch::use(Index copies) {
+void Patch::use(Index copies, Index nodes) {
   used_[0] = std::max(used_[0], copies);
   used_[1] = copy_blocks(used_[0]);
+  used_[2] = std::max(used_[2], nodes);
 }
 
 /// Corners of copies behind `copies` have no node, and stay behind the others.

@@ -20,14 +20,17 @@ class Patch {
  public:
   Patch() = default;
   /// @param cell per node: where Tled keeps it
-  /// @param own nodes that move on this device
+  /// @param own nodes that move on this device @param used nodes up to the last one that is in use
   /// @param history_fields of relaxing cubes; 0: none
   Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
-        View<const Index> cell, const OwnNodes& own, Index first_virtual_cell, Index history_fields);
+        View<const Index> cell, const OwnNodes& own, Index used, Index first_virtual_cell,
+        Index history_fields);
 
   /// Copies that there is room for.
   Index room() const { return copies_.size(); }
   bool has_room() const { return room() > 0; }
+  /// Nodes up to the last one that was ever in use: there are fewer than there is room for.
+  Count nodes_in_use() const { return {used_on_device_.const_view().part(2, 1), cell_.size()}; }
   View<embed::CubeNodes> copies() { return copies_.view(); }
   View<Stiffness> stiffness() { return stiffness_.view(); }
   View<const Stiffness> stiffness() const { return stiffness_.const_view(); }
@@ -40,9 +43,9 @@ class Patch {
   View<const float> history_before(int k) const { return history_Pa_[at(k)].const_view(); }
   View<float> history_after(int k) { return history_Pa_[at(k + 1)].view(); }
 
-  /// Sorts the corners of copies by node. Asynchronous, allocates nothing. @param end no copy from there on
-  /// is new
-  void rebuild(ExecContext& ctx, Index end);
+  /// Sorts the corners of copies by node. Asynchronous, allocates nothing. @param copies_end, nodes_end no
+  /// copy or node from there on is new
+  void rebuild(ExecContext& ctx, Index copies_end, Index nodes_end);
   /// Keeps the external accelerations that load() of the tiles found.
   void load(ExecContext& ctx, View<const float> external_m_s2, Index cells);
   /// What copies exert for these positions.
@@ -71,11 +74,12 @@ class Patch {
   /// Nodes that copies have.
   Count nodes() const { return {node_count_.const_view(), first_.size()}; }
 
-  void use(Index copies);
+  void use(Index copies, Index nodes);
   void sort_corners(ExecContext& ctx, Index copies);
 
   OwnNodes own_;
-  std::array<Index, 2> used_{};  ///< copies up to the last one that was ever in use; blocks of CopyForces
+  std::array<Index, 3>
+      used_{};  ///< up to the last one that was ever in use: copies, blocks of CopyForces, nodes
   Buffer<Index> used_on_device_;
   Index first_virtual_cell_ = 0;
   Buffer<Index> cell_;  ///< per node

@@ -214,6 +214,15 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   make_patch(ctx, lattice, of_copies, own_layers, plan.first_virtual_cell);
 }
 
+/// Where a device has all of a body, virtual nodes that are not in use come last.
+Index Tled::used_nodes(const CubeLattice& lattice, Slab own_layers) {
+  if (own_layers.count() < lattice.node_dims.z) return lattice.node_count();
+  Index used = lattice.regular_nodes();
+  for (std::size_t k = 0; k < lattice.virtual_nodes.size(); ++k)
+    if (lattice.virtual_nodes[k] >= 0) used = lattice.regular_nodes() + static_cast<Index>(k) + 1;
+  return used;
+}
+
 void Tled::make_patch(ExecContext& ctx, const CubeLattice& lattice,
                       std::span<const tled::Stiffness> stiffness, Slab own_layers, Index first_virtual_cell) {
   std::vector<embed::CubeNodes> copies(stiffness.size());
@@ -226,7 +235,8 @@ void Tled::make_patch(ExecContext& ctx, const CubeLattice& lattice,
   patch_ =
       tled::Patch(ctx, copies, stiffness, cell_.const_view(),
                   {own.first_node, own.first_node + own.lattice.node_count(), of_patch.begin, of_patch.end},
-                  first_virtual_cell, relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
+                  used_nodes(lattice, own_layers), first_virtual_cell,
+                  relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
 }
 
 tled::Stiffness Tled::copy_stiffness(Index of_cube, float fill) const {
@@ -257,7 +267,7 @@ void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
                                    .cells = grid_.cells});
   ctx.parallel_for("tled/set_masses", change.nodes.size(),
                    cut::SetCellMasses{change.nodes, cell_.const_view(), inverse_mass_per_kg_.view()});
-  patch_.rebuild(ctx, change.copies_end);
+  patch_.rebuild(ctx, change.copies_end, change.nodes_end);
 }
 
 template <class Cube, class Sink>
@@ -277,7 +287,7 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
-  ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
+  ctx.parallel_for("tled/load_positions", nodes_in_use(), load_positions(state));
   sum_forces(ctx, Tiles::all, 0, time, tled::StoreForces{f_N_.view(), grid_.cells});
   find_patch_forces(ctx, 0, time);
   if (patch_.has_room()) patch_.add_to(ctx, f_N_.view(), grid_.cells);
@@ -404,7 +414,7 @@ void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const Frame
 }
 
 void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
-  ctx.parallel_for("tled/load_positions", node_count(), load_positions(state));
+  ctx.parallel_for("tled/load_positions", nodes_in_use(), load_positions(state));
   const Index tiled = ceil_div(own_cubes_.count(), tled::FindExtremes::kThreads);
   const float gradient = 1 / (4 * spacing_m_);
   ctx.parallel_for(

@@ -92,6 +92,8 @@ class Tled {
   float damping_time_s() const { return damping_time_s_; }
 
   Index node_count() const { return cell_.size(); }
+  /// Nodes up to the last one that is in use, of those that there is room for.
+  Count nodes_in_use() const { return patch_.has_room() ? patch_.nodes_in_use() : node_count(); }
   /// Forces of the last compute_forces, on the host. Synchronizes.
   std::vector<Vec3f> forces_N(ExecContext& ctx) const;
 
@@ -119,6 +121,7 @@ class Tled {
   /// Of the copies in the patch.
   void find_patch_forces(ExecContext& ctx, int k, const StepTime& time);
   tled::MoveNodes move_nodes(const TledStep& step, int k);
+  static Index used_nodes(const CubeLattice& lattice, Slab own_layers);
   void make_patch(ExecContext& ctx, const CubeLattice& lattice, std::span<const tled::Stiffness> stiffness,
                   Slab own_layers, Index first_virtual_cell);
   /// Reads what move k - 1 left.
