@@ -38,7 +38,7 @@ void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& bloc
 
 void apply(ExecContext& ctx, Index end_point, const WeighPoints& kernel) {
   const TouchingPoints& body = kernel.body;
-  ctx.parallel_for("contact/weigh", end_point - body.first, kernel);
+  ctx.parallel_for("contact/weigh", kernel.blocks.size(), kernel);
   ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
                    ApplyContacts{body, end_point, kernel.times});
 }
@@ -83,7 +83,7 @@ void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints&
                               surface.samples(),
                               body,
                               4 * body.reach_m});
-  apply(ctx, points.count(), {body, poses, 1, times_});
+  apply(ctx, points.count(), {body, points.blocks().points, poses, 1, times_});
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
@@ -119,7 +119,8 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
           kListMargin * spacing_m,
           now},
          points.blocks(), first_block, end_block);
-  apply(ctx, end, {body, poses, 0, times_});
+  apply(ctx, end,
+        {body, points.blocks().points.part(first_block, end_block - first_block), poses, 0, times_});
 }
 
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,

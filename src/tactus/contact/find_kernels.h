@@ -17,8 +17,8 @@ struct WakePoints {
   PointBlocks blocks;
   Index first_block = 0;
   struct Shared {
-    float node_moved2_m2[8 * kBlockPoints];
-    float sleep_m[kBlockPoints];  ///< of those that were looked at; else < 0
+    float node_moved2_m2[kThreads];  ///< the most of each thread's
+    float sleep_m[kBlockPoints];     ///< of those that were looked at; else < 0
   };
   TACTUS_HD void load() { finder.load(); }
 
@@ -30,6 +30,7 @@ struct WakePoints {
                 count = blocks.points[block].end - first;
     if (count == 0) return;  // room
     const float moved_m = block_moved_m(b, s, block);
+    if (Block::kIsLoop && moved_m != kNever && moved_m < least_sleep_m(first, count)) return;
     b.for_threads(count, [&](int t) {
       s.sleep_m[t] = -1;
       if (moved_m != kNever && moved_m < blocks.sleep_m[first + t]) return;
@@ -48,6 +49,30 @@ struct WakePoints {
 
  private:
   static constexpr float kNever = -1;
+  /// Where a block's nodes are, for a CPU's lanes.
+  struct BlockNodes {
+    float x[8 * kBlockPoints], y[8 * kBlockPoints], z[8 * kBlockPoints];
+    /// How far the farthest moved as one owner sees it, squared.
+    template <class T, class N>
+    TACTUS_HD float moved2_m2(const Vec3f* x_then_m, Index count, const T& seen_then,
+                              const N& seen_now) const {
+      // What is declared in a loop with lanes would be an array.
+      const auto of_node = [&](Index k) TACTUS_ALWAYS_INLINE {
+        const Vec3f moved = seen_now(Vec3f{x[k], y[k], z[k]}) - seen_then(x_then_m[k]);
+        return dot(moved, moved);
+      };
+      float most = 0;
+#pragma omp simd reduction(max : most)
+      for (Index k = 0; k < count; ++k) most = max(most, of_node(k));
+      return most;
+    }
+  };
+  TACTUS_HD float least_sleep_m(Index first, Index count) const {
+    float least = 1e30F;
+#pragma omp simd reduction(min : least)
+    for (Index i = first; i < first + count; ++i) least = min(least, blocks.sleep_m[i]);
+    return least;
+  }
   /// How far a node of the block moved, at most, since the block was looked at; kNever: in this frame, it
   /// never was.
   template <class Block>
@@ -57,19 +82,15 @@ struct WakePoints {
     const Index first = blocks.lists[block].begin, count = blocks.lists[block].end - first;
     const auto node_m = [&](int k) { return finder.body.nodes.position(blocks.nodes[first + k]); };
     if constexpr (Block::kIsLoop) {  // loops over nodes alone, for their lanes
-      Vec3f x_m[8 * kBlockPoints];
-      b.for_range(count, [&](int k) {
-        x_m[k] = node_m(k);
-        s.node_moved2_m2[k] = 0;
-      });
-      finder.for_each_owner(then, [&](auto&& seen_then, auto&& seen_now) {
-        b.for_range(count, [&](int k) TACTUS_ALWAYS_INLINE {
-          const Vec3f moved = seen_now(x_m[k]) - seen_then(blocks.x_m[first + k]);
-          s.node_moved2_m2[k] = max(s.node_moved2_m2[k], dot(moved, moved));
-        });
-      });
+      BlockNodes now;
+      for (Index k = 0; k < count; ++k) {
+        const Vec3f p = node_m(k);
+        now.x[k] = p.x, now.y[k] = p.y, now.z[k] = p.z;
+      }
       float most = 0;
-      for (Index k = 0; k < count; ++k) most = max(most, s.node_moved2_m2[k]);
+      finder.for_each_owner(then, [&](auto&& seen_then, auto&& seen_now) {
+        most = max(most, now.moved2_m2(blocks.x_m.data() + first, count, seen_then, seen_now));
+      });
       return tactus::sqrt(most);
     } else {
       b.for_each_thread([&](int t) {

@@ -154,7 +154,8 @@ struct TouchingPoints {
 /// substep now and then, by rounding or because it swings, and must not creep with each time.
 inline constexpr Index kLingering = 8;
 
-/// Thread: point. What the impulse of a touching point moves; with that, what it does to its owner is noted.
+/// Block: points that sleep together, of which mostly none touches. What the impulse of a touching point
+/// moves; with that, what it does to its owner is noted.
 ///
 /// A point that is a mean of nodes, u = sum w_k v_k, changes by sum w_k²/m_k J under an impulse J on it.
 /// Points share nodes, so all of them together change a point's velocity by more than its own impulse does:
@@ -164,23 +165,37 @@ inline constexpr Index kLingering = 8;
 /// which for a reflection with e <= 1 and friction is never above 0, and what all points want alike they get
 /// in one go.
 struct WeighPoints {
+  static constexpr int kThreads = kBlockPoints, kGrain = 64;
+  using Shared = NoShared;
   TouchingPoints body;
+  View<const IndexRange> blocks;
   View<const SurfacePoses> poses;
   Index is_push_out;   ///< != 0: counts as that, not as contact
   ContactTimes times;  ///< nothing moves in a frame without substeps
   TACTUS_HD void load() { times.load(); }
-  TACTUS_HD void operator()(Index thread) const {
-    if (thread == 0) body.state.awake.count[0] = 0;
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    if (b.index() == 0) body.state.awake.count[0] = 0;
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
-    const Index i = body.first + thread;
-    if (body.state.touching[i] != 1) return;
+    const Index first = blocks[b.index()].begin, count = blocks[b.index()].end - first;
+    if (Block::kIsLoop && !any_touches(first, count)) return;
+    b.for_each_thread([&](int t) {
+      if (t < count && body.state.touching[first + t] == 1) weigh(first + t);
+    });
+  }
+
+ private:
+  TACTUS_HD bool any_touches(Index first, Index count) const {
+    Index touching = 0;
+    for (Index i = first; i < first + count; ++i) touching |= body.state.touching[i] == 1 ? 1 : 0;
+    return touching != 0;
+  }
+  TACTUS_HD void weigh(Index i) const {
     const float mass = body.state.mass_kg[i] = 1.F / inverse_mass(i);
     const PointContact& contact = body.state.contact[i];
     if (body.table.points[i].weight[0] != 0.F && body.table.rows[8 * i] < body.table.own)
       note(i, contact, -mass * contact.kick_m_s);
   }
-
- private:
   /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
   /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
   /// Without branches: all is read at once.
@@ -230,6 +245,7 @@ struct ApplyContacts {
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
     const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.moved - first);
     const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
+    if (Block::kIsLoop && !any_touched(first, count)) return;
     b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
       Vec3f impulse{}, push{};
       const IndexRange points = body.table.lists[first + g];
@@ -244,6 +260,11 @@ struct ApplyContacts {
   }
 
  private:
+  TACTUS_HD bool any_touched(Index first, Index count) const {
+    std::uint32_t weights = 0;
+    for (Index row = first; row < first + count; ++row) weights |= body.state.node_weight[row];
+    return weights != 0U;
+  }
   TACTUS_HD void add_point(Index entry, Vec3f& impulse, Vec3f& push) const {
     const Index i = entry / 8, corner = entry % 8;
     if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
@@ -284,8 +305,9 @@ struct DeepRescue {
       PointContact& contact = body.state.contact[i];
       contact.push_m = contact.kick_m_s = {};
     }
-    const Vec3f leader = body.nodes.position(body.table.points[i].node[0]);
     const SurfacePoses& all = boundaries.poses[0];
+    if (all.count == 0) return;
+    const Vec3f leader = body.nodes.position(body.table.points[i].node[0]);
     for (Index k = 0; k < all.count; ++k) {
       const Vec3f near = all.piece[k].to_capture(leader);
       // What is inside a closed surface is inside its box.
