@@ -51,7 +51,6 @@ void SoftBody::make_cuttable(ExecContext& ctx) {
   cutter_.emplace(lattice, std::move(may_cut), shape_.surface_m, to_host(ctx, surface_.anchors()),
                   cut::CutSurface::Room{room.vertices, room.triangles});
   cutter_->take_room_for(change_);
-  last_x_m_ = lattice.rest_positions_m();
 }
 
 void SoftBody::make_points() {
@@ -63,10 +62,23 @@ void SoftBody::make_points() {
         cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.first_count, room);
 }
 
+/// Whether no point of the strip, nor of its blade's trail, is in reach of the body.
+bool SoftBody::is_far(const cut::BladeStrip& strip, const Trail& trail) const {
+  if (!(motion_.mass_kg > 0)) return false;
+  const Vec3f low = vec_cast<float>(motion_.low_m), high = vec_cast<float>(motion_.high_m);
+  Box3f box{strip.begin_m.front(), strip.begin_m.front()};
+  for (const auto* points_m : {&strip.begin_m, &strip.end_m, &trail.last_m, &trail.older_m})
+    for (const Vec3f p : *points_m) box = {min(box.min, p), max(box.max, p)};
+  const Vec3f apart = max(box.min - high, low - box.max);
+  return max(apart.x, max(apart.y, apart.z)) > carry_reach_m();
+}
+
+float SoftBody::carry_reach_m() const { return 3 * shape_.lattice.spacing_m; }
+
 /// Each point goes as far as the node that is nearest to it, if one is near.
-void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) {
-  if (points_m.empty()) return;
-  const float reach_m = 3 * shape_.lattice.spacing_m;
+void SoftBody::carry(std::vector<Vec3f>& points_m) {
+  if (points_m.empty() || last_x_m_.empty()) return;
+  const float reach_m = carry_reach_m();
   last_blocks_.build(last_x_m_);
   Box3f around{points_m.front(), points_m.front()};
   for (const Vec3f p : points_m) around = {min(around.min, p), max(around.max, p)};
@@ -83,11 +95,11 @@ void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) {
     for (const std::size_t b : near) {
       if (square_to(last_blocks_.boxes()[b], p, p) >= least_m2) continue;
       const std::size_t first = b * cut::PointBlocks::kSize;
-      for (std::size_t i = first; i < std::min(first + cut::PointBlocks::kSize, x_m.size()); ++i) {
+      for (std::size_t i = first; i < std::min(first + cut::PointBlocks::kSize, x_m_.size()); ++i) {
         const Vec3f d = last_x_m_[i] - p;
         if (dot(d, d) >= least_m2 || shape_.lattice.node_mass_kg[i] == 0) continue;
         least_m2 = dot(d, d);
-        moved_m = x_m[i] - last_x_m_[i];
+        moved_m = x_m_[i] - last_x_m_[i];
       }
     }
     p += moved_m;
@@ -96,8 +108,12 @@ void SoftBody::carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m) {
 
 cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
                              const TellCut& told) {
-  const std::vector<Vec3f> x_m = positions_m(ctx);
   Trail& trail = trails_[blade];
+  if (is_far(strip, trail)) {
+    trail = {};
+    return {};
+  }
+  if (x_m_.empty()) x_m_ = positions_m(ctx);
   // Points along the edge, as many in every frame of a stroke.
   const auto samples = [&](const std::vector<Vec3f>& edge_m) {
     std::vector<Vec3f> points_m{edge_m.front()};
@@ -117,23 +133,21 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
     }
     trail.last_m = samples(strip.begin_m);
   }
-  carry(trail.last_m, x_m);
-  carry(trail.older_m, x_m);
+  carry(trail.last_m);
+  carry(trail.older_m);
   const std::vector<Vec3f> now_m = samples(strip.end_m);
   cut::CutReport report;
-  if (!trail.older_m.empty())
-    cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, x_m, told, report);
-  cut_along(ctx, {trail.last_m, now_m, strip.frame}, trail.older_m.empty() ? x_m : positions_m(ctx), told,
-            report);
+  if (!trail.older_m.empty()) cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, told, report);
+  cut_along(ctx, {trail.last_m, now_m, strip.frame}, told, report);
   if (report.cut_cubes > 0) surface_.update(ctx, tissue_.body());
   trail.older_m = std::exchange(trail.last_m, now_m);
   trail.frame = strip.frame;
   return report;
 }
 
-void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
-                         const TellCut& told, cut::CutReport& sum) {
-  const cut::CutReport report = cutter_->cut(strip, x_m, change_);
+void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, const TellCut& told,
+                         cut::CutReport& sum) {
+  const cut::CutReport report = cutter_->cut(strip, x_m_, change_);
   journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
   sum.cut_cubes += report.cut_cubes;
   sum.area_m2 += report.area_m2;
@@ -154,8 +168,9 @@ void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const Tell
   for (const TopologyChange::Copy& copy : change.copies) wall_changes_.cubes.insert(copy.cube);
   for (const TopologyChange::Triangle& t : change.triangles) wall_changes_.triangles.insert(t.triangle);
   tactus::apply(change, shape_.lattice);
-  for (const TopologyChange::Node& node : change.nodes)
-    if (node.from >= 0) last_x_m_[at(node.node)] = last_x_m_[at(node.from)];
+  for (std::vector<Vec3f>* of_nodes : {&x_m_, &last_x_m_})
+    for (const TopologyChange::Node& node : change.nodes)
+      if (node.from >= 0 && !of_nodes->empty()) (*of_nodes)[at(node.node)] = (*of_nodes)[at(node.from)];
   std::vector<PointChange> points;
   if (points_.count() > 0) {
     points = cut_points_.update(cutter_->lattice(), cutter_->surface(), change);

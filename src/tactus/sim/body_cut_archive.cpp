@@ -46,7 +46,9 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
   a.check(edges_of.size() == cubes_of.size(), "cubes of strips");
   archive_list(a, "strokes of strips", origins, size_of(edges_of));
   a.check(edges_of.size() == origins.size(), "strokes of strips");
-  a.values("nodes when blades cut last", last_x_m_);
+  archive_list(a, "nodes when blades cut last", last_x_m_, shape_.lattice.node_count());
+  a.check(last_x_m_.empty() || size_of(last_x_m_) == shape_.lattice.node_count(),
+          "nodes when blades cut last");
   archive_trails(a);
   if (!a.reads()) return;
   auto edge = edges.begin();

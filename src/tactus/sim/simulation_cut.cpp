@@ -74,7 +74,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       else
         score.pending_m += way_m(strip);
     }
-    body->remember_nodes(ctx);
+    body->remember_nodes();
     if (has_changed) follow_cuts(k, report.notices);
   }
   tracked_blades_.forget_strips();

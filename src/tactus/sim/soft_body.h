@@ -133,8 +133,11 @@ class SoftBody {
                     const std::function<void()>& end_frame);
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
-  /// At the end of a frame that cuts follow. Synchronizes.
-  void remember_nodes(ExecContext& ctx) { last_x_m_ = positions_m(ctx); }
+  /// After all blades cut in a frame.
+  void remember_nodes() {
+    last_x_m_.swap(x_m_);
+    x_m_.clear();
+  }
   /// Its surface as a liquid feels it, all of it. Synchronizes.
   WallChange walls(ExecContext& ctx);
   /// What cuts changed of it since the last call, or since walls().
@@ -187,9 +190,16 @@ class SoftBody {
   std::string impossible_state() const;
   void make_cuttable(ExecContext& ctx);
   void make_points();
-  void carry(std::vector<Vec3f>& points_m, std::span<const Vec3f> x_m);
-  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, std::span<const Vec3f> x_m,
-                 const TellCut& told, cut::CutReport& sum);
+  /// Where a blade's edge was in the last two frames, moved with the body.
+  struct Trail {
+    std::vector<Vec3f> older_m = {}, last_m = {};
+    int frame = -1;
+    std::vector<int> parts = {};  ///< of each segment of the edge
+  };
+  bool is_far(const cut::BladeStrip& strip, const Trail& trail) const;
+  float carry_reach_m() const;
+  void carry(std::vector<Vec3f>& points_m);
+  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, const TellCut& told, cut::CutReport& sum);
   void archive_trails(StateArchive& a);
   void follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told);
   void warn_of_fast_motion(const NodeMotion& motion) const;
@@ -228,14 +238,9 @@ class SoftBody {
     std::set<Index> vertices, cubes, triangles;
   };
   WallChangeIds wall_changes_;
-  std::vector<Vec3f> last_x_m_;  ///< of nodes, when blades cut last
+  std::vector<Vec3f> x_m_;       ///< of nodes, while blades cut; empty: none is near
+  std::vector<Vec3f> last_x_m_;  ///< in the frame before; empty: none was
   cut::PointBlocks last_blocks_;
-  /// Where a blade's edge was in the last two frames, moved with the body.
-  struct Trail {
-    std::vector<Vec3f> older_m = {}, last_m = {};
-    int frame = -1;
-    std::vector<int> parts = {};  ///< of each segment of the edge
-  };
   std::map<std::size_t, Trail> trails_;
 };
 
