@@ -136,6 +136,65 @@ TEST(TouchingBodies, OverlapAtRestIsNamed) {
   EXPECT_NE(warnings().find("they don't touch one another"), std::string::npos);
 }
 
+/// A stack on corrections in every second substep lies lower by what it goes in more: less than a twentieth
+/// of a spacing for each contact below.
+TEST(TouchingBodies, AStackStandsOnSeldomCorrections) {
+  const auto heights_m = [](int every) {
+    Scene scene = stack_scene();
+    scene.contact.every = every;
+    const Result r = play("cpu", scene, 45);
+    EXPECT_EQ(r.report.substeps % every, 0);
+    std::vector<double> low_m;
+    for (const std::vector<Vec3f>& surface : r.surfaces) {
+      float low = 1;
+      for (const Vec3f& p : surface) low = std::min(low, p.y);
+      low_m.push_back(double{low});
+    }
+    return low_m;
+  };
+  const std::vector<double> often = heights_m(1), seldom = heights_m(2);
+  for (std::size_t b = 1; b < often.size(); ++b) {
+    EXPECT_GT(often[b], seldom[b]);
+    EXPECT_NEAR(seldom[b], often[b], 0.05 * 0.05 * static_cast<double>(b)) << b;
+  }
+}
+
+/// What falls at 3 m/s goes in by less than a spacing before it is corrected, so it stays above what it falls
+/// on, which is two spacings thick.
+TEST(TouchingBodies, WhatFallsQuicklyIsCaughtBySeldomCorrections) {
+  Scene scene = stack_scene();
+  scene.contact.every = 2;
+  scene.bodies.resize(2);
+  scene.bodies[0].fixed.push_back({});
+  scene.bodies[0].fixed[0].where.kind = RegionKind::half_space;
+  scene.bodies[1].material.drag_per_s = 0;
+  scene.bodies[1].placement.position_m.y = 0.6;
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  double fastest_m_s = 0, lowest_m = 2;
+  for (int k = 0; k <= 30; ++k) {
+    const StepReport report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);
+    EXPECT_TRUE(report.notices.empty()) << text_of(report.notices);
+    fastest_m_s = std::max(fastest_m_s, double{simulation.bodies()[1]->fastest_m_s()});
+    if (k > 0) lowest_m = std::min(lowest_m, simulation.bodies()[1]->motion().center_m.y);
+  }
+  EXPECT_GT(fastest_m_s, 2.9);
+  EXPECT_GT(lowest_m, 0.11) << "its middle was in the lower one";
+}
+
+TEST(TouchingBodies, SubstepsThatCorrectionsDontDivideAreNamed) {
+  Scene scene = stack_scene();
+  scene.contact.every = 4;
+  scene.frame.substeps = 6;
+  DeviceSet devices("cpu");
+  try {
+    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    FAIL() << "not refused";
+  } catch (const Error& e) {
+    EXPECT_EQ(std::string(e.what()), "'frame.substeps' is 6, expected a multiple of 'contact.every', 4");
+  }
+}
+
 /// What overlaps at the start is pressed apart, and nothing blows up.
 TEST(TouchingBodies, WhatOverlapsComesApart) {
   Scene scene = stack_scene();

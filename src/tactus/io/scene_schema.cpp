@@ -331,6 +331,12 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
              "whether the walls of an incision touch each other, and the parts of a body that was cut; such "
              "bodies are on one device"},
             c.cut_walls);
+  v.integer({"every",
+             "substeps from one correction of bodies that touch one another, or themselves, to the next. "
+             "Fewer cost "
+             "less, and what is pressed together goes in by about `every`^2 times as much; what is thrown "
+             "may go through"},
+            c.every, {"", 1, 16});
 }
 
 void describe_frame(FieldVisitor& v, FrameDescription& f) {

@@ -312,6 +312,7 @@ struct ContactDescription {
   bool bodies = true;     ///< bodies touch one another
   bool self = false;      ///< each body touches itself
   bool cut_walls = true;  ///< of a body that is cut: the walls of an incision, and parts
+  int every = 1;          ///< substeps from a correction of touching bodies to the next
 };
 /// Whether anything of a body may touch the same body.
 inline bool touches_itself(const ContactDescription& contact, bool cuttable) {

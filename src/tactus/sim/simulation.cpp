@@ -129,7 +129,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
               .friction = static_cast<float>(scene.contact.friction),
               .response = scene.contact.response},
              tracked_blades_.after(obstacle_descriptions(scene, assets))),
-      touching_(devices.context(0), bodies_, scene.contact),
+      touching_(devices.context(0), bodies_, scene.contact, scene.frame),
       readback_(devices),
       schedule_(devices),
       clock_(scene.frame.max_dt_s, scene.frame.dt_s),

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "tactus/base/error.h"
 #include "tactus/base/log.h"
 
 namespace tactus {
@@ -59,7 +60,7 @@ std::optional<BodyOverlap> overlap_at_rest(const TriangleMesh& a, MeshFill fill_
 }
 
 TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_ptr<SoftBody>>& bodies,
-                               const ContactDescription& contact)
+                               const ContactDescription& contact, const FrameDescription& frame)
     : ctx_(ctx) {
   for (std::size_t b = 1; b < bodies.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
@@ -105,6 +106,10 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
                                        ContactSettings{.restitution = static_cast<float>(contact.restitution),
                                                        .friction = static_cast<float>(contact.friction)},
                                        contact.bodies);
+  every_ = contact.every;
+  if (frame.substeps && *frame.substeps % every_ != 0)
+    throw usage_error("'frame.substeps' is " + std::to_string(*frame.substeps) +
+                      ", expected a multiple of 'contact.every', " + std::to_string(every_));
 }
 
 void TouchingBodies::apply(Index body, const cut::BodyCutter& cutter, const TopologyChange& change,
@@ -126,6 +131,7 @@ void TouchingBodies::add_stages(Schedule& schedule, Readback& readback, const Co
   Stage touch{.name = "bodies/touch",
               .timed_as = "bodies",
               .rate = Rate::substep,
+              .every = every_,
               .updates = nodes_,
               .submit = [this, &contact](BlockPlace) { pairs_->correct(ctx_, contact.poses()); }};
   touch.updates.push_back(records);

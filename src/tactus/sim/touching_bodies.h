@@ -24,7 +24,7 @@ class TouchingBodies {
  public:
   /// Warns of bodies that overlap at rest. Synchronizes.
   TouchingBodies(ExecContext& ctx, const std::vector<std::unique_ptr<SoftBody>>& bodies,
-                 const ContactDescription& contact);
+                 const ContactDescription& contact, const FrameDescription& frame);
   /// After the stages of the bodies. `contact` and this must outlive the schedule's runs.
   void add_stages(Schedule& schedule, Readback& readback, const Contact& contact);
   /// Takes a cut of a body over, between frames: its walls touch each other and other bodies. Synchronizes.
@@ -45,6 +45,7 @@ class TouchingBodies {
   std::vector<Index> body_of_;   ///< in the scene's order
   std::vector<Resource> nodes_;  ///< of those
   std::unique_ptr<BodyPairs> pairs_;
+  int every_ = 1;
   std::vector<std::optional<CutSolid>> solid_;  ///< of cuttable ones
   Readback::Place report_;
 };
