@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "support/device_sets.h"
@@ -46,63 +47,102 @@ struct Seen {
   const NearWall& wall(std::size_t i, std::size_t k) const { return walls[kNearWalls * i + k]; }
 };
 
-/// @param impulse_N_s by the wall's side
+/// A surface that is a wall, each vertex on a node of 1 kg, and particles beside it.
+class Walls {
+ public:
+  /// @param parts that the walls are for: with several, no active set follows the liquid @param room for
+  /// particles
+  Walls(DeviceSet& devices, const Surface& surface, Index room, int parts = 1)
+      : ctx_(devices.context(0)),
+        x_(on_device(surface.x_m)),
+        v_(on_device(std::vector<Vec3f>(surface.x_m.size()))),
+        mass_(on_device(std::vector<float>(surface.x_m.size(), 1.F))),
+        count_(ctx_.device(), room),
+        near_(ctx_.device(), std::int64_t{kNearWalls} * room),
+        search_(ctx_.device(), {.max_particles = room, .reach_m = 2 * kSpacing_m}),
+        none_(devices.context(parts - 1).device(), {.max_particles = 1, .reach_m = 2 * kSpacing_m}),
+        walls_(devices, parts, given(surface), kOwner, kSpacing_m, room) {
+    Buffer<Vec3f> no_x(devices.context(parts - 1).device(), 1);
+    none_.build(devices.context(parts - 1), no_x.const_view(), {}, Count(0));
+    devices.synchronize();
+  }
+  void move_nodes(const std::vector<Vec3f>& x_m) {
+    ctx_.upload(x_m, x_.view());
+    ctx_.synchronize();
+  }
+  void cut(const WallChange& change) { walls_.apply(change); }
+  /// What particles see, and what nodes got after each wall had taken an impulse, by its side.
+  Seen look(const std::vector<Vec3f>& points_m, const Vec3f (&impulse_N_s)[kWallSides]) {
+    const auto n = static_cast<Index>(points_m.size());
+    const Buffer<Vec3f> points = on_device(points_m);
+    search_.build(ctx_, points.const_view(), {}, Count(n));
+    ctx_.fill_bytes(count_.view(), 0);
+    ctx_.fill_bytes(near_.view(), 0);
+    ctx_.fill_bytes(v_.view(), 0);
+    walls_.pose([&](int part) -> const NeighbourSearch& { return part == 0 ? search_ : none_; });
+    walls_.find_walls(0, search_, near());
+    std::vector<Index> order(points_m.size()), counts(points_m.size());
+    std::vector<NearWall> found(kNearWalls * points_m.size());
+    const View<NearWall> used = near_.view().part(0, static_cast<Index>(found.size()));
+    ctx_.download(search_.cells().order.part(0, n), std::span(order));
+    ctx_.download(count_.const_view().part(0, n), std::span(counts));
+    ctx_.download(View<const NearWall>(used), std::span(found));
+    ctx_.synchronize();
+    for (NearWall& wall : found) wall.impulse_N_s = impulse_N_s[wall.side];
+    ctx_.upload(std::span<const NearWall>(found), used);
+    walls_.push(0, search_, near());
+    walls_.end_push();
+    Seen seen{std::vector<Index>(points_m.size()), std::vector<NearWall>(found.size()),
+              std::vector<Vec3f>(static_cast<std::size_t>(v_.size()))};
+    ctx_.download(v_.const_view(), std::span(seen.node_v_m_s));
+    ctx_.synchronize();
+    for (std::size_t slot = 0; slot < order.size(); ++slot) {
+      const auto i = static_cast<std::size_t>(order[slot]);
+      seen.count[i] = counts[slot];
+      for (std::size_t k = 0; k < kNearWalls; ++k)
+        seen.walls[kNearWalls * i + k] = found[kNearWalls * slot + k];
+    }
+    return seen;
+  }
+
+ private:
+  template <class T>
+  Buffer<T> on_device(const std::vector<T>& values) {
+    Buffer<T> buffer(ctx_.device(), static_cast<std::int64_t>(values.size()));
+    ctx_.upload(std::span<const T>(values), buffer.view());
+    ctx_.synchronize();
+    return buffer;
+  }
+  NearWalls near() { return {count_.view(), near_.view()}; }
+  WallSurface given(const Surface& surface) {
+    WallSurface given;
+    given.lattice_spacing_m = kSpacing_m;
+    given.box_m = {{-1, -1, -1}, {1, 1, 1}};
+    given.nodes = {x_.view(), v_.view(), mass_.const_view(), {}};
+    for (Index i = 0; i < x_.size(); ++i) {
+      EmbeddedPoint single{};
+      for (Index& node : single.node) node = i;
+      single.weight[0] = 1;
+      given.all.vertices.push_back({i, single, surface.x_m[static_cast<std::size_t>(i)]});
+    }
+    for (const Vec3i& t : surface.triangles)
+      given.all.triangles.push_back({static_cast<Index>(given.all.triangles.size()), {t.x, t.y, t.z}});
+    return given;
+  }
+
+  ExecContext& ctx_;
+  Buffer<Vec3f> x_, v_;
+  Buffer<float> mass_;
+  Buffer<Index> count_;
+  Buffer<NearWall> near_;
+  NeighbourSearch search_, none_;
+  BodyWalls walls_;
+};
+
 Seen look(const std::string& devices_text, const Surface& surface, const std::vector<Vec3f>& points_m,
           const Vec3f (&impulse_N_s)[kWallSides]) {
   DeviceSet devices(devices_text, 3);
-  ExecContext& ctx = devices.context(0);
-  const auto n = static_cast<Index>(points_m.size()), nodes = static_cast<Index>(surface.x_m.size());
-  const auto on_device = [&]<class T>(const std::vector<T>& values) {
-    Buffer<T> buffer(ctx.device(), static_cast<std::int64_t>(values.size()));
-    ctx.upload(std::span<const T>(values), buffer.view());
-    ctx.synchronize();
-    return buffer;
-  };
-  Buffer<Vec3f> x = on_device(surface.x_m), v = on_device(std::vector<Vec3f>(surface.x_m.size()));
-  const Buffer<float> mass = on_device(std::vector<float>(surface.x_m.size(), 1.F));
-  WallSurface given;
-  given.lattice_spacing_m = kSpacing_m;
-  given.box_m = {{-1, -1, -1}, {1, 1, 1}};
-  given.nodes = {x.view(), v.view(), mass.const_view(), {}};
-  for (Index i = 0; i < nodes; ++i) {
-    EmbeddedPoint single{};
-    for (Index& node : single.node) node = i;
-    single.weight[0] = 1;
-    given.all.vertices.push_back({i, single, surface.x_m[static_cast<std::size_t>(i)]});
-  }
-  for (const Vec3i& t : surface.triangles)
-    given.all.triangles.push_back({static_cast<Index>(given.all.triangles.size()), {t.x, t.y, t.z}});
-  BodyWalls walls(devices, 1, given, kOwner, kSpacing_m, n);
-
-  NeighbourSearch search(ctx.device(), {.max_particles = n, .reach_m = 2 * kSpacing_m});
-  const Buffer<Vec3f> points = on_device(points_m);
-  search.build(ctx, points.const_view(), {}, Count(n));
-  Buffer<Index> count = on_device(std::vector<Index>(points_m.size()));
-  Buffer<NearWall> near = on_device(std::vector<NearWall>(kNearWalls * points_m.size()));
-  walls.pose([&](int) -> const NeighbourSearch& { return search; });
-  walls.find_walls(0, search, {count.view(), near.view()});
-
-  std::vector<Index> order(points_m.size()), counts(points_m.size());
-  std::vector<NearWall> found(near.size());
-  ctx.download(search.cells().order.part(0, n), std::span(order));
-  ctx.download(count.const_view(), std::span(counts));
-  ctx.download(near.const_view(), std::span(found));
-  ctx.synchronize();
-  for (NearWall& wall : found) wall.impulse_N_s = impulse_N_s[wall.side];
-  ctx.upload(std::span<const NearWall>(found), near.view());
-  walls.push(0, search, {count.view(), near.view()});
-  walls.end_push();
-  Seen seen{std::vector<Index>(points_m.size()), std::vector<NearWall>(found.size()),
-            std::vector<Vec3f>(surface.x_m.size())};
-  ctx.download(View<const Vec3f>(v.view()), std::span(seen.node_v_m_s));
-  ctx.synchronize();
-  for (std::size_t slot = 0; slot < order.size(); ++slot) {
-    const auto i = static_cast<std::size_t>(order[slot]);
-    seen.count[i] = counts[slot];
-    for (std::size_t k = 0; k < kNearWalls; ++k)
-      seen.walls[kNearWalls * i + k] = found[kNearWalls * slot + k];
-  }
-  return seen;
+  return Walls(devices, surface, static_cast<Index>(points_m.size())).look(points_m, impulse_N_s);
 }
 
 class BodyWallsOn : public ::testing::TestWithParam<std::string> {
@@ -217,6 +257,98 @@ TEST_P(BodyWallsOn, SeeOneSideOfABall) {
     // Half of a face's diagonal is 10.6 degrees at most: its middle is R (1 - cos 10.6) = 0.017 R below.
     EXPECT_NEAR(seen.wall(i, 0).distance_m, length(points[i]) - kRadius_m, 0.02F * kRadius_m) << i;
   }
+}
+
+/// The same in all bits. Walls are listed in one order: by side, then as they were found.
+void expect_same(const Seen& seen, const Seen& expected, int step) {
+  ASSERT_EQ(seen.count, expected.count) << step;
+  for (std::size_t i = 0; i < seen.count.size(); ++i) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(seen.count[i]); ++k) {
+      const NearWall &a = seen.wall(i, k), &b = expected.wall(i, k);
+      EXPECT_TRUE(a.n == b.n && a.distance_m == b.distance_m && a.side == b.side) << step << ' ' << i;
+    }
+  }
+  EXPECT_TRUE(seen.node_v_m_s == expected.node_v_m_s) << step;
+}
+int walls_in(const Seen& seen) { return std::accumulate(seen.count.begin(), seen.count.end(), 0); }
+
+/// An active set that follows the liquid misses nothing: all that particles see and do is what it is beside
+/// walls that were made just now, whose set is chosen for this step. A drop flies over a sheet of 0.6 m,
+/// which is 20 cells of walls, by a third of a cell to several cells a step; then the sheet flies and turns
+/// under it; then half of it goes, and comes back.
+TEST_P(BodyWallsOn, FollowWhatMovesAndWhatIsCut) {
+  Surface sheet;
+  sheet.add_square({}, {0, 1, 0}, {1, 0, 0}, 0.3F, 30);
+  constexpr Vec3f kImpulse[kWallSides] = {{0.1F, 0.2F, 0.3F}, {}};
+  constexpr int kDrop = 60;
+  DeviceSet devices(GetParam(), 3);
+  Walls walls(devices, sheet, kDrop);
+  const auto drop_at = [&](Vec3f x) {
+    std::vector<Vec3f> drop;
+    for (int k = 0; k < kDrop; ++k) drop.push_back(x + 0.02F * any(0, 1) * any_direction());
+    return drop;
+  };
+  int step = 0, seen_walls = 0;
+  const auto expect_as_new = [&](const Surface& now, Vec3f drop_m, const std::vector<WallChange>& cuts = {}) {
+    const std::vector<Vec3f> drop = drop_at(drop_m);
+    Walls others(devices, now, kDrop);
+    for (const WallChange& cut : cuts) others.cut(cut);
+    const Seen seen = walls.look(drop, kImpulse);
+    expect_same(seen, others.look(drop, kImpulse), step++);
+    seen_walls += walls_in(seen);
+  };
+  for (const float pace_m : {0.01F, 0.05F, 0.17F})
+    for (float x = -0.35F; x < 0.35F; x += pace_m) expect_as_new(sheet, {x, 0.01F, 0.3F * x});
+  EXPECT_GT(seen_walls, 1000);
+
+  seen_walls = 0;
+  Surface moved = sheet;
+  for (int k = 0; k < 40; ++k) {
+    const float turn = k < 20 ? 0.03F * static_cast<float>(k) : 0,
+                fly_m = (k < 20 ? 0.002F : 0.025F) * static_cast<float>(k % 20);
+    for (std::size_t i = 0; i < moved.x_m.size(); ++i) {
+      const Vec3f x = sheet.x_m[i];
+      moved.x_m[i] = {x.x * std::cos(turn) - x.y * std::sin(turn) + fly_m,
+                      x.x * std::sin(turn) + x.y * std::cos(turn), x.z};
+    }
+    walls.move_nodes(moved.x_m);
+    expect_as_new(moved, {0.25F, std::tan(turn) * (0.25F - fly_m) + 0.01F, 0});
+  }
+  EXPECT_GT(seen_walls, 1000);
+  walls.move_nodes(sheet.x_m);
+
+  // The triangles on one side of x = 0 go, then come back, while the drop rests on them.
+  WallChange gone, back;
+  for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
+    const Vec3i v = sheet.triangles[t];
+    if (sheet.x_m[static_cast<std::size_t>(v.x)].x < -0.001F) continue;
+    gone.triangles.push_back({static_cast<Index>(t), {0, 0, 0}});
+    back.triangles.push_back({static_cast<Index>(t), {v.x, v.y, v.z}});
+  }
+  const Vec3f above{0.05F, 0.01F, 0};
+  expect_as_new(sheet, above);
+  walls.cut(gone);
+  seen_walls = 0;
+  expect_as_new(sheet, above, {gone});
+  EXPECT_EQ(seen_walls, 0);
+  walls.cut(back);
+  expect_as_new(sheet, above, {gone, back});
+  EXPECT_GT(seen_walls, 20);
+}
+
+/// Where the liquid is on several devices, all of the surface is active: particles see the same.
+TEST(BodyWalls, SeeTheSameWhereAllIsActive) {
+  Surface sheet;
+  sheet.add_square({}, {0, 1, 0}, {1, 0, 0}, 0.3F, 30);
+  constexpr Vec3f kImpulse[kWallSides] = {{0.1F, 0.2F, 0.3F}, {}};
+  DeviceSet devices("cpu:2", 3);
+  std::vector<Vec3f> points;
+  for (int k = 0; k < 50; ++k)
+    points.push_back({0.01F * static_cast<float>(k % 7), 0.008F, 0.005F * static_cast<float>(k)});
+  Walls near(devices, sheet, 50), whole(devices, sheet, 50, 2);
+  const Seen seen = near.look(points, kImpulse);
+  expect_same(seen, whole.look(points, kImpulse), 0);
+  EXPECT_GT(walls_in(seen), 30);
 }
 
 }  // namespace

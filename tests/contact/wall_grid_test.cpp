@@ -23,8 +23,8 @@ TEST(WallGrid, MarksAllThatIsWithinReachOfAParticle) {
   const View<std::uint32_t> marked(marks.data(), grid.words()), spread(near.data(), grid.words());
   const MarkCells mark{grid, View<const SearchParticle>(particles.data(), 20), marked};
   for (Index i = 0; i < 20; ++i) mark(i);
-  const SpreadMarks widen{grid, View<const std::uint32_t>(marked), spread,
-                          View<std::uint32_t>(counts.data(), 2)};
+  const SpreadMarks widen{
+      grid, View<const std::uint32_t>(marked), spread, View<std::uint32_t>(counts.data(), 2), {}, {}};
   for (Index row = 0; row < grid.rows * grid.layers; ++row) widen(row);
   EXPECT_EQ(counts, (std::vector<std::uint32_t>{0, 0}));
   const auto meets = [&](Vec3f low, Vec3f high) {

@@ -51,6 +51,13 @@ struct PoseWallVertices {
     impulse[i] = {};
   }
 };
+/// Thread: active vertex. As PoseWallVertices.
+struct PoseActiveVertices {
+  static constexpr int kGrain = 512;
+  View<const Index> active;
+  PoseWallVertices pose;
+  TACTUS_HD void operator()(Index k) const { pose(active[k]); }
+};
 
 /// Thread: vertex. To another device.
 struct CopyWallVertices {
@@ -141,13 +148,17 @@ struct PushListedCorners {
   }
 };
 
-/// Thread: vertex of the surface. Its nodes get what it got.
+/// Thread: active vertex of the surface. Its nodes get what it got.
 struct GatherAtNodes {
   static constexpr int kGrain = 512;
+  View<const Index> active;
   View<const EmbeddedPoint> points;
   View<const VertexImpulse> impulse;
   View<VertexImpulse> node_impulse;
-  TACTUS_HD void operator()(Index i) const {
+  TACTUS_HD void operator()(Index k) const { gather(active[k]); }
+
+ private:
+  TACTUS_HD void gather(Index i) const {
     const VertexImpulse own = impulse[i];
     if (own.is_zero()) return;
     const EmbeddedPoint& p = points[i];

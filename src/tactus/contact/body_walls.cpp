@@ -32,8 +32,8 @@ IndexLists lists_of(ExecContext& ctx, const WallMesh& mesh, std::vector<Index> W
 
 }  // namespace
 
-BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, Index grid_words, float search_reach_m,
-                      Index max_particles)
+BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& grid, Index nodes,
+                      float search_reach_m, Index max_particles)
     : search(ctx.device(), {.max_particles = mesh.room().triangles, .reach_m = search_reach_m}),
       counts(ctx.device(), 3),
       surface(ctx.device(), mesh.room().surface),
@@ -43,8 +43,9 @@ BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, Index grid_words, 
       pieces_of(lists_of(ctx, mesh, &WallMesh::Parts::triangles, mesh.room().triangles)),
       posed(ctx.device(), mesh.room().vertices + mesh.room().added),
       impulse(ctx.device(), posed.size()),
-      marks(ctx.device(), grid_words),
-      near(ctx.device(), grid_words),
+      active(ctx, grid, mesh.room(), nodes),
+      marks(ctx.device(), grid.words() + WallRefresh::kCounts),
+      near(ctx.device(), grid.words()),
       list_counts(ctx.device(), 2),
       listed(ctx.device(), mesh.room().surface),
       number(ctx.device(), mesh.room().triangles),
@@ -73,7 +74,7 @@ BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, 
   // stretched.
   const float search_reach_m = reach_m_ + 4.F / 3 * kLongestEdge * particle_spacing_m;
   for (int p = 0; p < parts; ++p)
-    parts_.emplace_back(devices.context(p), mesh_, grid_.words(), search_reach_m, max_particles);
+    parts_.emplace_back(devices.context(p), mesh_, grid_, nodes_.size(), search_reach_m, max_particles);
   devices_.context(0).fill_bytes(node_impulse_.view(), 0);
   upload();
 }
@@ -93,6 +94,10 @@ void BodyWalls::upload() {
     devices_.context(part).upload(counts, parts_[p].counts.view());
     parts_[p].added_of.upload(devices_.context(part));
     parts_[p].pieces_of.upload(devices_.context(part));
+    if (follows())
+      parts_[p].active.follow(devices_.context(part), mesh_.vertices());
+    else
+      parts_[p].active.take_all(devices_.context(part), counts[0], counts[2]);
   }
   devices_.synchronize();
 }
@@ -114,12 +119,42 @@ void BodyWalls::apply(const WallChange& change) {
 void BodyWalls::pose(const Particles& particles) {
   ExecContext& ctx = devices_.context(0);
   Part& first = parts_[0];
-  ctx.parallel_for(
-      "body walls/vertices", first.vertices(points_.size()),
-      PoseWallVertices{points_.const_view(), nodes_, crowd_, first.posed.view(), first.impulse.view()});
+  for (int p = 0; p < static_cast<int>(parts_.size()); ++p) find_near_cells(p, particles(p));
+  if (follows()) choose_active();
+  ctx.parallel_for("body walls/vertices", first.active.vertices(),
+                   PoseActiveVertices{first.active.vertex_list(), pose_of(first)});
   barrier_.meet();
   copy_vertices();
-  for (int p = 0; p < static_cast<int>(parts_.size()); ++p) list_triangles(p, particles(p));
+  for (int p = 0; p < static_cast<int>(parts_.size()); ++p) list_triangles(p);
+}
+
+PoseWallVertices BodyWalls::pose_of(Part& first) const {
+  return {points_.const_view(), nodes_, crowd_, first.posed.view(), first.impulse.view()};
+}
+
+WallRefresh BodyWalls::refresh_of(Part& part) const {
+  const View<const Index> counts = part.counts.const_view();
+  return {part.marks.view().part(grid_.words(), WallRefresh::kCounts), counts.part(0, 1), counts.part(2, 1),
+          grid_.rows * grid_.layers, nodes_.size()};
+}
+
+void BodyWalls::find_near_cells(int part, const NeighbourSearch& particles) {
+  ExecContext& ctx = devices_.context(part);
+  Part& here = parts_[at(part)];
+  ctx.fill_bytes(here.marks.view(), 0);
+  ctx.parallel_for("body walls/mark", particles.placed(),
+                   MarkCells{grid_, particles.cells().particles, here.marks.view()});
+  SpreadMarks spread{grid_, here.marks.const_view(), here.near.view(), here.list_counts.view(), {}, {}};
+  if (follows()) spread.guarded = here.active.guarded(), spread.refresh = refresh_of(here);
+  ctx.parallel_for("body walls/spread", grid_.rows * grid_.layers, spread);
+}
+
+void BodyWalls::choose_active() {
+  Part& here = parts_[0];
+  const WallRefresh refresh = refresh_of(here);
+  here.active.watch(devices_.context(0), nodes_, refresh);
+  here.active.choose(devices_.context(0), pose_of(here), here.surface.const_view(), here.near.const_view(),
+                     refresh);
 }
 
 void BodyWalls::copy_vertices() {
@@ -132,18 +167,13 @@ void BodyWalls::copy_vertices() {
 }
 
 /// The pieces of the surface that are near particles, sorted.
-void BodyWalls::list_triangles(int part, const NeighbourSearch& particles) {
+void BodyWalls::list_triangles(int part) {
   ExecContext& ctx = devices_.context(part);
   Part& here = parts_[at(part)];
   const View<const std::uint32_t> near = here.near.const_view();
-  ctx.fill_bytes(here.marks.view(), 0);
-  ctx.parallel_for("body walls/mark", particles.placed(),
-                   MarkCells{grid_, particles.cells().particles, here.marks.view()});
-  ctx.parallel_for("body walls/spread", grid_.rows * grid_.layers,
-                   SpreadMarks{grid_, here.marks.const_view(), here.near.view(), here.list_counts.view()});
-  ctx.parallel_for("body walls/list", here.of_surface(),
-                   ListNearTriangles{grid_, near, here.surface.const_view(), here.posed.const_view(),
-                                     here.listed.view(), here.list_counts.view()});
+  ctx.parallel_for("body walls/list", here.active.triangles(),
+                   ListNearTriangles{grid_, near, here.active.triangle_list(), here.surface.const_view(),
+                                     here.posed.const_view(), here.listed.view(), here.list_counts.view()});
   ctx.parallel_for(
       "body walls/pieces", here.listed_ones(),
       PoseNearTriangles{grid_, near, here.listed.const_view(), here.added_of.ranges(),
@@ -189,8 +219,9 @@ void BodyWalls::end_push() {
     ctx.parallel_for(
         "body walls/push added", first.listed_ones(),
         PushListedCorners{first.listed.const_view(), first.added_of.ranges(), first.added_of.values(), push});
-  ctx.parallel_for("body walls/gather", first.vertices(points_.size()),
-                   GatherAtNodes{points_.const_view(), first.impulse.const_view(), node_impulse_.view()});
+  ctx.parallel_for("body walls/gather", first.active.vertices(),
+                   GatherAtNodes{first.active.vertex_list(), points_.const_view(), first.impulse.const_view(),
+                                 node_impulse_.view()});
   ctx.parallel_for("body walls/nodes", node_impulse_.size(), PushNodes{node_impulse_.view(), nodes_});
 }
 

@@ -2,7 +2,7 @@
 /// A soft body's surface as a wall of a liquid.
 #include <functional>
 
-#include "tactus/contact/wall_grid_kernels.h"
+#include "tactus/contact/active_walls.h"
 #include "tactus/geom/neighbour_search.h"
 #include "tactus/multi_device/device_barrier.h"
 
@@ -22,7 +22,8 @@ struct WallSurface {
 /// once the liquid told the impulses on walls, push of each part, then end_push. Asynchronous, may be
 /// recorded. When the body was cut, apply: recordings stay valid.
 ///
-/// The surface's own vertices and boxes cost time in each step; its short edges only where particles are.
+/// Where the liquid is on one device, a step costs what of the surface is near it. On several, each looks at
+/// all vertices and triangles of the surface; at its short edges only where particles are.
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
@@ -52,10 +53,10 @@ class BodyWalls {
  private:
   /// On one device. Vertices that halving added are behind the room for the others.
   struct Part {
-    Part(ExecContext& ctx, const WallMesh& mesh, Index grid_words, float search_reach_m, Index max_particles);
+    Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& grid, Index nodes, float search_reach_m,
+         Index max_particles);
     Count vertices(Index room) const { return {counts.const_view().part(0, 1), room}; }
     Count all_added() const { return {counts.const_view().part(1, 1), added.size()}; }
-    Count of_surface() const { return {counts.const_view().part(2, 1), surface.size()}; }
     Count listed_ones() const { return {View<const Index>(near_counts()), listed.size()}; }
     Count pieces() const { return {View<const Index>(near_counts()).part(1, 1), number.size()}; }
     View<const Index> near_counts() const {
@@ -68,8 +69,10 @@ class BodyWalls {
     IndexLists added_of, pieces_of;  ///< triangles of the surface
     Buffer<PosedVertex> posed;
     Buffer<VertexImpulse> impulse;  ///< of added vertices, zero but between push and end_push
+    ActiveWalls active;
     // What is near particles:
-    Buffer<std::uint32_t> marks, near;
+    Buffer<std::uint32_t> marks;  ///< and behind them, the counts of a WallRefresh
+    Buffer<std::uint32_t> near;
     Buffer<std::uint32_t> list_counts;  ///< of the triangles of the surface that are listed, and of pieces
     Buffer<Index> listed, number;
     Buffer<Vec3i> corners;
@@ -80,8 +83,14 @@ class BodyWalls {
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }
   void upload();
+  /// Whether active sets follow the liquid. Those of several devices would be chosen by one, for all.
+  bool follows() const { return parts_.size() == 1; }
+  WallRefresh refresh_of(Part& part) const;
+  PoseWallVertices pose_of(Part& first) const;
+  void find_near_cells(int part, const NeighbourSearch& particles);
+  void choose_active();
   void copy_vertices();
-  void list_triangles(int part, const NeighbourSearch& particles);
+  void list_triangles(int part);
 
   DeviceSet& devices_;
   DeviceBarrier barrier_;

@@ -1,4 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/contact/active_wall_kernels.h"
 #include "tactus/contact/copy_kernels.h"
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/fit_kernels.h"
@@ -42,7 +43,13 @@ TACTUS_CUDA_KERNEL(tactus::WakePoints);
 TACTUS_CUDA_KERNEL(tactus::FindContacts);
 TACTUS_CUDA_KERNEL(tactus::WeighPoints);
 TACTUS_CUDA_KERNEL(tactus::FindNearWalls);
-TACTUS_CUDA_KERNEL(tactus::PoseWallVertices);
+TACTUS_CUDA_KERNEL(tactus::PoseActiveVertices);
+TACTUS_CUDA_KERNEL(tactus::WatchNodes);
+TACTUS_CUDA_KERNEL(tactus::StartActive);
+TACTUS_CUDA_KERNEL(tactus::PoseInactiveVertices);
+TACTUS_CUDA_KERNEL(tactus::ChooseActive);
+TACTUS_CUDA_KERNEL(tactus::GuardCells);
+TACTUS_CUDA_KERNEL(tactus::NoteNodes);
 TACTUS_CUDA_KERNEL(tactus::CopyWallVertices);
 TACTUS_CUDA_KERNEL(tactus::AddWallImpulses);
 TACTUS_CUDA_KERNEL(tactus::MarkCells);

@@ -44,6 +44,20 @@ struct WallGrid {
     const Index first = word(0, y, z);
     return std::uint64_t{marks[first]} | std::uint64_t{marks[first + 1]} << 32U;
   }
+  TACTUS_HD void set_row(View<std::uint32_t> marks, Index y, Index z, std::uint64_t bits) const {
+    marks[word(0, y, z)] = static_cast<std::uint32_t>(bits);
+    marks[word(0, y, z) + 1] = static_cast<std::uint32_t>(bits >> 32U);
+  }
+  /// The marks of a row and of all cells that are so many cells or fewer from it.
+  TACTUS_HD std::uint64_t spread_row(View<const std::uint32_t> marks, Index y, Index z, Index cells) const {
+    std::uint64_t all = 0;
+    for (Index b = max(z - cells, Index(0)); b <= min(z + cells, layers - 1); ++b)
+      for (Index a = max(y - cells, Index(0)); a <= min(y + cells, rows - 1); ++a) all |= row_of(marks, a, b);
+    std::uint64_t wide = all;
+    for (Index k = 1; k <= cells; ++k)
+      wide |= all << static_cast<unsigned>(k) | all >> static_cast<unsigned>(k);
+    return wide;
+  }
   TACTUS_HD bool meets(View<const std::uint32_t> marks, Vec3f low, Vec3f high) const {
     const Vec3i a = cell(low), b = cell(high);
     const std::uint64_t bits = row_bits(a.x, b.x);
@@ -51,6 +65,37 @@ struct WallGrid {
       for (Index y = a.y; y <= b.y; ++y)
         if ((row_of(marks, y, z) & bits) != 0) return true;
     return false;
+  }
+  /// Marks what a box meets. Threads may mark at once.
+  TACTUS_HD void mark(View<std::uint32_t> marks, Vec3f low, Vec3f high) const {
+    const Vec3i a = cell(low), b = cell(high);
+    const std::uint64_t bits = row_bits(a.x, b.x);
+    for (Index z = a.z; z <= b.z; ++z) {
+      for (Index y = a.y; y <= b.y; ++y) {
+        mark(marks[word(0, y, z)], static_cast<std::uint32_t>(bits));
+        mark(marks[word(0, y, z) + 1], static_cast<std::uint32_t>(bits >> 32U));
+      }
+    }
+  }
+  TACTUS_HD static void mark(std::uint32_t& word, std::uint32_t bits) {
+    if ((atomic_load(word) & bits) != bits) atomic_or(word, bits);
+  }
+};
+
+/// How many threads those kernels have that choose an active set anew (active_wall_kernels.h): none, or all
+/// once a thread has asked for it.
+struct WallRefresh {
+  enum Of : Index { kVertices, kTriangles, kRows, kNodes, kCounts };
+  View<std::uint32_t> counts;             ///< kCounts, zero when a step begins
+  View<const Index> vertices, triangles;  ///< (1) how many there are
+  Index rows = 0, nodes = 0;
+  /// Threads that ask at once write the same.
+  TACTUS_HD void ask() const {
+    if (atomic_load(counts[kRows]) != 0) return;
+    atomic_store(counts[kVertices], static_cast<std::uint32_t>(vertices[0]));
+    atomic_store(counts[kTriangles], static_cast<std::uint32_t>(triangles[0]));
+    atomic_store(counts[kNodes], static_cast<std::uint32_t>(nodes));
+    atomic_store(counts[kRows], static_cast<std::uint32_t>(rows));
   }
 };
 
@@ -62,8 +107,7 @@ struct MarkCells {
   TACTUS_HD void operator()(Index i) const {
     const Vec3i c = grid.cell(particles[i].x_m);
     const std::uint32_t bit = 1U << static_cast<unsigned>(c.x % WallGrid::kWordBits);
-    std::uint32_t& word = marks[grid.word(c.x, c.y, c.z)];
-    if ((atomic_load(word) & bit) == 0) atomic_or(word, bit);
+    WallGrid::mark(marks[grid.word(c.x, c.y, c.z)], bit);
   }
 };
 
@@ -72,37 +116,35 @@ struct SpreadMarks {
   WallGrid grid;
   View<const std::uint32_t> marks;
   View<std::uint32_t> near;
-  View<std::uint32_t> counts;  ///< emptied
+  View<std::uint32_t> counts;         ///< emptied
+  View<const std::uint32_t> guarded;  ///< cells for which the active set is chosen anew; or empty
+  WallRefresh refresh;
   TACTUS_HD void operator()(Index row) const {
     if (row == 0)
       for (Index k = 0; k < counts.size(); ++k) counts[k] = 0;
-    const Index y = row % grid.rows, z = row / grid.rows, r = grid.spread;
-    std::uint64_t all = 0;
-    for (Index b = max(z - r, Index(0)); b <= min(z + r, grid.layers - 1); ++b)
-      for (Index a = max(y - r, Index(0)); a <= min(y + r, grid.rows - 1); ++a)
-        all |= grid.row_of(marks, a, b);
-    std::uint64_t wide = all;
-    for (Index k = 1; k <= r; ++k) wide |= all << static_cast<unsigned>(k) | all >> static_cast<unsigned>(k);
-    near[grid.word(0, y, z)] = static_cast<std::uint32_t>(wide);
-    near[grid.word(0, y, z) + 1] = static_cast<std::uint32_t>(wide >> 32U);
+    const Index y = row % grid.rows, z = row / grid.rows;
+    const std::uint64_t wide = grid.spread_row(marks, y, z, grid.spread);
+    grid.set_row(near, y, z, wide);
+    if (!guarded.empty() && (wide & grid.row_of(guarded, y, z)) != 0) refresh.ask();
   }
 };
 
-/// Thread: triangle of the surface. Lists those that are near particles, in any order.
+/// Thread: active triangle of the surface. Lists those that are near particles, in any order.
 struct ListNearTriangles {
   static constexpr int kGrain = 512;
   WallGrid grid;
   View<const std::uint32_t> near;
+  View<const Index> active;
   View<const Vec3i> surface;
   View<const PosedVertex> posed;
   View<Index> listed;
   View<std::uint32_t> counts;  ///< of these, and of their pieces
-  TACTUS_HD void operator()(Index t) const {
-    const Vec3i v = surface[t];
+  TACTUS_HD void operator()(Index k) const {
+    const Vec3i v = surface[active[k]];
     if (v.x < 0) return;
     const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
     if (grid.meets(near, min(a, min(b, c)), max(a, max(b, c))))
-      listed[static_cast<Index>(atomic_fetch_add(counts[0], 1U))] = t;
+      listed[static_cast<Index>(atomic_fetch_add(counts[0], 1U))] = active[k];
   }
 };
 
