@@ -46,7 +46,7 @@ BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& gr
       active(ctx, grid, mesh.room(), nodes),
       marks(ctx.device(), grid.words() + WallRefresh::kCounts),
       near(ctx.device(), grid.words()),
-      list_counts(ctx.device(), 2),
+      list_counts(ctx.device(), 3),
       listed(ctx.device(), mesh.room().surface),
       number(ctx.device(), mesh.room().triangles),
       corners(ctx.device(), mesh.room().triangles),
@@ -188,8 +188,9 @@ void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const Nea
                            View<WallHit> hits) {
   const Part& here = parts_[at(part)];
   ExecContext& ctx = devices_.context(part);
-  const NearSurface surface{here.search.cells(),        here.search.reach_m(),     here.corners.const_view(),
-                            here.radius_m.const_view(), here.normals.const_view(), here.posed.const_view()};
+  const NearSurface surface{here.search.cells(),       here.list_counts.const_view().part(2, 1),
+                            here.corners.const_view(), here.radius_m.const_view(),
+                            here.normals.const_view(), here.posed.const_view()};
   ctx.parallel_for("body walls/find", particles.placed(),
                    FindBodyWalls{particles.cells().particles, surface, owner_, reach_m_, near, hits});
 }

@@ -73,7 +73,8 @@ class BodyWalls {
     // What is near particles:
     Buffer<std::uint32_t> marks;  ///< and behind them, the counts of a WallRefresh
     Buffer<std::uint32_t> near;
-    Buffer<std::uint32_t> list_counts;  ///< of the triangles of the surface that are listed, and of pieces
+    /// Of the triangles of the surface that are listed, and of pieces; bits of the largest radius of these.
+    Buffer<std::uint32_t> list_counts;
     Buffer<Index> listed, number;
     Buffer<Vec3i> corners;
     Buffer<Vec3f> middle_m;

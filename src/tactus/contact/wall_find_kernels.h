@@ -20,11 +20,10 @@ struct FindBodyWalls {
   NearWalls near_walls;
   View<WallHit> hits;  ///< kWallSides of each particle
 
-  template <Index kRoom>
-  struct Found {
-    static constexpr Index kListed = kRoom;  ///< where more are near, cells are searched again each time
-    std::uint32_t count;                     ///< of pieces within reach
-    Index listed[kListed];                   ///< slots
+  struct Shared {
+    static constexpr Index kListed = 128;  ///< where more are near, cells are searched again each time
+    std::uint32_t count;                   ///< of pieces within reach; of those of a run, 1 stands for any
+    Index listed[kListed];                 ///< slots, but of those of a run
     std::uint32_t nearest2_m2;  ///< bits of the squared distance; before it is known, an upper bound of it
     std::uint64_t side;         ///< of the particle, in 2^-30, as SideOfTied
     Index number[kThreads], place[kThreads];  ///< what each lane found
@@ -32,10 +31,12 @@ struct FindBodyWalls {
     Vec3f n;  ///< towards the particle from the nearest point, outward
     bool found;
   };
-  using Shared = Found<128>;
-  struct LoopShared : Found<PiecesNearRun::kMost> {
+  struct LoopShared : Shared {
+    static constexpr Index kMeasured = 128;
     PiecesNearRun run;
-    Index measured[PiecesNearRun::kMost], measured_count;  ///< slots of pieces that may be the nearest
+    Index middle;  ///< slot of the run's piece within reach whose middle is nearest; or -1
+    Index measured[kMeasured], measured_count;  ///< slots of pieces that may be the nearest
+    float measured_m2[kMeasured];               ///< their squared distances
   };
 
   template <class Block, class S>
@@ -64,17 +65,15 @@ struct FindBodyWalls {
 
  private:
   static constexpr Index kNone = 0x7fffffff;
+  /// What WallAcross takes leans by at most 30 degrees: both are a little above what they bound.
+  static constexpr float kAboveCos30 = 0.867F, kAbovePerCos30 = 1.155F;
 
   /// f(slot, to the particle) for all pieces whose balls come within reach.
-  template <int kLanes, class S, class F>
-  TACTUS_HD void for_each_within(Vec3f p, int lane, const S& s, F&& f) const {
-    if constexpr (kLanes == 1) {
-      if (s.run.is_whole()) return s.run.for_each_within(p, f);
-    }
+  template <int kLanes, class F>
+  TACTUS_HD void for_each_within(Vec3f p, int lane, F&& f) const {
     const NeighbourCells& cells = surface.cells;
     if (!cells.hash.holds(p)) return;
-    const Vec3i c = cells.hash.cell(p), one{1, 1, 1};
-    cells.for_each_run(c - one, c + one, [&](SlotRun run) {
+    surface.for_each_run(p, p, surface.reach_to_middle_m(reach_m), [&](SlotRun run) {
       TACTUS_ROLLED
       for (Index slot = run.first + lane; slot < run.last; slot += kLanes) {
         const Vec3f to = p - cells.particles[slot].x_m;
@@ -85,15 +84,37 @@ struct FindBodyWalls {
   /// As for_each_within, once they are listed.
   template <int kLanes, class S, class F>
   TACTUS_HD void for_each_listed(Vec3f p, int lane, const S& s, F&& f) const {
-    if (s.count > S::kListed) return for_each_within<kLanes>(p, lane, s, f);
+    if (s.count > S::kListed) return for_each_within<kLanes>(p, lane, f);
     TACTUS_ROLLED
     for (Index k = lane; k < static_cast<Index>(s.count); k += kLanes)
       f(s.listed[k], p - surface.cells.particles[s.listed[k]].x_m);
   }
+  /// f(slot, place) for those without beyond(to the particle, normal, radius) > 0.
+  template <int kLanes, class S, class B, class F>
+  TACTUS_HD void for_each_that(Vec3f p, int lane, const S& s, B&& beyond, F&& f) const {
+    if constexpr (kLanes == 1) {
+      if (s.run.is_whole())
+        return s.run.for_each_that(p, beyond, [&](Index slot, Vec3f) { f(slot, surface.cells.order[slot]); });
+    }
+    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
+      const Index place = surface.cells.order[slot];
+      if (!(beyond(to, surface.normals[place], surface.radius_m[place]) > 0.F)) f(slot, place);
+    });
+  }
   template <int kLanes, class S>
   TACTUS_HD void list(Vec3f p, int lane, S& s) const {
     float bound2 = sqr(reach_m);
-    for_each_within<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
+    if constexpr (kLanes == 1) {
+      s.middle = -1;
+      if (s.run.is_whole()) {
+        const PiecesNearRun::NearestMiddle nearest = s.run.nearest_middle(p, bound2);
+        s.count = nearest.is_any ? 1 : 0;
+        s.middle = nearest.slot;
+        s.nearest2_m2 = std::bit_cast<std::uint32_t>((1.F + GapOfTriangles::kTie) * nearest.distance2_m2);
+        return;
+      }
+    }
+    for_each_within<kLanes>(p, lane, [&](Index slot, Vec3f to) {
       bound2 = min(bound2, dot(to, to));  // the middle is on the piece
       const std::uint32_t at =
           kLanes == 1 ? s.count++ : atomic_fetch_add(s.count, 1U);  // they may be in any order
@@ -101,24 +122,37 @@ struct FindBodyWalls {
     });
     atomic_min(s.nearest2_m2, std::bit_cast<std::uint32_t>((1.F + GapOfTriangles::kTie) * bound2));
   }
-  /// Whether a piece can be so near, by its ball and its plane.
-  TACTUS_HD bool may_be_within(Index place, Vec3f to, float distance_m) const {
-    const float plane = dot(to, surface.normals[place]), reach = 1.0001F * distance_m;  // rounding
-    return !(abs(plane) > 1.001F * distance_m) && !(dot(to, to) > sqr(surface.radius_m[place] + reach));
+  /// > 0: a piece can't be so near, by its ball and its plane.
+  TACTUS_HD static float beyond(Vec3f to, Vec3f normal, float radius_m, float distance_m) {
+    const float plane = dot(to, normal), reach = 1.0001F * distance_m;  // rounding
+    return max(abs(plane) - 1.001F * distance_m, dot(to, to) - sqr(radius_m + reach));
+  }
+  TACTUS_HD float distance2_m2(Index place, Vec3f p) const {
+    const Vec3f offset = surface.corners_of(place).offset_of(p);
+    return dot(offset, offset);
   }
   template <int kLanes, class S>
   TACTUS_HD void measure(Vec3f p, int lane, S& s) const {
-    float least2 = std::bit_cast<float>(atomic_load(s.nearest2_m2)), within_m = distance_of_tied(least2);
-    if constexpr (kLanes == 1) s.measured_count = 0;
-    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
-      const Index place = surface.cells.order[slot];
-      if (!may_be_within(place, to, within_m)) return;
+    float least2 = std::bit_cast<float>(atomic_load(s.nearest2_m2));
+    if constexpr (kLanes == 1) {
+      s.measured_count = 0;
+      if (s.count == 0) return;
+      // The piece of the nearest middle is near: few others can be nearer.
+      if (s.middle >= 0) least2 = min(least2, distance2_m2(surface.cells.order[s.middle], p));
+    }
+    float within_m = distance_of_tied(least2);
+    const auto is_beyond = [&](Vec3f to, Vec3f normal, float radius_m) {
+      return beyond(to, normal, radius_m, within_m);
+    };
+    for_each_that<kLanes>(p, lane, s, is_beyond, [&](Index slot, Index place) {
+      const float distance2 = distance2_m2(place, p);
       if constexpr (kLanes == 1) {
-        if (s.measured_count < S::kListed) s.measured[s.measured_count] = slot;
+        if (s.measured_count < S::kMeasured) {
+          s.measured[s.measured_count] = slot;
+          s.measured_m2[s.measured_count] = distance2;
+        }
         ++s.measured_count;
       }
-      const Vec3f offset = surface.corners_of(place).offset_of(p);
-      const float distance2 = dot(offset, offset);
       if (!(distance2 < least2)) return;
       least2 = distance2;
       within_m = distance_of_tied(least2);
@@ -128,32 +162,39 @@ struct FindBodyWalls {
   TACTUS_HD static float distance_of_tied(float least2_m2) {
     return (1.F + GapOfTriangles::kTie) * tactus::sqrt(least2_m2);
   }
-  /// Of all that may be the nearest. A CPU's lane has measured them all; a GPU's only those that were nearer
-  /// than what it had seen before.
+  /// f(slot, place, squared distance) for all that tie with the nearest. A CPU's lane has measured them all;
+  /// a GPU's only those that were nearer than what it had seen before.
   template <int kLanes, class S, class F>
-  TACTUS_HD void for_each_measured(Vec3f p, int lane, const S& s, F&& f) const {
+  TACTUS_HD void for_each_tied(Vec3f p, int lane, const S& s, F&& f) const {
+    const float least2 = std::bit_cast<float>(s.nearest2_m2);
+    const float within_m = distance_of_tied(least2);
+    const auto ties = [&](float d2) { return d2 <= sqr(reach_m) && GapOfTriangles::ties(d2, least2); };
+    const auto is_beyond = [&](Vec3f to, Vec3f normal, float radius_m) {
+      return beyond(to, normal, radius_m, within_m);
+    };
     if constexpr (kLanes == 1) {
-      if (s.measured_count <= S::kListed) {
-        for (Index k = 0; k < s.measured_count; ++k)
-          f(s.measured[k], p - surface.cells.particles[s.measured[k]].x_m);
+      if (s.measured_count <= S::kMeasured) {
+        for (Index k = 0; k < s.measured_count; ++k) {
+          if (!ties(s.measured_m2[k])) continue;
+          const Index slot = s.measured[k], place = surface.cells.order[slot];
+          const Vec3f to = p - surface.cells.particles[slot].x_m;
+          if (!(is_beyond(to, surface.normals[place], surface.radius_m[place]) > 0.F))
+            f(slot, place, s.measured_m2[k]);
+        }
         return;
       }
     }
-    for_each_listed<kLanes>(p, lane, s, f);
+    for_each_that<kLanes>(p, lane, s, is_beyond, [&](Index slot, Index place) {
+      const float d2 = distance2_m2(place, p);
+      if (ties(d2)) f(slot, place, d2);
+    });
   }
   /// Of pieces that share the nearest edge or corner, the first; all of them tell the side: GapOfTriangles.
   template <int kLanes, class S>
   TACTUS_HD void choose_nearest(Vec3f p, int lane, S& s) const {
-    const float least2 = std::bit_cast<float>(s.nearest2_m2);
-    const float within_m = distance_of_tied(least2);
     s.number[lane] = kNone;
-    for_each_measured<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
-      const Index place = surface.cells.order[slot];
-      if (!may_be_within(place, to, within_m)) return;
+    for_each_tied<kLanes>(p, lane, s, [&](Index slot, Index place, float d2) {
       const TriangleCorners corners = surface.corners_of(place);
-      const Vec3f offset = corners.offset_of(p);
-      const float d2 = dot(offset, offset);
-      if (!(d2 <= sqr(reach_m)) || !GapOfTriangles::ties(d2, least2)) return;
       const float to_plane = dot(p - corners.a, surface.normals[place]);
       const float side = clamp(to_plane / max(tactus::sqrt(d2), 1e-12F), -1.F, 1.F);
       constexpr float kUnits = 1 << 30;
@@ -200,10 +241,14 @@ struct FindBodyWalls {
   TACTUS_HD void look_across(Vec3f p, int lane, S& s) const {
     float within_m = reach_m;
     s.number[lane] = kNone;
-    for_each_listed<kLanes>(p, lane, s, [&](Index slot, Vec3f to) {
-      const Index place = surface.cells.order[slot];
+    const auto is_beyond = [&, n = s.n](Vec3f to, Vec3f normal, float radius_m) {
+      // Where it faces the particle, its nearest point is no farther than that.
+      const float facing_m = kAbovePerCos30 * dot(to, normal) + 0.01F * reach_m;  // rounding
+      return max(dot(n, normal) - kAboveCos30, beyond(to, normal, radius_m, min(within_m, facing_m)));
+    };
+    for_each_that<kLanes>(p, lane, s, is_beyond, [&](Index slot, Index place) {
       const Vec3f normal = surface.normals[place];
-      if (!WallAcross::may_face(s.n, normal) || !may_be_within(place, to, within_m)) return;
+      if (!WallAcross::may_face(s.n, normal)) return;
       const Vec3f offset = surface.corners_of(place).offset_of(p);
       const float distance = length(offset);
       if (!(distance <= within_m) || !WallAcross::faces(s.n, normal, offset, distance)) return;

@@ -1,6 +1,8 @@
 #pragma once
 /// Which triangles of a body's surface are near particles: the others need not be posed. Particles mark the
 /// cells that they are in, marks spread by a reach, and a triangle is near when its box meets a marked cell.
+#include <bit>
+
 #include "tactus/compute/atomic.h"
 #include "tactus/contact/body_wall_kernels.h"
 #include "tactus/geom/index_lists.h"
@@ -162,7 +164,7 @@ struct PoseNearTriangles {
   Index first;  ///< place of the first added vertex
   View<const Vec3i> triangles;
   View<PosedVertex> posed;
-  View<std::uint32_t> counts;
+  View<std::uint32_t> counts;  ///< of triangles and of pieces, and bits of the largest radius of these
   // By place in the list:
   View<Index> number;
   View<Vec3i> corners;
@@ -205,7 +207,10 @@ struct PoseNearTriangles {
     number[k] = t;
     corners[k] = v;
     middle_m[k] = middle;
-    radius_m[k] = 1.0001F * tactus::sqrt(r2);  // rounding
+    const float radius = 1.0001F * tactus::sqrt(r2);  // rounding
+    radius_m[k] = radius;
+    if (radius > std::bit_cast<float>(atomic_load(counts[2])))
+      atomic_max(counts[2], std::bit_cast<std::uint32_t>(radius));
     normals[k] = normalized(cross(b - a, c - a));
   }
 };
