@@ -17,7 +17,11 @@ constexpr double kFarWhite_px2 = 0.5;                   // while the pose is off
 constexpr double kMemory = 0.9;                         // of the noise's size, from frame to frame
 constexpr double kLeastOff_px = 0.3, kFarOff_px = 1.5;  // of residuals that are believed, near and at first
 constexpr double kMostPointOff_px = 6;                  // of a marker's corner: more is another's
-constexpr double kSeenThrough_px = 1;                   // parts thinner than this show holes, anyway
+/// Squares of steps, in standard deviations of all unknowns together (22 of eight cameras). What is left
+/// after a step of the first adds 1 % to the variance. Smaller steps than the second that don't get smaller
+/// come from the outline's points: they are found anew in each iteration.
+constexpr double kSettled2 = 0.3, kJitter2 = 2;
+constexpr double kSeenThrough_px = 1;  // parts thinner than this show holes, anyway
 
 float mask_at(const Image<float>& window, double x, double y) {
   const auto x0 = static_cast<Index>(std::floor(x)), y0 = static_cast<Index>(std::floor(y));
@@ -405,10 +409,11 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
     for (std::size_t i = 0; i < fit.shifts_px.size(); ++i) fit.shifts_px[i] += shrink * step_.v[6 + i];
     if (is_far) {
       if (sigmas2 < 4) reach_px = settings_.reach_px;
-    } else if (sigmas2 < 0.05) {
+    } else if (sigmas2 < kSettled2 || (sigmas2 < kJitter2 && sigmas2 > 0.5 * last_sigmas2)) {
       ++fit.iterations;
       break;
     }
+    last_sigmas2 = sigmas2;
   }
   measure_noise();
   sum_up(fit);
