@@ -29,12 +29,23 @@ OutlineMesh::OutlineMesh(const TriangleMesh& mesh, const char* what) {
     volume += part;
     moment += (part / 4) * (a + b + c);
     for (std::size_t i = 0; i < 3; ++i)
-      face_of[{t[i], t[(i + 1) % 3]}].push_back(static_cast<Index>(faces.size()));
-    faces.push_back({n, dot(n, a)});
+      face_of[{t[i], t[(i + 1) % 3]}].push_back(static_cast<Index>(triangles.size()));
+    faces.x.push_back(n.x);
+    faces.y.push_back(n.y);
+    faces.z.push_back(n.z);
+    faces.offset_m.push_back(dot(n, a));
     triangles.push_back(t);
   }
   center_m = moment / volume;
-  for (const Vec3d& p : vertices_m) radius_m = std::max(radius_m, length(p - center_m));
+  Vec3d low_m = center_m, high_m = center_m;
+  for (const Vec3d& p : vertices_m) {
+    radius_m = std::max(radius_m, length(p - center_m));
+    low_m = min(low_m, p);
+    high_m = max(high_m, p);
+  }
+  for (std::size_t k = 0; k < box_m.size(); ++k)
+    box_m[k] = {(k & 1) != 0 ? high_m.x : low_m.x, (k & 2) != 0 ? high_m.y : low_m.y,
+                (k & 4) != 0 ? high_m.z : low_m.z};
   for (const auto& [ends, left] : face_of) {
     if (ends.first > ends.second) continue;
     const std::vector<Index>& right = face_of[{ends.second, ends.first}];
@@ -56,15 +67,23 @@ bool OutlineFinder::find(const OutlineMesh& mesh, const Rigidd& T_world_model, c
     camera_m_[i] = T_cam_model * mesh.vertices_m[i];
     if (camera_m_[i].z < kNearest_m) return false;
   }
-  const Vec3d eye_m = inverse(T_cam_model).t;
-  seen_.resize(mesh.faces.size());
-  for (std::size_t f = 0; f < seen_.size(); ++f)
-    seen_[f] = dot(mesh.faces[f].normal, eye_m) > mesh.faces[f].offset_m ? 1 : 0;
+  find_seen(inverse(T_cam_model).t);
   add_segments(camera);
   chain_segments();
   double left_px = 0.5 * spacing_px;
   for (std::size_t i = 0; i < segments_.size(); ++i) add_points(i, spacing_px, left_px);
   return true;
+}
+
+void OutlineFinder::find_seen(Vec3d eye_m) {
+  const std::size_t count = mesh_->triangles.size();
+  seen_.resize(count);
+  const double *x = mesh_->faces.x.data(), *y = mesh_->faces.y.data(), *z = mesh_->faces.z.data(),
+               *offset_m = mesh_->faces.offset_m.data();
+  std::uint8_t* seen = seen_.data();
+#pragma omp simd
+  for (std::size_t f = 0; f < count; ++f)
+    seen[f] = x[f] * eye_m.x + y[f] * eye_m.y + z[f] * eye_m.z > offset_m[f] ? 1 : 0;
 }
 
 void OutlineFinder::add_segments(const Camera& camera) {
@@ -104,6 +123,17 @@ void OutlineFinder::chain_segments() {
       vertex = segments_.back().to;
     }
   }
+  const std::size_t count = segments_.size();
+  for (auto* coordinate :
+       {&ends_px_.from_x, &ends_px_.from_y, &ends_px_.to_x, &ends_px_.to_y, &from_along_, &to_along_})
+    coordinate->resize(count);
+  is_beside_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    ends_px_.from_x[i] = segments_[i].from_px.x;
+    ends_px_.from_y[i] = segments_[i].from_px.y;
+    ends_px_.to_x[i] = segments_[i].to_px.x;
+    ends_px_.to_y[i] = segments_[i].to_px.y;
+  }
 }
 
 /// @param left_px way to the next point, from segment to segment: each pixel of the outline counts the same
@@ -134,11 +164,24 @@ void OutlineFinder::find_beside(std::size_t own, Vec2d normal) {
   beside_.clear();
   const double begin = cross2(normal, segments_[own].from_px), end = cross2(normal, segments_[own].to_px),
                low = std::min(begin, end), high = std::max(begin, end);
-  for (std::size_t i = 0; i < segments_.size(); ++i) {
-    const Segment& s = segments_[i];
-    const double from = cross2(normal, s.from_px), to = cross2(normal, s.to_px);
-    if (std::max(from, to) < low || std::min(from, to) > high || i == own) continue;
-    beside_.push_back({from, dot2(normal, s.from_px), to, dot2(normal, s.to_px)});
+  const std::size_t count = segments_.size();
+  const double *from_x = ends_px_.from_x.data(), *from_y = ends_px_.from_y.data(),
+               *to_x = ends_px_.to_x.data(), *to_y = ends_px_.to_y.data();
+  double *from_along = from_along_.data(), *to_along = to_along_.data();
+  std::uint8_t* is_beside = is_beside_.data();
+#pragma omp simd
+  for (std::size_t i = 0; i < count; ++i) {
+    const double from = normal.x * from_y[i] - normal.y * from_x[i],
+                 to = normal.x * to_y[i] - normal.y * to_x[i];
+    from_along[i] = from;
+    to_along[i] = to;
+    is_beside[i] = ((from >= low) | (to >= low)) & ((from <= high) | (to <= high));
+  }
+  is_beside[own] = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (is_beside[i] == 0) continue;
+    beside_.push_back(
+        {from_along[i], dot2(normal, segments_[i].from_px), to_along[i], dot2(normal, segments_[i].to_px)});
   }
 }
 

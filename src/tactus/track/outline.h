@@ -15,20 +15,22 @@ class OutlineMesh {
   /// @throws Error when it is not closed (check_closed), naming `what`.
   OutlineMesh(const TriangleMesh& mesh, const char* what);
 
-  struct Face {
-    Vec3d normal;  ///< outward, any length
-    double offset_m;
+  /// Planes of the faces, an array per coordinate: which of them look at a camera is asked of all at once.
+  struct Faces {
+    std::vector<double> x, y, z;  ///< normals, outward, of any length
+    std::vector<double> offset_m;
   };
   /// Between the faces `left`, whose corners have `from` before `to`, and `right`.
   struct Edge {
     Index from, to, left, right;
   };
   std::vector<Vec3d> vertices_m;
-  std::vector<Face> faces;
+  Faces faces;
   std::vector<std::array<Index, 3>> triangles;
   std::vector<Edge> edges;
-  Vec3d center_m;       ///< of the volume
-  double radius_m = 0;  ///< of all vertices about it
+  Vec3d center_m;              ///< of the volume
+  double radius_m = 0;         ///< of all vertices about it
+  std::array<Vec3d, 8> box_m;  ///< corners of the box around all vertices
 };
 
 /// A point of the outline. The picture there: the model from `inner_px` inside of it to its surface, nothing
@@ -57,6 +59,7 @@ class OutlineFinder {
     Vec2d from_px, to_px;
     Index from, to;
   };
+  void find_seen(Vec3d eye_m);
   void add_segments(const Camera& camera);
   void chain_segments();
   void add_points(std::size_t own, double spacing_px, double& left_px);
@@ -70,6 +73,13 @@ class OutlineFinder {
   std::vector<Segment> segments_, unchained_;
   std::vector<Index> first_from_;  ///< of each vertex: the segment that begins there, or -1
   std::vector<Index> next_from_;   ///< of each segment: another that begins at the same vertex, or -1
+  /// Ends of `segments_`, an array per coordinate.
+  struct Ends {
+    std::vector<double> from_x, from_y, to_x, to_y;
+  };
+  Ends ends_px_;
+  std::vector<double> from_along_, to_along_;  ///< of each segment, across the normal that is looked along
+  std::vector<std::uint8_t> is_beside_;
   struct Crossing {
     double at_px;
     int change;  ///< of the number of layers, inwards

@@ -103,10 +103,11 @@ void PoseFitter::open_windows(std::span<const BitMask> masks, const Rigidd& T, d
   });
 }
 
+/// Around the picture of the model's box, in whole words of the mask: they are unpacked 32 pixels at a time.
 void PoseFitter::open_window(std::size_t camera, const BitMask& mask, const Rigidd& T, double reach_px) {
   View& view = views_[camera];
   Vec2d low{1e9, 1e9}, high{-1e9, -1e9};
-  for (const Vec3d& p_m : mesh_->vertices_m) {
+  for (const Vec3d& p_m : mesh_->box_m) {
     const Pixel p = project(cameras_[camera], T * p_m);
     if (!(p.z_m > 0)) return;
     low = {std::min(low.x, p.u_px), std::min(low.y, p.v_px)};
@@ -117,16 +118,23 @@ void PoseFitter::open_window(std::size_t camera, const BitMask& mask, const Rigi
     return static_cast<Index>(std::ceil(std::clamp(x + reach_px + 1, 0.0, static_cast<double>(size))));
   };
   if (!(low.x < mask.width_px && low.y < mask.height_px)) return;
-  view.x_px = first(low.x);
+  const Index first_word = first(low.x) / 32, words = ceil_div(end(high.x, mask.width_px), 32) - first_word;
+  view.x_px = 32 * first_word;
   view.y_px = first(low.y);
-  const Index width = end(high.x, mask.width_px) - view.x_px,
-              height = end(high.y, mask.height_px) - view.y_px;
-  if (width < 2 || height < 2) return;
+  const Index width = 32 * words, height = end(high.y, mask.height_px) - view.y_px;
+  if (words < 1 || height < 2) return;
   view.window.width_px = width;
   view.window.height_px = height;
   view.window.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (Index y = 0; y < height; ++y) {
-    for (Index x = 0; x < width; ++x) view.window(x, y) = mask(view.x_px + x, view.y_px + y) ? 1.F : 0.F;
+    const std::uint32_t* row =
+        mask.words.data() + static_cast<std::ptrdiff_t>(view.y_px + y) * mask.words_per_row() + first_word;
+    float* pixels = &view.window(0, y);
+    for (Index w = 0; w < words; ++w, pixels += 32) {
+      const std::uint32_t word = row[w];
+#pragma omp simd
+      for (int k = 0; k < 32; ++k) pixels[k] = static_cast<float>(static_cast<int>(word >> k & 1U));
+    }
   }
 }
 
@@ -394,6 +402,7 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
     noise_frames_ = 0;  // of another pose
   double reach_px = std::max(search_px, settings_.reach_px);
   open_windows(masks, T_start, 2 * reach_px + settings_.reach_px + 2);
+  double last_sigmas2 = 0;
   for (; fit.iterations < most_iterations; ++fit.iterations) {
     const bool is_far = reach_px > settings_.reach_px;
     look(fit.T_world_model, reach_px);
