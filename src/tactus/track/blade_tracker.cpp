@@ -20,10 +20,9 @@ constexpr double kFarWorse = 1.6;     // than what the best pose gets wrong
 constexpr double kLeastSpread = 0.1;  // 1 sigma of differences of surprise, from frame to frame
 constexpr std::size_t kMostHypotheses = 4;
 constexpr double kExpected = 1.3, kLeastExpected = 0.05;  // more than the last frame's is suspect
-constexpr std::size_t kTriedPoses = 12;
 constexpr int kPause_frames = 5;  // before what is thin, and not the tool, is tried again
 constexpr int kBeside_px = 3;     // by how much a silhouette may be wider than the tool
-constexpr double kSeedSearch_px = 8, kMostSearch_px = 16;
+constexpr double kPointSearch_px = 8, kMostSearch_px = 16;
 /// Of a fit that a prediction begins: later ones change less than the next frame does. Poses that compete are
 /// compared at their best.
 constexpr int kSteps = 5, kStepsToCompare = 12;
@@ -32,9 +31,15 @@ constexpr std::size_t kFramesToSettle = 3;
 /// thickness (the share beyond that of a normal distribution), and what is stated of errors no longer holds.
 constexpr double kMostGone = 0.25;
 
-bool is_other_pose(const Rigidd& a, const Rigidd& b, Vec3d center_m) {
-  const Twist by = twist_between(a, b, center_m);
-  return length(Vec3d{by[0], by[1], by[2]}) > 0.5 || length(Vec3d{by[3], by[4], by[5]}) > 0.02;
+/// Of a model in each camera's picture, at a place.
+std::vector<int> radii_px(const OutlineMesh& mesh, std::span<const Camera> cameras, Vec3d middle_m) {
+  const double radius_m = long_axis(mesh).radius_m;
+  std::vector<int> radii;
+  for (const Camera& camera : cameras) {
+    const double away_m = std::max(length(camera.center_world() - middle_m), 0.1);
+    radii.push_back(1 + static_cast<int>(std::ceil(radius_m * camera.fx_px / away_m)));
+  }
+  return radii;
 }
 
 template <class Mask>
@@ -50,13 +55,9 @@ BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> came
     : model_((check_blade_model(model), model)),
       mesh_(model.mesh, model.name.c_str()),
       settings_(settings),
-      fitter_(mesh_, cameras, settings.fit) {
-  const double radius_m = long_axis(mesh_).radius_m;
-  for (const Camera& camera : cameras) {
-    const double away_m = std::max(length(camera.center_world() - middle_m), 0.1);
-    radius_px_.push_back(1 + static_cast<int>(std::ceil(radius_m * camera.fx_px / away_m)));
-  }
-}
+      cameras_(cameras.begin(), cameras.end()),
+      radius_px_(radii_px(mesh_, cameras, middle_m)),
+      search_(mesh_, cameras, radius_px_, settings.fit) {}
 
 const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double dt_s,
                                          std::span<const BitMask> taken, const PoseEvidence& more) {
@@ -143,35 +144,16 @@ void BladeTracker::drop_worse() {
     if (is_worse(hypotheses_[k])) hypotheses_.erase(hypotheses_.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
-BladeTracker::Tries BladeTracker::tries(std::span<const BitMask> masks, std::span<const BitMask> taken) {
-  const std::span<const Camera> cameras = fitter_.cameras();
-  std::vector<std::vector<ThinPart>> parts(cameras.size());
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    if (masks[c].words.empty()) continue;
-    BitMask mask = masks[c];
-    for (std::size_t i = 0; i < mask.words.size() && !taken.empty(); ++i) mask.words[i] &= ~taken[c].words[i];
-    parts[c] = thin_parts(mask, radius_px_[c]);
-  }
-  const double tolerance_px = *std::max_element(radius_px_.begin(), radius_px_.end());
-  Tries all;
-  for (const SeenLine& line : seen_lines(cameras, parts, tolerance_px))
-    for (const Rigidd& pose : poses_along(mesh_, line)) all.emplace_back(fitter_.wrong(masks, pose), pose);
-  const auto better = [](const auto& a, const auto& b) { return a.first < b.first; };
-  std::sort(all.begin(), all.end(), better);
-  if (all.size() > kTriedPoses) all.resize(kTriedPoses);
-  return all;
-}
-
 bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask> taken,
                         const PoseEvidence& more) {
-  const std::span<const Camera> cameras = fitter_.cameras();
-  const std::optional<Rigidd> by_points = pose_of_points(cameras, more.points);
-  const Tries tries = by_points ? Tries{{0, *by_points}} : this->tries(masks, taken);
-  for (const auto& [wrong, pose] : tries) {
+  const std::optional<Rigidd> by_points = pose_of_points(cameras_, more.points);
+  const std::vector<Rigidd> tries =
+      by_points ? std::vector{*by_points} : search_.find(masks, taken, more.points);
+  const double search_px = by_points ? kPointSearch_px : settings_.fit.reach_px;
+  for (const Rigidd& pose : tries) {
     Hypothesis h{
-        PoseFitter(mesh_, cameras, settings_.fit), PoseFilter(mesh_.center_m, settings_.motion), {}, {}};
-    const PoseFit rough = h.fitter.fit(masks, pose, kSeedSearch_px, nullptr, kStepsToCompare, more);
-    h.fit = h.fitter.fit(masks, rough.T_world_model, settings_.fit.reach_px, nullptr, kStepsToCompare, more);
+        PoseFitter(mesh_, cameras_, settings_.fit), PoseFilter(mesh_.center_m, settings_.motion), {}, {}};
+    h.fit = h.fitter.fit(masks, pose, search_px, nullptr, kStepsToCompare, more);
     if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) continue;
     h.filter.start(h.fit, settings_.fit.calibration_px);
     h.surprises.push_back(h.fit.surprise);
@@ -243,7 +225,7 @@ void BladeTracker::judge() {
 }
 
 BladeTracker::Part BladeTracker::part(std::size_t camera, int around_px) const {
-  Camera of = fitter_.cameras()[camera];
+  Camera of = cameras_[camera];
   TriangleMesh mesh = model_.mesh;
   const Rigidd& T = hypotheses_.front().filter.pose();
   Vec2d low{1e9, 1e9}, high{-1e9, -1e9};

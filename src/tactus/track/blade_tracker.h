@@ -4,7 +4,7 @@
 
 #include "tactus/track/blade_model.h"
 #include "tactus/track/pose_filter.h"
-#include "tactus/track/pose_seeds.h"
+#include "tactus/track/pose_search.h"
 
 namespace tactus {
 
@@ -62,11 +62,8 @@ class BladeTracker {
     int lost_frames = 0;
   };
   void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s, const PoseEvidence& more);
-  /// @returns whether there was anything to try, which takes some 40 ms
+  /// @returns whether there was anything to try
   bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken, const PoseEvidence& more);
-  /// By what they get wrong.
-  using Tries = std::vector<std::pair<double, Rigidd>>;
-  Tries tries(std::span<const BitMask> masks, std::span<const BitMask> taken);
   void drop_worse();
   void judge();
   double two_sigma_m(const Hypothesis& of) const;
@@ -80,8 +77,9 @@ class BladeTracker {
   BladeModel model_;
   OutlineMesh mesh_;
   BladeTrackerSettings settings_;
-  PoseFitter fitter_;           ///< of what is tried
+  std::vector<Camera> cameras_;
   std::vector<int> radius_px_;  ///< of the tool, per camera
+  PoseSearch search_;
   TrackedBlade now_;
   std::vector<Hypothesis> hypotheses_;  ///< the best first
   std::vector<BitMask> last_masks_;

@@ -89,9 +89,9 @@ void ContourEquations::add_moments(const ContourNoise& noise) {
   }
 }
 
-void ContourEquations::assemble(std::span<const ContourPoint> points, Vec2d shift_px,
+void ContourEquations::assemble(std::span<const ContourPoint> points, double spacing_px, Vec2d shift_px,
                                 const ContourNoise& noise) {
-  const double length_px = static_cast<double>(points.size());  // they are about a pixel apart
+  const double length_px = spacing_px * static_cast<double>(points.size());
   fill_bins(points, shift_px, std::max(kBin_px, length_px / kMostBins));
   add_moments(noise);
   moments_.length_px = length_px;

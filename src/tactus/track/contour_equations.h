@@ -32,7 +32,9 @@ class ContourEquations {
  public:
   static constexpr int kUnknowns = 8;  ///< twist, and the shift of the picture [px]
   /// @param shift_px that the picture is believed to have
-  void assemble(std::span<const ContourPoint> points, Vec2d shift_px, const ContourNoise& noise);
+  /// @param spacing_px of the points
+  void assemble(std::span<const ContourPoint> points, double spacing_px, Vec2d shift_px,
+                const ContourNoise& noise);
 
   double information[kUnknowns][kUnknowns];  ///< inverse covariance of the unknowns
   double right[kUnknowns];                   ///< information times the step to take

@@ -9,7 +9,8 @@
 namespace tactus {
 namespace {
 
-constexpr double kNearest_m = 0.02;  // to the camera
+constexpr double kNearest_m = 0.02;       // to the camera
+constexpr float kRounding_px = 1.F / 64;  // more than that of floats, over outlines of thousands of pixels
 
 double cross2(Vec2d a, Vec2d b) { return a.x * b.y - a.y * b.x; }
 double dot2(Vec2d a, Vec2d b) { return a.x * b.x + a.y * b.y; }
@@ -30,16 +31,15 @@ OutlineMesh::OutlineMesh(const TriangleMesh& mesh, const char* what) {
     moment += (part / 4) * (a + b + c);
     for (std::size_t i = 0; i < 3; ++i)
       face_of[{t[i], t[(i + 1) % 3]}].push_back(static_cast<Index>(triangles.size()));
-    faces.x.push_back(n.x);
-    faces.y.push_back(n.y);
-    faces.z.push_back(n.z);
-    faces.offset_m.push_back(dot(n, a));
+    normals.push_back(n);
+    offsets_m.push_back(dot(n, a));
     triangles.push_back(t);
   }
   center_m = moment / volume;
   Vec3d low_m = center_m, high_m = center_m;
   for (const Vec3d& p : vertices_m) {
     radius_m = std::max(radius_m, length(p - center_m));
+    vertex_coordinates_m.push_back(p);
     low_m = min(low_m, p);
     high_m = max(high_m, p);
   }
@@ -62,11 +62,7 @@ bool OutlineFinder::find(const OutlineMesh& mesh, const Rigidd& T_world_model, c
   segments_.clear();
   points_.clear();
   const Rigidd T_cam_model = camera.T_cam_world * T_world_model;
-  camera_m_.resize(mesh.vertices_m.size());
-  for (std::size_t i = 0; i < camera_m_.size(); ++i) {
-    camera_m_[i] = T_cam_model * mesh.vertices_m[i];
-    if (camera_m_[i].z < kNearest_m) return false;
-  }
+  if (transform_vertices(T_cam_model) < kNearest_m) return false;
   find_seen(inverse(T_cam_model).t);
   add_segments(camera);
   chain_segments();
@@ -75,11 +71,29 @@ bool OutlineFinder::find(const OutlineMesh& mesh, const Rigidd& T_world_model, c
   return true;
 }
 
+double OutlineFinder::transform_vertices(const Rigidd& T_cam_model) {
+  const std::size_t count = mesh_->vertices_m.size();
+  camera_m_.resize(count);
+  const OutlineMesh::Vectors& from_m = mesh_->vertex_coordinates_m;
+  const double *x = from_m.x.data(), *y = from_m.y.data(), *z = from_m.z.data();
+  double *to_x = camera_m_.x.data(), *to_y = camera_m_.y.data(), *to_z = camera_m_.z.data();
+  double nearest_m = 1e30;
+#pragma omp simd reduction(min : nearest_m)
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d p = T_cam_model * Vec3d{x[i], y[i], z[i]};
+    to_x[i] = p.x;
+    to_y[i] = p.y;
+    to_z[i] = p.z;
+    nearest_m = std::min(nearest_m, p.z);
+  }
+  return nearest_m;
+}
+
 void OutlineFinder::find_seen(Vec3d eye_m) {
   const std::size_t count = mesh_->triangles.size();
   seen_.resize(count);
-  const double *x = mesh_->faces.x.data(), *y = mesh_->faces.y.data(), *z = mesh_->faces.z.data(),
-               *offset_m = mesh_->faces.offset_m.data();
+  const double *x = mesh_->normals.x.data(), *y = mesh_->normals.y.data(), *z = mesh_->normals.z.data(),
+               *offset_m = mesh_->offsets_m.data();
   std::uint8_t* seen = seen_.data();
 #pragma omp simd
   for (std::size_t f = 0; f < count; ++f)
@@ -89,14 +103,14 @@ void OutlineFinder::find_seen(Vec3d eye_m) {
 void OutlineFinder::add_segments(const Camera& camera) {
   unchained_.clear();
   const auto pixel = [&](Index v) {
-    const Vec3d p = camera_m_[static_cast<std::size_t>(v)];
+    const Vec3d p = camera_m_[v];
     return Vec2d{(camera.fx_px * p.x + camera.skew_px * p.y) / p.z + camera.cx_px,
                  camera.fy_px * p.y / p.z + camera.cy_px};
   };
+  const std::uint8_t* seen = seen_.data();
   for (const OutlineMesh::Edge& e : mesh_->edges) {
-    const bool left = seen_[static_cast<std::size_t>(e.left)] != 0,
-               right = seen_[static_cast<std::size_t>(e.right)] != 0;
-    if (left == right) continue;
+    if (seen[e.left] == seen[e.right]) continue;
+    const bool left = seen[e.left] != 0;
     const Index from = left ? e.from : e.to, to = left ? e.to : e.from;
     unchained_.push_back({pixel(from), pixel(to), from, to});
   }
@@ -124,15 +138,17 @@ void OutlineFinder::chain_segments() {
     }
   }
   const std::size_t count = segments_.size();
-  for (auto* coordinate :
-       {&ends_px_.from_x, &ends_px_.from_y, &ends_px_.to_x, &ends_px_.to_y, &from_along_, &to_along_})
+  Middles& middles = middles_px_;
+  for (auto* coordinate : {&middles.x, &middles.y, &middles.half_x, &middles.half_y})
     coordinate->resize(count);
   is_beside_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    ends_px_.from_x[i] = segments_[i].from_px.x;
-    ends_px_.from_y[i] = segments_[i].from_px.y;
-    ends_px_.to_x[i] = segments_[i].to_px.x;
-    ends_px_.to_y[i] = segments_[i].to_px.y;
+    const Vec2d half_px = 0.5 * (segments_[i].to_px - segments_[i].from_px),
+                middle_px = segments_[i].from_px + half_px - segments_[0].from_px;
+    middles.x[i] = static_cast<float>(middle_px.x);
+    middles.y[i] = static_cast<float>(middle_px.y);
+    middles.half_x[i] = static_cast<float>(half_px.x);
+    middles.half_y[i] = static_cast<float>(half_px.y);
   }
 }
 
@@ -145,8 +161,7 @@ void OutlineFinder::add_points(std::size_t own, double spacing_px, double& left_
   // Seen from outside, corners go round to the left, and y points down.
   const Vec2d normal = (1 / length_px) * Vec2d{-along.y, along.x};
   if (left_px < length_px) find_beside(own, normal);
-  const Vec3d a = camera_m_[static_cast<std::size_t>(segment.from)],
-              b = camera_m_[static_cast<std::size_t>(segment.to)];
+  const Vec3d a = camera_m_[segment.from], b = camera_m_[segment.to];
   for (; left_px < length_px; left_px += spacing_px) {
     const double t = left_px / length_px;                      // in the picture
     const double share = t * a.z / (t * a.z + (1 - t) * b.z);  // in space
@@ -162,26 +177,25 @@ void OutlineFinder::add_points(std::size_t own, double spacing_px, double& left_
 
 void OutlineFinder::find_beside(std::size_t own, Vec2d normal) {
   beside_.clear();
-  const double begin = cross2(normal, segments_[own].from_px), end = cross2(normal, segments_[own].to_px),
-               low = std::min(begin, end), high = std::max(begin, end);
   const std::size_t count = segments_.size();
-  const double *from_x = ends_px_.from_x.data(), *from_y = ends_px_.from_y.data(),
-               *to_x = ends_px_.to_x.data(), *to_y = ends_px_.to_y.data();
-  double *from_along = from_along_.data(), *to_along = to_along_.data();
-  std::uint8_t* is_beside = is_beside_.data();
+  const float *x = middles_px_.x.data(), *y = middles_px_.y.data(), *half_x = middles_px_.half_x.data(),
+              *half_y = middles_px_.half_y.data();
+  const auto normal_x = static_cast<float>(normal.x), normal_y = static_cast<float>(normal.y);
+  const float middle = normal_x * y[own] - normal_y * x[own],
+              reach = std::abs(normal_x * half_y[own] - normal_y * half_x[own]) + kRounding_px;
+  std::int32_t* is_beside = is_beside_.data();
 #pragma omp simd
   for (std::size_t i = 0; i < count; ++i) {
-    const double from = normal.x * from_y[i] - normal.y * from_x[i],
-                 to = normal.x * to_y[i] - normal.y * to_x[i];
-    from_along[i] = from;
-    to_along[i] = to;
-    is_beside[i] = ((from >= low) | (to >= low)) & ((from <= high) | (to <= high));
+    const float away = normal_x * y[i] - normal_y * x[i] - middle,
+                half = normal_x * half_y[i] - normal_y * half_x[i];
+    is_beside[i] = std::abs(away) - std::abs(half) <= reach ? 1 : 0;
   }
   is_beside[own] = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (is_beside[i] == 0) continue;
+    const Segment& s = segments_[i];
     beside_.push_back(
-        {from_along[i], dot2(normal, segments_[i].from_px), to_along[i], dot2(normal, segments_[i].to_px)});
+        {cross2(normal, s.from_px), dot2(normal, s.from_px), cross2(normal, s.to_px), dot2(normal, s.to_px)});
   }
 }
 

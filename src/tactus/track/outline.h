@@ -15,17 +15,30 @@ class OutlineMesh {
   /// @throws Error when it is not closed (check_closed), naming `what`.
   OutlineMesh(const TriangleMesh& mesh, const char* what);
 
-  /// Planes of the faces, an array per coordinate: which of them look at a camera is asked of all at once.
-  struct Faces {
-    std::vector<double> x, y, z;  ///< normals, outward, of any length
-    std::vector<double> offset_m;
+  /// Vectors, an array per coordinate: loops over them do several at once.
+  struct Vectors {
+    std::vector<double> x, y, z;
+    void push_back(Vec3d v) {
+      x.push_back(v.x);
+      y.push_back(v.y);
+      z.push_back(v.z);
+    }
+    void resize(std::size_t count) {
+      for (auto* coordinate : {&x, &y, &z}) coordinate->resize(count);
+    }
+    Vec3d operator[](Index i) const {
+      const auto k = static_cast<std::size_t>(i);
+      return {x[k], y[k], z[k]};
+    }
   };
   /// Between the faces `left`, whose corners have `from` before `to`, and `right`.
   struct Edge {
     Index from, to, left, right;
   };
   std::vector<Vec3d> vertices_m;
-  Faces faces;
+  Vectors vertex_coordinates_m;  ///< the same
+  Vectors normals;               ///< of the faces, outward, of any length
+  std::vector<double> offsets_m;
   std::vector<std::array<Index, 3>> triangles;
   std::vector<Edge> edges;
   Vec3d center_m;              ///< of the volume
@@ -59,6 +72,8 @@ class OutlineFinder {
     Vec2d from_px, to_px;
     Index from, to;
   };
+  /// @returns the least depth [m]
+  double transform_vertices(const Rigidd& T_cam_model);
   void find_seen(Vec3d eye_m);
   void add_segments(const Camera& camera);
   void chain_segments();
@@ -69,17 +84,17 @@ class OutlineFinder {
   const OutlineMesh* mesh_ = nullptr;
   Rigidd T_world_model_;
   std::vector<std::uint8_t> seen_;
-  std::vector<Vec3d> camera_m_;  ///< vertices in the camera's frame
+  OutlineMesh::Vectors camera_m_;  ///< vertices in the camera's frame
   std::vector<Segment> segments_, unchained_;
   std::vector<Index> first_from_;  ///< of each vertex: the segment that begins there, or -1
   std::vector<Index> next_from_;   ///< of each segment: another that begins at the same vertex, or -1
-  /// Ends of `segments_`, an array per coordinate.
-  struct Ends {
-    std::vector<double> from_x, from_y, to_x, to_y;
+  /// Of each segment: its middle, and from there to its end, from the first segment's begin. Floats do to
+  /// tell which segments may lie beside another.
+  struct Middles {
+    std::vector<float> x, y, half_x, half_y;
   };
-  Ends ends_px_;
-  std::vector<double> from_along_, to_along_;  ///< of each segment, across the normal that is looked along
-  std::vector<std::uint8_t> is_beside_;
+  Middles middles_px_;
+  std::vector<std::int32_t> is_beside_;
   struct Crossing {
     double at_px;
     int change;  ///< of the number of layers, inwards

@@ -210,7 +210,8 @@ void PoseFitter::assemble(const PoseFit& fit, double least_white_px2) {
   ContourNoise noise = noise_;
   noise.white_px2 = std::max(noise.white_px2, least_white_px2);
   cpu_for(views_.size(), 1, [&](std::size_t c) {
-    views_[c].equations.assemble(views_[c].points, {fit.shifts_px[2 * c], fit.shifts_px[2 * c + 1]}, noise);
+    views_[c].equations.assemble(views_[c].points, settings_.spacing_px,
+                                 {fit.shifts_px[2 * c], fit.shifts_px[2 * c + 1]}, noise);
   });
 }
 
@@ -396,10 +397,12 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
   PoseFit fit;
   fit.T_world_model = T_start;
   fit.shifts_px.assign(2 * views_.size(), 0);
-  if (prior != nullptr)
+  if (prior != nullptr) {
     fit.shifts_px = prior->shifts_px;
-  else
-    noise_frames_ = 0;  // of another pose
+  } else {
+    has_noise_ = false;  // of another pose
+    blur_px_ = kBlur_px;
+  }
   double reach_px = std::max(search_px, settings_.reach_px);
   open_windows(masks, T_start, 2 * reach_px + settings_.reach_px + 2);
   double last_sigmas2 = 0;
@@ -418,6 +421,10 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
     for (std::size_t i = 0; i < fit.shifts_px.size(); ++i) fit.shifts_px[i] += shrink * step_.v[6 + i];
     if (is_far) {
       if (sigmas2 < 4) reach_px = settings_.reach_px;
+    } else if (!has_noise_ && sigmas2 < 4) {
+      noise_frames_ = 0;
+      measure_noise();
+      noise_frames_ = 0;
     } else if (sigmas2 < kSettled2 || (sigmas2 < kJitter2 && sigmas2 > 0.5 * last_sigmas2)) {
       ++fit.iterations;
       break;

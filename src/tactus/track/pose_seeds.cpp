@@ -209,7 +209,8 @@ std::vector<SeenLine> seen_lines(std::span<const Camera> cameras,
 LongAxis long_axis(const OutlineMesh& mesh) {
   Mat3d spread{};
   for (const Vec3d& p : mesh.vertices_m) spread = spread + outer(p - mesh.center_m, p - mesh.center_m);
-  LongAxis axis{symmetric_eigen(spread).vectors.row[0], 0, 0, 0};
+  const Mat3d axes = symmetric_eigen(spread).vectors;
+  LongAxis axis{axes.row[0], {axes.row[1], axes.row[2]}, 0, 0, 0};
   for (const Vec3d& p : mesh.vertices_m) {
     const Vec3d d = p - mesh.center_m;
     const double s = dot(d, axis.direction);
@@ -218,6 +219,16 @@ LongAxis long_axis(const OutlineMesh& mesh) {
     axis.radius_m = std::max(axis.radius_m, length(d - s * axis.direction));
   }
   return axis;
+}
+
+std::array<Rigidd, 3> turned_over(const OutlineMesh& mesh, const Rigidd& T_world_model) {
+  const LongAxis axis = long_axis(mesh);
+  const Vec3d middle_m = mesh.center_m + 0.5 * (axis.begin_m + axis.end_m) * axis.direction;
+  const auto turned = [&](Vec3d about) {
+    const Mat3d R = T_world_model.R * rotation_from_vector(M_PI * about);
+    return Rigidd{R, T_world_model * middle_m - R * middle_m};
+  };
+  return {turned(axis.direction), turned(axis.across[0]), turned(axis.across[1])};
 }
 
 std::vector<Rigidd> poses_along(const OutlineMesh& mesh, const SeenLine& line) {

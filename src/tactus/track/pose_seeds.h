@@ -1,6 +1,7 @@
 #pragma once
 /// Where a long, thin tool may be, from silhouettes alone: what pose searches begin with. No voxels, so no
 /// grid decides.
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -34,9 +35,13 @@ std::vector<SeenLine> seen_lines(std::span<const Camera> cameras,
 /// How a model may lie along a line: either way round, at either end of what is seen of it, with eight rolls.
 std::vector<Rigidd> poses_along(const OutlineMesh& mesh, const SeenLine& line);
 
+/// A pose after half a turn about each of the model's axes: of a flat tool, they look much alike.
+std::array<Rigidd, 3> turned_over(const OutlineMesh& mesh, const Rigidd& T_world_model);
+
 /// Of a model: its longest axis, where it begins and ends along that, and how far it reaches from it.
 struct LongAxis {
   Vec3d direction;
+  Vec3d across[2];        ///< the axes across it, in which it is widest and thinnest
   double begin_m, end_m;  ///< about OutlineMesh::center_m
   double radius_m;
 };
