@@ -23,24 +23,11 @@ constexpr double kMostPointOff_px = 6;                  // of a marker's corner:
 constexpr double kSettled2 = 0.3, kJitter2 = 2;
 constexpr double kSeenThrough_px = 1;  // parts thinner than this show holes, anyway
 
-float mask_at(const Image<float>& window, double x, double y) {
-  const auto x0 = static_cast<Index>(std::floor(x)), y0 = static_cast<Index>(std::floor(y));
-  if (x0 < 0 || y0 < 0 || x0 + 1 >= window.width_px || y0 + 1 >= window.height_px) return 0;
-  const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
-  const float* p = &window(x0, y0);
-  const float upper = p[0] + fx * (p[1] - p[0]);
-  p += window.width_px;
-  const float lower = p[0] + fx * (p[1] - p[0]);
-  return upper + fy * (lower - upper);
-}
-
 /// Of a mask along a normal.
 struct Profile {
-  const Image<float>& window;
+  const MaskWindow& window;
   Vec2d from_px, along;
-  double at(double s) const {
-    return static_cast<double>(mask_at(window, from_px.x + s * along.x, from_px.y + s * along.y));
-  }
+  double at(double s) const { return window.at(from_px.x + s * along.x, from_px.y + s * along.y); }
   double sum(double from, double to) const {
     const int n = std::max(1, static_cast<int>(std::ceil((to - from) / kStep_px)));
     const double step = (to - from) / n;
@@ -98,14 +85,13 @@ PoseFitter::PoseFitter(const OutlineMesh& mesh, std::span<const Camera> cameras,
 
 void PoseFitter::open_windows(std::span<const BitMask> masks, const Rigidd& T, double reach_px) {
   cpu_for(views_.size(), 1, [&](std::size_t c) {
-    views_[c].window.width_px = 0;
+    views_[c].window.close();
     if (!masks[c].words.empty()) open_window(c, masks[c], T, reach_px);
   });
 }
 
-/// Around the picture of the model's box, in whole words of the mask: they are unpacked 32 pixels at a time.
+/// Around the picture of the model's box.
 void PoseFitter::open_window(std::size_t camera, const BitMask& mask, const Rigidd& T, double reach_px) {
-  View& view = views_[camera];
   Vec2d low{1e9, 1e9}, high{-1e9, -1e9};
   for (const Vec3d& p_m : mesh_->box_m) {
     const Pixel p = project(cameras_[camera], T * p_m);
@@ -113,29 +99,8 @@ void PoseFitter::open_window(std::size_t camera, const BitMask& mask, const Rigi
     low = {std::min(low.x, p.u_px), std::min(low.y, p.v_px)};
     high = {std::max(high.x, p.u_px), std::max(high.y, p.v_px)};
   }
-  const auto first = [&](double x) { return static_cast<Index>(std::floor(std::max(x - reach_px, 0.0))); };
-  const auto end = [&](double x, Index size) {
-    return static_cast<Index>(std::ceil(std::clamp(x + reach_px + 1, 0.0, static_cast<double>(size))));
-  };
-  if (!(low.x < mask.width_px && low.y < mask.height_px)) return;
-  const Index first_word = first(low.x) / 32, words = ceil_div(end(high.x, mask.width_px), 32) - first_word;
-  view.x_px = 32 * first_word;
-  view.y_px = first(low.y);
-  const Index width = 32 * words, height = end(high.y, mask.height_px) - view.y_px;
-  if (words < 1 || height < 2) return;
-  view.window.width_px = width;
-  view.window.height_px = height;
-  view.window.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  for (Index y = 0; y < height; ++y) {
-    const std::uint32_t* row =
-        mask.words.data() + static_cast<std::ptrdiff_t>(view.y_px + y) * mask.words_per_row() + first_word;
-    float* pixels = &view.window(0, y);
-    for (Index w = 0; w < words; ++w, pixels += 32) {
-      const std::uint32_t word = row[w];
-#pragma omp simd
-      for (int k = 0; k < 32; ++k) pixels[k] = static_cast<float>(static_cast<int>(word >> k & 1U));
-    }
-  }
+  const Vec2d reach{reach_px, reach_px};
+  views_[camera].window.open(mask, low - reach, high + reach);
 }
 
 void PoseFitter::look(const Rigidd& T, double reach_px) {
@@ -149,7 +114,7 @@ void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
   view.points.clear();
   view.inner_px = view.missing_px = view.extra_px = 0;
   view.gone = 0;
-  if (view.window.width_px == 0) return;
+  if (!view.window.is_open()) return;
   if (!view.outline.find(*mesh_, T, cameras_[camera], settings_.spacing_px, reach_px)) return;
   const Vec3d center_m = T * mesh_->center_m;
   const bool is_near = reach_px <= settings_.reach_px;
@@ -158,10 +123,10 @@ void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
            p.y <= cameras_[camera].height_px - 1;
   };
   const double contour_px = has_noise_ && is_near ? noise_.contour_px : 1e-3;
+  const Vec2d begin_px{static_cast<double>(view.window.x_px()), static_cast<double>(view.window.y_px())};
   Vec2d before_px{-1e9, -1e9};
   for (const OutlinePoint& p : view.outline.points()) {
-    const Profile mask{
-        view.window, p.px - Vec2d{static_cast<double>(view.x_px), static_cast<double>(view.y_px)}, p.normal};
+    const Profile mask{view.window, p.px - begin_px, p.normal};
     if (p.outer_px < 0.5 || !in_picture(p.px) || !in_picture(p.px + p.outer_px * p.normal)) continue;
     const double inner = mask.sum(-p.inner_px, 0), outer = mask.sum(0, p.outer_px);
     view.inner_px += p.inner_px;

@@ -6,6 +6,7 @@
 #include "tactus/geom/image.h"
 #include "tactus/track/contour_equations.h"
 #include "tactus/track/depth_rays.h"
+#include "tactus/track/mask_window.h"
 #include "tactus/track/outline.h"
 #include "tactus/track/small_matrix.h"
 
@@ -90,8 +91,7 @@ class PoseFitter {
  private:
   struct View {
     OutlineFinder outline;
-    Image<float> window;  ///< of the mask: 0 or 1
-    Index x_px = 0, y_px = 0;
+    MaskWindow window;
     std::vector<ContourPoint> points;
     ContourEquations equations;
     int gone = 0;  ///< points whose part of the model is missing all through

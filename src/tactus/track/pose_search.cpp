@@ -65,6 +65,9 @@ void PoseSearch::fit(std::span<const BitMask> masks, std::span<const SeenPoint> 
 
 std::vector<Rigidd> PoseSearch::find(std::span<const BitMask> masks, std::span<const BitMask> taken,
                                      std::span<const SeenPoint> points) {
+  const auto is_other = [&](const Rigidd& a, const Rigidd& b) {
+    return is_other_pose(a, b, mesh_->center_m);
+  };
   std::vector<Try> tries = seeds(masks, taken);
   cpu_for(fitters_.size(), 1, [&](std::size_t k) {
     for (std::size_t i = k; i < tries.size(); i += fitters_.size())
@@ -75,14 +78,21 @@ std::vector<Rigidd> PoseSearch::find(std::span<const BitMask> masks, std::span<c
   if (tries.empty()) return {};
   fit(masks, points, tries, 0);
   sort(tries);
-  for (const Rigidd& pose : turned_over(*mesh_, tries.front().T_world_model)) tries.push_back({pose});
-  fit(masks, points, tries, tries.size() - 3);
+  // Those that went astray say nothing of what is near them.
+  const double most_wrong = kFarWorse * tries.front().wrong;
+  std::erase_if(tries, [&](const Try& t) { return t.wrong > most_wrong; });
+  const std::size_t seeded = tries.size();
+  for (const Rigidd& pose : turned_over(*mesh_, tries.front().T_world_model)) {
+    const bool is_new = std::all_of(tries.begin(), tries.begin() + static_cast<std::ptrdiff_t>(seeded),
+                                    [&](const Try& t) { return is_other(t.T_world_model, pose); });
+    if (is_new) tries.push_back({pose});
+  }
+  fit(masks, points, tries, seeded);
   sort(tries);
   std::vector<Rigidd> found;
   for (const Try& one : tries) {
-    const bool is_new = std::all_of(found.begin(), found.end(), [&](const Rigidd& other) {
-      return is_other_pose(one.T_world_model, other, mesh_->center_m);
-    });
+    const bool is_new = std::all_of(found.begin(), found.end(),
+                                    [&](const Rigidd& f) { return is_other(one.T_world_model, f); });
     if (is_new && found.size() < kMostFound && one.wrong <= kFarWorse * tries.front().wrong)
       found.push_back(one.T_world_model);
   }

@@ -9,7 +9,7 @@
 namespace tactus {
 
 /// Poses along the thin parts of masks are scored, and the best fitted coarsely: by points of outlines that
-/// are three pixels apart and whose errors are taken to be independent. Tries run side by side on the
+/// are two pixels apart. Tries run side by side on the
 /// processor's cores; none depends on another. It owns the memory of those fits.
 class PoseSearch {
  public:
