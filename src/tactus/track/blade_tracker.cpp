@@ -224,15 +224,30 @@ void BladeTracker::judge() {
   last_edge_m_ = now_.edge_m;
 }
 
-BladeTracker::Part BladeTracker::part(std::size_t camera, int around_px) const {
-  Camera of = cameras_[camera];
+TriangleMesh BladeTracker::posed() const {
   TriangleMesh mesh = model_.mesh;
   const Rigidd& T = hypotheses_.front().filter.pose();
+  for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(T * vec_cast<double>(p));
+  return mesh;
+}
+
+/// Faces that look away cover what the others cover.
+TriangleMesh BladeTracker::facing(const TriangleMesh& posed, const Camera& camera) const {
+  TriangleMesh mesh;
+  mesh.positions_m = posed.positions_m;
+  mesh.triangles.reserve(posed.triangles.size());
+  const Vec3d eye_m = inverse(camera.T_cam_world * hypotheses_.front().filter.pose()).t;
+  for (std::size_t f = 0; f < posed.triangles.size(); ++f)
+    if (dot(mesh_.normals[static_cast<Index>(f)], eye_m) > mesh_.offsets_m[f])
+      mesh.triangles.push_back(posed.triangles[f]);
+  return mesh;
+}
+
+BladeTracker::Part BladeTracker::part(const TriangleMesh& posed, std::size_t camera, int around_px) const {
+  Camera of = cameras_[camera];
   Vec2d low{1e9, 1e9}, high{-1e9, -1e9};
-  for (Vec3f& p : mesh.positions_m) {
-    const Vec3d p_m = T * vec_cast<double>(p);
-    p = vec_cast<float>(p_m);
-    const Pixel at = project(of, p_m);
+  for (const Vec3d& corner_m : mesh_.box_m) {
+    const Pixel at = project(of, hypotheses_.front().filter.pose() * corner_m);
     if (!(at.z_m > 0)) return {};
     low = {std::min(low.x, at.u_px), std::min(low.y, at.v_px)};
     high = {std::max(high.x, at.u_px), std::max(high.y, at.v_px)};
@@ -247,15 +262,16 @@ BladeTracker::Part BladeTracker::part(std::size_t camera, int around_px) const {
   of.width_px = within(high.x + around, of.width_px) - 32 * part.first_word;
   of.height_px = within(high.y + around, of.height_px) - part.first_row;
   if (of.width_px < 1 || of.height_px < 1) return {};
-  grow_mask(render_silhouette(mesh, of), kBeside_px, part.own);
+  grow_mask(render_silhouette(facing(posed, of), of), kBeside_px, part.own);
   return part;
 }
 
 void BladeTracker::add_to(std::span<BitMask> masks) const {
   if (hypotheses_.empty()) return;
+  const TriangleMesh mesh = posed();
   cpu_for(masks.size(), 1, [&](std::size_t c) {
     if (masks[c].words.empty()) return;
-    const Part shown = part(c, kBeside_px + 1);
+    const Part shown = part(mesh, c, kBeside_px + 1);
     for (Index y = 0; y < shown.own.height_px; ++y)
       for (Index w = 0; w < shown.own.words_per_row(); ++w)
         word_at(masks[c], shown.first_word + w, shown.first_row + y) |= word_at(shown.own, w, y);
@@ -264,9 +280,10 @@ void BladeTracker::add_to(std::span<BitMask> masks) const {
 
 void BladeTracker::take_from(std::span<BitMask> masks) const {
   if (hypotheses_.empty()) return;
+  const TriangleMesh mesh = posed();
   cpu_for(masks.size(), 1, [&](std::size_t c) {
     if (masks[c].words.empty()) return;
-    const Part shown = part(c, kBeside_px + 2 * radius_px_[c] + 3);
+    const Part shown = part(mesh, c, kBeside_px + 2 * radius_px_[c] + 3);
     BitMask near(shown.own.width_px, shown.own.height_px);
     const auto last_bits = near.width_px % 32 == 0 ? ~0U : (1U << (near.width_px % 32)) - 1;
     for (Index y = 0; y < near.height_px; ++y) {

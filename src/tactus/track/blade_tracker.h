@@ -72,7 +72,9 @@ class BladeTracker {
     Index first_word = 0, first_row = 0;
     BitMask own;  ///< what it covers, grown by a few pixels
   };
-  Part part(std::size_t camera, int around_px) const;
+  Part part(const TriangleMesh& posed, std::size_t camera, int around_px) const;
+  TriangleMesh posed() const;
+  TriangleMesh facing(const TriangleMesh& posed, const Camera& camera) const;
 
   BladeModel model_;
   OutlineMesh mesh_;

@@ -365,7 +365,8 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
   if (prior != nullptr) {
     fit.shifts_px = prior->shifts_px;
   } else {
-    has_noise_ = false;  // of another pose
+    noise_ = {.correlation_px = settings_.correlation_px};  // what was learned is of another pose
+    has_noise_ = false;
     blur_px_ = kBlur_px;
   }
   double reach_px = std::max(search_px, settings_.reach_px);
