@@ -152,7 +152,7 @@ TEST(SceneFile, UnknownKeyNamesTheNearest) {
   EXPECT_EQ(
       error_of("source: {kind: synthetic}\ncontact:\n  wobble: 1\n"),
       "scenes/x.yaml:3: unknown key 'wobble' in 'contact'; known: sample_spacing_m, friction, response, "
-      "restitution, bodies, self, cut_walls");
+      "restitution, bodies, self, cut_walls, every");
   EXPECT_EQ(
       error_of(
           "source: {kind: synthetic}\nbodies:\n  - name: a\n    shape: {kind: box}\n    spacing_mm: 4\n"),
