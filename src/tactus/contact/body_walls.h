@@ -84,8 +84,9 @@ class BodyWalls {
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }
   void upload();
-  /// Whether active sets follow the liquid. Those of several devices would be chosen by one, for all.
-  bool follows() const { return parts_.size() == 1; }
+  /// Whether active sets follow the liquid. Those of several devices would be chosen by one, for all. A GPU
+  /// goes through all of a surface in less time than the launches take that follow it.
+  bool follows() const { return parts_.size() == 1 && !devices_.is_cuda(); }
   WallRefresh refresh_of(Part& part) const;
   PoseWallVertices pose_of(Part& first) const;
   void find_near_cells(int part, const NeighbourSearch& particles);
