@@ -1,5 +1,6 @@
 #pragma once
-/// Reads of 16 bytes at once.
+/// Reads and writes of 16 bytes at once.
+#include <array>
 #include <bit>
 
 #include "tactus/compute/view.h"
@@ -16,6 +17,20 @@ TACTUS_HD std::remove_const_t<T> load_constant(View<T> view, Index i) {
   return std::bit_cast<std::remove_const_t<T>>(__ldg(reinterpret_cast<const uint4*>(view.data() + i)));
 #else
   return view[i];
+#endif
+}
+
+/// to = from. Threads that write large structs side by side would write them number by number, each to a cache
+/// line of its own.
+template <class T>
+TACTUS_HD void store_wide(T& to, const T& from) {
+  static_assert(sizeof(T) % 16 == 0 && alignof(T) == 16, "aligned to 16 bytes");
+#if defined(__CUDA_ARCH__)
+  constexpr std::size_t kWords = sizeof(T) / 16;
+  const auto words = std::bit_cast<std::array<uint4, kWords>>(from);
+  for (std::size_t w = 0; w < kWords; ++w) reinterpret_cast<uint4*>(&to)[w] = words[w];
+#else
+  to = from;
 #endif
 }
 

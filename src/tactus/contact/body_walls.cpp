@@ -46,13 +46,14 @@ BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& gr
       active(ctx, grid, mesh.room(), nodes),
       marks(ctx.device(), grid.words() + WallRefresh::kCounts),
       near(ctx.device(), grid.words()),
-      list_counts(ctx.device(), 3),
+      list_counts(ctx.device(), 4),
       listed(ctx.device(), mesh.room().surface),
       number(ctx.device(), mesh.room().triangles),
       corners(ctx.device(), mesh.room().triangles),
       middle_m(ctx.device(), mesh.room().triangles),
       radius_m(ctx.device(), mesh.room().triangles),
       normals(ctx.device(), mesh.room().triangles),
+      near_particles(ctx.device(), max_particles),
       hits(ctx.device(), std::int64_t{kWallSides} * max_particles) {
   ctx.fill_bytes(impulse.view(), 0);
   ctx.fill_bytes(list_counts.view(), 0);
@@ -184,15 +185,29 @@ void BodyWalls::list_triangles(int part) {
   here.search.build(ctx, here.middle_m.const_view(), here.number.const_view(), here.pieces());
 }
 
+NearSurface BodyWalls::Part::near_surface() const {
+  return {search.cells(),         list_counts.const_view().part(2, 1), corners.const_view(),
+          radius_m.const_view(), normals.const_view(),                posed.const_view()};
+}
+
+void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
+  Part& here = parts_[at(part)];
+  if (follows()) return find_walls(part, particles, near, here.hits.view());
+  ExecContext& ctx = devices_.context(part);
+  const View<const SearchParticle> all = particles.cells().particles;
+  ctx.parallel_for("body walls/choose", particles.placed(),
+                   ChooseNearParticles{all, here.near_surface(), reach_m_, here.hits.view(),
+                                       here.list_counts.view().part(3, 1), here.near_particles.view()});
+  ctx.parallel_for("body walls/find", here.chosen_particles(),
+                   FindBodyWalls{all, here.near_surface(), owner_, reach_m_, near, here.hits.view(),
+                                 here.near_particles.const_view()});
+}
+
 void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const NearWalls& near,
                            View<WallHit> hits) {
-  const Part& here = parts_[at(part)];
-  ExecContext& ctx = devices_.context(part);
-  const NearSurface surface{here.search.cells(),       here.list_counts.const_view().part(2, 1),
-                            here.corners.const_view(), here.radius_m.const_view(),
-                            here.normals.const_view(), here.posed.const_view()};
-  ctx.parallel_for("body walls/find", particles.placed(),
-                   FindBodyWalls{particles.cells().particles, surface, owner_, reach_m_, near, hits});
+  devices_.context(part).parallel_for(
+      "body walls/find", particles.placed(),
+      FindBodyWalls{particles.cells().particles, parts_[at(part)].near_surface(), owner_, reach_m_, near, hits});
 }
 
 void BodyWalls::push(int part, const NeighbourSearch& particles, const NearWalls& near) {

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "tactus/contact/active_walls.h"
+#include "tactus/contact/near_surface.h"
 #include "tactus/geom/neighbour_search.h"
 #include "tactus/multi_device/device_barrier.h"
 
@@ -36,9 +37,7 @@ class BodyWalls {
   using Particles = std::function<const NeighbourSearch&(int part)>;
   /// Where the surface is now, near these particles. Before find_walls of them.
   void pose(const Particles& particles);
-  void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
-    find_walls(part, particles, near, parts_[at(part)].hits.view());
-  }
+  void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near);
   /// For particles that only ask. @param hits kWallSides of each particle, written
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near, View<WallHit> hits);
   void push(int part, const NeighbourSearch& particles, const NearWalls& near);
@@ -57,11 +56,13 @@ class BodyWalls {
          Index max_particles);
     Count vertices(Index room) const { return {counts.const_view().part(0, 1), room}; }
     Count all_added() const { return {counts.const_view().part(1, 1), added.size()}; }
-    Count listed_ones() const { return {View<const Index>(near_counts()), listed.size()}; }
-    Count pieces() const { return {View<const Index>(near_counts()).part(1, 1), number.size()}; }
+    Count listed_ones() const { return {near_counts(), listed.size()}; }
+    Count pieces() const { return {near_counts().part(1, 1), number.size()}; }
+    Count chosen_particles() const { return {near_counts().part(3, 1), near_particles.size()}; }
     View<const Index> near_counts() const {
-      return {reinterpret_cast<const Index*>(list_counts.const_view().data()), 2};
+      return {reinterpret_cast<const Index*>(list_counts.const_view().data()), list_counts.size()};
     }
+    NearSurface near_surface() const;
     NeighbourSearch search;
     Buffer<Index> counts;  ///< of vertices, added ones, triangles of the surface
     Buffer<Vec3i> surface, triangles;
@@ -73,13 +74,15 @@ class BodyWalls {
     // What is near particles:
     Buffer<std::uint32_t> marks;  ///< and behind them, the counts of a WallRefresh
     Buffer<std::uint32_t> near;
-    /// Of the triangles of the surface that are listed, and of pieces; bits of the largest radius of these.
+    /// Of the triangles of the surface that are listed, and of pieces; bits of the largest radius of these; of
+    /// the particles that may be near them.
     Buffer<std::uint32_t> list_counts;
     Buffer<Index> listed, number;
     Buffer<Vec3i> corners;
     Buffer<Vec3f> middle_m;
     Buffer<float> radius_m;
     Buffer<Vec3f> normals;
+    Buffer<Index> near_particles;  ///< unless all are gone through
     Buffer<WallHit> hits;
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }

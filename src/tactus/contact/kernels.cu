@@ -59,6 +59,7 @@ TACTUS_CUDA_KERNEL(tactus::PoseNearTriangles);
 TACTUS_CUDA_KERNEL(tactus::NodeMasses);
 TACTUS_CUDA_KERNEL(tactus::SetPoints);
 TACTUS_CUDA_KERNEL(tactus::FindBodyWalls);
+TACTUS_CUDA_KERNEL(tactus::ChooseNearParticles);
 TACTUS_CUDA_KERNEL(tactus::WeighRows);
 TACTUS_CUDA_KERNEL(tactus::PushVertices);
 TACTUS_CUDA_KERNEL(tactus::PushCorners);

@@ -7,6 +7,33 @@
 
 namespace tactus {
 
+/// The particles that may be near a piece. A GPU gives each of them a block of FindBodyWalls, which takes its
+/// time where nothing is near, too.
+struct ChooseNearParticles {
+  View<const SearchParticle> particles;
+  NearSurface surface;
+  float reach_m;
+  View<WallHit> hits;  ///< as FindBodyWalls': of those that are not chosen, none
+  View<std::uint32_t> count;
+  View<Index> chosen;  ///< in any order
+  TACTUS_HD void operator()(Index i) const {
+    if (may_be_near(particles[i].x_m)) {
+      chosen[static_cast<Index>(atomic_fetch_add(count[0], 1U))] = i;
+    } else {
+      for (Index side = 0; side < kWallSides; ++side) hits[kWallSides * i + side] = {-1, 0, 0};
+    }
+  }
+
+ private:
+  TACTUS_HD bool may_be_near(Vec3f p) const {
+    bool any = false;
+    if (surface.cells.hash.holds(p))
+      surface.for_each_run(p, p, surface.reach_to_middle_m(reach_m),
+                           [&](SlotRun run) { any = any || run.first < run.last; });
+    return any;
+  }
+};
+
 /// Block: particle. Adds the nearest point of a body's surface to its walls, and the one across.
 ///
 /// Lanes share the pieces whose balls come within reach. On a CPU one lane has them all, and a run of
@@ -18,7 +45,8 @@ struct FindBodyWalls {
   Index owner;
   float reach_m;
   NearWalls near_walls;
-  View<WallHit> hits;  ///< kWallSides of each particle
+  View<WallHit> hits;               ///< kWallSides of each particle
+  View<const Index> chosen = {};  ///< particles of the blocks; empty: all
 
   struct Shared {
     static constexpr Index kListed = 128;  ///< where more are near, cells are searched again each time
@@ -41,7 +69,7 @@ struct FindBodyWalls {
 
   template <class Block, class S>
   TACTUS_HD void operator()(const Block& b, S& s) const {
-    const Index i = b.index();
+    const Index i = chosen.empty() ? b.index() : chosen[b.index()];
     const Vec3f p = particles[i].x_m;
     constexpr int kLanes = Block::kIsLoop ? 1 : kThreads;
     if constexpr (Block::kIsLoop) {

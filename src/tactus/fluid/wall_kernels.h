@@ -64,8 +64,7 @@ struct FindBoxWalls {
   NearWalls near;
   TACTUS_HD void operator()(Index i) const {
     const Vec3f x = particles[i].x_m;
-    near.count[i] = 0;
-    TACTUS_ROLLED
+    Index count = 0;  // faces are never the same plane: there is nothing to look up
     for (int face = 0; face < kFaces; ++face) {
       const int a = face / 2;
       const float sign = face % 2 == 0 ? 1.F : -1.F,
@@ -73,8 +72,13 @@ struct FindBoxWalls {
       if (!(distance_m < reach_m) || (open_faces >> face & 1) != 0) continue;
       Vec3f n{};
       n[a] = sign;
-      near.add(i, {n, distance_m, {}, face, 0.F, {}});
+      const NearWall wall{n, distance_m, {}, face, 0.F, {}};
+      if (count < kNearWalls)
+        store_wide(near.at(i, count++), wall);
+      else
+        near.add_to_full(i, wall);
     }
+    near.count[i] = count;
   }
 };
 

@@ -2,6 +2,7 @@
 /// The surfaces that are near particles: what is solid tells, what is liquid asks.
 #include "tactus/base/vec.h"
 #include "tactus/compute/view.h"
+#include "tactus/compute/wide_load.h"
 
 namespace tactus {
 
@@ -54,6 +55,8 @@ struct NearWalls {
   /// equally near, but for rounding, the newest. Where there are too many walls, one that is beside another
   /// is dropped, or the farthest.
   TACTUS_HD void add(Index i, const NearWall& wall) const { add(*this, i, wall); }
+  /// Where there are kNearWalls, none of them in the same plane.
+  TACTUS_HD void add_to_full(Index i, const NearWall& wall) const { add_to_full(*this, i, wall); }
 
  private:
   TACTUS_HD_CALLED static void add(NearWalls near, Index i, NearWall wall) {
@@ -66,10 +69,13 @@ struct NearWalls {
       return;
     }
     if (n < kNearWalls) {
-      near.at(i, n) = wall;
+      store_wide(near.at(i, n), wall);
       near.count[i] = n + 1;
       return;
     }
+    add_to_full(near, i, wall);
+  }
+  TACTUS_HD_CALLED static void add_to_full(NearWalls near, Index i, const NearWall& wall) {
     if (wall.is_beside()) return;
     Index least = 0;
     TACTUS_ROLLED

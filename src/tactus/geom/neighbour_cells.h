@@ -32,27 +32,15 @@ struct NeighbourCells {
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3i low, Vec3i high, F&& f) const {
     const Index size = table_size[0];
+    if (hash.ids == CellIds::linear) return for_each_row(low, high, size, f);
     TACTUS_ROLLED
     for (Index z = low.z; z <= high.z; ++z) {
       TACTUS_ROLLED
       for (Index y = low.y; y <= high.y; ++y) {
-        if (hash.ids == CellIds::linear) {
-          const auto first = static_cast<Index>(hash.number({low.x, y, z}, size));
-          const Index past = first + (high.x - low.x) + 1;
-          SlotRun run{begin[first], begin[min(past, size)]};
-          // At most twice: f is long, and there should be one of it.
-          TACTUS_ROLLED
-          for (bool wraps = past > size;; wraps = false) {
-            f(run);
-            if (!wraps) break;
-            run = {begin[0], begin[past - size]};
-          }
-        } else {
-          TACTUS_ROLLED
-          for (Index x = low.x; x <= high.x; ++x) {
-            const auto number = static_cast<Index>(hash.number({x, y, z}, size));
-            f(SlotRun{begin[number], begin[number + 1]});
-          }
+        TACTUS_ROLLED
+        for (Index x = low.x; x <= high.x; ++x) {
+          const auto number = static_cast<Index>(hash.number({x, y, z}, size));
+          f(SlotRun{begin[number], begin[number + 1]});
         }
       }
     }
@@ -72,6 +60,39 @@ struct NeighbourCells {
         for (Index slot = run.first; slot < run.last; ++slot) f(slot);
       }
     });
+  }
+
+ private:
+  struct Row {
+    SlotRun run;
+    Index beyond;  ///< cells behind the end of the table, which are its first
+  };
+  TACTUS_HD Row row_at(Vec3i low, Index cells, Index size) const {
+    const auto first = static_cast<Index>(hash.number(low, size));
+    const Index past = first + cells;
+    return {{begin[first], begin[min(past, size)]}, past - size};
+  }
+  /// The next row is looked up before f(run): a GPU's thread waits for both together.
+  template <class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_row(Vec3i low, Vec3i high, Index size, F&& f) const {
+    const Index cells = high.x - low.x + 1;
+    Vec3i at = low;
+    Row next = row_at(at, cells, size);
+    TACTUS_ROLLED
+    for (Index left = (high.y - low.y + 1) * (high.z - low.z + 1); left > 0; --left) {
+      const Row row = next;
+      at.z += at.y == high.y ? 1 : 0;
+      at.y = at.y == high.y ? low.y : at.y + 1;
+      if (left > 1) next = row_at(at, cells, size);
+      SlotRun run = row.run;
+      // At most twice: f is long, and there should be one of it.
+      TACTUS_ROLLED
+      for (bool wraps = row.beyond > 0;; wraps = false) {
+        f(run);
+        if (!wraps) break;
+        run = {begin[0], begin[row.beyond]};
+      }
+    }
   }
 };
 
