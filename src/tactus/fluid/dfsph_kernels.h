@@ -35,7 +35,7 @@ TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls&
   float rate = 0;
   TACTUS_ROLLED
   for (Index w = 0; w < n; ++w) {
-    const NearWall& wall = walls.at(i, w);
+    const NearWall wall = walls.read(i, w);
     const float f = liquid.density_kg_m3 * wall.slope_1_m;
     rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.give_1_kg * liquid.mass_kg * k * f);
   }
@@ -49,7 +49,7 @@ TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls&
   if (n == 0) return kick;
   TACTUS_ROLLED
   for (Index w = 0; w < n; ++w) {
-    const NearWall& wall = walls.at(i, w);
+    const NearWall wall = walls.read(i, w);
     const float push = push_at_wall(liquid, wall, k, time.dt_s * time.gravity_m_s2);
     kick += (push * liquid.density_kg_m3 * wall.slope_1_m) * wall.n;
   }

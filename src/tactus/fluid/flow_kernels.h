@@ -115,13 +115,15 @@ struct EmitLayers {
 
 /// What walls got since the frame began, from one part, added up and emptied. Thread: owner.
 struct SumWalls {
-  View<WallSums> sums, totals;
+  View<WallSumsCopy> copies;
+  View<WallSums> totals;
   TACTUS_HD void operator()(Index owner) const {
     WallSums total{};
-    for (Index c = owner * WallSums::kCopies; c < (owner + 1) * WallSums::kCopies; ++c) {
+    for (Index c = owner * WallSumsCopy::kOfEach; c < (owner + 1) * WallSumsCopy::kOfEach; ++c) {
+      WallSums& sums = copies[c].sums;
       for (int a = 0; a < 3; ++a) {
-        total.impulse[a] += sums[c].impulse[a];
-        sums[c].impulse[a] = 0;
+        total.impulse[a] += sums.impulse[a];
+        sums.impulse[a] = 0;
       }
     }
     totals[owner] = total;

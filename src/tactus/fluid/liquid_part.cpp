@@ -25,7 +25,7 @@ LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, floa
       star(device, max_particles),
       moved(device, max_particles),
       walls(device, std::int64_t{kNearWalls} * max_particles),
-      wall_sums(device, std::int64_t{wall_owners} * WallSums::kCopies),
+      wall_sums(device, std::int64_t{wall_owners} * WallSumsCopy::kOfEach),
       wall_totals(device, wall_owners),
       counters(device, 1),
       reports(device, ReportLiquid::kReports),

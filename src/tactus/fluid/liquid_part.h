@@ -36,7 +36,8 @@ struct LiquidPart {
   Buffer<LiquidNormal> surface, smooth;  ///< with surface tension
   Buffer<float> curvature;
   Buffer<NearWall> walls;
-  Buffer<WallSums> wall_sums, wall_totals;
+  Buffer<WallSumsCopy> wall_sums;
+  Buffer<WallSums> wall_totals;
   Buffer<LiquidCounters> counters;
   Buffer<LiquidReport> reports;
   Buffer<Box3f> sinks;

@@ -48,6 +48,8 @@ struct NearWalls {
   View<Index> count;
   View<NearWall> walls;  ///< kNearWalls each
   TACTUS_HD NearWall& at(Index i, Index k) const { return walls[kNearWalls * i + k]; }
+  /// For who needs most of it.
+  TACTUS_HD NearWall read(Index i, Index k) const { return load_wide(at(i, k)); }
   /// Cosine of the angle below which two planes are one. Walls press within a spacing; there, planes at that
   /// angle are no farther from each other than a quarter of it, which is as near as particles get to walls.
   static constexpr float kSamePlane = 0.968F;
