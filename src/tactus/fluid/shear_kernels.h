@@ -58,7 +58,7 @@ struct LiquidShear {
     const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
     TACTUS_ROLLED
     for (Index k = 0, n = walls.count[i]; k < n; ++k) {
-      const NearWall& wall = walls.at(i, k);
+      const NearWall wall = walls.read(i, k);
       if (wall.is_beside()) continue;
       const Vec3f rel = v - wall.velocity_m_s, slide = rel - dot(rel, wall.n) * wall.n;
       const float s = max(wall.distance_m, liquid.closest_m),
