@@ -185,8 +185,8 @@ void run_pools(const std::string& device_text, Rows& rows) {
   }
 }
 
-/// Table 5 of Shao et al. 2019: Fig 17, both examples, 18 and 19. All frames of the scenes. And Fig 19 above a
-/// pool.
+/// Table 5 of Shao et al. 2019: Fig 17, both examples, 18 and 19. All frames of the scenes. And Fig 19 above
+/// a pool.
 Rows run_table5(const std::string& device_text) {
   return collect([&](Rows& rows) {
     for (const PaperFrame& paper : kTable5) {

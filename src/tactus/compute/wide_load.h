@@ -27,8 +27,8 @@ using WideWords = std::array<uint4, sizeof(T) / 16>;
 }
 #endif
 
-/// to = from. Threads that write large structs side by side would write them number by number, each to a cache
-/// line of its own.
+/// to = from. Threads that write large structs side by side would write them number by number, each to a
+/// cache line of its own.
 template <class T>
 TACTUS_HD void store_wide(T& to, const T& from) {
   static_assert(sizeof(T) % 16 == 0 && alignof(T) == 16, "aligned to 16 bytes");

@@ -186,8 +186,9 @@ void BodyWalls::list_triangles(int part) {
 }
 
 NearSurface BodyWalls::Part::near_surface() const {
-  return {search.cells(),         list_counts.const_view().part(2, 1), corners.const_view(),
-          radius_m.const_view(), normals.const_view(),                posed.const_view()};
+  return {search.cells(),       list_counts.const_view().part(2, 1),
+          corners.const_view(), radius_m.const_view(),
+          normals.const_view(), posed.const_view()};
 }
 
 void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
@@ -207,7 +208,8 @@ void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const Nea
                            View<WallHit> hits) {
   devices_.context(part).parallel_for(
       "body walls/find", particles.placed(),
-      FindBodyWalls{particles.cells().particles, parts_[at(part)].near_surface(), owner_, reach_m_, near, hits});
+      FindBodyWalls{particles.cells().particles, parts_[at(part)].near_surface(), owner_, reach_m_, near,
+                    hits});
 }
 
 void BodyWalls::push(int part, const NeighbourSearch& particles, const NearWalls& near) {

@@ -74,8 +74,8 @@ class BodyWalls {
     // What is near particles:
     Buffer<std::uint32_t> marks;  ///< and behind them, the counts of a WallRefresh
     Buffer<std::uint32_t> near;
-    /// Of the triangles of the surface that are listed, and of pieces; bits of the largest radius of these; of
-    /// the particles that may be near them.
+    /// Of the triangles of the surface that are listed, and of pieces; bits of the largest radius of these;
+    /// of the particles that may be near them.
     Buffer<std::uint32_t> list_counts;
     Buffer<Index> listed, number;
     Buffer<Vec3i> corners;

@@ -45,7 +45,7 @@ struct FindBodyWalls {
   Index owner;
   float reach_m;
   NearWalls near_walls;
-  View<WallHit> hits;               ///< kWallSides of each particle
+  View<WallHit> hits;             ///< kWallSides of each particle
   View<const Index> chosen = {};  ///< particles of the blocks; empty: all
 
   struct Shared {
