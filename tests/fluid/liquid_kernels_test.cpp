@@ -27,6 +27,45 @@ void for_lattice(int lowest, F&& f) {
         if (x != 0 || y != 0 || z != 0) f(std::sqrt(x * x + y * y + z * z), y);
 }
 
+/// In boxes so narrow that more faces are near than there is room for, too. What is kept is not computed, so
+/// it is the same to the bit.
+TEST(BoxWalls, AreThoseThatAreAddedOneByOne) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> unit(0, 1);
+  int full = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Vec3f size = Vec3f{1, 1, 1} + 2.F * Vec3f{unit(random), unit(random), unit(random)};
+    const SearchParticle particle{{size.x * unit(random), size.y * unit(random), size.z * unit(random)}, 0};
+    Index counts[2] = {-1, 0};
+    NearWall walls[2][kNearWalls];
+    const FindBoxWalls find{.particles = View<const SearchParticle>(&particle, 1),
+                            .box_m = {{}, size},
+                            .open_faces = k % 3 == 0 ? 1 << (k % 6) : 0,
+                            .reach_m = 1,
+                            .near = {View<Index>(&counts[0], 1), View<NearWall>(walls[0], kNearWalls)}};
+    find(0);
+    const NearWalls one_by_one{View<Index>(&counts[1], 1), View<NearWall>(walls[1], kNearWalls)};
+    int near = 0;
+    for (int face = 0; face < FindBoxWalls::kFaces; ++face) {
+      Vec3f n{};
+      n[face / 2] = face % 2 == 0 ? 1.F : -1.F;
+      const float x = particle.x_m[face / 2],
+                  distance_m = n[face / 2] * (x - (face % 2 == 0 ? 0.F : size[face / 2]));
+      if (!(distance_m < find.reach_m) || (find.open_faces >> face & 1) != 0) continue;
+      one_by_one.add(0, {n, distance_m, {}, face, 0.F, {}});
+      ++near;
+    }
+    full += near > kNearWalls ? 1 : 0;
+    ASSERT_EQ(counts[0], counts[1]);
+    for (Index w = 0; w < counts[0]; ++w) {
+      EXPECT_EQ(walls[0][w].owner, walls[1][w].owner);
+      EXPECT_EQ(walls[0][w].distance_m, walls[1][w].distance_m);
+      EXPECT_EQ(dot(walls[0][w].n, walls[1][w].n), 1.F);
+    }
+  }
+  EXPECT_GT(full, 10);
+}
+
 TEST(SmoothingKernel, IsNormalisedAndEnds) {
   // Midpoint rule with 2000 steps: its error is below (2/2000)^2 / 24 times a second derivative of order 10.
   double integral = 0, viscous = 0, friction = 0;

@@ -46,7 +46,7 @@ BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& gr
       active(ctx, grid, mesh.room(), nodes),
       marks(ctx.device(), grid.words() + WallRefresh::kCounts),
       near(ctx.device(), grid.words()),
-      list_counts(ctx.device(), 4),
+      near_counts(ctx.device(), NearCounts::kSize),
       listed(ctx.device(), mesh.room().surface),
       number(ctx.device(), mesh.room().triangles),
       corners(ctx.device(), mesh.room().triangles),
@@ -56,7 +56,7 @@ BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& gr
       near_particles(ctx.device(), max_particles),
       hits(ctx.device(), std::int64_t{kWallSides} * max_particles) {
   ctx.fill_bytes(impulse.view(), 0);
-  ctx.fill_bytes(list_counts.view(), 0);
+  ctx.fill_bytes(near_counts.view(), 0);
 }
 
 BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner,
@@ -145,7 +145,7 @@ void BodyWalls::find_near_cells(int part, const NeighbourSearch& particles) {
   ctx.fill_bytes(here.marks.view(), 0);
   ctx.parallel_for("body walls/mark", particles.placed(),
                    MarkCells{grid_, particles.cells().particles, here.marks.view()});
-  SpreadMarks spread{grid_, here.marks.const_view(), here.near.view(), here.list_counts.view(), {}, {}};
+  SpreadMarks spread{grid_, here.marks.const_view(), here.near.view(), here.near_counts.view(), {}, {}};
   if (follows()) spread.guarded = here.active.guarded(), spread.refresh = refresh_of(here);
   ctx.parallel_for("body walls/spread", grid_.rows * grid_.layers, spread);
 }
@@ -174,31 +174,32 @@ void BodyWalls::list_triangles(int part) {
   const View<const std::uint32_t> near = here.near.const_view();
   ctx.parallel_for("body walls/list", here.active.triangles(),
                    ListNearTriangles{grid_, near, here.active.triangle_list(), here.surface.const_view(),
-                                     here.posed.const_view(), here.listed.view(), here.list_counts.view()});
+                                     here.posed.const_view(), here.listed.view(), here.near_counts.view()});
   ctx.parallel_for(
       "body walls/pieces", here.listed_ones(),
       PoseNearTriangles{grid_, near, here.listed.const_view(), here.added_of.ranges(),
                         here.pieces_of.ranges(), here.added_of.values(), here.pieces_of.values(),
                         here.added.const_view(), points_.size(), here.triangles.const_view(),
-                        here.posed.view(), here.list_counts.view(), here.number.view(), here.corners.view(),
+                        here.posed.view(), here.near_counts.view(), here.number.view(), here.corners.view(),
                         here.middle_m.view(), here.radius_m.view(), here.normals.view()});
   here.search.build(ctx, here.middle_m.const_view(), here.number.const_view(), here.pieces());
 }
 
 NearSurface BodyWalls::Part::near_surface() const {
-  return {search.cells(),       list_counts.const_view().part(2, 1),
+  return {search.cells(),       near_counts.const_view().part(NearCounts::kLargestRadius, 1),
           corners.const_view(), radius_m.const_view(),
           normals.const_view(), posed.const_view()};
 }
 
 void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const NearWalls& near) {
   Part& here = parts_[at(part)];
-  if (follows()) return find_walls(part, particles, near, here.hits.view());
+  if (!chooses_particles()) return find_walls(part, particles, near, here.hits.view());
   ExecContext& ctx = devices_.context(part);
   const View<const SearchParticle> all = particles.cells().particles;
   ctx.parallel_for("body walls/choose", particles.placed(),
                    ChooseNearParticles{all, here.near_surface(), reach_m_, here.hits.view(),
-                                       here.list_counts.view().part(3, 1), here.near_particles.view()});
+                                       here.near_counts.view().part(NearCounts::kParticles, 1),
+                                       here.near_particles.view()});
   ctx.parallel_for("body walls/find", here.chosen_particles(),
                    FindBodyWalls{all, here.near_surface(), owner_, reach_m_, near, here.hits.view(),
                                  here.near_particles.const_view()});

@@ -56,11 +56,11 @@ class BodyWalls {
          Index max_particles);
     Count vertices(Index room) const { return {counts.const_view().part(0, 1), room}; }
     Count all_added() const { return {counts.const_view().part(1, 1), added.size()}; }
-    Count listed_ones() const { return {near_counts(), listed.size()}; }
-    Count pieces() const { return {near_counts().part(1, 1), number.size()}; }
-    Count chosen_particles() const { return {near_counts().part(3, 1), near_particles.size()}; }
-    View<const Index> near_counts() const {
-      return {reinterpret_cast<const Index*>(list_counts.const_view().data()), list_counts.size()};
+    Count listed_ones() const { return {counted(NearCounts::kTriangles), listed.size()}; }
+    Count pieces() const { return {counted(NearCounts::kPieces), number.size()}; }
+    Count chosen_particles() const { return {counted(NearCounts::kParticles), near_particles.size()}; }
+    View<const Index> counted(Index which) const {
+      return {reinterpret_cast<const Index*>(near_counts.const_view().data()) + which, 1};
     }
     NearSurface near_surface() const;
     NeighbourSearch search;
@@ -74,15 +74,13 @@ class BodyWalls {
     // What is near particles:
     Buffer<std::uint32_t> marks;  ///< and behind them, the counts of a WallRefresh
     Buffer<std::uint32_t> near;
-    /// Of the triangles of the surface that are listed, and of pieces; bits of the largest radius of these;
-    /// of the particles that may be near them.
-    Buffer<std::uint32_t> list_counts;
+    Buffer<std::uint32_t> near_counts;  ///< NearCounts
     Buffer<Index> listed, number;
     Buffer<Vec3i> corners;
     Buffer<Vec3f> middle_m;
     Buffer<float> radius_m;
     Buffer<Vec3f> normals;
-    Buffer<Index> near_particles;  ///< unless all are gone through
+    Buffer<Index> near_particles;  ///< if chooses_particles()
     Buffer<WallHit> hits;
   };
   static std::size_t at(int part) { return static_cast<std::size_t>(part); }
@@ -90,6 +88,9 @@ class BodyWalls {
   /// Whether active sets follow the liquid. Those of several devices would be chosen by one, for all. A GPU
   /// goes through all of a surface in less time than the launches take that follow it.
   bool follows() const { return parts_.size() == 1 && !devices_.is_cuda(); }
+  /// Whether those that may be near are listed first. On a GPU a block looks for each one's walls; one core
+  /// of a CPU looks for those of a run of particles together, which a list would tear apart.
+  bool chooses_particles() const { return !follows(); }
   WallRefresh refresh_of(Part& part) const;
   PoseWallVertices pose_of(Part& first) const;
   void find_near_cells(int part, const NeighbourSearch& particles);

@@ -113,12 +113,23 @@ struct MarkCells {
   }
 };
 
+/// What a step of the liquid counts on its way to the walls.
+struct NearCounts {
+  enum : Index {
+    kTriangles,      ///< of the surface that are near particles
+    kPieces,         ///< of these triangles
+    kLargestRadius,  ///< bits of the largest radius of these [m]
+    kParticles,      ///< that may be near a piece
+    kSize
+  };
+};
+
 /// Thread: row of cells. Each cell takes the marks of those round it.
 struct SpreadMarks {
   WallGrid grid;
   View<const std::uint32_t> marks;
   View<std::uint32_t> near;
-  View<std::uint32_t> counts;         ///< emptied
+  View<std::uint32_t> counts;         ///< NearCounts, emptied
   View<const std::uint32_t> guarded;  ///< cells for which the active set is chosen anew; or empty
   WallRefresh refresh;
   TACTUS_HD void operator()(Index row) const {
@@ -140,13 +151,13 @@ struct ListNearTriangles {
   View<const Vec3i> surface;
   View<const PosedVertex> posed;
   View<Index> listed;
-  View<std::uint32_t> counts;  ///< of these, and of their pieces
+  View<std::uint32_t> counts;  ///< NearCounts
   TACTUS_HD void operator()(Index k) const {
     const Vec3i v = surface[active[k]];
     if (v.x < 0) return;
     const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
     if (grid.meets(near, min(a, min(b, c)), max(a, max(b, c))))
-      listed[static_cast<Index>(atomic_fetch_add(counts[0], 1U))] = active[k];
+      listed[static_cast<Index>(atomic_fetch_add(counts[NearCounts::kTriangles], 1U))] = active[k];
   }
 };
 
@@ -164,7 +175,7 @@ struct PoseNearTriangles {
   Index first;  ///< place of the first added vertex
   View<const Vec3i> triangles;
   View<PosedVertex> posed;
-  View<std::uint32_t> counts;  ///< of triangles and of pieces, and bits of the largest radius of these
+  View<std::uint32_t> counts;  ///< NearCounts
   // By place in the list:
   View<Index> number;
   View<Vec3i> corners;
@@ -180,7 +191,8 @@ struct PoseNearTriangles {
     for (Index i = pieces.begin; i < pieces.end && !is_whole; ++i)
       count += is_near(triangles[piece_list[i]]) ? 1 : 0;
     if (count == 0) return;
-    auto place = static_cast<Index>(atomic_fetch_add(counts[1], static_cast<std::uint32_t>(count)));
+    auto place =
+        static_cast<Index>(atomic_fetch_add(counts[NearCounts::kPieces], static_cast<std::uint32_t>(count)));
     for (Index i = pieces.begin; i < pieces.end; ++i)
       if (is_whole || is_near(triangles[piece_list[i]])) list(piece_list[i], place++);
   }
@@ -209,8 +221,9 @@ struct PoseNearTriangles {
     middle_m[k] = middle;
     const float radius = 1.0001F * tactus::sqrt(r2);  // rounding
     radius_m[k] = radius;
-    if (radius > std::bit_cast<float>(atomic_load(counts[2])))
-      atomic_max(counts[2], std::bit_cast<std::uint32_t>(radius));
+    std::uint32_t& largest = counts[NearCounts::kLargestRadius];
+    if (radius > std::bit_cast<float>(atomic_load(largest)))
+      atomic_max(largest, std::bit_cast<std::uint32_t>(radius));
     normals[k] = normalized(cross(b - a, c - a));
   }
 };

@@ -20,7 +20,7 @@ class WallFill {
   TACTUS_HD static float of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
     WallFill f(near, i);
     f.fill_behind(liquid);
-    if (f.n_ == 1) return 1.F - (1.F - f.own_[0]);  // as joined() says
+    if (f.n_ == 1) return 1.F - (1.F - f.own_[0]);  // what joined() is of one wall, bit for bit
     f.end_at_edges(liquid);
     return f.joined();
   }
