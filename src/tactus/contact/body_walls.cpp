@@ -198,7 +198,7 @@ void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const Nea
   const View<const SearchParticle> all = particles.cells().particles;
   ctx.parallel_for("body walls/choose", particles.placed(),
                    ChooseNearParticles{all, here.near_surface(), reach_m_, here.hits.view(),
-                                       here.near_counts.view().part(NearCounts::kParticles, 1),
+                                       here.near_counts.view().part(NearCounts::kChosenParticles, 1),
                                        here.near_particles.view()});
   ctx.parallel_for("body walls/find", here.chosen_particles(),
                    FindBodyWalls{all, here.near_surface(), owner_, reach_m_, near, here.hits.view(),

@@ -56,9 +56,9 @@ class BodyWalls {
          Index max_particles);
     Count vertices(Index room) const { return {counts.const_view().part(0, 1), room}; }
     Count all_added() const { return {counts.const_view().part(1, 1), added.size()}; }
-    Count listed_ones() const { return {counted(NearCounts::kTriangles), listed.size()}; }
-    Count pieces() const { return {counted(NearCounts::kPieces), number.size()}; }
-    Count chosen_particles() const { return {counted(NearCounts::kParticles), near_particles.size()}; }
+    Count listed_ones() const { return {counted(NearCounts::kListedTriangles), listed.size()}; }
+    Count pieces() const { return {counted(NearCounts::kListedPieces), number.size()}; }
+    Count chosen_particles() const { return {counted(NearCounts::kChosenParticles), near_particles.size()}; }
     View<const Index> counted(Index which) const {
       return {reinterpret_cast<const Index*>(near_counts.const_view().data()) + which, 1};
     }

@@ -116,10 +116,10 @@ struct MarkCells {
 /// What a step of the liquid counts on its way to the walls.
 struct NearCounts {
   enum : Index {
-    kTriangles,      ///< of the surface that are near particles
-    kPieces,         ///< of these triangles
-    kLargestRadius,  ///< bits of the largest radius of these [m]
-    kParticles,      ///< that may be near a piece
+    kListedTriangles,  ///< of the surface, near particles
+    kListedPieces,     ///< of these triangles
+    kLargestRadius,    ///< bits of the largest radius of these [m]
+    kChosenParticles,  ///< that may be near a piece
     kSize
   };
 };
@@ -157,7 +157,7 @@ struct ListNearTriangles {
     if (v.x < 0) return;
     const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;
     if (grid.meets(near, min(a, min(b, c)), max(a, max(b, c))))
-      listed[static_cast<Index>(atomic_fetch_add(counts[NearCounts::kTriangles], 1U))] = active[k];
+      listed[static_cast<Index>(atomic_fetch_add(counts[NearCounts::kListedTriangles], 1U))] = active[k];
   }
 };
 
@@ -191,8 +191,8 @@ struct PoseNearTriangles {
     for (Index i = pieces.begin; i < pieces.end && !is_whole; ++i)
       count += is_near(triangles[piece_list[i]]) ? 1 : 0;
     if (count == 0) return;
-    auto place =
-        static_cast<Index>(atomic_fetch_add(counts[NearCounts::kPieces], static_cast<std::uint32_t>(count)));
+    auto place = static_cast<Index>(
+        atomic_fetch_add(counts[NearCounts::kListedPieces], static_cast<std::uint32_t>(count)));
     for (Index i = pieces.begin; i < pieces.end; ++i)
       if (is_whole || is_near(triangles[piece_list[i]])) list(piece_list[i], place++);
   }
