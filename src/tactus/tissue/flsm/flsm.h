@@ -65,7 +65,9 @@ class Flsm {
   /// One substep: goals, forces, integration. @throws Error when dt_s or another parameter is out of range.
   void step(ExecContext& ctx, BodyState& state, const FlsmStep& step);
   /// The first half of a step: goals [P 12], the weighted mean of T_r x0_i [m] over i's regions r.
-  void compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step);
+  /// @param nodes where the state has each node; empty: in the lattice's order
+  void compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step,
+                     View<const Index> nodes = {});
   /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
   std::vector<Vec3d> goals_m(ExecContext& ctx) const;
 
@@ -89,9 +91,6 @@ class Flsm {
   Index node_count() const { return cell_.size(); }
 
  private:
-  void sum_over_regions(ExecContext& ctx);
-  void sum_goals(ExecContext& ctx);
-
   FlsmMaterial material_;
   float spacing_m_ = 0, omega_ = 0;
   double sigma2_ = 0;

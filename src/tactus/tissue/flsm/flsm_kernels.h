@@ -38,6 +38,7 @@ struct Pace {
 /// whatever is not rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.
 struct LoadNodes {
   View<const Vec3f> x_m, v_m_s;
+  View<const Index> node;  ///< of the state, per node here; empty: the same
   View<const double> shared_mass_kg;
   View<const Index> cell;
   View<double> out;  ///< 3 fields
@@ -50,7 +51,8 @@ struct LoadNodes {
     damping_time_s = pace.damping_time_s(pace.dt_s(time));
   }
   TACTUS_HD void operator()(Index i) const {
-    const Vec3f x = x_m[i], v = v_m_s[i];
+    const Index there = node.empty() ? i : node[i];
+    const Vec3f x = x_m[there], v = v_m_s[there];
     const double m = shared_mass_kg[i], t = static_cast<double>(damping_time_s);
     const Index d = cell[i];
     out[d] = m * (static_cast<double>(x.x) + t * static_cast<double>(v.x));
@@ -61,6 +63,34 @@ struct LoadNodes {
 
 // Where a kernel makes several fields of the same rows or blocks, each is a block of threads of its own:
 // field i % fields of row i / fields. Long chains of loads are what a GPU is slow at.
+
+/// What enters and what leaves a window of 2 w + 1 cells as it slides on, kChunk - 1 times. A GPU's thread
+/// reads all of it before it writes sums: afterwards each would be waited for.
+template <class Block, class T>
+class Passing {
+ public:
+  /// @param from the window's first centre, of thread 0
+  TACTUS_HD Passing(const Block& b, View<const T> in, Index from, Index step, int w)
+      : in_(in), enter_(from + (w + 1) * step), leave_(from - w * step), step_(step) {
+    if constexpr (!Block::kIsLoop)
+      b.for_each_thread([&](int t) {
+        for (Index j = 0; j < kSlides; ++j)
+          entering_[j] = in[enter_ + j * step + t], leaving_[j] = in[leave_ + j * step + t];
+      });
+  }
+  TACTUS_HD TACTUS_ALWAYS_INLINE double enters(Index j, int t) const {
+    return static_cast<double>(Block::kIsLoop ? in_[enter_ + j * step_ + t] : entering_[j]);
+  }
+  TACTUS_HD TACTUS_ALWAYS_INLINE double leaves(Index j, int t) const {
+    return static_cast<double>(Block::kIsLoop ? in_[leave_ + j * step_ + t] : leaving_[j]);
+  }
+
+ private:
+  static constexpr Index kSlides = FlsmGrid::kChunk - 1;
+  View<const T> in_;
+  Index enter_, leave_, step_;
+  T entering_[Block::kIsLoop ? 1 : kSlides], leaving_[Block::kIsLoop ? 1 : kSlides];
+};
 
 /// Window sums along x: 3 fields -> S0 (3), S1 (3).
 struct RowSums {
@@ -103,18 +133,18 @@ struct SlideSums {
   template <bool kMoment, class Block>
   TACTUS_HD void slide(const Block& b, Index from, Index moment) const {
     typename Block::template PerThread<double> s0, s1;
+    const Passing<Block, double> passing(b, in, from, step, w);
     b.for_each_thread([&](int t) { s0[t] = 0, s1[t] = 0; });
     for (int k = -w; k <= w; ++k) {
       b.for_each_thread([&](int t) {
-        const double f = in.constant(from + k * step + t);
+        const double f = in[from + k * step + t];
         s0[t] += f;
         if constexpr (kMoment) s1[t] += static_cast<double>(k) * f;
       });
     }
     for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
-      const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
       b.for_each_thread([&](int t) {
-        const double e = in.constant(enter + t), l = in.constant(leave + t), sum = s0[t];
+        const double e = passing.enters(j, t), l = passing.leaves(j, t), sum = s0[t];
         out[from + j * step + t] = sum;
         if constexpr (kMoment) {
           const double first = s1[t];
@@ -253,25 +283,25 @@ struct SlideGoals {
   TACTUS_HD void sum_translation(const Block& b, Index base, Index a) const {
     const Index from = a * cells + base, turn = (3 * (columns - 1) + a) * cells + base;
     typename Block::template PerThread<double> s0, r0, r1;
+    const Passing<Block, double> moved(b, translation_in, from, step, w);
+    const Passing<Block, float> turned_by(b, rotation_in, turn, step, w);
     b.for_each_thread([&](int t) { s0[t] = 0, r0[t] = 0, r1[t] = 0; });
     for (int k = -w; k <= w; ++k) {
       b.for_each_thread([&](int t) {
-        const double r = static_cast<double>(rotation_in.constant(turn + k * step + t));
-        s0[t] += translation_in.constant(from + k * step + t);
+        const double r = static_cast<double>(rotation_in[turn + k * step + t]);
+        s0[t] += translation_in[from + k * step + t];
         r0[t] += r;
         r1[t] += static_cast<double>(k) * r;
       });
     }
     for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
-      const Index enter = (j + w + 1) * step, leave = (j - w) * step;
       b.for_each_thread([&](int t) {
-        const double e = static_cast<double>(rotation_in.constant(turn + enter + t));
-        const double l = static_cast<double>(rotation_in.constant(turn + leave + t));
+        const double e = turned_by.enters(j, t), l = turned_by.leaves(j, t);
         const double sum = s0[t], turned = r0[t], first = r1[t];
         translation_out[from + j * step + t] = sum - first;
         r1[t] = first + (static_cast<double>(w) * e + static_cast<double>(w + 1) * l - turned);
         r0[t] = turned + (e - l);
-        s0[t] = sum + (translation_in.constant(from + enter + t) - translation_in.constant(from + leave + t));
+        s0[t] = sum + (moved.enters(j, t) - moved.leaves(j, t));
       });
     }
     const Index last = from + (FlsmGrid::kChunk - 1) * step;
@@ -288,17 +318,15 @@ struct SlideGoals {
   template <class Block>
   TACTUS_HD void sum_rotation(const Block& b, Index from) const {
     typename Block::template PerThread<double> r0;
+    const Passing<Block, float> turned_by(b, rotation_in, from, step, w);
     b.for_each_thread([&](int t) { r0[t] = 0; });
     for (int k = -w; k <= w; ++k)
-      b.for_each_thread(
-          [&](int t) { r0[t] += static_cast<double>(rotation_in.constant(from + k * step + t)); });
+      b.for_each_thread([&](int t) { r0[t] += static_cast<double>(rotation_in[from + k * step + t]); });
     for (Index j = 0; j + 1 < FlsmGrid::kChunk; ++j) {
-      const Index enter = from + (j + w + 1) * step, leave = from + (j - w) * step;
       b.for_each_thread([&](int t) {
         const double sum = r0[t];
         rotation_out[from + j * step + t] = static_cast<float>(sum);
-        r0[t] = sum + (static_cast<double>(rotation_in.constant(enter + t)) -
-                       static_cast<double>(rotation_in.constant(leave + t)));
+        r0[t] = sum + (turned_by.enters(j, t) - turned_by.leaves(j, t));
       });
     }
     const Index last = from + (FlsmGrid::kChunk - 1) * step;

@@ -187,7 +187,7 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model)
       has_rollers_(layout.part.lattice.has_rollers()) {
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, model.flsm);
-    matched_ = rest_state(ctx, layout.matched.lattice);
+    beside_ = std::make_unique<SideStream>(ctx.device());
   }
   matched_nodes_ = to_device(ctx, layout.matched_nodes);
   matched_node_ = to_device(ctx, layout.matched_node);
@@ -222,13 +222,12 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const BodyStep& step, int 
 }
 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k) {
+  const bool matches = flsm_ && k % step.matching_every == 0;
+  if (matches)
+    flsm_->compute_goals(has_elements_ ? beside_->follow(ctx) : ctx, state, matching_step(step),
+                         matched_nodes_.const_view());
   if (has_elements_) tled_.compute_forces(ctx, state, step.time());
-  if (!flsm_ || k % step.matching_every != 0) return;
-  ctx.parallel_for(
-      "hybrid/gather", matched_nodes_.size(),
-      hybrid::GatherNodes{state.x_m.const_view(), state.v_m_s.const_view(), matched_nodes_.const_view(),
-                          matched_.x_m.view(), matched_.v_m_s.view()});
-  flsm_->compute_goals(ctx, matched_, matching_step(step));
+  if (matches && has_elements_) beside_->join(ctx);
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k) {

@@ -1,7 +1,9 @@
 #pragma once
 /// A body that is partly finite elements, partly shape matching ([P], "Hybrid deformation model").
+#include <memory>
 #include <optional>
 
+#include "tactus/compute/side_stream.h"
 #include "tactus/tissue/hybrid/body_model.h"
 #include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/topology_change.h"
@@ -113,7 +115,7 @@ class Hybrid {
   Index first_cube_, regular_cubes_, first_copy_;  ///< of the body's; of those held here; of the body
   bool has_elements_, has_rollers_;
   std::optional<Flsm> flsm_;
-  BodyState matched_;  ///< of the shape-matched part
+  std::unique_ptr<SideStream> beside_;  ///< where shapes are matched while forces are summed
   Buffer<Index> matched_nodes_, matched_node_, fixed_;
   Buffer<float> matched_share_, inverse_mass_per_kg_;
   Buffer<Index> only_matched_;            ///< per node: 1: in no element

@@ -7,17 +7,6 @@
 
 namespace tactus::hybrid {
 
-/// Positions and velocities of the nodes of a part.
-struct GatherNodes {
-  View<const Vec3f> x_m, v_m_s;
-  View<const Index> node;  ///< of the body, per node of the part
-  View<Vec3f> part_x_m, part_v_m_s;
-  TACTUS_HD void operator()(Index i) const {
-    part_x_m[i] = x_m[node[i]];
-    part_v_m_s[i] = v_m_s[node[i]];
-  }
-};
-
 /// Forces of elements and goals of shape matching in one step [P 7, 13-14]: v+ = v + (m^F/m) kappa (g - x)/dt
 /// + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+. m^F is a node's mass from shape-matched cubes alone, so
 /// what both sides hold is counted once and no coefficient couples them. Goals may be older than this
