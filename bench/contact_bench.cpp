@@ -58,7 +58,7 @@ class Touched {
                  .materials = {&material, 1},
                  .tled = body.options,
                  .flsm = body.matched},
-                {.least_elements = 0, .changes = body.matching_every > 1 ? 2 : 1}),
+                {.least_elements = 0, .changes = 1}),
         points_(tissue_, body.lattice, body_boundary(body.lattice, surface_of(body.lattice), body.elements)),
         world_(devices, tissue_.slab_count(),
                {.sample_spacing_m = body.lattice.spacing_m,
@@ -87,12 +87,7 @@ class Touched {
       tissue_.begin_substeps();
       for (int k = 0; k < kSubsteps; ++k) {
         tissue_.substep(step_, k, kSubsteps);
-        if (every_ == 1) {
-          points_.correct(world_, k, 1, PointPart::all);
-        } else {
-          points_.correct(world_, k, 1, PointPart::first);
-          if (k % every_ == 0) points_.correct(world_, k, every_, PointPart::rest);
-        }
+        points_.correct(world_, k, every_);
       }
       tissue_.end_substeps(kSubsteps);
     });

@@ -109,14 +109,14 @@ ContactReport Nodes::report(ExecContext& ctx, float dt_frame_s, int substeps) {
 }
 
 void Nodes::correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool push_out,
-                    View<const Obstacle> obstacles, Index steps) {
+                    View<const Obstacle> obstacles, Index later_steps) {
   make_points(ctx);
   Buffer<Vec3f> dx = to_device(ctx, x), dv = to_device(ctx, v);
   const Buffer<float> dm = to_device(ctx, mass);
   const Buffer<Index> df = to_device(ctx, fixed);
   const ContactNodes nodes{dx.view(), dv.view(), dm.const_view(), df.const_view()};
   if (push_out) contact.push_out(ctx, surface, points, nodes);
-  contact.correct(ctx, surface, obstacles, points, nodes, k, steps);
+  contact.correct(ctx, surface, obstacles, points, nodes, k, later_steps);
   x = to_host(ctx, dx.view());
   v = to_host(ctx, dv.view());
 }

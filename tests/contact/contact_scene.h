@@ -35,7 +35,7 @@ struct Nodes {
   explicit Nodes(std::vector<Vec3f> positions, float mass_kg = 1e-3F);
   /// Uploads, corrects at the end of substep k, downloads. What they touch is kept from call to call.
   void correct(ExecContext& ctx, Contact& contact, const RealSurface& surface, Index k, bool push_out = false,
-               View<const Obstacle> obstacles = {}, Index steps = 1);
+               View<const Obstacle> obstacles = {}, Index later_steps = 1);
   /// Begins the records of a frame.
   void begin_frame(ExecContext& ctx);
   ContactReport report(ExecContext& ctx, float dt_frame_s, int substeps);

@@ -123,7 +123,7 @@ TEST(FindContacts, WhatIsKeptChangesNothing) {
     finder.body.reach_m = 2 * kSpacing;
     finder.friction = 0.5F;
     finder.margin_m = 0.125F * kSpacing;
-    finder.now = {.substep = k, .steps = 1, .dt_s = kSubstep};
+    finder.now = {.substep = k, .dt_s = kSubstep};
     std::vector<std::vector<Index>> touching;
     std::vector<std::vector<PointContact>> contact;
     for (Searcher& s : all) {

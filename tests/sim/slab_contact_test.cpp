@@ -185,12 +185,7 @@ class Player {
     const BodyStep step{.matching_every = case_.matching_every};
     for (int k = 0; k < case_.substeps; ++k) {
       tissue_.substep(step, k, case_.substeps);
-      if (case_.matching_every == 1) {
-        points_.correct(world_, k, 1, PointPart::all);
-      } else {
-        points_.correct(world_, k, 1, PointPart::first);
-        if (k % case_.matching_every == 0) points_.correct(world_, k, case_.matching_every, PointPart::rest);
-      }
+      points_.correct(world_, k, case_.matching_every);
       tissue_.check_nodes(k, case_.substeps);
     }
     frame_.end_block(case_.substeps);

@@ -30,10 +30,12 @@ TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, c
   return {nodes, points.table(), points.state(), reach_m, 2 * points.lattice_spacing_m() + reach_m};
 }
 
-void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& blocks, Index first_block,
-          Index end_block) {
-  ctx.parallel_for("contact/wake", end_block - first_block, WakePoints{finder, blocks, first_block});
-  ctx.parallel_for("contact/find", finder.body.state.awake.used(), FindContacts{finder});
+void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& blocks, Index first_blocks,
+          Index count) {
+  ctx.parallel_for("contact/wake", count, WakePoints{finder, blocks});
+  const Count awake = finder.body.state.awake.used();
+  ctx.parallel_for("contact/find", awake, FindContacts{finder});
+  if (count > first_blocks) ctx.parallel_for("contact/find", awake, FindContacts{finder, 1});
 }
 
 void apply(ExecContext& ctx, Index end_point, const WeighPoints& kernel) {
@@ -87,20 +89,19 @@ void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints&
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
-                      BodyPoints& points, const ContactNodes& nodes, Index k, Index steps, PointPart part) {
+                      BodyPoints& points, const ContactNodes& nodes, Index k, Index later_steps) {
   check(points, nodes);
   const View<const SurfacePoses> poses = poses_.const_view();
-  TouchingPoints body = touching_points(surface, points, nodes);
-  if (body.table.moved == 0) return;  // no point here moves anything
-  const bool skips = part == PointPart::rest, all = part != PointPart::first;
-  const Index first_block = skips ? points.first_blocks() : 0,
-              end_block = all ? points.block_count() : points.first_blocks(),
-              end = all ? points.count() : points.first_count();
-  body.first = skips ? points.first_count() : 0;
-  const SubstepsTo now{k, steps, times_.dt_s, times_.frame};
+  const TouchingPoints body = touching_points(surface, points, nodes);
+  const bool is_one = later_steps == 1, all = k % later_steps == 0;
+  const Index first_points = is_one ? points.count() : points.first_count(),
+              first_blocks = is_one ? points.block_count() : points.first_blocks(),
+              blocks = all ? points.block_count() : first_blocks, end = all ? points.count() : first_points;
+  if (body.table.moved == 0 || end == 0) return;  // no point here moves anything
+  const SubstepsTo now{k, times_.dt_s, times_.frame, first_points, later_steps};
   const float spacing_m = surface.settings().sample_spacing_m, lattice_m = points.lattice_spacing_m();
   if (settings_.response == ContactResponse::paper)
-    ctx.parallel_for("contact/paper", end - body.first,
+    ctx.parallel_for("contact/paper", end,
                      PaperContact{surface.samples(),
                                   sample_m3_.const_view(),
                                   poses,
@@ -118,9 +119,8 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
           settings_.friction,
           kListMargin * spacing_m,
           now},
-         points.blocks(), first_block, end_block);
-  apply(ctx, end,
-        {body, points.blocks().points.part(first_block, end_block - first_block), poses, 0, times_});
+         points.blocks(), first_blocks, blocks);
+  apply(ctx, end, {body, points.blocks().points.part(0, blocks), poses, 0, times_});
 }
 
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
@@ -130,7 +130,7 @@ void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<cons
       "contact/walls", count,
       FindNearWalls{particles,
                     {surface.triangles(), surface.coarse_samples(), poses_.const_view(), obstacles},
-                    SubstepsTo{k, 1, times_.dt_s, times_.frame},
+                    SubstepsTo{k, times_.dt_s, times_.frame},
                     reach_m,
                     first_owner,
                     near});

@@ -48,9 +48,6 @@ struct ContactReport {
   void add(const ContactReport& body);
 };
 
-/// Which points of a body take part: all, its first part or the others.
-enum class PointPart : std::uint8_t { all, first, rest };
-
 /// Order in a frame, all on one context and without a read-back:
 ///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),
 ///   contact.push_out(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
@@ -70,12 +67,11 @@ class Contact {
   void push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes);
   /// Points that are inside go back to the surface; an approaching velocity is reflected with e and its
   /// tangential part limited by μ. Points that nothing is near sleep (find_kernels.h).
-  /// @param k substep at whose begin the points were corrected last @param steps after it, >= 1: where they
-  /// meet the surface now; k is the device's when the times are @param part of the points, when not all take
-  /// part
+  /// @param k substep at whose begin the points were corrected last, the device's when the times are
+  /// @param later_steps >= 1: points that do not belong to the first part are corrected in substeps 0,
+  /// later_steps, .. alone, and meet the surface as it is so many later
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
-               BodyPoints& points, const ContactNodes& nodes, Index k, Index steps = 1,
-               PointPart part = PointPart::all);
+               BodyPoints& points, const ContactNodes& nodes, Index k, Index later_steps = 1);
   /// Adds what is real and obstacles to the walls within reach of particles, where they are when substep k is
   /// over. @param first_owner walls are of first_owner + owner
   void find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,

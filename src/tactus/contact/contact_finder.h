@@ -18,8 +18,12 @@ struct ContactFinder {
   Index pose = 0;
   TACTUS_HD void load() {
     now.load();
-    dt_s = now.dt_s * static_cast<float>(now.steps);
-    pose = now.substep + now.steps - 1;
+    turn_to(0);
+  }
+  /// To a point, and those that are corrected with it.
+  TACTUS_HD void turn_to(Index point) {
+    dt_s = now.since_s(point);
+    pose = now.pose(point);
   }
 
   TACTUS_HD const SurfacePoses& poses() const { return boundaries.poses[pose]; }

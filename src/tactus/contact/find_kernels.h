@@ -13,23 +13,24 @@ namespace tactus {
 /// Block: points that sleep together. Lists those that may touch something.
 struct WakePoints {
   static constexpr int kThreads = kBlockPoints, kGrain = 32;
-  ContactFinder finder;
+  ContactFinder of_all;
   PointBlocks blocks;
-  Index first_block = 0;
   struct Shared {
     float node_moved2_m2[kThreads];  ///< the most of each thread's
     float sleep_m[kBlockPoints];     ///< of those that were looked at; else < 0
   };
-  TACTUS_HD void load() { finder.load(); }
+  TACTUS_HD void load() { of_all.load(); }
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const TouchingPoints& body = finder.body;
+    const TouchingPoints& body = of_all.body;
     if (body.nodes.has_stopped()) return;
-    const Index block = first_block + b.index(), first = blocks.points[block].begin,
+    const Index block = b.index(), first = blocks.points[block].begin,
                 count = blocks.points[block].end - first;
     if (count == 0) return;  // room
-    const float moved_m = block_moved_m(b, s, block);
+    ContactFinder finder = of_all;
+    finder.turn_to(first);
+    const float moved_m = block_moved_m(b, s, finder, block);
     if (Block::kIsLoop && moved_m != kNever && moved_m < least_sleep_m(first, count)) return;
     b.for_threads(count, [&](int t) {
       s.sleep_m[t] = -1;
@@ -44,7 +45,7 @@ struct WakePoints {
       else
         finder.let_go(first + t);
     });
-    fall_asleep(b, s, block, moved_m);
+    fall_asleep(b, s, finder, block, moved_m);
   }
 
  private:
@@ -76,7 +77,7 @@ struct WakePoints {
   /// How far a node of the block moved, at most, since the block was looked at; kNever: in this frame, it
   /// never was.
   template <class Block>
-  TACTUS_HD float block_moved_m(const Block& b, Shared& s, Index block) const {
+  TACTUS_HD float block_moved_m(const Block& b, Shared& s, const ContactFinder& finder, Index block) const {
     const Index then = blocks.pose[block];
     if (then < 0) return kNever;
     const Index first = blocks.lists[block].begin, count = blocks.lists[block].end - first;
@@ -107,7 +108,8 @@ struct WakePoints {
   }
   /// Notes how far nodes may move, counted from where they are now if a point found new room.
   template <class Block>
-  TACTUS_HD void fall_asleep(const Block& b, const Shared& s, Index block, float moved_m) const {
+  TACTUS_HD void fall_asleep(const Block& b, const Shared& s, const ContactFinder& finder, Index block,
+                             float moved_m) const {
     const Index first = blocks.points[block].begin, count = blocks.points[block].end - first;
     bool has_room = false, any = false;
     for (int t = 0; t < count; ++t) {
@@ -204,15 +206,20 @@ struct FindContacts {
   static constexpr int kThreads = TriangleSearch::kLanes, kGrain = 8;
   static constexpr bool kLoadsTogether = true;
   ContactFinder finder;
+  Index later = 0;  ///< 1: it is for the points that are corrected later alone; 0: for all others
   struct Shared {
     FoundPoint found;
     TriangleSearch search;
   };
-  TACTUS_HD void load() { finder.load(); }
+  TACTUS_HD void load() {
+    finder.load();
+    if (later != 0) finder.turn_to(finder.now.first_later);
+  }
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index awake = finder.body.state.awake.points[b.index()], i = awake < 0 ? ~awake : awake;
+    if ((i < finder.now.first_later) == (later != 0)) return;
     FoundPoint& found = s.found;
     const PointQuery& p = found.point;
     found.begin(b, finder, i);

@@ -99,7 +99,7 @@ struct FindNearWalls {
   Index pose = 0;
   TACTUS_HD void load() {
     now.load();
-    pose = now.substep + now.steps - 1;
+    pose = now.pose(0);
   }
   TACTUS_HD void operator()(Index i) const {
     const Vec3f x = particles[i].x_m;

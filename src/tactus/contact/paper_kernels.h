@@ -50,11 +50,7 @@ struct PaperContact {
   SubstepsTo now;
   float dt_s = 0;
   Index pose = 0;
-  TACTUS_HD void load() {
-    now.load();
-    dt_s = now.dt_s * static_cast<float>(now.steps);
-    pose = now.substep + now.steps - 1;
-  }
+  TACTUS_HD void load() { now.load(); }
 
   /// Sums over the samples of a piece, in its coordinates at its capture: what gives forces,
   struct Forces {
@@ -69,9 +65,16 @@ struct PaperContact {
     float weight = 0, volume_m3 = 0;
   };
 
-  TACTUS_HD void operator()(Index thread) const {
+  TACTUS_HD void operator()(Index i) const {
     if (body.nodes.has_stopped()) return;
-    const Index i = body.first + thread;
+    PaperContact one = *this;
+    one.dt_s = now.since_s(i);
+    one.pose = now.pose(i);
+    one.touch_all(i);
+  }
+
+ private:
+  TACTUS_HD void touch_all(Index i) const {
     const EmbeddedPoint& point = body.table.points[i];
     if (!body.moves(point)) return;
     const Vec3f x = body.position(point), v = body.velocity(point);
@@ -81,8 +84,6 @@ struct PaperContact {
     if (touches) body.state.contact[i] = best;
     body.set_touching(i, point, touches ? 1 : 0);
   }
-
- private:
   TACTUS_HD void touch(Index k, Vec3f x, Vec3f v, PointContact& best) const {
     const SurfacePose& surface = poses[pose].piece[k];
     const Vec3f p = surface.to_capture(x), rel = transpose(surface.turn) * (v - surface.velocity_at(x));

@@ -1,5 +1,7 @@
 #pragma once
 /// What contact does to the points of a body's surface, and through them to its nodes.
+#include <limits>
+
 #include "tactus/compute/fold.h"
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/obstacles.h"
@@ -53,17 +55,23 @@ struct ContactTimes {
   TACTUS_HD float after_s(Index steps) const { return dt_s * static_cast<float>(steps) - dt_frame_s; }
 };
 
-/// From the substep at whose begin points were corrected last to when they are corrected now.
+/// From the substep at whose begin points were corrected last to when they are corrected now: one later, or
+/// several for the last points of a body, which shape matching moves by several at once.
 struct SubstepsTo {
   Index substep = 0;  ///< or, with `frame`, the device's
-  Index steps = 1;
   float dt_s = 0;
   View<const FrameParams> frame = {};
+  Index first_later = std::numeric_limits<Index>::max();  ///< the first of the last points
+  Index later_steps = 1;
   TACTUS_HD void load() {
     if (frame.empty()) return;
     substep += frame[0].done;
     dt_s = frame[0].dt_s;
   }
+  TACTUS_HD Index steps(Index point) const { return point < first_later ? 1 : later_steps; }
+  TACTUS_HD float since_s(Index point) const { return dt_s * static_cast<float>(steps(point)); }
+  /// The number of the poses that a point meets.
+  TACTUS_HD Index pose(Index point) const { return substep + steps(point) - 1; }
 };
 
 /// Thread i: all pieces and tools after i + 1 substeps.
@@ -119,9 +127,8 @@ struct TouchingPoints {
   ContactNodes nodes;
   PointTable table;
   PointState state;
-  float reach_m;    ///< points deeper than that are found by DeepRescue only
-  float margin_m;   ///< no point is farther from its first node
-  Index first = 0;  ///< of the points that take part
+  float reach_m;   ///< points deeper than that are found by DeepRescue only
+  float margin_m;  ///< no point is farther from its first node
   TACTUS_HD Vec3f position(const EmbeddedPoint& p) const { return nodes.position(p); }
   TACTUS_HD Vec3f velocity(const EmbeddedPoint& p) const { return nodes.velocity(p); }
   /// By how much a point may move, at most, when each of its nodes moves by 1.
@@ -233,7 +240,7 @@ struct WeighPoints {
 struct ApplyContacts {
   static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
   TouchingPoints body;
-  Index end_point;  ///< points body.first .. end_point take part
+  Index end_point;  ///< points from there on take no part
   ContactTimes times;
   struct Shared {
     Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
@@ -267,7 +274,7 @@ struct ApplyContacts {
   }
   TACTUS_HD void add_point(Index entry, Vec3f& impulse, Vec3f& push) const {
     const Index i = entry / 8, corner = entry % 8;
-    if (i < body.first || i >= end_point || body.state.touching[i] != 1) return;
+    if (i >= end_point || body.state.touching[i] != 1) return;
     const float share = body.state.mass_kg[i] * body.table.points[i].weight[corner];
     const PointContact& contact = body.state.contact[i];
     impulse += share * contact.kick_m_s;
@@ -298,9 +305,8 @@ struct DeepRescue {
   TouchingPoints body;
   float far_reach_m;
   TACTUS_HD void load() { times.load(); }
-  TACTUS_HD void operator()(Index thread) const {
+  TACTUS_HD void operator()(Index i) const {
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
-    const Index i = body.first + thread;
     if (body.state.touching[i] == 1) {  // of the last correction: not to be done again
       PointContact& contact = body.state.contact[i];
       contact.push_m = contact.kick_m_s = {};

@@ -59,8 +59,6 @@ void SoftBody::begin_stage(ExecContext& ctx) {
   tissue_.begin_substeps();
 }
 
-/// Where shape matching goes several substeps at once, the points that it alone moves touch once for all of
-/// them, where the surface will be at their end.
 void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world) {
   const Resource records = stage("contact records");
   schedule.add({.name = stage("push out"),
@@ -70,23 +68,16 @@ void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, Contac
                 .updates = {nodes_resource(), records},
                 .reads = {"contact/poses"},
                 .submit = [this, &world](BlockPlace) { points_.begin_frame(world); }});
-  const auto add = [&](const char* what, PointPart part, int steps) {
-    schedule.add({.name = stage(what),
-                  .timed_as = "bodies",
-                  .rate = Rate::substep,
-                  .every = steps,
-                  .devices = stage_devices(),
-                  .updates = {nodes_resource(), records},
-                  .submit = [this, &world, part, steps](BlockPlace at) {
-                    points_.correct(world, at.substep, steps, part);
-                  }});
-  };
-  if (matching_every() == 1) {
-    add("touch", PointPart::all, 1);
-  } else {
-    if (points_.first_count() > 0) add("touch elements", PointPart::first, 1);
-    if (points_.has_others()) add("touch matched", PointPart::rest, matching_every());
-  }
+  // Where shape matching goes several substeps at once, the points that it alone moves touch once for all of
+  // them, where the surface will be at their end.
+  schedule.add(
+      {.name = stage("touch"),
+       .timed_as = "bodies",
+       .rate = Rate::substep,
+       .period = matching_every(),
+       .devices = stage_devices(),
+       .updates = {nodes_resource(), records},
+       .submit = [this, &world](BlockPlace at) { points_.correct(world, at.substep, matching_every()); }});
   schedule.add({.name = stage("contact sums"),
                 .timed_as = "end",
                 .rate = Rate::after,

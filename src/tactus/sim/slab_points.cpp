@@ -159,11 +159,11 @@ void SlabPoints::begin_frame(ContactOnDevices& world) {
   }
 }
 
-void SlabPoints::correct(ContactOnDevices& world, int k, int steps, PointPart part) {
+void SlabPoints::correct(ContactOnDevices& world, int k, int later_steps) {
   for (int s = 0; s < tissue_->slab_count(); ++s) {
     ContactOnDevices::Part& here = world.part(s);
     here.contact.correct(tissue_->slab(s).ctx, here.surface, here.obstacles.view(),
-                         parts_[static_cast<std::size_t>(s)].points, nodes(s, k), k, steps, part);
+                         parts_[static_cast<std::size_t>(s)].points, nodes(s, k), k, later_steps);
   }
 }
 

@@ -32,14 +32,13 @@ class SlabPoints {
   /// Of the body, and of those the ones that elements move, which come first.
   Index count() const { return count_; }
   Index first_count() const { return first_count_; }
-  bool has_others() const { return others_ > 0; }
   /// Takes a cut over, between frames. Points count as in the boundary; those that a cut adds have the places
   /// behind the first part, so the others are further behind, by the room. Synchronizes. @throws Error.
   void apply(const TopologyChange& change, const CubeLattice& lattice, std::span<const PointChange> points);
   /// Once a frame, before its first substep. Asynchronous, as the next two.
   void begin_frame(ContactOnDevices& world);
   /// As Contact::correct.
-  void correct(ContactOnDevices& world, int k, int steps, PointPart part);
+  void correct(ContactOnDevices& world, int k, int later_steps);
   void end_frame();
   /// Synchronizes. @throws Error.
   void archive(StateArchive& a);

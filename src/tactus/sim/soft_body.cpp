@@ -61,8 +61,8 @@ BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const Bo
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
   const std::optional<double> least =
       on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
-  // Of bodies that touch bodies, those are the second; or the points of shape matching (add_contact_stages).
-  const int changes = !body.contact ? 0 : on_first_device || body.matching_every > 1 ? 2 : 1;
+  // Of bodies that touch bodies, those are the second.
+  const int changes = !body.contact ? 0 : on_first_device ? 2 : 1;
   try {
     return BodySolver(
         devices,

@@ -122,7 +122,7 @@ void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmSte
              SlideSums{y_blocks_.const_view(), x_sums, sums_y_.view(), n, y, w, 6}},
       Launch{"flsm/sum_z", 9 * z_blocks_.size(),
              SlideSums{z_blocks_.const_view(), xy_sums, sums_z_.view(), n, z, w, 9}},
-      Launch{"flsm/correct_sums", exceptions.size(),
+      Launch{"flsm/correct_sums", 3 * exceptions.size(),
              CorrectSums{exceptions, offsets, loaded, sums_z_.view(), n, y, z}},
       Launch{"flsm/fit", node_rows_.size(), fit},
       Launch{"flsm/goal_z", 9 * goal_z_blocks_.size(),
@@ -134,7 +134,7 @@ void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmSte
       Launch{"flsm/goal_x", 3 * node_rows_.size(),
              RowGoals{node_rows_.const_view(), goals_y_.const_view(), turns_y_.const_view(), goal_sum_.view(),
                       n, w}},
-      Launch{"flsm/correct_goals", exceptions.size(),
+      Launch{"flsm/correct_goals", 3 * exceptions.size(),
              CorrectGoals{exceptions, offsets, translation, rotation, goal_sum_.view(), n, y, z}});
 }
 

@@ -171,6 +171,7 @@ struct SlideSums {
 };
 
 /// Regions that are not box ∩ body: takes the nodes out of reach off the 12 sums, or sums the reached anew.
+/// Thread: coordinate i % 3 of exception i / 3.
 struct CorrectSums {
   View<const FlsmException> exceptions;
   View<const FlsmOffset> offsets;
@@ -178,22 +179,21 @@ struct CorrectSums {
   View<double> sums;      ///< 12 fields
   Index cells, stride_y, stride_z;
   TACTUS_HD void operator()(Index i) const {
-    const FlsmException e = exceptions[i];
-    double s[12];
-    for (Index c = 0; c < 12; ++c) s[c] = e.anew != 0 ? 0.0 : sums[c * cells + e.cell];
+    const FlsmException e = exceptions[i / 3];
+    const Index a = i % 3;
+    const auto field = [&](Index c) { return (3 * c + a) * cells + e.cell; };
+    double s[4];
+    for (Index c = 0; c < 4; ++c) s[c] = e.anew != 0 ? 0.0 : sums[field(c)];
     const double sign = e.anew != 0 ? 1 : -1;
     for (Index j = e.begin; j < e.end; ++j) {
       const FlsmOffset k = offsets[j];
-      const Index d = e.cell + k.z * stride_z + k.y * stride_y + k.x;
-      for (Index a = 0; a < 3; ++a) {
-        const double f = sign * in[a * cells + d];
-        s[a] += f;
-        s[3 + a] += static_cast<double>(k.x) * f;
-        s[6 + a] += static_cast<double>(k.y) * f;
-        s[9 + a] += static_cast<double>(k.z) * f;
-      }
+      const double f = sign * in[a * cells + e.cell + k.z * stride_z + k.y * stride_y + k.x];
+      s[0] += f;
+      s[1] += static_cast<double>(k.x) * f;
+      s[2] += static_cast<double>(k.y) * f;
+      s[3] += static_cast<double>(k.z) * f;
     }
-    for (Index c = 0; c < 12; ++c) sums[c * cells + e.cell] = s[c];
+    for (Index c = 0; c < 4; ++c) sums[field(c)] = s[c];
   }
 };
 
@@ -362,6 +362,7 @@ struct RowGoals {
 };
 
 /// The goals of nodes whose region is not box ∩ body (reach is symmetric: the same lists).
+/// Thread: coordinate i % 3 of exception i / 3.
 struct CorrectGoals {
   View<const FlsmException> exceptions;
   View<const FlsmOffset> offsets;
@@ -370,21 +371,19 @@ struct CorrectGoals {
   View<double> goal_sum_m;
   Index cells, stride_y, stride_z;
   TACTUS_HD void operator()(Index i) const {
-    const FlsmException e = exceptions[i];
-    double s[3];
-    for (Index a = 0; a < 3; ++a) s[a] = e.anew != 0 ? 0.0 : goal_sum_m[a * cells + e.cell];
+    const FlsmException e = exceptions[i / 3];
+    const Index a = i % 3;
+    double s = e.anew != 0 ? 0.0 : goal_sum_m[a * cells + e.cell];
     const double sign = e.anew != 0 ? 1 : -1;
     for (Index j = e.begin; j < e.end; ++j) {
       const FlsmOffset k = offsets[j];
       const Index d = e.cell + k.z * stride_z + k.y * stride_y + k.x;
-      for (Index a = 0; a < 3; ++a) {
-        const double turn = static_cast<double>(k.x) * static_cast<double>(rotation[a * cells + d]) +
-                            static_cast<double>(k.y) * static_cast<double>(rotation[(3 + a) * cells + d]) +
-                            static_cast<double>(k.z) * static_cast<double>(rotation[(6 + a) * cells + d]);
-        s[a] += sign * (translation_m[a * cells + d] - turn);
-      }
+      const double turn = static_cast<double>(k.x) * static_cast<double>(rotation[a * cells + d]) +
+                          static_cast<double>(k.y) * static_cast<double>(rotation[(3 + a) * cells + d]) +
+                          static_cast<double>(k.z) * static_cast<double>(rotation[(6 + a) * cells + d]);
+      s += sign * (translation_m[a * cells + d] - turn);
     }
-    for (Index a = 0; a < 3; ++a) goal_sum_m[a * cells + e.cell] = s[a];
+    goal_sum_m[a * cells + e.cell] = s;
   }
 };
 
