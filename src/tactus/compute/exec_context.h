@@ -127,7 +127,7 @@ class ExecContext {
   /// one launch, which is listed as TACTUS_CUDA_CHAIN(A, B, ...) beside the kernels. They are for kernels of
   /// indices or of NoShared, and none reads by View::constant what another writes.
   template <class... K>
-  void in_turn(const char* name, const Launch<K>&... launches) {
+  void in_turn([[maybe_unused]] const char* name, const Launch<K>&... launches) {
 #if defined(TACTUS_WITH_CUDA)
     if (device_.is_cuda() && !is_profiling()) {
       using Chain = LaunchChain<K...>;
