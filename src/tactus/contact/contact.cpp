@@ -93,9 +93,10 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
   check(points, nodes);
   const View<const SurfacePoses> poses = poses_.const_view();
   const TouchingPoints body = touching_points(surface, points, nodes);
-  const bool is_one = later_steps == 1, all = k % later_steps == 0;
-  const Index first_points = is_one ? points.count() : points.first_count(),
-              first_blocks = is_one ? points.block_count() : points.first_blocks(),
+  // Where all points are corrected in every substep, none is one of the last.
+  const bool has_last = later_steps > 1, all = k % later_steps == 0;
+  const Index first_points = has_last ? points.first_count() : points.count(),
+              first_blocks = has_last ? points.first_blocks() : points.block_count(),
               blocks = all ? points.block_count() : first_blocks, end = all ? points.count() : first_points;
   if (body.table.moved == 0 || end == 0) return;  // no point here moves anything
   const SubstepsTo now{k, times_.dt_s, times_.frame, first_points, later_steps};

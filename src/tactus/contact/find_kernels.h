@@ -206,20 +206,20 @@ struct FindContacts {
   static constexpr int kThreads = TriangleSearch::kLanes, kGrain = 8;
   static constexpr bool kLoadsTogether = true;
   ContactFinder finder;
-  Index later = 0;  ///< 1: it is for the points that are corrected later alone; 0: for all others
+  Index takes_last = 0;  ///< 0: all points that are awake but the last (SubstepsTo); 1: these alone
   struct Shared {
     FoundPoint found;
     TriangleSearch search;
   };
   TACTUS_HD void load() {
     finder.load();
-    if (later != 0) finder.turn_to(finder.now.first_later);
+    if (takes_last != 0) finder.turn_to(finder.now.first_later);
   }
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index awake = finder.body.state.awake.points[b.index()], i = awake < 0 ? ~awake : awake;
-    if ((i < finder.now.first_later) == (later != 0)) return;
+    if ((i < finder.now.first_later) == (takes_last != 0)) return;
     FoundPoint& found = s.found;
     const PointQuery& p = found.point;
     found.begin(b, finder, i);

@@ -29,9 +29,8 @@ class SlabPoints {
   /// @param tissue shares its nodes; must outlive this @param room for points that cuts add. Synchronizes.
   SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary, Index room = 0);
 
-  /// Of the body, and of those the ones that elements move, which come first.
+  /// Of the body; those that elements move come first.
   Index count() const { return count_; }
-  Index first_count() const { return first_count_; }
   /// Takes a cut over, between frames. Points count as in the boundary; those that a cut adds have the places
   /// behind the first part, so the others are further behind, by the room. Synchronizes. @throws Error.
   void apply(const TopologyChange& change, const CubeLattice& lattice, std::span<const PointChange> points);

@@ -276,10 +276,21 @@ __global__ void __launch_bounds__(kChainThreads) chain_kernel(const __grid_const
   take_shares(chain);
 }
 
-/// Clusters of more than 8 multiprocessors, for which not every GPU has the room.
+/// Clusters of more than 8 multiprocessors, for which not every GPU has the room: a setting of each device.
 template <class Chain>
 bool allow_large_clusters(void (*run)(Chain)) {
   return cudaFuncSetAttribute(run, cudaFuncAttributeNonPortableClusterSizeAllowed, 1) == cudaSuccess;
+}
+
+/// Whether its code was made for clusters (for an older GPU it has no barriers, even where a newer one
+/// translates it), and the GPU has room for one. The GPUs of a set are alike.
+template <class Chain>
+bool runs_in_clusters(void (*run)(Chain), const cudaLaunchConfig_t& config) {
+  cudaFuncAttributes code{};
+  TACTUS_CUDA_CHECK(cudaFuncGetAttributes(&code, run));
+  int clusters = 0;
+  return code.ptxVersion >= 90 && allow_large_clusters(run) &&
+         cudaOccupancyMaxActiveClusters(&clusters, run, &config) == cudaSuccess && clusters > 0;
 }
 
 inline Index most_threads(const LaunchChain<>&) { return 0; }
@@ -339,16 +350,9 @@ bool launch_cuda_chain(void* cuda_stream, const char* name, const Chain& chain) 
   config.stream = static_cast<cudaStream_t>(cuda_stream);
   config.attrs = attributes;
   config.numAttrs = 2;
-  static const bool has_clusters = [&] {
-    int device = 0, major = 0, clusters = 0;
-    TACTUS_CUDA_CHECK(cudaGetDevice(&device));
-    TACTUS_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
-    return major >= 9 && allow_large_clusters(chain_kernel<Chain>) &&
-           cudaOccupancyMaxActiveClusters(&clusters, chain_kernel<Chain>, &config) == cudaSuccess &&
-           clusters > 0;
-  }();
-  if (!has_clusters) return false;
-  allow_large_clusters(chain_kernel<Chain>);  // a setting of each device
+  static const bool in_clusters = runs_in_clusters(chain_kernel<Chain>, config);
+  if (!in_clusters) return false;
+  allow_large_clusters(chain_kernel<Chain>);
   cuda::check(cudaLaunchKernelEx(&config, chain_kernel<Chain>, chain), name, __FILE__, __LINE__);
   return true;
 }

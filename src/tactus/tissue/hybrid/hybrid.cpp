@@ -187,7 +187,7 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model)
       has_rollers_(layout.part.lattice.has_rollers()) {
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, model.flsm);
-    beside_ = std::make_unique<SideStream>(ctx.device());
+    if (has_elements_) beside_ = std::make_unique<SideStream>(ctx.device());
   }
   matched_nodes_ = to_device(ctx, layout.matched_nodes);
   matched_node_ = to_device(ctx, layout.matched_node);
@@ -224,10 +224,10 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const BodyStep& step, int 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k) {
   const bool matches = flsm_ && k % step.matching_every == 0;
   if (matches)
-    flsm_->compute_goals(has_elements_ ? beside_->follow(ctx) : ctx, state, matching_step(step),
+    flsm_->compute_goals(beside_ ? beside_->follow(ctx) : ctx, state, matching_step(step),
                          matched_nodes_.const_view());
   if (has_elements_) tled_.compute_forces(ctx, state, step.time());
-  if (matches && has_elements_) beside_->join(ctx);
+  if (matches && beside_) beside_->join(ctx);
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k) {

@@ -115,7 +115,7 @@ class Hybrid {
   Index first_cube_, regular_cubes_, first_copy_;  ///< of the body's; of those held here; of the body
   bool has_elements_, has_rollers_;
   std::optional<Flsm> flsm_;
-  std::unique_ptr<SideStream> beside_;  ///< where shapes are matched while forces are summed
+  std::unique_ptr<SideStream> beside_;  ///< where shapes are matched while elements sum forces
   Buffer<Index> matched_nodes_, matched_node_, fixed_;
   Buffer<float> matched_share_, inverse_mass_per_kg_;
   Buffer<Index> only_matched_;            ///< per node: 1: in no element
