@@ -62,33 +62,6 @@ TEST_P(Compute, BlockKernelSharesMemoryBetweenPhases) {
   });
 }
 
-/// One launch on a GPU for the first three, three for the last; an empty one in between is passed by.
-TEST_P(Compute, LaunchesInTurnSeeWhatTheOnesBeforeWrote) {
-  DeviceSet devices(GetParam(), 3);
-  for (const Index n : {32, 32 * 77, 32 * 1024, 32 * 4096}) {
-    const std::vector<float> x = ramp(n);
-    const auto size = static_cast<std::size_t>(n);
-    std::vector<float> expected(size);
-    // Strides share no factor with 2^k 77: each element is read once, by another thread.
-    const auto source = [&](std::size_t i) { return i * 37 % size; };
-    for (std::size_t i = 0; i < size; ++i) expected[i] = 2.F * (x[source(source(source(i)))] + 1.F) + 1.F;
-    devices.for_each_part([&](ExecContext& ctx, int) {
-      const Buffer<float> in = to_device(ctx, x);
-      Buffer<float> one(ctx.device(), n), two(ctx.device(), n), out(ctx.device(), n);
-      const auto step = [&](Index runs) {
-        ctx.in_turn("in turn", Launch{"first", n, test::Shuffle{in.view(), one.view(), 37}},
-                    Launch{"second", runs, test::ShuffleRuns{one.const_view(), two.view(), 37}},
-                    Launch{"third", n, test::Shuffle{two.const_view(), out.view(), 37}});
-      };
-      for (int again = 0; again < 20; ++again) step(n / 32);
-      EXPECT_EQ(to_host(ctx, out.view()), expected);
-      ctx.fill_bytes(out.view(), 0);
-      step(0);
-      EXPECT_EQ(to_host(ctx, out.view()), expected);
-    });
-  }
-}
-
 TEST_P(Compute, CountOnTheDeviceLimitsALaunch) {
   DeviceSet devices(GetParam(), 3);
   ExecContext& ctx = devices.context(0);

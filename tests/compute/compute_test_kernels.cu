@@ -4,6 +4,3 @@
 
 TACTUS_CUDA_KERNEL(tactus::test::Affine);
 TACTUS_CUDA_KERNEL(tactus::test::ReverseRuns);
-TACTUS_CUDA_KERNEL(tactus::test::Shuffle);
-TACTUS_CUDA_KERNEL(tactus::test::ShuffleRuns);
-TACTUS_CUDA_CHAIN(tactus::test::Shuffle, tactus::test::ShuffleRuns, tactus::test::Shuffle);

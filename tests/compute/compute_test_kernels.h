@@ -27,28 +27,4 @@ struct ReverseRuns {
   }
 };
 
-/// Reads what other threads, blocks and multiprocessors wrote.
-struct Shuffle {
-  View<const float> x;
-  View<float> y;
-  Index stride;
-  TACTUS_HD void operator()(Index i) const { y[i] = x[i * stride % x.size()] + 1.F; }
-};
-
-/// The same in runs of 32, with values kept between phases.
-struct ShuffleRuns {
-  static constexpr int kThreads = 32;
-  using Shared = NoShared;
-  View<const float> x;
-  View<float> y;
-  Index stride;
-  template <class Block>
-  TACTUS_HD void operator()(const Block& b, Shared&) const {
-    typename Block::template PerThread<float> kept;
-    const Index first = b.index() * kThreads;
-    b.for_each_thread([&](int t) { kept[t] = x[(first + t) * stride % x.size()]; });
-    b.for_each_thread([&](int t) { y[first + t] = 2.F * kept[t]; });
-  }
-};
-
 }  // namespace tactus::test

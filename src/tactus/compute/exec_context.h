@@ -22,10 +22,6 @@ namespace detail {
 template <class K, std::size_t kSize, std::size_t kAlign>
 void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel);
 
-/// Likewise by TACTUS_CUDA_CHAIN. @returns false where the launches are to be made one by one
-template <class Chain, std::size_t kSize, std::size_t kAlign>
-bool launch_cuda_chain(void* cuda_stream, const char* name, const Chain& chain);
-
 template <class K>
 constexpr Index grain_of() {
   if constexpr (requires { K::kGrain; })
@@ -121,21 +117,6 @@ class ExecContext {
       submit(name, [count, kernel] { detail::run_on_cpu(count, kernel); });
     else
       detail::run_on_cpu(count, kernel);
-  }
-
-  /// parallel_for of each in turn. On a GPU whose multiprocessors can wait for one another, short ones are
-  /// one launch, which is listed as TACTUS_CUDA_CHAIN(A, B, ...) beside the kernels. They are for kernels of
-  /// indices or of NoShared, and none reads by View::constant what another writes.
-  template <class... K>
-  void in_turn([[maybe_unused]] const char* name, const Launch<K>&... launches) {
-#if defined(TACTUS_WITH_CUDA)
-    if (device_.is_cuda() && !is_profiling()) {
-      using Chain = LaunchChain<K...>;
-      if (detail::launch_cuda_chain<Chain, sizeof(Chain), alignof(Chain)>(stream_, name, Chain{launches...}))
-        return;
-    }
-#endif
-    (parallel_for(launches.name, launches.count, launches.kernel), ...);
   }
 
   /// out[i] = in[0] + ... + in[i-1]. Both hold n values; make the last input a 0 to get the total in the last

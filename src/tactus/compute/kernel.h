@@ -47,26 +47,6 @@ struct Count {
   }
 };
 
-/// One parallel_for, to be done.
-template <class K>
-struct Launch {
-  const char* name = "";
-  Count count = 0;
-  K kernel;
-};
-template <class K>
-Launch(const char*, Count, K) -> Launch<K>;
-
-/// Some, one after the other.
-template <class... K>
-struct LaunchChain {};
-template <class First, class... Rest>
-struct LaunchChain<First, Rest...> {
-  Launch<First> first;
-  LaunchChain<Rest...> rest;
-  LaunchChain(const Launch<First>& one, const Launch<Rest>&... more) : first(one), rest(more...) {}
-};
-
 /// One block on the CPU: its threads are the lanes of a loop.
 template <int kThreads>
 class CpuBlock {

@@ -14,10 +14,6 @@ TACTUS_CUDA_KERNEL(tactus::flsm::SlideGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::RowGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::CorrectGoals);
 TACTUS_CUDA_KERNEL(tactus::flsm::Integrate);
-TACTUS_CUDA_CHAIN(tactus::flsm::LoadNodes, tactus::flsm::RowSums, tactus::flsm::SlideSums,
-                  tactus::flsm::SlideSums, tactus::flsm::CorrectSums, tactus::flsm::FitRegions,
-                  tactus::flsm::SlideGoals, tactus::flsm::SlideGoals, tactus::flsm::RowGoals,
-                  tactus::flsm::CorrectGoals);
 TACTUS_CUDA_KERNEL(tactus::embed::MoveVertices);
 TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);
 TACTUS_CUDA_KERNEL(tactus::SetValues<tactus::embed::Anchor>);

@@ -1,7 +1,6 @@
 #pragma once
 /// Included by a folder's kernels.cu, which lists its kernels: `TACTUS_CUDA_KERNEL(HullPyramid,
 /// ClassifyBricks);` Nothing else may be compiled by nvcc.
-#include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
 #include <algorithm>
@@ -227,78 +226,6 @@ inline Index striding_blocks(const void* run, int threads, int least) {
   return multiprocessors * std::max(resident, least);
 }
 
-/// Short kernels in turn: a cluster of multiprocessors that wait for one another, so many threads on each.
-constexpr int kChainThreads = 512, kChainBlocks = 16;
-/// The most threads that one of them may have, in all. Longer ones are faster where all of a GPU works on
-/// each.
-constexpr Index kMostInChain = 4 * kChainThreads * kChainBlocks;
-
-template <class K>
-constexpr int threads_of_index() {
-  if constexpr (BlockKernel<K>)
-    return K::kThreads;
-  else
-    return 1;
-}
-
-/// This block's share of a kernel: warps are dealt out to multiprocessors in turn.
-template <class K>
-__device__ __forceinline__ void take_share(const Launch<K>& launch) {
-  constexpr int kEach = threads_of_index<K>();
-  static_assert(32 % kEach == 0);
-  const auto& k = loaded(launch.kernel);
-  const Index n = launch.count.get();
-  const auto thread = static_cast<Index>((threadIdx.x / 32 * gridDim.x + blockIdx.x) * 32 + threadIdx.x % 32);
-  for (Index i = thread / kEach; i < n; i += static_cast<Index>(gridDim.x) * kChainThreads / kEach) {
-    if constexpr (BlockKernel<K>) {
-      NoShared shared;
-      k(CudaLanes<kEach>(i), shared);
-    } else {
-      k(i);
-    }
-  }
-}
-
-template <class First, class... Rest>
-__device__ __forceinline__ void take_shares(const LaunchChain<First, Rest...>& chain) {
-  if (chain.first.count.capacity > 0) {
-    take_share(chain.first);
-#if __CUDA_ARCH__ >= 900
-    if constexpr (sizeof...(Rest) > 0) cooperative_groups::this_cluster().sync();
-#endif
-  }
-  if constexpr (sizeof...(Rest) > 0) take_shares(chain.rest);
-}
-
-template <class Chain>
-__global__ void __launch_bounds__(kChainThreads) chain_kernel(const __grid_constant__ Chain chain) {
-  wait_for_the_kernel_before();
-  take_shares(chain);
-}
-
-/// Clusters of more than 8 multiprocessors, for which not every GPU has the room: a setting of each device.
-template <class Chain>
-bool allow_large_clusters(void (*run)(Chain)) {
-  return cudaFuncSetAttribute(run, cudaFuncAttributeNonPortableClusterSizeAllowed, 1) == cudaSuccess;
-}
-
-/// Whether its code was made for clusters (for an older GPU it has no barriers, even where a newer one
-/// translates it), and the GPU has room for one. The GPUs of a set are alike.
-template <class Chain>
-bool runs_in_clusters(void (*run)(Chain), const cudaLaunchConfig_t& config) {
-  cudaFuncAttributes code{};
-  TACTUS_CUDA_CHECK(cudaFuncGetAttributes(&code, run));
-  int clusters = 0;
-  return code.ptxVersion >= 90 && allow_large_clusters(run) &&
-         cudaOccupancyMaxActiveClusters(&clusters, run, &config) == cudaSuccess && clusters > 0;
-}
-
-inline Index most_threads(const LaunchChain<>&) { return 0; }
-template <class First, class... Rest>
-Index most_threads(const LaunchChain<First, Rest...>& chain) {
-  return std::max(chain.first.count.capacity * threads_of_index<First>(), most_threads(chain.rest));
-}
-
 /// Starts a kernel that begins with wait_for_the_kernel_before(), for count.capacity / per_block blocks of
 /// work.
 template <int kLeastEach, class K>
@@ -335,28 +262,6 @@ void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kern
   }
 }
 
-template <class Chain, std::size_t kSize, std::size_t kAlign>
-bool launch_cuda_chain(void* cuda_stream, const char* name, const Chain& chain) {
-  static_assert(sizeof(Chain) == kSize && alignof(Chain) == kAlign);
-  if (most_threads(chain) > kMostInChain) return false;
-  cudaLaunchAttribute attributes[2]{};
-  attributes[0].id = cudaLaunchAttributeClusterDimension;
-  attributes[0].val.clusterDim = {kChainBlocks, 1, 1};
-  attributes[1].id = cudaLaunchAttributeProgrammaticStreamSerialization;
-  attributes[1].val.programmaticStreamSerializationAllowed = 1;
-  cudaLaunchConfig_t config{};
-  config.gridDim = dim3(kChainBlocks);
-  config.blockDim = dim3(kChainThreads);
-  config.stream = static_cast<cudaStream_t>(cuda_stream);
-  config.attrs = attributes;
-  config.numAttrs = 2;
-  static const bool in_clusters = runs_in_clusters(chain_kernel<Chain>, config);
-  if (!in_clusters) return false;
-  allow_large_clusters(chain_kernel<Chain>);
-  cuda::check(cudaLaunchKernelEx(&config, chain_kernel<Chain>, chain), name, __FILE__, __LINE__);
-  return true;
-}
-
 }  // namespace detail
 }  // namespace tactus
 
@@ -364,10 +269,3 @@ bool launch_cuda_chain(void* cuda_stream, const char* name, const Chain& chain) 
 #define TACTUS_CUDA_KERNEL(...)                                                                      \
   template void tactus::detail::launch_cuda<__VA_ARGS__, sizeof(__VA_ARGS__), alignof(__VA_ARGS__)>( \
       void*, const char*, tactus::Count, const __VA_ARGS__&)
-
-/// Of ExecContext::in_turn: its kernels.
-#define TACTUS_CUDA_CHAIN(...)                                                                \
-  template bool tactus::detail::launch_cuda_chain<tactus::LaunchChain<__VA_ARGS__>,           \
-                                                  sizeof(tactus::LaunchChain<__VA_ARGS__>),   \
-                                                  alignof(tactus::LaunchChain<__VA_ARGS__>)>( \
-      void*, const char*, const tactus::LaunchChain<__VA_ARGS__>&)

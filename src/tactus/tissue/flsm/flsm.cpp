@@ -83,59 +83,54 @@ int Flsm::substeps_for(float dt_frame_s) const {
   return std::max(1, static_cast<int>(std::ceil(omega_ * dt_frame_s)));
 }
 
+void Flsm::sum_over_regions(ExecContext& ctx) {
+  const Index n = grid_.cells;
+  const int w = material_.half_width;
+  ctx.parallel_for("flsm/sum_x", 3 * x_rows_.size(),
+                   flsm::RowSums{x_rows_.const_view(), loaded_.const_view(), sums_x_.view(), n, w});
+  ctx.parallel_for(
+      "flsm/sum_y", 6 * y_blocks_.size(),
+      flsm::SlideSums{y_blocks_.const_view(), sums_x_.const_view(), sums_y_.view(), n, grid_.stride_y, w, 6});
+  ctx.parallel_for(
+      "flsm/sum_z", 9 * z_blocks_.size(),
+      flsm::SlideSums{z_blocks_.const_view(), sums_y_.const_view(), sums_z_.view(), n, grid_.stride_z, w, 9});
+  ctx.parallel_for("flsm/correct_sums", 3 * exceptions_.size(),
+                   flsm::CorrectSums{exceptions_.const_view(), offsets_.const_view(), loaded_.const_view(),
+                                     sums_z_.view(), n, grid_.stride_y, grid_.stride_z});
+}
+
+void Flsm::sum_goals(ExecContext& ctx) {
+  const Index n = grid_.cells;
+  const int w = material_.half_width;
+  ctx.parallel_for(
+      "flsm/goal_z", 9 * goal_z_blocks_.size(),
+      flsm::SlideGoals{goal_z_blocks_.const_view(), translation_.const_view(), rotation_.const_view(),
+                       goals_z_.view(), turns_z_.view(), n, grid_.stride_z, w, 3});
+  ctx.parallel_for("flsm/goal_y", 6 * goal_y_blocks_.size(),
+                   flsm::SlideGoals{goal_y_blocks_.const_view(), goals_z_.const_view(), turns_z_.const_view(),
+                                    goals_y_.view(), turns_y_.view(), n, grid_.stride_y, w, 2});
+  ctx.parallel_for("flsm/goal_x", 3 * node_rows_.size(),
+                   flsm::RowGoals{node_rows_.const_view(), goals_y_.const_view(), turns_y_.const_view(),
+                                  goal_sum_.view(), n, w});
+  ctx.parallel_for(
+      "flsm/correct_goals", 3 * exceptions_.size(),
+      flsm::CorrectGoals{exceptions_.const_view(), offsets_.const_view(), translation_.const_view(),
+                         rotation_.const_view(), goal_sum_.view(), n, grid_.stride_y, grid_.stride_z});
+}
+
 void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step,
                          View<const Index> nodes) {
-  using namespace flsm;
-  const Index n = grid_.cells, y = grid_.stride_y, z = grid_.stride_z;
-  const int w = material_.half_width;
-  const View<const double> loaded = loaded_.const_view(), x_sums = sums_x_.const_view(),
-                           xy_sums = sums_y_.const_view(), sums = sums_z_.const_view(),
-                           translation = translation_.const_view();
-  const View<const float> rotation = rotation_.const_view();
-  const View<const FlsmException> exceptions = exceptions_.const_view();
-  const View<const FlsmOffset> offsets = offsets_.const_view();
-  const LoadNodes load{state.x_m.const_view(),
-                       state.v_m_s.const_view(),
-                       nodes,
-                       shared_mass_kg_.const_view(),
-                       cell_.const_view(),
-                       loaded_.view(),
-                       n,
-                       step.time(),
-                       pace(step)};
-  const FitRegions fit{node_rows_.const_view(),
-                       sums,
-                       inverse_mass_.const_view(),
-                       turn_m_.const_view(),
-                       center_.const_view(),
-                       quaternion_.view(),
-                       rotation_.view(),
-                       translation_.view(),
-                       n,
-                       1 / double{spacing_m_},
-                       step.rotation_iterations};
-  ctx.in_turn(
-      "flsm/goals",  //
-      Launch{"flsm/load", node_count(), load},
-      Launch{"flsm/sum_x", 3 * x_rows_.size(), RowSums{x_rows_.const_view(), loaded, sums_x_.view(), n, w}},
-      Launch{"flsm/sum_y", 6 * y_blocks_.size(),
-             SlideSums{y_blocks_.const_view(), x_sums, sums_y_.view(), n, y, w, 6}},
-      Launch{"flsm/sum_z", 9 * z_blocks_.size(),
-             SlideSums{z_blocks_.const_view(), xy_sums, sums_z_.view(), n, z, w, 9}},
-      Launch{"flsm/correct_sums", 3 * exceptions.size(),
-             CorrectSums{exceptions, offsets, loaded, sums_z_.view(), n, y, z}},
-      Launch{"flsm/fit", node_rows_.size(), fit},
-      Launch{"flsm/goal_z", 9 * goal_z_blocks_.size(),
-             SlideGoals{goal_z_blocks_.const_view(), translation, rotation, goals_z_.view(), turns_z_.view(),
-                        n, z, w, 3}},
-      Launch{"flsm/goal_y", 6 * goal_y_blocks_.size(),
-             SlideGoals{goal_y_blocks_.const_view(), goals_z_.const_view(), turns_z_.const_view(),
-                        goals_y_.view(), turns_y_.view(), n, y, w, 2}},
-      Launch{"flsm/goal_x", 3 * node_rows_.size(),
-             RowGoals{node_rows_.const_view(), goals_y_.const_view(), turns_y_.const_view(), goal_sum_.view(),
-                      n, w}},
-      Launch{"flsm/correct_goals", 3 * exceptions.size(),
-             CorrectGoals{exceptions, offsets, translation, rotation, goal_sum_.view(), n, y, z}});
+  ctx.parallel_for(
+      "flsm/load", node_count(),
+      flsm::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), nodes, shared_mass_kg_.const_view(),
+                      cell_.const_view(), loaded_.view(), grid_.cells, step.time(), pace(step)});
+  sum_over_regions(ctx);
+  ctx.parallel_for(
+      "flsm/fit", node_rows_.size(),
+      flsm::FitRegions{node_rows_.const_view(), sums_z_.const_view(), inverse_mass_.const_view(),
+                       turn_m_.const_view(), center_.const_view(), quaternion_.view(), rotation_.view(),
+                       translation_.view(), grid_.cells, 1 / double{spacing_m_}, step.rotation_iterations});
+  sum_goals(ctx);
 }
 
 void Flsm::step(ExecContext& ctx, BodyState& state, const FlsmStep& step) {

@@ -91,6 +91,9 @@ class Flsm {
   Index node_count() const { return cell_.size(); }
 
  private:
+  void sum_over_regions(ExecContext& ctx);
+  void sum_goals(ExecContext& ctx);
+
   FlsmMaterial material_;
   float spacing_m_ = 0, omega_ = 0;
   double sigma2_ = 0;
