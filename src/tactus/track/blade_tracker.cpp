@@ -1,6 +1,7 @@
 #include "tactus/track/blade_tracker.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -67,10 +68,8 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
   }
   since_known_s_ += dt_s;
   // Pixels of a still picture are off as before: counted again and again, they would draw the pose with them.
-  const bool is_still = hypotheses_.size() == 1 &&
-                        std::equal(masks.begin(), masks.end(), last_masks_.begin(), last_masks_.end()) &&
-                        more.points.empty() && more.depths.empty();
-  last_masks_.assign(masks.begin(), masks.end());
+  const bool is_still =
+      remember(masks) && hypotheses_.size() == 1 && more.points.empty() && more.depths.empty();
   for (Hypothesis& h : hypotheses_) {
     if (is_still && h.lost_frames == 0)
       h.filter.stay();
@@ -85,6 +84,17 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
   }
   judge();
   return now_;
+}
+
+bool BladeTracker::remember(std::span<const BitMask> masks) {
+  last_masks_.resize(masks.size());
+  std::atomic<bool> are_the_same = true;
+  cpu_for(masks.size(), 1, [&](std::size_t c) {
+    if (last_masks_[c] == masks[c]) return;
+    last_masks_[c] = masks[c];
+    are_the_same = false;
+  });
+  return are_the_same;
 }
 
 void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double dt_s,

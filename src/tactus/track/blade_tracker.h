@@ -61,6 +61,8 @@ class BladeTracker {
     std::vector<double> surprises;  ///< of each frame since it was found, while there are others
     int lost_frames = 0;
   };
+  /// @returns whether they are those of the last frame
+  bool remember(std::span<const BitMask> masks);
   void follow(Hypothesis& hypothesis, std::span<const BitMask> masks, double dt_s, const PoseEvidence& more);
   /// @returns whether there was anything to try
   bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken, const PoseEvidence& more);
