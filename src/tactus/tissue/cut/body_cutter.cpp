@@ -3,6 +3,8 @@
 #include <map>
 #include <numeric>
 
+#include "tactus/compute/cpu_for.h"
+
 namespace tactus::cut {
 namespace {
 
@@ -37,8 +39,13 @@ CutReport BodyCutter::cut_marked(TopologyChange& change) {
     lattice_.divide(stage, surface_.cut(lattice_, stage));
     report.cut_cubes += static_cast<Index>(stage.size());
   }
-  lattice_.commit(stages, change);
-  surface_.update(lattice_, stages, change);
+  cpu_for(2, 1, [&](int task) {
+    if (task == 0)
+      lattice_.commit(stages, change);
+    else
+      surface_.find_near_splits(lattice_, stages);
+  });
+  surface_.update(lattice_, change);
   const double h = double{lattice_.lattice().spacing_m};
   report.area_m2 = (surface_.wall_area() - area_before) * h * h;
   report.depth_m = surface_.take_depth() * h;

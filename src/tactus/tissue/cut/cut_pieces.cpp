@@ -305,11 +305,24 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
   }
 }
 
-/// Nothing is deeper than what was measured last and the way to there.
-void CutSurface::note_depth(Vec3d p) {
-  if (measured_.depth + length(p - measured_.p) <= deepest_) return;
-  measured_ = {p, static_cast<double>(solid_->distance_m(vec_cast<float>(p)))};
-  deepest_ = std::max(deepest_, measured_.depth);
+/// Nothing is deeper than what was measured and the way to there. So one of each kRun points that follow one
+/// another is measured, then those of the others that may be deeper than all of these.
+void CutSurface::note_depths() {
+  constexpr std::size_t kRun = 16;
+  const auto measured = [&](const Vec3d& p) {
+    const auto depth = static_cast<double>(solid_->distance_m(vec_cast<float>(p)));
+    deepest_ = std::max(deepest_, depth);
+    return depth;
+  };
+  const auto sample_of = [&](std::size_t run) {
+    return wall_middles_[std::min(run * kRun + kRun / 2, wall_middles_.size() - 1)];
+  };
+  run_depths_.resize((wall_middles_.size() + kRun - 1) / kRun);
+  for (std::size_t run = 0; run < run_depths_.size(); ++run) run_depths_[run] = measured(sample_of(run));
+  for (std::size_t i = 0; i < wall_middles_.size(); ++i) {
+    const Vec3d sample = sample_of(i / kRun), &p = wall_middles_[i];
+    if (p != sample && run_depths_[i / kRun] + length(p - sample) > deepest_) measured(p);
+  }
 }
 
 void CutSurface::divide_triangle(const LatticeCutter& cutter, const Stage& s, std::size_t number,
@@ -440,10 +453,13 @@ void CutSurface::add_walls(const LatticeCutter& cutter, const Stage& s) {
     }
   };
   cpu_for(2, 1, [&](int task) {
-    if (task == 0)
+    if (task == 0) {
       for_each_piece([&](std::size_t w, const Piece& piece) { add_wall(cutter, s, w, piece); });
-    else
-      for_each_piece([&](std::size_t, const Piece& piece) { note_depth(middle_of(piece)); });
+    } else {
+      wall_middles_.clear();
+      for_each_piece([&](std::size_t, const Piece& piece) { wall_middles_.push_back(middle_of(piece)); });
+      note_depths();
+    }
   });
 }
 

@@ -25,7 +25,8 @@ namespace tactus::cut {
 /// The original surface is taken 2e-6 spacings inside of itself, and moved by as little along itself, so that
 /// it meets walls and faces of cubes in general position.
 ///
-/// In a frame: cut() for each stage of LatticeCutter::splits(), then, after commit(), update().
+/// In a frame: cut() for each stage of LatticeCutter::splits(), then find_near_splits(), which may go beside
+/// the cutter's commit(), and after both update().
 class CutSurface {
  public:
   struct Room {
@@ -40,9 +41,10 @@ class CutSurface {
   /// valid until the next call
   const std::vector<double>& cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
+  /// The triangles that update() looks at.
+  void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
   /// New vertices and triangles, and vertices that other cubes move from now on.
-  void update(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages,
-              TopologyChange& change);
+  void update(const LatticeCutter& cutter, TopologyChange& change);
 
   Index vertex_count() const { return static_cast<Index>(vertex_point_.size()); }
   Index triangle_count() const { return static_cast<Index>(triangles_.size()); }
@@ -313,14 +315,13 @@ class CutSurface {
   void divide_triangle(const LatticeCutter& cutter, const Stage& s, std::size_t number, Divided& d) const;
   void make_triangles(const LatticeCutter& cutter, const Stage& s, const Triangle& old, Divided& d) const;
   void part_cubes(const Stage& s);
-  void note_depth(Vec3d p);
+  void note_depths();
   void divide_near(const LatticeCutter& cutter, const Stage& s);
   void add_walls(const LatticeCutter& cutter, const Stage& s);
   void add_wall(const LatticeCutter& cutter, const Stage& s, std::size_t number, const Piece& piece);
   // cut_vertices.cpp
   void take_room_for_frame(std::size_t splits);
   void take_room_for_stage(std::size_t splits);
-  void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
@@ -338,9 +339,12 @@ class CutSurface {
   Index vertex_of(Index point, const std::array<Index, 8>& nodes);
   void anchor_vertex(const LatticeCutter& cutter, Index vertex, Index point, std::span<const Use> uses);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
-  void set_vertices(Index triangle, std::array<Index, 3> vertices);
+  static std::uint64_t edge_weight(const std::array<Index, 3>& vertices);
+  static std::uint64_t weight_change(const std::array<Index, 3>& from, const std::array<Index, 3>& to) {
+    return from == to ? 0 : edge_weight(to) - edge_weight(from);
+  }
+  void set_vertices(Index triangle, const std::array<Index, 3>& vertices, std::uint64_t weight_change);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
-  void weigh_edges(const std::array<Index, 3>& vertices, std::uint64_t sign);
   void sum_edges();
   void close(const LatticeCutter& cutter);
 
@@ -385,12 +389,13 @@ class CutSurface {
   std::vector<Divided> divided_;  ///< of each of these, at least as many
   // In update().
   std::vector<Index> near_cubes_;
-  std::vector<Index> near_;              ///< triangles round the cubes that fell apart, ascending
-  std::vector<std::uint8_t> is_mended_;  ///< of these
-  std::vector<Piece> named_;             ///< their vertices
-  std::vector<Index> use_points_;        ///< ascending
-  std::vector<Index> first_use_;         ///< per point in use_points_, and the end
-  std::vector<Index> uses_at_;           ///< of points: counts, then places
+  std::vector<Index> near_;                    ///< triangles round the cubes that fell apart, ascending
+  std::vector<std::uint8_t> is_mended_;        ///< of these
+  std::vector<Piece> named_;                   ///< their vertices
+  std::vector<std::uint64_t> weight_changes_;  ///< what these change of edge_weight_
+  std::vector<Index> use_points_;              ///< ascending
+  std::vector<Index> first_use_;               ///< per point in use_points_, and the end
+  std::vector<Index> uses_at_;                 ///< of points: counts, then places
   std::vector<Use> uses_;
   std::vector<std::array<Index, 8>> use_nodes_;
   std::vector<EdgeSum> edge_table_;
@@ -398,12 +403,8 @@ class CutSurface {
   std::vector<NewWall> new_walls_, next_walls_;
   std::vector<NewSplit> new_splits_, next_splits_;
   std::vector<std::array<Vec3d, 3>> split_walls_, next_split_walls_;
-  /// Below the original surface.
-  struct Depth {
-    Vec3d p{};
-    double depth = 1e30;
-  };
-  Depth measured_;
+  std::vector<Vec3d> wall_middles_;  ///< of the stage's new walls
+  std::vector<double> run_depths_;   ///< of some of these
   Index filled_ = 0, slivers_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;

@@ -38,6 +38,8 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
   more(next_walls_, 20);
   more(new_walls_, 20);
   more(next_split_walls_, 12);
+  more(wall_middles_, 12);
+  more(run_depths_, 1);
   more(split_walls_, 12);
   more(changes_, 60);
   more(open_edges_, 100);
@@ -51,6 +53,7 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
   take_room(uses_at_, points_.size() + 20 * splits);
   more(near_, 60);
   more(named_, 60);
+  more(weight_changes_, 60);
   more(is_mended_, 60);
   take_room_for_stage(splits);
 }
@@ -124,13 +127,15 @@ embed::Anchor CutSurface::anchor(const LatticeCutter& cutter, Index vertex) cons
   return {cube, vec_cast<float>(at(point) - vec_cast<double>(cutter.lattice().cubes[index(cube)]))};
 }
 
-/// A random weight of each directed edge, whose twin has the opposite one.
-void CutSurface::weigh_edges(const std::array<Index, 3>& vertices, std::uint64_t sign) {
+/// Sum over its directed edges, each of a random weight whose twin has the opposite one.
+std::uint64_t CutSurface::edge_weight(const std::array<Index, 3>& vertices) {
+  std::uint64_t sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Index a = vertices[k], b = vertices[(k + 1) % 3];
     const std::uint64_t weight = mixed(edge_key(a, b));
-    edge_weight_ += sign * (a < b ? weight : a > b ? -weight : 0);
+    sum += a < b ? weight : a > b ? -weight : 0;
   }
+  return sum;
 }
 
 void CutSurface::count_edges(const std::array<Index, 3>& vertices, int sign) {
@@ -165,12 +170,12 @@ void CutSurface::sum_edges() {
     if (edge.sum != 0) open_edges_.push_back(edge);
 }
 
-void CutSurface::set_vertices(Index triangle, std::array<Index, 3> vertices) {
+void CutSurface::set_vertices(Index triangle, const std::array<Index, 3>& vertices,
+                              std::uint64_t weight_change) {
   auto& now = vertices_of_[index(triangle)];
   if (now == vertices) return;
   changes_.push_back({now, vertices});
-  weigh_edges(now, ~std::uint64_t{0});
-  weigh_edges(vertices, 1);
+  edge_weight_ += weight_change;
   now = vertices;
   new_triangles_.push_back(triangle);
 }
@@ -349,8 +354,14 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
     name_point(cutter, use_points_[p],
                std::span<const Use>(uses_).subspan(first, index(first_use_[p + 1]) - first));
   }
+  weight_changes_.resize(triangles.size());
+  cpu_for(triangles.size(), 256, [&](std::size_t i) {
+    const auto& now = vertices_of_[index(triangles[i])];
+    if (triangles_[index(triangles[i])].is_fill) named_[i] = now;
+    weight_changes_[i] = weight_change(now, named_[i]);
+  });
   for (std::size_t i = 0; i < triangles.size(); ++i)
-    if (!triangles_[index(triangles[i])].is_fill) set_vertices(triangles[i], named_[i]);
+    set_vertices(triangles[i], named_[i], weight_changes_[i]);
 }
 
 /// Fills are made anew where something is cut.
@@ -358,7 +369,7 @@ void CutSurface::drop_fills(const std::vector<Index>& triangles) {
   for (const Index triangle : triangles) {
     if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{})
       continue;
-    set_vertices(triangle, {0, 0, 0});
+    set_vertices(triangle, {0, 0, 0}, weight_change(vertices_of_[index(triangle)], {0, 0, 0}));
     free_.push_back(triangle);
     --filled_;
   }
@@ -395,7 +406,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
         const Index place = free_.empty() ? triangle_count() : free_.back();
         add_triangle(cutter, fill);
         if (place >= triangle_count()) return;
-        set_vertices(place, vertices);
+        set_vertices(place, vertices, weight_change(vertices_of_[index(place)], vertices));
         ++filled_;
       }
       way.erase(seen + 1, way.end());
@@ -404,9 +415,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
   }
 }
 
-void CutSurface::update(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages,
-                        TopologyChange& change) {
-  find_near_splits(cutter, stages);
+void CutSurface::update(const LatticeCutter& cutter, TopologyChange& change) {
   const std::vector<Index>& triangles = near_;
   const auto take = [](auto& now, auto& next) {
     std::swap(now, next);
