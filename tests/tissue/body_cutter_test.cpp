@@ -278,6 +278,26 @@ TEST(BodyCutter, ASliceIsAsThickAsItsCuts) {
 }
 
 /// A mesh that does not follow the lattice: its volume is kept, cut after cut.
+/// Against all points of the walls. Those that are left out are no deeper by the triangle inequality, but for
+/// the rounding of distances to floats: of up to 6 spacings, three of them by 2^-22 each.
+TEST(BodyCutter, ItIsAsDeepAsTheDeepestPointOfItsWalls) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> uniform(1, 11);
+  for (int k = 0; k < 12; ++k) {
+    Body body = block({12, 12, 12}, 1.5F, {.copies = 800, .nodes = 2400});
+    const float y = uniform(random);  // of the strip's end: it goes down from above
+    const CutReport report = body.cut({uniform(random), 13, -1}, {uniform(random), 13, 13},
+                                      {uniform(random), y, -1}, {uniform(random), y, 13});
+    double deepest = 0;
+    for (const CutSurface::NewWall& wall : body.cutter.surface().new_walls()) {
+      const auto& [a, b, c] = wall.corners;
+      deepest = std::max(deepest, body.cutter.surface().depth((a + b + c) / 3.0));
+    }
+    EXPECT_GT(deepest, 0);
+    EXPECT_NEAR(report.depth_m / double{kSpacing}, deepest, 1e-6) << k;
+  }
+}
+
 TEST(BodyCutter, CutsABall) {
   const auto ball = [](Vec3f p) { return length(p - Vec3f{0.05F, 0.05F, 0.05F}) - 0.031F; };
   CubeLattice lattice =

@@ -9,6 +9,10 @@ namespace tactus {
 
 /// Owns the memory of one device. Particles are in slots; slots change in every step.
 struct LiquidPart {
+  /// With room for so many, a GPU sorts particles by bricks of cells, not by rows: of those, its caches hold
+  /// more of what is near. A step of DFSPH takes 7 % less for 700,000 particles, 10 % for 8,000,000; fewer
+  /// fit into caches anyhow. Cores visit rows together.
+  static constexpr Index kLeastInBricks = 400'000;
   /// @param max_particles of the whole liquid: all may come to one part @param arrivals that come before the
   /// oldest leave @param walls owners of walls @param part its number @param parts of the liquid
   LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m, Index walls, Index part,

@@ -68,8 +68,8 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
   }
   since_known_s_ += dt_s;
   // Pixels of a still picture are off as before: counted again and again, they would draw the pose with them.
-  const bool is_still =
-      remember(masks) && hypotheses_.size() == 1 && more.points.empty() && more.depths.empty();
+  const bool are_the_same = remember(masks);
+  const bool is_still = are_the_same && hypotheses_.size() == 1 && more.points.empty() && more.depths.empty();
   for (Hypothesis& h : hypotheses_) {
     if (is_still && h.lost_frames == 0)
       h.filter.stay();

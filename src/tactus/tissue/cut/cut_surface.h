@@ -41,7 +41,8 @@ class CutSurface {
   /// valid until the next call
   const std::vector<double>& cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
-  /// The triangles that update() looks at.
+  /// Finds the triangles that update() looks at. Of the cutter it reads where cubes are, which commit()
+  /// leaves as it is.
   void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
   /// New vertices and triangles, and vertices that other cubes move from now on.
   void update(const LatticeCutter& cutter, TopologyChange& change);
@@ -340,10 +341,14 @@ class CutSurface {
   void anchor_vertex(const LatticeCutter& cutter, Index vertex, Index point, std::span<const Use> uses);
   void name_vertices(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   static std::uint64_t edge_weight(const std::array<Index, 3>& vertices);
-  static std::uint64_t weight_change(const std::array<Index, 3>& from, const std::array<Index, 3>& to) {
-    return from == to ? 0 : edge_weight(to) - edge_weight(from);
+  std::uint64_t weight_change(Index triangle, const std::array<Index, 3>& to) const {
+    const std::array<Index, 3>& now = vertices_of_[index(triangle)];
+    return now == to ? 0 : edge_weight(to) - edge_weight(now);
   }
-  void set_vertices(Index triangle, const std::array<Index, 3>& vertices, std::uint64_t weight_change);
+  void set_vertices(Index triangle, const std::array<Index, 3>& vertices) {
+    set_vertices(triangle, vertices, weight_change(triangle, vertices));
+  }
+  void set_vertices(Index triangle, const std::array<Index, 3>& vertices, std::uint64_t change);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
   void sum_edges();
   void close(const LatticeCutter& cutter);
@@ -387,7 +392,7 @@ class CutSurface {
   };
   std::vector<Dividing> dividing_;
   std::vector<Divided> divided_;  ///< of each of these, at least as many
-  // In update().
+  // In find_near_splits() and update().
   std::vector<Index> near_cubes_;
   std::vector<Index> near_;                    ///< triangles round the cubes that fell apart, ascending
   std::vector<std::uint8_t> is_mended_;        ///< of these

@@ -170,12 +170,12 @@ void CutSurface::sum_edges() {
     if (edge.sum != 0) open_edges_.push_back(edge);
 }
 
-void CutSurface::set_vertices(Index triangle, const std::array<Index, 3>& vertices,
-                              std::uint64_t weight_change) {
+/// @param change of edge_weight_
+void CutSurface::set_vertices(Index triangle, const std::array<Index, 3>& vertices, std::uint64_t change) {
   auto& now = vertices_of_[index(triangle)];
   if (now == vertices) return;
   changes_.push_back({now, vertices});
-  edge_weight_ += weight_change;
+  edge_weight_ += change;
   now = vertices;
   new_triangles_.push_back(triangle);
 }
@@ -356,9 +356,8 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
   }
   weight_changes_.resize(triangles.size());
   cpu_for(triangles.size(), 256, [&](std::size_t i) {
-    const auto& now = vertices_of_[index(triangles[i])];
-    if (triangles_[index(triangles[i])].is_fill) named_[i] = now;
-    weight_changes_[i] = weight_change(now, named_[i]);
+    if (triangles_[index(triangles[i])].is_fill) named_[i] = vertices_of_[index(triangles[i])];  // they stay
+    weight_changes_[i] = weight_change(triangles[i], named_[i]);
   });
   for (std::size_t i = 0; i < triangles.size(); ++i)
     set_vertices(triangles[i], named_[i], weight_changes_[i]);
@@ -369,7 +368,7 @@ void CutSurface::drop_fills(const std::vector<Index>& triangles) {
   for (const Index triangle : triangles) {
     if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{})
       continue;
-    set_vertices(triangle, {0, 0, 0}, weight_change(vertices_of_[index(triangle)], {0, 0, 0}));
+    set_vertices(triangle, {0, 0, 0});
     free_.push_back(triangle);
     --filled_;
   }
@@ -406,7 +405,7 @@ void CutSurface::close(const LatticeCutter& cutter) {
         const Index place = free_.empty() ? triangle_count() : free_.back();
         add_triangle(cutter, fill);
         if (place >= triangle_count()) return;
-        set_vertices(place, vertices, weight_change(vertices_of_[index(place)], vertices));
+        set_vertices(place, vertices);
         ++filled_;
       }
       way.erase(seen + 1, way.end());

@@ -105,7 +105,7 @@ LatticeCutter::LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_
 void LatticeCutter::take_room_for_frame(std::size_t splits) {
   take_room(live_, lattice_.copies.size() / 2);
   take_room(dirty_, 2 * splits);
-  take_room(looked_at_, 2 * splits);
+  take_room(dirty_cubes_, 2 * splits);
   take_room(affected_, 4 * splits);
   take_room(at_corners_, 32 * splits);
   strip_.reserve(400);

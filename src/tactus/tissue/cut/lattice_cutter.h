@@ -180,11 +180,11 @@ class LatticeCutter {
   PointBlocks blocks_;                  ///< of nodes
   std::vector<Index> first_of_cubes_, blocks_of_cubes_;  ///< per kCubeBlock regular cubes: blocks of nodes
   std::vector<Index> dirty_;                             ///< cubes with new cuts
-  struct LookedAt {
+  struct DirtyCube {
     std::uint32_t cut_edges = 0;
     Parts parts;
   };
-  std::vector<LookedAt> looked_at_;  ///< of dirty_
+  std::vector<DirtyCube> dirty_cubes_;  ///< what dirty_ are now; of those that are no more, no parts
   std::vector<Journal> journals_;
   IndexSet touched_;
   std::vector<SharedNodes> affected_;  ///< corners round the cubes of the last splits()

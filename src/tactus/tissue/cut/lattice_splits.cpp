@@ -165,9 +165,9 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::functio
   stage_count_ = 0;
   Index next = next_copy_;
   is_full_ = false;
-  looked_at_.resize(dirty_.size());
+  dirty_cubes_.resize(dirty_.size());
   cpu_for(dirty_.size(), 32, [&](std::size_t k) {
-    LookedAt& found = looked_at_[k];
+    DirtyCube& found = dirty_cubes_[k];
     found = {};
     if (!(lattice_.cube_fill[at(dirty_[k])] > 0)) return;
     found.cut_edges = cut_edges(dirty_[k]);
@@ -175,7 +175,7 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::functio
   });
   for (std::size_t k = 0; k < dirty_.size(); ++k) {
     const Index cube = dirty_[k];
-    const auto& [edges, parts] = looked_at_[k];
+    const auto& [edges, parts] = dirty_cubes_[k];
     const Index n = parts.count;
     is_full_ = is_full_ || (n > 1 && next + 2 * (n - 1) > lattice_.cube_count());
     if (n < 2 || is_full_) continue;
