@@ -22,6 +22,17 @@ TACTUS_INSTANTIATE_DEVICES(LiquidScenes);
 
 constexpr double kSpacing = 0.02;
 
+/// The closed surface of a box about the origin.
+TriangleMesh box_mesh(Vec3f half_m) {
+  TriangleMesh mesh;
+  for (int k = 0; k < 8; ++k)
+    mesh.positions_m.push_back({(k & 1) != 0 ? half_m.x : -half_m.x, (k & 2) != 0 ? half_m.y : -half_m.y,
+                                (k & 4) != 0 ? half_m.z : -half_m.z});
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
 /// A pool of 10 cm with a block in it.
 Scene pool_scene() {
   Scene scene;
@@ -373,6 +384,65 @@ TEST(LiquidScene, RestsOnAnObstacleAsOnTheFloor) {
     EXPECT_NEAR(plate.height_d, floor.height_d, 0.02) << top_d;
     EXPECT_NEAR(plate.density, floor.density, 0.001) << top_d;
     EXPECT_NEAR(plate.obstacle_N / (512 * 1060 * d * d * d * 9.81), 1, 0.02) << top_d;
+  }
+}
+
+/// A block of liquid falls on a slab that stands on the ground: a box, its closed mesh, and that mesh turned by a quarter about
+/// its vertical axis in the file and back in the scene. The surfaces are the same, so the flow must be the same but for
+/// rounding, which a splash amplifies: the fastest particle within 5 %, the mean force while the liquid rests within 2 %.
+/// Nothing is faster than a free fall over the whole height times two, as a splash goes sideways between particles.
+TEST(LiquidScene, AMeshObstacleIsABoxObstacle) {
+  const double d = 0.01;
+  const Vec3d size_m{0.06, 0.04, 0.06};
+  struct Splash {
+    double fastest_m_s = 0, force_N = 0, densest = 0;
+    Index here = 0;
+  };
+  const auto splash = [&](ObstacleShape kind, double turned_deg) {
+    Scene scene;
+    scene.reconstruction.resolution = 16;
+    LiquidDescription& water = scene.fluid.emplace();
+    water.spacing_m = d;
+    water.density_kg_m3 = 1000;
+    water.box = {{-0.03, 0, -0.03}, {0.03, 0.3, 0.03}};
+    water.blocks.push_back({{{-0.03, 0.06, -0.03}, {0.03, 0.1, 0.03}}, {}});
+    ObstacleSetting& slab = scene.obstacles.emplace_back();
+    slab.name = "slab";
+    slab.kind = kind;
+    slab.size_m = size_m;
+    slab.placement.position_m = {0, size_m.y / 2, 0};
+    slab.placement.rotation_deg = {0, turned_deg, 0};
+    BodyAssets assets;
+    if (kind == ObstacleShape::mesh) {
+      assets.obstacle_meshes["slab"] = box_mesh(Vec3f{0.5F * static_cast<float>(size_m.x), 0.5F * static_cast<float>(size_m.y),
+                                                      0.5F * static_cast<float>(size_m.z)});
+    }
+    DeviceSet devices("cpu");
+    Simulation simulation(devices, scene, make_synthetic_rig(), assets);
+    simulation.step(nullptr, 0);
+    Splash result;
+    const int first = 40, frames = 60;
+    for (int k = 0; k < frames; ++k) {
+      const StepReport report = simulation.step(nullptr, 1.0 / 60);
+      result.fastest_m_s = std::max(result.fastest_m_s, double{report.liquid.fastest_m_s});
+      result.densest = std::max(result.densest, double{report.liquid.densest});
+      result.here = report.liquid.here;
+      if (k < first) continue;
+      for (const LiquidReaction& f : report.liquid_forces)
+        if (f.on == "slab") result.force_N -= double{f.force_N.y} / (frames - first);
+    }
+    return result;
+  };
+  const Splash box = splash(ObstacleShape::box, 0);
+  const double weight_N = box.here * 1000 * d * d * d * 9.81;
+  EXPECT_NEAR(box.force_N / weight_N, 1, 0.02);
+  EXPECT_LT(box.fastest_m_s, 2 * std::sqrt(2 * 9.81 * 0.1));
+  for (const double turned_deg : {0.0, 90.0}) {
+    const Splash mesh = splash(ObstacleShape::mesh, turned_deg);
+    EXPECT_EQ(mesh.here, box.here) << turned_deg;
+    EXPECT_NEAR(mesh.force_N / box.force_N, 1, 0.02) << turned_deg;
+    EXPECT_NEAR(mesh.fastest_m_s / box.fastest_m_s, 1, 0.05) << turned_deg;
+    EXPECT_LT(mesh.densest, 1.05 * box.densest) << turned_deg;
   }
 }
 

@@ -121,7 +121,7 @@ struct FindNearWalls {
       if (o.tool >= 0)
         add_tool(i, o, all.tool[o.tool], owner);
       else if (o.kind == ObstacleKind::mesh)
-        add_mesh(i, o.mesh, x, {}, {}, owner);
+        add_mesh(i, o.mesh, x, Mat3f::identity(), {}, owner);  // placed in the world already
       else
         add_shape(i, o, x, owner);
     }
