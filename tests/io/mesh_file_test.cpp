@@ -85,16 +85,6 @@ TEST(MeshFile, BinaryPlyKeepsEveryBit) {
   EXPECT_TRUE(back.normals.empty());
 }
 
-TEST(MeshFile, PlyKeepsRepeatedVertices) {
-  const TempFolder folder;
-  TriangleMesh mesh = tetrahedron();
-  mesh.positions_m.push_back(mesh.positions_m[0]);  // a zero-area triangle is topology, too
-  mesh.triangles.push_back({0, 4, 1});
-  mesh.normals.clear();
-  write_ply(folder.path + "/a.ply", mesh);
-  EXPECT_EQ(read_mesh(folder.path + "/a.ply").triangles, mesh.triangles);
-}
-
 TEST(MeshFile, ObjComesBackWithTheSameBits) {
   // 9 significant digits identify every float.
   const TempFolder folder;
@@ -215,7 +205,7 @@ TEST(MeshFile, TextErrorsNameTheLine) {
   EXPECT_EQ(content_error("a.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"),
             "FILE:2: vertex 1 is (1, 0, nan), expected finite numbers");
   EXPECT_EQ(content_error("a.obj", "v 0 0 0\nv 1 0 1e99\nv 0 1 0\nf 1 2 3\n"),
-            "FILE:2: vertex 1 is (1, 0, inf), expected finite numbers");
+            "FILE:2: vertex 1 is (1, 0, 1e+99), expected at most 1e18 m");
   EXPECT_EQ(content_error("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 4\n"),
             "FILE:5: a face refers to vertex 3, but there are 3 (counted from 0)");
   EXPECT_EQ(content_error("a.obj", "v 0 0 0\nf 1 2\n"), "FILE:2: a face with 2 corners, expected 3 or more");
@@ -226,7 +216,8 @@ TEST(MeshFile, TextErrorsNameTheLine) {
             "FILE: truncated after line 4, expected vertex 2 of 3");
   EXPECT_EQ(content_error("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"),
             "FILE:6: a face refers to vertex 7, but there are 3 (counted from 0)");
-  EXPECT_EQ(content_error("a.off", "OFG\n"), "FILE:1: 'OFG', expected 'OFF'");
+  EXPECT_EQ(content_error("a.off", "OFG\n"),
+            "FILE:1: 'OFG', expected 'OFF', or COFF, NOFF, STOFF and the like");
   EXPECT_EQ(content_error("a.stl", "solid a\nfacet normal 0 0 0\nvertex 0 0 0\nendfacet\nendsolid\n"),
             "FILE:4: a facet with 1 vertices, expected 3");
 }
@@ -332,15 +323,6 @@ TEST(MeshFile, PathErrors) {
   mesh.normals.pop_back();
   EXPECT_THROW(write_ply("a.ply", mesh), Error);
   EXPECT_FALSE(fs::exists("a.ply"));
-}
-
-TEST(MeshFile, WeldJoinsZeroAndMinusZero) {
-  TriangleMesh mesh;
-  mesh.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-0.F, 0, -0.F}};
-  mesh.triangles = {{0, 1, 2}, {3, 2, 1}, {0, 3, 1}};
-  const TriangleMesh welded = weld_exact(mesh);
-  EXPECT_EQ(welded.positions_m.size(), 3U);
-  EXPECT_EQ(welded.triangles, (std::vector<std::array<Index, 3>>{{0, 1, 2}, {0, 2, 1}}));
 }
 
 TEST(MeshData, HandOffIsClosed) {

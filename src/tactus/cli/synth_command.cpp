@@ -34,7 +34,7 @@ std::unique_ptr<SyntheticSubject> make_subject(const SynthOptions& options) {
       throw usage_error("--turns moves meshes; figures have their own motion (--moving)");
     return make_figure_subject(options.what, options.moving);
   }
-  return make_mesh_subject(read_mesh(options.what), options.size_m, options.turns_per_s);
+  return make_mesh_subject(import_mesh(options.what).mesh, options.size_m, options.turns_per_s);
 }
 
 void check(const SynthOptions& options) {

@@ -4,12 +4,11 @@
 #include <bit>
 #include <cstdio>
 #include <filesystem>
-#include <unordered_map>
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
 #include "tactus/base/safe_file.h"
-#include "tactus/io/mesh_reading.h"
+#include "tactus/io/mesh_import.h"
 
 namespace tactus {
 namespace {
@@ -17,9 +16,7 @@ namespace {
 namespace read = mesh_reading;
 
 std::string extension_of(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return extension;
+  return read::lower_case(std::filesystem::path(path).extension().string());
 }
 
 void check_extension(const std::string& path) {
@@ -39,6 +36,21 @@ read::RawMesh parse_raw(const std::string& path, const std::string& bytes) {
   return read::read_gltf(path, bytes, extension == ".glb");
 }
 
+ImportedMesh parse(const std::string& path, const std::string& bytes, double unit_m) {
+  try {
+    return read::import_raw(path, parse_raw(path, bytes), unit_m);
+  } catch (const read::TooLarge&) {
+    throw Error(path + ": too large, expected at most " + std::to_string(read::kMaxVertices) +
+                " vertices and " + std::to_string(read::kMaxTriangles) + " triangles");
+  }
+}
+
+TriangleMesh in_file_coordinates(ImportedMesh&& imported) {
+  if (imported.origin_m == Vec3d{}) return std::move(imported.mesh);
+  for (Vec3f& p : imported.mesh.positions_m) p = vec_cast<float>(vec_cast<double>(p) + imported.origin_m);
+  return std::move(imported.mesh);
+}
+
 void check_counts(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors) {
   const std::size_t n = mesh.positions_m.size();
   if ((!mesh.normals.empty() && mesh.normals.size() != n) || (!colors.empty() && colors.size() != n)) {
@@ -54,36 +66,18 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-struct PositionHash {
-  std::size_t operator()(Vec3f p) const {
-    std::uint64_t h = 0;
-    for (int i = 0; i < 3; ++i) h = (h ^ std::bit_cast<std::uint32_t>(p[i])) * 0x9e3779b97f4a7c15ULL;
-    return h ^ (h >> 32);
-  }
-};
-
 }  // namespace
 
-TriangleMesh read_mesh(const std::string& path) {
+ImportedMesh import_mesh(const std::string& path, double unit_m) {
   check_extension(path);
-  return parse_mesh(path, read_file(path, kMaxMeshBytes));
+  return parse(path, read_file(path, kMaxMeshBytes, ReadFrom::regular_file), unit_m);
 }
+
+TriangleMesh read_mesh(const std::string& path) { return in_file_coordinates(import_mesh(path)); }
 
 TriangleMesh parse_mesh(const std::string& path, const std::string& bytes) {
   check_extension(path);
-  const std::string extension = extension_of(path);
-  TriangleMesh mesh;
-  try {
-    mesh = read::finish(path, parse_raw(path, bytes));
-  } catch (const read::TooLarge&) {
-    throw Error(path + ": too large, expected at most " + std::to_string(read::kMaxVertices) +
-                " vertices and " + std::to_string(read::kMaxTriangles) + " triangles");
-  }
-  if (extension != ".stl" && extension != ".gltf" && extension != ".glb") return mesh;
-  TriangleMesh welded = weld_exact(mesh);
-  if (welded.triangles.empty())
-    throw Error(path + ": all its triangles are points or lines, expected a surface");
-  return welded;
+  return in_file_coordinates(parse(path, bytes, 1));
 }
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, std::span<const Rgb8> colors) {
@@ -145,25 +139,6 @@ void write_obj(const std::string& path, const TriangleMesh& mesh) {
     text.append(line, static_cast<std::size_t>(n));
   }
   write_file(path, text);
-}
-
-TriangleMesh weld_exact(const TriangleMesh& mesh) {
-  TriangleMesh welded;
-  std::unordered_map<Vec3f, Index, PositionHash> index_of;
-  index_of.reserve(mesh.positions_m.size());
-  std::vector<Index> target(mesh.positions_m.size());
-  for (std::size_t i = 0; i < target.size(); ++i) {
-    const Vec3f p = mesh.positions_m[i] + Vec3f{};  // + 0 turns -0 into 0: one hash for both
-    const auto [found, added] = index_of.try_emplace(p, static_cast<Index>(welded.positions_m.size()));
-    if (added) welded.positions_m.push_back(p);
-    target[i] = found->second;
-  }
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const std::array<Index, 3> t = {target[static_cast<std::size_t>(a)], target[static_cast<std::size_t>(b)],
-                                    target[static_cast<std::size_t>(c)]};
-    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) welded.triangles.push_back(t);
-  }
-  return welded;
 }
 
 }  // namespace tactus

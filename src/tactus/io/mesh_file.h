@@ -9,12 +9,24 @@
 
 namespace tactus {
 
-/// Reads a mesh by its extension: .ply (ASCII, binary), .obj, .stl (ASCII, binary), .off, .gltf, .glb.
-/// Coordinates stay in the file's unit. Polygons become fans of triangles. glTF: all meshes of the scene in
-/// their rest pose; glTF and STL, which repeat vertices along seams, are welded.
-/// @throws Error naming the file, the line or element and the value: unreadable, unknown extension (lists
-///         the known), truncated, malformed number, index out of range, vertex
-///         not finite, no triangles, more than 4.3 GB, 2^26 vertices or 2^27 triangles.
+/// A mesh as it comes from a file: equal vertices are one, and none is there that no triangle uses.
+struct ImportedMesh {
+  TriangleMesh mesh;
+  Vec3d
+      origin_m;  ///< the mesh's zero in the file's coordinates: 0, or the middle of what lies far from there
+};
+
+/// Reads a mesh by its extension: .ply (ASCII, binary), .obj, .stl (ASCII, binary), .off (ASCII, binary),
+/// .gltf, .glb. Concave polygons are clipped ear by ear. Vertices nearer than 1e-6 of the mesh's size become
+/// one. What lies more than 100 m and ten times its size from the origin of its file is moved there. glTF:
+/// all meshes of the scene in their rest pose, with the default weights of their morph targets.
+/// @param unit_m metres per unit of length in the file
+/// @throws Error naming the file, the line or element and the value: unreadable, no regular file, unknown
+/// extension
+///         (lists the known), truncated, malformed number, index out of range, vertex not finite, no
+///         triangles, more than 4.3 GB, 2^26 vertices or 2^27 triangles.
+ImportedMesh import_mesh(const std::string& path, double unit_m = 1);
+/// The same in the file's coordinates, which float rounds far from their origin.
 TriangleMesh read_mesh(const std::string& path);
 /// As read_mesh, from the bytes of the file.
 TriangleMesh parse_mesh(const std::string& path, const std::string& bytes);
@@ -34,9 +46,5 @@ void write_obj(const std::string& path, const TriangleMesh& mesh);
 /// @throws Error: numbers that don't fit, an empty mesh, a path that can't be written.
 void write_gltf(const std::string& path, const TexturedMesh& textured,
                 std::span<const std::uint8_t> png = {});
-
-/// Makes one vertex of those with exactly the same position (-0 equals 0), in order of first use. Triangles
-/// that lose a corner are dropped, normals too: they may have differed.
-TriangleMesh weld_exact(const TriangleMesh& mesh);
 
 }  // namespace tactus

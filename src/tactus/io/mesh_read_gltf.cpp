@@ -1,7 +1,4 @@
-#include <tiny_gltf.h>
-
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -9,7 +6,9 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/foreign_text.h"
+#include "tactus/base/printable.h"
 #include "tactus/base/read_file.h"
+#include "tactus/io/gltf_accessor.h"
 #include "tactus/io/mesh_reading.h"
 
 namespace tactus::mesh_reading {
@@ -76,11 +75,7 @@ class GltfReader {
 
   template <class T>
   const T& item(const std::vector<T>& items, int i, const char* what) const {
-    if (i < 0 || static_cast<std::size_t>(i) >= items.size()) {
-      fail("refers to " + std::string(what) + " " + std::to_string(i) + ", but there are " +
-           std::to_string(items.size()));
-    }
-    return items[static_cast<std::size_t>(i)];
+    return gltf_item(path_, items, i, what);
   }
   std::size_t node_index(int i) const {
     item(model_.nodes, i, "node");
@@ -103,7 +98,7 @@ class GltfReader {
 
   /// A small file may show a large mesh in every node: what that makes is counted before it is made.
   void check_budget() const {
-    std::size_t vertices = 0, corners = 0, steps = 0;
+    std::size_t vertices = 0, displaced = 0, corners = 0, steps = 0;
     const auto add = [](std::size_t& sum, std::size_t n, std::size_t most) {
       if (n > most - sum) throw TooLarge();
       sum += n;
@@ -116,75 +111,20 @@ class GltfReader {
       for (const auto& primitive : item(model_.meshes, node.mesh, "mesh").primitives) {
         add(steps, 1, kMaxSteps);
         const auto position = primitive.attributes.find("POSITION");
-        if (position != primitive.attributes.end())
-          add(vertices, item(model_.accessors, position->second, "accessor").count, kMaxVertices);
+        if (position != primitive.attributes.end()) {
+          const std::size_t count = item(model_.accessors, position->second, "accessor").count;
+          add(vertices, count, kMaxVertices);
+          for (std::size_t k = 0; k < primitive.targets.size(); ++k) add(displaced, count, 16 * kMaxVertices);
+        }
         if (primitive.indices >= 0)
           add(corners, item(model_.accessors, primitive.indices, "accessor").count, 3 * kMaxTriangles);
       }
     }
   }
 
-  /// Component c of element i of an accessor.
-  class Accessor {
-   public:
-    Accessor(const GltfReader& reader, int index, const char* what, int components) {
-      const auto& a = reader.item(reader.model_.accessors, index, "accessor");
-      const std::string name = std::string(what) + " (accessor " + std::to_string(index) + ")";
-      if (a.sparse.isSparse) reader.fail(name + " is sparse, which is not supported");
-      if (tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type)) != components)
-        reader.fail(name + " has a wrong type, expected " + std::to_string(components) + " components");
-      const auto& view = reader.item(reader.model_.bufferViews, a.bufferView, "buffer view");
-      const auto& buffer = reader.item(reader.model_.buffers, view.buffer, "buffer");
-      const int stride = a.ByteStride(view),
-                size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(a.componentType));
-      if (stride <= 0 || size <= 0) reader.fail(name + " has an unknown component type or a bad stride");
-      type = a.componentType;
-      normalized = a.normalized;
-      stride_ = static_cast<std::size_t>(stride);
-      size_ = static_cast<std::size_t>(size);
-      count = a.count;
-      // Subtractions only: sums of what a damaged file says could wrap around.
-      const std::size_t end = buffer.data.size(), element = size_ * static_cast<std::size_t>(components);
-      const bool inside = view.byteOffset <= end && a.byteOffset <= end - view.byteOffset;
-      const std::size_t begin = inside ? view.byteOffset + a.byteOffset : 0;
-      if (!inside || (count > 0 && (element > end - begin || count - 1 > (end - begin - element) / stride_)))
-        reader.fail(name + " reaches beyond its buffer of " + std::to_string(end) + " bytes");
-      data_ = buffer.data.data() + begin;
-    }
-    double operator()(std::size_t i, std::size_t c) const {
-      const unsigned char* p = data_ + i * stride_ + c * size_;
-      switch (type) {
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-          return load<std::uint8_t>(p) / (normalized ? 255. : 1.);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-          return load<std::uint16_t>(p) / (normalized ? 65535. : 1.);
-        case TINYGLTF_COMPONENT_TYPE_BYTE:
-          return std::max(load<std::int8_t>(p) / (normalized ? 127. : 1.), -128.);
-        case TINYGLTF_COMPONENT_TYPE_SHORT:
-          return load<std::int16_t>(p) / (normalized ? 32767. : 1.);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-          return load<std::uint32_t>(p);
-        case TINYGLTF_COMPONENT_TYPE_FLOAT:
-          return static_cast<double>(load<float>(p));
-        default:
-          return std::nan("");
-      }
-    }
-    Vec3d vec(std::size_t i) const { return {(*this)(i, 0), (*this)(i, 1), (*this)(i, 2)}; }
-    std::size_t count = 0;
-    int type = 0;
-    bool normalized = false;
-
-   private:
-    template <class T>
-    static T load(const unsigned char* p) {
-      T value;
-      std::memcpy(&value, p, sizeof value);
-      return value;
-    }
-    const unsigned char* data_ = nullptr;
-    std::size_t stride_ = 0, size_ = 0;
-  };
+  GltfAccessor accessor(int index, const char* what, int components) const {
+    return {path_, model_, index, what, components};
+  }
 
   /// Rest pose of a skin: where each joint takes the vertices bound to it.
   std::vector<Affine> joint_transforms(int skin_index) const {
@@ -192,8 +132,8 @@ class GltfReader {
     std::vector<Affine> joints;
     for (const int joint : skin.joints) joints.push_back(world_[node_index(joint)]);
     if (skin.inverseBindMatrices < 0) return joints;
-    const Accessor inverse_bind(*this, skin.inverseBindMatrices, "inverseBindMatrices", 16);
-    if (inverse_bind.count < joints.size()) fail("skin " + std::to_string(skin_index) + " lacks matrices");
+    const GltfAccessor inverse_bind = accessor(skin.inverseBindMatrices, "inverseBindMatrices", 16);
+    if (inverse_bind.count() < joints.size()) fail("skin " + std::to_string(skin_index) + " lacks matrices");
     for (std::size_t j = 0; j < joints.size(); ++j)
       joints[j] = joints[j] * affine_of([&](int i) { return inverse_bind(j, static_cast<std::size_t>(i)); });
     return joints;
@@ -203,35 +143,54 @@ class GltfReader {
     const tinygltf::Node& n = model_.nodes[node];
     std::vector<Affine> joints;
     if (n.skin >= 0) joints = joint_transforms(n.skin);
-    for (const auto& primitive : item(model_.meshes, n.mesh, "mesh").primitives) {
+    const tinygltf::Mesh& mesh = item(model_.meshes, n.mesh, "mesh");
+    const std::vector<double>& weights = n.weights.empty() ? mesh.weights : n.weights;
+    for (const auto& primitive : mesh.primitives) {
       const bool surface = primitive.mode < 0 || primitive.mode >= TINYGLTF_MODE_TRIANGLES;
       if (surface && primitive.attributes.contains("POSITION"))
-        add_primitive(primitive, world_[node], joints);
+        add_primitive(primitive, world_[node], joints, weights);
     }
   }
 
   void add_primitive(const tinygltf::Primitive& primitive, const Affine& world,
-                     const std::vector<Affine>& joints) {
+                     const std::vector<Affine>& joints, const std::vector<double>& weights) {
     const auto base = static_cast<std::int64_t>(raw_.positions.size());
-    const Accessor position(*this, primitive.attributes.at("POSITION"), "POSITION", 3);
+    const std::vector<Vec3d> positions = morphed_positions(primitive, weights);
     const bool skinned = !joints.empty() && primitive.attributes.contains("JOINTS_0") &&
                          primitive.attributes.contains("WEIGHTS_0");
     if (skinned) {
-      const Accessor joint(*this, primitive.attributes.at("JOINTS_0"), "JOINTS_0", 4);
-      const Accessor weight(*this, primitive.attributes.at("WEIGHTS_0"), "WEIGHTS_0", 4);
-      if (joint.count < position.count || weight.count < position.count)
+      const GltfAccessor joint = accessor(primitive.attributes.at("JOINTS_0"), "JOINTS_0", 4);
+      const GltfAccessor weight = accessor(primitive.attributes.at("WEIGHTS_0"), "WEIGHTS_0", 4);
+      if (joint.count() < positions.size() || weight.count() < positions.size())
         fail("JOINTS_0 or WEIGHTS_0 has fewer elements than POSITION");
-      for (std::size_t i = 0; i < position.count; ++i)
-        raw_.add_vertex(vec_cast<float>(skinned_position(position.vec(i), joint, weight, i, joints)));
+      for (std::size_t i = 0; i < positions.size(); ++i)
+        raw_.add_vertex(skinned_position(positions[i], joint, weight, i, joints));
     } else {
-      for (std::size_t i = 0; i < position.count; ++i)
-        raw_.add_vertex(vec_cast<float>(world * position.vec(i)));
+      for (const Vec3d p : positions) raw_.add_vertex(world * p);
     }
     const bool mirrored = !skinned && determinant(world.A) < 0;
-    add_triangles(primitive, base, position.count, mirrored);
+    add_triangles(primitive, base, positions.size(), mirrored);
   }
 
-  Vec3d skinned_position(Vec3d p, const Accessor& joint, const Accessor& weight, std::size_t i,
+  /// Positions and the weighted displacements of the morph targets.
+  std::vector<Vec3d> morphed_positions(const tinygltf::Primitive& primitive,
+                                       const std::vector<double>& weights) const {
+    const GltfAccessor position = accessor(primitive.attributes.at("POSITION"), "POSITION", 3);
+    std::vector<Vec3d> positions(position.count());
+    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] = position.vec(i);
+    for (std::size_t k = 0; k < std::min(weights.size(), primitive.targets.size()); ++k) {
+      const auto target = primitive.targets[k].find("POSITION");
+      if (weights[k] == 0 || target == primitive.targets[k].end()) continue;
+      const GltfAccessor displacement = accessor(target->second, "POSITION of a morph target", 3);
+      if (displacement.count() < positions.size())
+        fail("morph target " + std::to_string(k) + " has fewer elements than POSITION");
+      for (std::size_t i = 0; i < positions.size(); ++i)
+        positions[i] = positions[i] + weights[k] * displacement.vec(i);
+    }
+    return positions;
+  }
+
+  Vec3d skinned_position(Vec3d p, const GltfAccessor& joint, const GltfAccessor& weight, std::size_t i,
                          const std::vector<Affine>& joints) const {
     Vec3d sum{};
     double total = 0;
@@ -254,10 +213,10 @@ class GltfReader {
                      bool mirrored) {
     std::vector<std::int64_t> index;
     if (primitive.indices >= 0) {
-      const Accessor indices(*this, primitive.indices, "indices", 1);
-      if (indices.type == TINYGLTF_COMPONENT_TYPE_FLOAT || indices.type == TINYGLTF_COMPONENT_TYPE_DOUBLE)
+      const GltfAccessor indices = accessor(primitive.indices, "indices", 1);
+      if (!indices.whole_numbers())
         fail("indices (accessor " + std::to_string(primitive.indices) + ") are not whole numbers");
-      for (std::size_t i = 0; i < indices.count; ++i) {
+      for (std::size_t i = 0; i < indices.count(); ++i) {
         const auto v = static_cast<std::int64_t>(indices(i, 0));
         if (v < 0 || v >= static_cast<std::int64_t>(vertices)) {
           fail("face " + std::to_string(i / 3) + " refers to vertex " + std::to_string(v) +
@@ -339,10 +298,42 @@ std::string_view json_of(const std::string& path, const std::string& bytes, bool
   return json;
 }
 
+/// Extensions that change no shape: how it looks, and numbers that all readers of accessors understand.
+bool is_harmless(std::string_view extension) {
+  for (const std::string_view start : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_dds",
+                                       "KHR_lights_", "KHR_xmp", "KHR_mesh_quantization"}) {
+    if (extension.starts_with(start)) return true;
+  }
+  return false;
+}
+
+/// What is required and unknown; instances also where they are not required, as they are bodies that would
+/// lack.
+void check_extensions(const std::string& path, const nlohmann::json& json) {
+  const auto refuse = [&](const std::string& name) {
+    throw Error(path + ": needs the glTF extension '" + name +
+                "', which is not supported; export it without (gltf-transform and Blender can)");
+  };
+  const auto each = [&](const char* list, auto&& check) {
+    const auto found = json.find(list);
+    if (found == json.end() || !found->is_array()) return;
+    for (const nlohmann::json& name : *found) {
+      if (name.is_string()) check(name.get<std::string>());
+    }
+  };
+  each("extensionsRequired", [&](const std::string& name) {
+    if (!is_harmless(name)) refuse(printable(name));
+  });
+  each("extensionsUsed", [&](const std::string& name) {
+    if (name == "EXT_mesh_gpu_instancing") refuse(name);
+  });
+}
+
 /// tinygltf recurses with the nesting and copies the binary chunk into every buffer without a URI.
 void check_json(const std::string& path, std::string_view text) {
   check_foreign_text(text, TextSyntax::json, path);
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_object()) check_extensions(path, json);
   const auto buffers = json.is_object() ? json.find("buffers") : json.end();
   if (!json.is_object() || buffers == json.end() || !buffers->is_array()) return;
   double bytes = 0;
@@ -381,10 +372,6 @@ RawMesh read_gltf(const std::string& path, const std::string& bytes, bool binary
     const bool missing = error.find("File not found") != std::string::npos;
     throw Error(path + ": not a valid glTF file: " + error +
                 (missing ? "(buffers must be regular files in the folder of the glTF file)" : ""));
-  }
-  for (const std::string& extension : model.extensionsRequired) {
-    if (extension.find("compression") != extension.npos)
-      throw Error(path + ": needs the glTF extension '" + extension + "', which is not supported");
   }
   return GltfReader(path, model).read();
 }

@@ -62,7 +62,7 @@ void read_property(const LineReader& in, Header& header) {
 Header read_header(LineReader& in) {
   Header header;
   in.require("'ply'");
-  if (in.words()[0] != "ply") in.fail("expected 'ply' at the start of the file");
+  if (lower_case(in.words()[0]) != "ply") in.fail("expected 'ply' at the start of the file");
   for (;;) {
     in.require("'end_header'");
     const auto& w = in.words();
@@ -141,7 +141,7 @@ class Values {
   }
   std::int64_t list_size(const Property& property) {
     const std::int64_t n = integer(*property.count_type);
-    if (n < 0 || n > 1000000)
+    if (n < 0)  // how many there are bounds the file: no value takes no byte
       throw Error(path_ + ": " + where() + " has a list of " + std::to_string(n) + " values");
     return n;
   }
@@ -179,24 +179,24 @@ void read_vertices(const std::string& path, const Element& element, Values& valu
   if ((found & 7U) != 7U) throw Error(path + ": element 'vertex' lacks the properties x, y and z");
   for (std::int64_t i = 0; i < element.count; ++i) {
     values.begin(element, i);
-    float v[6] = {};
+    double v[6] = {};
     for (std::size_t p = 0; p < target.size(); ++p) {
       const Property& property = element.properties[p];
       const std::int64_t n = property.count_type ? values.list_size(property) : 1;
       for (std::int64_t k = 0; k < n; ++k) {
         const double value = values.next(property.type);
-        if (target[p] >= 0) v[target[p]] = static_cast<float>(value);
+        if (target[p] >= 0) v[target[p]] = value;
       }
     }
     raw.add_vertex({v[0], v[1], v[2]});
-    if (found == 63U) raw.normals.push_back({v[3], v[4], v[5]});
+    if (found == 63U) raw.normals.push_back(vec_cast<float>(Vec3d{v[3], v[4], v[5]}));
     if (format == Format::ascii) raw.lines.push_back(in.line());
   }
 }
 
-/// Faces, or any other element, whose values are read past.
+/// Faces and strips of triangles; the values of any other element are read past.
 void read_faces(const Element& element, Values& values, RawMesh& raw) {
-  const bool faces = element.name == "face";
+  const bool strips = element.name == "tristrips", faces = strips || element.name == "face";
   std::vector<std::int64_t> corners;
   for (std::int64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
     values.begin(element, i);
@@ -211,7 +211,8 @@ void read_faces(const Element& element, Values& values, RawMesh& raw) {
           values.next(property.type);
         }
       }
-      if (indices) raw.add_face(corners, i);
+      if (indices && strips) raw.add_strip(corners, i);
+      if (indices && !strips) raw.add_face(corners, i);
     }
   }
 }
@@ -219,7 +220,8 @@ void read_faces(const Element& element, Values& values, RawMesh& raw) {
 }  // namespace
 
 RawMesh read_ply(const std::string& path, const std::string& bytes) {
-  LineReader in(path, bytes);
+  const PlainText text(bytes);
+  LineReader in(path, text.view());
   const Header header = read_header(in);
   Values values(path, in, header.format);
   RawMesh raw;

@@ -1,9 +1,10 @@
-/// OBJ, OFF and STL.
+/// OBJ and STL.
 #include <algorithm>
 #include <bit>
 #include <cstring>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/io/mesh_reading.h"
 
 namespace tactus::mesh_reading {
@@ -41,20 +42,22 @@ RawMesh read_binary_stl(const std::string& bytes, std::uint32_t count) {
     float corner[9];
     std::memcpy(corner, bytes.data() + 84 + 50 * static_cast<std::size_t>(t) + 12, sizeof corner);
     const std::int64_t first = 3 * static_cast<std::int64_t>(t);
-    for (int i = 0; i < 3; ++i) raw.add_vertex({corner[3 * i], corner[3 * i + 1], corner[3 * i + 2]});
+    for (int i = 0; i < 3; ++i)
+      raw.add_vertex(vec_cast<double>(Vec3f{corner[3 * i], corner[3 * i + 1], corner[3 * i + 2]}));
     raw.add_face(std::array<std::int64_t, 3>{first, first + 1, first + 2}, t);
   }
   return raw;
 }
 
-RawMesh read_ascii_stl(const std::string& path, const std::string& bytes) {
+/// One mesh of all solids of the file.
+RawMesh read_ascii_stl(const std::string& path, std::string_view text) {
   RawMesh raw;
   raw.faces_are_lines = true;
-  LineReader in(path, bytes);
+  LineReader in(path, text);
   std::vector<std::int64_t> corners;
-  bool ended = false;
-  while (!ended && in.next()) {
-    const std::string_view key = in.words()[0];
+  bool open = true;
+  while (in.next()) {
+    const std::string key = lower_case(in.words()[0]);
     if (key == "vertex") {
       corners.push_back(static_cast<std::int64_t>(raw.positions.size()));
       raw.add_vertex(in.position(1));
@@ -64,15 +67,26 @@ RawMesh read_ascii_stl(const std::string& path, const std::string& bytes) {
         in.fail("a facet with " + std::to_string(corners.size()) + " vertices, expected 3");
       raw.add_face(corners, in.line());
       corners.clear();
-    } else if (key == "endsolid") {
-      ended = true;
-    } else if (key != "solid" && key != "facet" && key != "outer" && key != "endloop") {
-      in.fail("'" + std::string(key) + "', expected facet, outer, vertex, endloop, endfacet or endsolid");
+    } else if (key == "endsolid" || key == "solid") {
+      open = key == "solid";
+    } else if (key != "facet" && key != "outer" && key != "endloop") {
+      in.fail("'" + std::string(in.words()[0]) +
+              "', expected facet, outer, vertex, endloop, endfacet, endsolid or solid");
     }
   }
-  if (!ended)
+  if (open)
     throw Error(path + ": truncated after line " + std::to_string(in.line()) + ", expected 'endsolid'");
   return raw;
+}
+
+/// A binary header may begin with "solid", too: only text goes on with facets.
+bool is_ascii_stl(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  if (lower_case(text.substr(0, 5)) != "solid") return false;
+  for (const std::string_view word : {"facet", "FACET", "Facet", "endsolid", "ENDSOLID", "EndSolid"}) {
+    if (text.find(word) != text.npos) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -80,16 +94,17 @@ RawMesh read_ascii_stl(const std::string& path, const std::string& bytes) {
 RawMesh read_obj(const std::string& path, const std::string& bytes) {
   RawMesh raw;
   raw.faces_are_lines = true;
+  const PlainText text(bytes);
   std::vector<Vec3f> normals;
   bool normals_match = true;  // normal i belongs to vertex i, as in files that this program wrote
   std::vector<std::int64_t> corners;
-  for (LineReader in(path, bytes); in.next();) {
+  for (LineReader in(path, text.view(), true); in.next();) {
     const auto& words = in.words();
     if (words[0] == "v") {
       raw.add_vertex(in.position(1));
       raw.lines.push_back(in.line());
     } else if (words[0] == "vn") {
-      normals.push_back(in.position(1));
+      normals.push_back(vec_cast<float>(in.position(1)));
     } else if (words[0] == "f") {
       if (words.size() < 4)
         in.fail("a face with " + std::to_string(words.size() - 1) + " corners, expected 3 or more");
@@ -106,50 +121,22 @@ RawMesh read_obj(const std::string& path, const std::string& bytes) {
   return raw;
 }
 
-RawMesh read_off(const std::string& path, const std::string& bytes) {
-  RawMesh raw;
-  raw.faces_are_lines = true;
-  LineReader in(path, bytes);
-  in.require("'OFF'");
-  if (in.words()[0] != "OFF") in.fail("'" + std::string(in.words()[0]) + "', expected 'OFF'");
-  std::size_t first = 1;  // the counts may follow on the same line
-  if (in.words().size() == 1) {
-    in.require("the numbers of vertices and faces");
-    first = 0;
-  }
-  const std::int64_t vertices = in.integer(first), faces = in.integer(first + 1);
-  if (vertices < 0 || faces < 0) in.fail("a negative number of vertices or faces");
-  for (std::int64_t i = 0; i < vertices; ++i) {
-    in.require("vertex " + std::to_string(i) + " of " + std::to_string(vertices));
-    raw.add_vertex(in.position(0));
-    raw.lines.push_back(in.line());
-  }
-  std::vector<std::int64_t> corners;
-  for (std::int64_t i = 0; i < faces; ++i) {
-    in.require("face " + std::to_string(i) + " of " + std::to_string(faces));
-    const std::int64_t n = in.integer(0);
-    if (n < 3 || n > 100000) in.fail("a face with " + std::to_string(n) + " corners, expected 3 or more");
-    corners.clear();
-    for (std::int64_t c = 1; c <= n; ++c) corners.push_back(in.integer(static_cast<std::size_t>(c)));
-    raw.add_face(corners, in.line());
-  }
-  return raw;
-}
-
 RawMesh read_stl(const std::string& path, const std::string& bytes) {
   static_assert(std::endian::native == std::endian::little, "binary STL is read as it lies in memory");
   std::uint32_t count = 0;
   if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const std::uint64_t expected = 84 + 50 * std::uint64_t{count};
-  if (bytes.size() >= 84 && bytes.size() == expected) return read_binary_stl(bytes, count);
-  // A binary header may begin with "solid", too: only text goes on with facets.
-  if (bytes.starts_with("solid") &&
-      (bytes.find("facet") != bytes.npos || bytes.find("endsolid") != bytes.npos))
-    return read_ascii_stl(path, bytes);
+  const bool fits = bytes.size() >= 84 && bytes.size() >= expected;
+  if (fits && bytes.size() == expected) return read_binary_stl(bytes, count);
+  if (const PlainText text(bytes); is_ascii_stl(text.view())) return read_ascii_stl(path, text.view());
   if (bytes.size() < 84)
     throw Error(path + ": truncated, " + std::to_string(bytes.size()) + " bytes are no STL file");
-  throw Error(path + ": " + std::to_string(count) + " triangles take " + std::to_string(expected) +
-              " bytes, but the file has " + std::to_string(bytes.size()));
+  if (!fits || count == 0)
+    throw Error(path + ": " + std::to_string(count) + " triangles take " + std::to_string(expected) +
+                " bytes, but the file has " + std::to_string(bytes.size()));
+  log_warning(path + ": " + std::to_string(bytes.size() - expected) + " bytes behind its " +
+              std::to_string(count) + " triangles are not read");
+  return read_binary_stl(bytes, count);
 }
 
 }  // namespace tactus::mesh_reading

@@ -2,81 +2,95 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "tactus/base/error.h"
 
 namespace tactus::mesh_reading {
-namespace {
 
-std::string position_text(Vec3f p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%g, %g, %g)", static_cast<double>(p.x), static_cast<double>(p.y),
-                static_cast<double>(p.z));
-  return text;
-}
-
-}  // namespace
-
-void RawMesh::add_vertex(Vec3f position_m) {
+void RawMesh::add_vertex(Vec3d position) {
   if (positions.size() >= kMaxVertices) throw TooLarge();
-  positions.push_back(position_m);
+  positions.push_back(position);
 }
 
 void RawMesh::add_face(std::span<const std::int64_t> corners, std::int64_t place) {
   if (corners.size() > 2 && corners.size() - 2 > kMaxTriangles - triangles.size()) throw TooLarge();
+  if (corners.size() > 3) polygons.push_back({triangles.size(), corners.size()});
   for (std::size_t i = 2; i < corners.size(); ++i) {
     triangles.push_back({corners[0], corners[i - 1], corners[i]});
     faces.push_back(place);
   }
 }
 
-TriangleMesh finish(const std::string& path, RawMesh&& raw) {
-  const auto count = static_cast<std::int64_t>(raw.positions.size());
-  for (std::size_t i = 0; i < raw.positions.size(); ++i) {
-    const Vec3f p = raw.positions[i];
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-    const std::string place = raw.lines.empty() ? "" : ":" + std::to_string(raw.lines[i]);
-    throw Error(path + place + ": vertex " + std::to_string(i) + " is " + position_text(p) +
-                ", expected finite numbers");
+void RawMesh::add_strip(std::span<const std::int64_t> corners, std::int64_t place) {
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (corners[i] < 0) begin = i + 1;
+    if (i < begin + 2) continue;
+    std::array<std::int64_t, 3> t = {corners[i - 2], corners[i - 1], corners[i]};
+    if ((i - begin) % 2 == 1) std::swap(t[0], t[1]);
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) add_face(t, place);
   }
-  TriangleMesh mesh;
-  mesh.triangles.reserve(raw.triangles.size());
-  for (std::size_t t = 0; t < raw.triangles.size(); ++t) {
-    for (const std::int64_t v : raw.triangles[t]) {
-      if (v >= 0 && v < count) continue;
-      const std::string place = std::to_string(raw.faces[t]);
-      throw Error(path + (raw.faces_are_lines ? ":" + place + ": a face" : ": face " + place) +
-                  " refers to vertex " + std::to_string(v) + ", but there are " + std::to_string(count) +
-                  " (counted from 0)");
-    }
-    const auto& [a, b, c] = raw.triangles[t];
-    mesh.triangles.push_back({static_cast<Index>(a), static_cast<Index>(b), static_cast<Index>(c)});
+}
+
+std::string RawMesh::face_text(const std::string& path, std::size_t triangle) const {
+  const std::string place = std::to_string(faces[triangle]);
+  return path + (faces_are_lines ? ":" + place + ": a face" : ": face " + place);
+}
+
+PlainText::PlainText(std::string_view bytes) : view_(bytes) {
+  if (bytes.starts_with("\xef\xbb\xbf")) view_.remove_prefix(3);
+  const bool little = bytes.starts_with("\xff\xfe");
+  if (!little && !bytes.starts_with("\xfe\xff")) return;
+  own_.reserve(bytes.size() / 2);
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const char low = bytes[little ? i : i + 1], high = bytes[little ? i + 1 : i];
+    own_ += high == 0 && static_cast<unsigned char>(low) < 128 ? low : '?';
   }
-  if (mesh.triangles.empty()) throw Error(path + ": no triangles in it, expected a surface");
-  mesh.positions_m = std::move(raw.positions);
-  mesh.normals = std::move(raw.normals);
-  return mesh;
+  view_ = own_;
+}
+
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
+}
+
+std::string_view LineReader::take_line() {
+  const std::size_t end = rest_.find_first_of("\r\n");
+  const std::string_view line = rest_.substr(0, end);
+  ++line_;
+  if (end == std::string_view::npos) {
+    rest_ = {};
+    return line;
+  }
+  const bool cr = rest_[end] == '\r', pair = cr && end + 1 < rest_.size() && rest_[end + 1] == '\n';
+  if (line_ == 1) cr_alone_ = cr && !pair;  // then LF may be the first of the bytes behind a header
+  rest_ = rest_.substr(end + (pair && !cr_alone_ ? 2 : 1));
+  return line;
+}
+
+bool LineReader::split(std::string_view line) {
+  const std::size_t comment = line.find('#');
+  line = line.substr(0, comment);
+  constexpr std::string_view kSpace = " \t";
+  for (std::size_t b = line.find_first_not_of(kSpace); b != std::string_view::npos;) {
+    const std::size_t e = line.find_first_of(kSpace, b);
+    words_.push_back(line.substr(b, e == std::string_view::npos ? e : e - b));
+    b = line.find_first_not_of(kSpace, e == std::string_view::npos ? line.size() : e);
+  }
+  if (!joins_ || comment != std::string_view::npos || words_.empty() || !words_.back().ends_with('\\'))
+    return false;
+  words_.back().remove_suffix(1);
+  if (words_.back().empty()) words_.pop_back();
+  return true;
 }
 
 bool LineReader::next() {
-  while (!rest_.empty()) {
-    const std::size_t end = rest_.find('\n');
-    std::string_view line = rest_.substr(0, end);
-    rest_ = end == std::string_view::npos ? std::string_view{} : rest_.substr(end + 1);
-    ++line_;
-    line = line.substr(0, line.find('#'));
-    words_.clear();
-    constexpr std::string_view kSpace = " \t\r";
-    for (std::size_t b = line.find_first_not_of(kSpace); b != std::string_view::npos;) {
-      const std::size_t e = line.find_first_of(kSpace, b);
-      words_.push_back(line.substr(b, e == std::string_view::npos ? e : e - b));
-      b = line.find_first_not_of(kSpace, e == std::string_view::npos ? line.size() : e);
-    }
-    if (!words_.empty()) return true;
-  }
   words_.clear();
-  return false;
+  while (!rest_.empty()) {
+    if (!split(take_line()) && !words_.empty()) return true;
+  }
+  return !words_.empty();
 }
 
 void LineReader::require(const std::string& what) {
@@ -90,7 +104,7 @@ double LineReader::number(std::size_t i) const {
   if (s.size() > 1 && s.front() == '+') s.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-  // Out of range of a double: so is a float; it is reported as the infinity or zero that it becomes.
+  // Out of range of a double: it becomes infinity or zero.
   if (error == std::errc::result_out_of_range) return s.find("e-") == s.npos ? HUGE_VAL : 0;
   if (error != std::errc{} || end != s.data() + s.size())
     fail("'" + std::string(words_[i]) + "', expected a number");
@@ -108,9 +122,8 @@ std::int64_t LineReader::integer(std::size_t i) const {
   return value;
 }
 
-Vec3f LineReader::position(std::size_t first) const {
-  return {static_cast<float>(number(first)), static_cast<float>(number(first + 1)),
-          static_cast<float>(number(first + 2))};
+Vec3d LineReader::position(std::size_t first) const {
+  return {number(first), number(first + 1), number(first + 2)};
 }
 
 void LineReader::fail(const std::string& message) const {

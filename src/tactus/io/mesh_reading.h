@@ -18,25 +18,53 @@ struct TooLarge {};
 
 /// What a file holds, before it is checked.
 struct RawMesh {
-  std::vector<Vec3f> positions, normals;
+  /// A face with more than three corners. Until all positions are known it is a fan, which lists its corners.
+  struct Polygon {
+    std::size_t first, corners;  ///< its first triangle
+  };
+  std::vector<Vec3d> positions;  ///< in the file's unit
+  std::vector<Vec3f> normals;
   std::vector<std::array<std::int64_t, 3>> triangles;
+  std::vector<Polygon> polygons;
   std::vector<std::int64_t> faces;  ///< per triangle: its line, or the number of its face
   std::vector<std::int64_t> lines;  ///< per position: its line; empty: the number of the vertex is named
   bool faces_are_lines = false;
 
   /// @throws TooLarge beyond kMaxVertices.
-  void add_vertex(Vec3f position_m);
-  /// Adds a polygon as a fan of triangles. @throws TooLarge beyond kMaxTriangles.
+  void add_vertex(Vec3d position);
+  /// @throws TooLarge beyond kMaxTriangles.
   void add_face(std::span<const std::int64_t> corners, std::int64_t place);
+  /// Every corner from the third on makes a triangle with the two before it, turned the other way in every
+  /// second; a negative corner ends a strip. Triangles with equal corners lead from one part to the next and
+  /// are left out.
+  void add_strip(std::span<const std::int64_t> corners, std::int64_t place);
+  /// "FILE:7: a face", "FILE: face 7".
+  std::string face_text(const std::string& path, std::size_t triangle) const;
 };
 
-/// Checks everything that makes a mesh usable. @throws Error naming the line or element and its value.
-TriangleMesh finish(const std::string& path, RawMesh&& raw);
+/// A text as UTF-8: UTF-16 behind its byte order mark becomes ASCII, where '?' stands for what isn't; a byte
+/// order mark of UTF-8 goes. Other bytes stay as they are and are not copied.
+class PlainText {
+ public:
+  explicit PlainText(std::string_view bytes);
+  PlainText(const PlainText&) = delete;
+  PlainText& operator=(const PlainText&) = delete;
+  std::string_view view() const { return view_; }
 
-/// Non-empty lines of a text, split into words; what follows '#' is a comment.
+ private:
+  std::string own_;
+  std::string_view view_;
+};
+
+std::string lower_case(std::string_view word);
+
+/// Non-empty lines of a text, split into words; what follows '#' is a comment. Lines end with LF, CR LF or
+/// CR.
 class LineReader {
  public:
-  LineReader(std::string path, std::string_view text) : path_(std::move(path)), rest_(text) {}
+  /// @param joins whether a backslash at the end of a line that is no comment goes on with the next line
+  LineReader(std::string path, std::string_view text, bool joins = false)
+      : path_(std::move(path)), rest_(text), joins_(joins) {}
   /// Moves on; false at the end of the file.
   bool next();
   /// Moves on. @throws Error "truncated, expected `what`".
@@ -48,12 +76,17 @@ class LineReader {
   /// Word i as a number (NaN and infinity included). @throws Error naming line and word.
   double number(std::size_t i) const;
   std::int64_t integer(std::size_t i) const;
-  Vec3f position(std::size_t first) const;
+  Vec3d position(std::size_t first) const;
   [[noreturn]] void fail(const std::string& message) const;
 
  private:
+  std::string_view take_line();
+  /// Appends the words of a line; whether it goes on.
+  bool split(std::string_view line);
+
   std::string path_;
   std::string_view rest_;
+  bool joins_, cr_alone_ = false;
   std::int64_t line_ = 0;
   std::vector<std::string_view> words_;
 };
