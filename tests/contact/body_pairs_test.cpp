@@ -167,8 +167,9 @@ int nodes_inside_twice(bool touches_itself, bool matched) {
   const float h = 0.01F;
   const TriangleMesh mesh = flap_mesh(h);
   CubeLattice lattice = lattice_from_mesh(mesh, {.spacing_m = h, .density_kg_m3 = 1000});
-  const std::vector<float> outside_m = node_outside_m(lattice, mesh);
-  lattice.fill_by_distance(outside_m);
+  const PointInMesh solid(mesh);
+  std::vector<float> outside_m;
+  for (const Vec3f p : lattice.rest_positions_m()) outside_m.push_back(solid.signed_distance_m(p));
   lattice.fix_half_space({0, 1.5F * h, 0}, {0, 1, 0});
   const test::SoftMaterial soft{
       .elastic = {.young_Pa = 5e4F, .poisson = 0.3F}, .matched = matched, .damping = 0.3F};

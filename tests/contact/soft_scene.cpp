@@ -65,7 +65,6 @@ SoftThing soft_box(ExecContext& ctx, Vec3f corner_m, Vec3i cubes, float h, const
 SoftThing soft_ball(ExecContext& ctx, float radius_m, float h, const SoftMaterial& material, float density) {
   const TriangleMesh surface = transformed(unit_sphere(16), {}, radius_m);
   CubeLattice lattice = lattice_from_mesh(surface, {.spacing_m = h, .density_kg_m3 = density});
-  lattice.fill_by_distance(node_outside_m(lattice, surface));
   SoftMaterial m = material;
   m.elastic.density_kg_m3 = density;
   return {ctx, std::move(lattice), surface, m};

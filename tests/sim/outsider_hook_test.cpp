@@ -77,9 +77,9 @@ Vec3d sag_m(double spacing_m, Vec3d gravity_m_s2) {
 /// Spacings divide the body's height, so that its feet lie on planes of nodes: where they don't, the held
 /// foot is longer or shorter by up to a spacing, which is as large an error.
 ///
-/// A cut cube resists as if its solid part lay all over it. Shares of cubes are the body smeared by a box of
-/// h, and they act as smeared by another: h^2 / 12 each of second moment per area, together (h^2 / 6) / (R^2
-/// / 4). Shares from distances are too small where a surface is convex, which hides some of it.
+/// A cut cube has one strain, that of its centre. Some of what it holds is handed to the cubes below
+/// (cube_parts.h), not all: lever is left, h^2 / 12 of second moment per area twice over, times what is not
+/// handed on. Found: a third of (h / R)^2.
 TEST(OutsiderHook, HangsAsInCalculiX) {
   const bool all = std::getenv("TACTUS_LONG_TESTS") != nullptr;
   for (const double h_mm : {65 / 6.0, 65 / 8.0, 6.5, 5.0, 3.25, 2.5}) {
@@ -88,7 +88,7 @@ TEST(OutsiderHook, HangsAsInCalculiX) {
                  across = sag_m(1e-3 * h_mm, {0, 0, -9.81}).z / -3.1840e-3 - 1;
     std::printf("spacing %.2f mm: sinks by %+.1f %% in plane, %+.1f %% across\n", h_mm, 100 * in_plane,
                 100 * across);
-    const double most = 2.0 / 3 * sqr(1e-3 * h_mm / kTube) + 0.01;  // of the mesh, and of what settles
+    const double most = 0.36 * sqr(1e-3 * h_mm / kTube) + 0.01;  // of the mesh, and of what settles
     for (const double error : {in_plane, across}) {
       EXPECT_GT(error, -most) << h_mm;
       EXPECT_LT(error, 0.01) << h_mm;

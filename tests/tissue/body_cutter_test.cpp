@@ -299,16 +299,13 @@ TEST(BodyCutter, ItIsAsDeepAsTheDeepestPointOfItsWalls) {
 }
 
 TEST(BodyCutter, CutsABall) {
-  const auto ball = [](Vec3f p) { return length(p - Vec3f{0.05F, 0.05F, 0.05F}) - 0.031F; };
-  CubeLattice lattice =
-      lattice_from_sdf(ball, {{0.019F, 0.019F, 0.019F}, {0.081F, 0.081F, 0.081F}}, {.spacing_m = kSpacing});
   // A cube's surface, blown up to the ball.
   TriangleMesh mesh = box_mesh({9, 9, 9}, 1);
   for (Vec3f& p : mesh.positions_m) {
     const Vec3f d = p - Vec3f{0.045F, 0.045F, 0.045F};
     p = Vec3f{0.05F, 0.05F, 0.05F} + 0.0305F * normalized(d);
   }
-  lattice.fill_by_distance(node_outside_m(lattice, mesh));
+  const CubeLattice lattice = lattice_from_mesh(mesh, {.spacing_m = kSpacing});
   Body body(lattice, mesh, {.copies = 900, .nodes = 1200});
   const auto o = vec_cast<double>(lattice.origin_m);
   EXPECT_LT(length(o), 1.0);

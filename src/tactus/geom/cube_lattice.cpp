@@ -1,10 +1,15 @@
 #include "tactus/geom/cube_lattice.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/cube_parts.h"
+#include "tactus/geom/mesh_defects.h"
 #include "tactus/geom/point_in_mesh.h"
 
 namespace tactus {
@@ -115,9 +120,6 @@ bool triangle_touches_box(Vec3d a, Vec3d b, Vec3d c, double half) {
   return !apart(cross(edges[0], edges[1]));
 }
 
-/// What is known of a cube while a mesh is filled. `grazed`: the surface lies in one of its faces.
-enum Mark : std::uint8_t { unknown = 0, solid = 1, outside = 2, grazed = 3 };
-
 void mark_surface(CubeGrid& grid, const TriangleMesh& mesh) {
   // A face that lies on a grid plane makes solid what it bounds, and not what is on its other side.
   constexpr double kMargin = 1e-4;
@@ -133,49 +135,14 @@ void mark_surface(CubeGrid& grid, const TriangleMesh& mesh) {
       for (Index y = cell(low.y - e, grid.dims.y); y <= cell(high.y + e, grid.dims.y); ++y)
         for (Index x = cell(low.x - e, grid.dims.x); x <= cell(high.x + e, grid.dims.x); ++x) {
           std::uint8_t& mark = grid.solid[at(grid.index(x, y, z))];
-          if (mark == solid) continue;
+          if (mark != 0) continue;
           const Vec3d m = vec_cast<double>(grid.center(x, y, z));
-          const Vec3d p = vec_cast<double>(a) - m, q = vec_cast<double>(b) - m, r = vec_cast<double>(c) - m;
-          if (triangle_touches_box(p, q, r, half * (1 - kMargin)))
-            mark = solid;
-          else if (triangle_touches_box(p, q, r, half * (1 + kMargin)))
-            mark = grazed;
+          mark = triangle_touches_box(vec_cast<double>(a) - m, vec_cast<double>(b) - m,
+                                      vec_cast<double>(c) - m, half * (1 - kMargin))
+                     ? 1
+                     : 0;
         }
   }
-}
-
-/// A connected set of cubes that no triangle touches or grazes is wholly inside or wholly outside: one query
-/// each. Cubes that it grazes have the surface between them.
-void fill_closed(CubeGrid& grid, const PointInMesh& query) {
-  std::vector<Vec3i> queue;
-  grid.for_each([&](Index x, Index y, Index z) {
-    std::uint8_t& mark = grid.solid[at(grid.index(x, y, z))];
-    if (mark == grazed) mark = query.inside(grid.center(x, y, z)) ? solid : outside;
-  });
-  grid.for_each([&](Index x0, Index y0, Index z0) {
-    if (grid.solid[at(grid.index(x0, y0, z0))] != unknown) return;
-    const std::uint8_t mark = query.inside(grid.center(x0, y0, z0)) ? solid : outside;
-    const auto visit = [&](Vec3i c) {
-      if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= grid.dims.x || c.y >= grid.dims.y || c.z >= grid.dims.z)
-        return;
-      std::uint8_t& s = grid.solid[at(grid.index(c.x, c.y, c.z))];
-      if (s != unknown) return;
-      s = mark;
-      queue.push_back(c);
-    };
-    visit({x0, y0, z0});
-    while (!queue.empty()) {
-      const Vec3i c = queue.back();
-      queue.pop_back();
-      for (int a = 0; a < 3; ++a)
-        for (const Index d : {-1, 1}) {
-          Vec3i n = c;
-          n[a] += d;
-          visit(n);
-        }
-    }
-  });
-  for (std::uint8_t& s : grid.solid) s = s == solid ? 1 : 0;
 }
 
 /// Through holes of an open mesh inside and outside hang together: every cube is asked.
@@ -184,12 +151,26 @@ void fill_each(CubeGrid& grid, const PointInMesh& query) {
   grid.for_each([&](Index x, Index y, Index z) {
     std::uint8_t& mark = grid.solid[at(grid.index(x, y, z))];
     const bool here = query.inside(grid.center(x, y, z));
-    mark = mark == solid || here ? 1 : 0;
+    mark = mark != 0 || here ? 1 : 0;
     inside += here ? 1 : 0;
   });
   if (inside == 0)
     throw Error(
         "the mesh encloses nothing at this spacing: its winding number reaches 1/2 in no cube's centre");
+}
+
+/// An open mesh has no volume of its own: cubes are filled by distances and winding numbers of nodes.
+CubeLattice lattice_from_open_mesh(const TriangleMesh& mesh, const LatticeOptions& options) {
+  const PointInMesh query(mesh, options.fill);
+  CubeGrid grid = make_grid(bounds(mesh), options);
+  mark_surface(grid, mesh);
+  fill_each(grid, query);
+  CubeLattice lattice = to_lattice(grid, options);
+  std::vector<float> distance_m(lattice.nodes.size());
+  tbb::parallel_for(Index{0}, lattice.node_count(),
+                    [&](Index i) { distance_m[at(i)] = query.signed_distance_m(lattice.rest_m(i)); });
+  lattice.fill_by_distance(distance_m);
+  return lattice;
 }
 
 }  // namespace
@@ -280,14 +261,20 @@ Index CubeLattice::fix_half_space(Vec3f point_m, Vec3f normal) {
 }
 
 CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options) {
-  const PointInMesh query(mesh, options.fill);
+  if (options.fill == MeshFill::winding) return lattice_from_open_mesh(mesh, options);
+  check_closed(mesh, "mesh");
   CubeGrid grid = make_grid(bounds(mesh), options);
-  mark_surface(grid, mesh);
-  if (options.fill == MeshFill::closed)
-    fill_closed(grid, query);
-  else
-    fill_each(grid, query);
-  return to_lattice(grid, options);
+  const CubeCells cells{grid.origin_m, grid.h, grid.dims};
+  CubeFills fills = fills_of_parts(parts_of_cubes(mesh, cells), cells);
+  grid.solid = std::move(fills.exists);
+  CubeLattice lattice = to_lattice(grid, options);
+  lattice.cube_fill.resize(lattice.cubes.size());
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    lattice.cube_fill[c] = fills.fill[at(cells.index(lattice.cubes[c]))];
+    lattice.cube_mass_kg[c] *= lattice.cube_fill[c];
+  }
+  lattice.share_masses();
+  return lattice;
 }
 
 CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
 #include <set>
 
 #include "tactus/base/error.h"
@@ -81,6 +82,19 @@ std::string odd_size(const ShapeDescription& shape, Vec3f extent_m) {
   return "";
 }
 
+/// Facets cut corners, and nets of labels are smoothed. Moves a closed surface along its normals until it
+/// encloses what the shape does, by half of the net's `fineness_m` at most.
+void grow_to_volume(TriangleMesh& mesh, double volume, float fineness_m) {
+  float moved_m = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto by_m = static_cast<float>((volume - volume_m3(mesh)) / area_m2(mesh));
+    if (std::abs(moved_m + by_m) > 0.5F * fineness_m) return;
+    moved_m += by_m;
+    compute_normals(mesh);
+    for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) mesh.positions_m[v] += by_m * mesh.normals[v];
+  }
+}
+
 /// The shape's surface in body coordinates; smooth ones are sampled at half the lattice's spacing. What can't
 /// become a lattice is refused before that is done.
 TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
@@ -102,7 +116,12 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
     const LabelVolume& volume = assets.labels.at(body.name);
     const Vec3f n = vec_cast<float>(volume.dims), v = volume.voxel_size_m;
     check_size({n.x * v.x, n.y * v.y, n.z * v.z});
-    return surface_of_labels(volume, solid_labels(shape, volume), fineness);
+    const std::set<std::uint8_t> solid = solid_labels(shape, volume);
+    TriangleMesh mesh = surface_of_labels(volume, solid, fineness);
+    const auto voxels = std::count_if(volume.labels.begin(), volume.labels.end(),
+                                      [&](std::uint8_t label) { return solid.contains(label); });
+    grow_to_volume(mesh, static_cast<double>(voxels) * double{v.x} * double{v.y} * double{v.z}, fineness);
+    return mesh;
   }
   if (shape.kind == ShapeKind::box) {
     const Vec3f half = vec_cast<float>(0.5 * shape.size_m);
@@ -112,7 +131,11 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
   const Solid solid = make_solid(shape);
   check_size(solid.box_m.extent());
   const Vec3f margin{2 * fineness, 2 * fineness, 2 * fineness};
-  return surface_nets(solid.distance_m, {solid.box_m.min - margin, solid.box_m.max + margin}, fineness);
+  TriangleMesh mesh =
+      surface_nets(solid.distance_m, {solid.box_m.min - margin, solid.box_m.max + margin}, fineness);
+  if (shape.kind == ShapeKind::sphere)
+    grow_to_volume(mesh, 4.0 / 3 * std::numbers::pi * std::pow(shape.radius_m, 3), fineness);
+  return mesh;
 }
 
 /// A closed mesh of a body so thin that its cubes are hardly filled.
@@ -156,6 +179,55 @@ void check_surface(const ShapeDescription& description, double spacing_m, BodySh
   shape.warnings.push_back("its mesh overlaps itself: " + std::to_string(crossings.pairs) +
                            " pairs of triangles cross, the first at " + where +
                            " m; inside is where the winding number is not 0");
+}
+
+/// The widest ball inside that touches the surface somewhere [m]: of up to `samples` triangles, the ball
+/// inside at the middle.
+double thickness_m(const TriangleMesh& mesh, std::size_t samples = 200) {
+  const PointInMesh query(mesh);
+  const Vec3f extent = bounds(mesh).extent();
+  const float most = 0.5F * std::min({extent.x, extent.y, extent.z});
+  const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / samples);
+  float widest = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
+    const auto [a, b, c] = mesh.triangles[t];
+    const auto x = [&](Index v) { return mesh.positions_m[static_cast<std::size_t>(v)]; };
+    const Vec3f n = normalized(cross(x(b) - x(a), x(c) - x(a)), Vec3f{}), middle = (x(a) + x(b) + x(c)) / 3.F;
+    const auto fits = [&](float radius) {
+      const Vec3f center = middle - radius * n;
+      return query.inside(center) && query.distance_m(center) > 0.998F * radius;
+    };
+    if (n == Vec3f{} || !fits(std::max(widest, 1e-3F * most))) continue;
+    float low = std::max(widest, 1e-3F * most), high = most;
+    if (fits(high)) low = high;
+    for (int k = 0; k < 12 && low < high; ++k) (fits(0.5F * (low + high)) ? low : high) = 0.5F * (low + high);
+    widest = low;
+  }
+  return 2 * double{widest};
+}
+
+/// What the lattice can't resolve, and what its cubes don't hold.
+void check_spacing(const BodyDescription& body, BodyShape& shape) {
+  const TriangleMesh& mesh = shape.surface_m;
+  const double h = body.spacing_m, volume = volume_m3(mesh);
+  char text[300];
+  // 2 V / A is the thickness of a plate; everything else is thicker.
+  if (const double thickness = h > 2 * volume / area_m2(mesh) ? thickness_m(mesh) : h; h > 1.02 * thickness) {
+    std::snprintf(
+        text, sizeof text,
+        "its 'spacing_m' of %g is larger than its thickness, %.3g m: it neither bends nor is touched as it "
+        "should; 'spacing_m: %.2g' has four cubes across it",
+        h, thickness, thickness / 4);
+    shape.warnings.emplace_back(text);
+  }
+  double cubes = 0;
+  for (const float fill : shape.lattice.cube_fill) cubes += double{fill} * h * h * h;
+  if (std::abs(cubes - volume) <= 0.02 * volume) return;
+  std::snprintf(
+      text, sizeof text,
+      "its cubes hold %.4g m^3, its mesh %.4g m^3: where the mesh overlaps itself, its volume counts once",
+      cubes, volume);
+  shape.warnings.emplace_back(text);
 }
 
 ElasticMaterial painted_material(const PaintedRegion& region, ElasticMaterial material) {
@@ -236,8 +308,7 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
     check_surface(body.shape, body.spacing_m, shape);
     compute_normals(shape.surface_m);
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
-    shape.node_outside_m = node_outside_m(shape.lattice, shape.surface_m, options.fill);
-    shape.lattice.fill_by_distance(shape.node_outside_m);
+    if (body.shape.fill == MeshFill::closed) check_spacing(body, shape);
     const RegionFinder finder(body, assets, shape.lattice,
                               [&](const LabelVolume& volume) { return solid_labels(body.shape, volume); });
     paint(body, finder, shape);

@@ -60,7 +60,12 @@ struct Kinds {
 /// Of a cube. The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly
 /// (the often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of
 /// the relaxed material: what lasts is right.
-tled::Stiffness stiffness_of(float fill, float spacing_m, const ElasticMaterial& m, float faded_share) {
+tled::Stiffness stiffness_of(float exact_fill, float spacing_m, const ElasticMaterial& m, float faded_share) {
+  // Every cube at a surface has a fill of its own. Ten bits of it make some thousand kinds at most, which a
+  // GPU's caches hold.
+  int exponent = 0;
+  const float mantissa = std::frexp(exact_fill, &exponent);
+  const float fill = std::ldexp(std::round(1024 * mantissa) / 1024, exponent);
   return {fill * m.mu_Pa(), fill * m.lambda_Pa(), fill * spacing_m * relaxed_young_Pa(m, faded_share) / 6};
 }
 
