@@ -1,11 +1,14 @@
 /// The score of a stroke, beside a line that was planned for it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/device_sets.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic_source.h"
+#include "tactus/sim/blade_mesh.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {
@@ -48,6 +51,33 @@ std::vector<StrokeResult> cut(const Scene& scene) {
   Simulation simulation(devices, scene, make_synthetic_rig(), {});
   for (int k = 0; k < 17; ++k) simulation.step(nullptr, 1.0 / 30);
   return simulation.stroke_results();
+}
+
+/// What pictures show of a scripted blade: closed steel that moves with its edge, and trails behind it.
+TEST(ScriptedBlade, IsSteelBehindItsEdgeUntilItsPathEnds) {
+  const Scene scene = parse_scene(with("displacement_m: [0.3, 0, 0]}]",
+                                       "displacement_m: [0.3, 0, 0], angle_deg: 30}]\n    axis: [0, 0, 1]"),
+                                  "scenes/x.yaml");
+  const BladeDescription& blade = scene.blades.at(0);
+  for (const double time_s : {0.0, 0.1, 0.3, 0.5}) {
+    const TriangleMesh mesh = blade_mesh(blade, time_s);
+    EXPECT_TRUE(topology(mesh).closed_manifold());
+    // The profile, 0.03 m deep: a ground triangle of 0.3 and a plate of 0.7 of that, 0.06 of it thick; 0.2 m
+    // long.
+    EXPECT_NEAR(volume_m3(mesh), 0.2 * 0.03 * 0.03 * 0.06 * (0.5 * 0.3 + 0.7), 1e-8) << "turned outwards";
+    const std::vector<Vec3f> edge_m = blade_edge_m(blade, time_s);
+    for (const Vec3f end_m : edge_m) {
+      const auto on = [&](Vec3f p) { return length(p - end_m) < 1e-6F; };
+      EXPECT_EQ(std::count_if(mesh.positions_m.begin(), mesh.positions_m.end(), on), 1);
+    }
+    if (time_s ==
+        0.3) {  // halfway it is turned by 15 degrees and goes along x: so does its back, the other way
+      const Vec3f before = blade_edge_m(blade, 0.299)[0], way = normalized(edge_m[0] - before, {1, 0, 0});
+      for (const Vec3f p : mesh.positions_m) EXPECT_LT(dot(p - edge_m[0], way), 0.001F);
+    }
+  }
+  EXPECT_EQ(scripted_blades(scene, 0.5).size(), 1U);
+  EXPECT_EQ(scripted_blades(scene, 0.501).size(), 0U);
 }
 
 /// The cut is a plane, and the body is at rest. So all lengths are known but for the rounding of floats, 1e-7

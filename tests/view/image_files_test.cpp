@@ -157,6 +157,20 @@ TEST_F(ImageFiles, LongLinesAreNotClipped) {
   }
 }
 
+TEST_F(ImageFiles, TextStaysWithinItsColumn) {
+  for (const std::string text : {"12.5", "a long name of a blade", "WWWWWWWWWWWWWWWWWWWWWWWW"}) {
+    ColorImage image(400, 60, {250, 250, 248});
+    draw_text_within(image, text, 20, 40, 16, 86, {40, 44, 52});
+    Index last = 0;
+    for (Index y = 0; y < image.height_px; ++y) {
+      for (Index x = 0; x < image.width_px; ++x)
+        if (image(x, y) != Rgb8{250, 250, 248} && image(x, y).r < 128) last = std::max(last, x);
+    }
+    EXPECT_GT(last, 40) << text;
+    EXPECT_LE(last, 20 + 86 + 2) << text << ": two pixels for the strokes' width";
+  }
+}
+
 TEST(ContactSheet, SizeAndEvenChoice) {
   ContactSheet sheet("Run", 6, 3, 120);
   const int count = 1000;

@@ -97,17 +97,186 @@ TEST_F(Picture, GroundDarkensBesideABody) {
   EXPECT_EQ(brighter, 0);
 }
 
-TEST_F(Picture, FrustaAndBoxAreVisible) {
+/// How much darker light makes each pixel; the ground is at y = 0.
+struct Shade {
+  Shade(const ViewScene& scene, const ViewCamera& view, RendererOptions options) {
+    Renderer with(options);
+    options.shadow_map_px = 0;
+    options.ambient_occlusion = false;
+    Renderer without(options);
+    const ColorImage dark = with.render(scene, view), light = without.render(scene, view);
+    for (std::size_t i = 0; i < dark.pixels.size(); ++i) {
+      const Rgb8 a = dark.pixels[i], b = light.pixels[i];
+      level.push_back(b.r + b.g + b.b - a.r - a.g - a.b);
+    }
+  }
+  int at(Index x, Index y) const { return level[static_cast<std::size_t>(y * kWidth + x)]; }
+  std::vector<int> level;
+};
+
+/// A ball hangs half a metre above the ground, under a light that is straight above it.
+TEST_F(Picture, ShadowOfWhatHangsIsRoundAndEndsSoftly) {
+  ViewScene scene;
+  scene.meshes.push_back({"ball", test::sphere({0, 0.5F, 0}, 0.06F, 40), {}});
+  scene.sun = {0, 1, 0};
+  const ViewCamera view{
+      .target_m = {0, 0, 0}, .distance_m = 0.9F, .azimuth_rad = 0.3F, .elevation_rad = 0.3F};
+  const Shade shade(scene, view, small());
+  const Rigidf T = inverse(view.T_cam_world());
+  const float tangent = std::tan(0.5F * view.fov_rad);
+  double sum = 0, xx = 0, zz = 0, xz = 0, x1 = 0, z1 = 0;
+  int darkest = 0, steepest = 0;
+  for (Index y = 1; y < kHeight; ++y) {
+    for (Index x = 1; x < kWidth; ++x) {
+      const Vec3f ray =
+          T.R * Vec3f{tangent * (2 * (static_cast<float>(x) + 0.5F) / kWidth - 1) * kWidth / kHeight,
+                      tangent * (1 - 2 * (static_cast<float>(y) + 0.5F) / kHeight), -1};
+      if (ray.y > -0.05F) continue;
+      const float way = -T.t.y / ray.y;
+      const Vec3f p = T.t + way * ray;
+      if (length(p) > 0.3F) continue;
+      const double weight =
+          shade.at(x, y) * double{way} * double{way} * double{way};  // area of the pixel's place
+      sum += weight, x1 += weight * p.x, z1 += weight * p.z;
+      xx += weight * p.x * p.x, zz += weight * p.z * p.z, xz += weight * p.x * p.z;
+      darkest = std::max(darkest, shade.at(x, y));
+      steepest = std::max({steepest, std::abs(shade.at(x, y) - shade.at(x - 1, y)),
+                           std::abs(shade.at(x, y) - shade.at(x, y - 1))});
+    }
+  }
+  ASSERT_GT(sum, 0);
+  EXPECT_GT(darkest, 90);
+  // The penumbra is as wide as the ball's own radius, 0.5 m times the lamp's tangent of 0.07 on either side:
+  // some eight pixels where the picture shortens it most. A sharp edge would be a step of all of it.
+  EXPECT_LT(steepest, darkest / 4);
+  x1 /= sum, z1 /= sum, xx = xx / sum - x1 * x1, zz = zz / sum - z1 * z1, xz = xz / sum - x1 * z1;
+  EXPECT_NEAR(x1, 0, 0.005);
+  EXPECT_NEAR(z1, 0, 0.005);
+  EXPECT_NEAR(xx / zz, 1, 0.1);
+  EXPECT_NEAR(xz / zz, 0, 0.05);
+}
+
+/// The ground is darkened near a body alone, not over a square of a map.
+TEST_F(Picture, GroundFarFromAShadowIsOpen) {
+  ViewScene scene;
+  scene.meshes.push_back({"ball", test::sphere({0, 0.5F, 0}, 0.05F, 40), {}});
+  const ViewCamera view{.target_m = {0, 0.3F, 0}, .distance_m = 1.2F, .elevation_rad = 0.6F};
+  const Shade shade(scene, view, small());
+  // The shadow falls to the right and away from the sun; the left third of the picture is ground without any.
+  for (Index y = 0; y < kHeight; ++y)
+    for (Index x = 0; x < kWidth / 3; ++x) ASSERT_LE(shade.at(x, y), 3) << x << ", " << y;
+}
+
+/// A ball alone shades nothing that faces the sun by more than 30 degrees: taps around a point lie in its own
+/// plane.
+TEST_F(Picture, WhatFacesTheSunDoesNotShadeItself) {
+  RendererOptions options = small();
+  options.ambient_occlusion = false;
+  Renderer with(options);
+  options.shadow_map_px = 0;
+  Renderer without(options);
+  ViewScene scene = red_sphere();
+  scene.ground = false;
+  const ViewCamera view = camera();
+  const ColorImage shaded = with.render(scene, view), lit = without.render(scene, view);
+  const Rigidf T = inverse(view.T_cam_world());
+  const float tangent = std::tan(0.5F * view.fov_rad);
+  const Vec3f center{0, 0.1F, 0}, sun = normalized(scene.sun, {0, 1, 0});
+  int seen = 0;
+  for (Index y = 0; y < kHeight; ++y) {
+    for (Index x = 0; x < kWidth; ++x) {
+      const Vec3f ray = normalized(
+          T.R * Vec3f{tangent * (2 * (static_cast<float>(x) + 0.5F) / kWidth - 1) * kWidth / kHeight,
+                      tangent * (1 - 2 * (static_cast<float>(y) + 0.5F) / kHeight), -1},
+          {0, 0, 1});
+      const Vec3f to = center - T.t, off = to - dot(to, ray) * ray;
+      if (length(off) > 0.097F) continue;
+      const Vec3f at = -off - std::sqrt(0.01F - dot(off, off)) * ray;
+      if (dot(at, sun) < 0.05F) continue;
+      ++seen;
+      ASSERT_EQ(shaded(x, y), lit(x, y)) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(seen, 1000);
+}
+
+/// A body's part that fell deep and far changes no shadow of the part that stayed.
+TEST_F(Picture, FallenPartsLeaveShadowsAlone) {
+  Renderer renderer(small());
+  ViewScene scene = red_sphere();
+  const ColorImage before = renderer.render(scene, camera());
+  TriangleMesh& mesh = scene.meshes[0].mesh;
+  const TriangleMesh part = test::sphere({9, -40, 7}, 0.1F, 10);
+  const auto first = static_cast<Index>(mesh.positions_m.size());
+  mesh.positions_m.insert(mesh.positions_m.end(), part.positions_m.begin(), part.positions_m.end());
+  mesh.normals.insert(mesh.normals.end(), part.normals.begin(), part.normals.end());
+  for (const auto& t : part.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  EXPECT_EQ(different_px(before, renderer.render(scene, camera())), 0);
+}
+
+TEST_F(Picture, CamerasAreSeenAsSuch) {
   Renderer renderer(small());
   ViewScene scene = red_sphere();
   const ColorImage bare = renderer.render(scene, camera());
-  add_frustum(scene, look_at({-0.2, 0.25, 0}, {0, 0.1, 0}, {0, 1, 0}, 640, 480, 600), 0.08F);
+  // Beside the ball, it looks at the eye.
+  Camera drawn = look_at({-0.17, 0.1, 0}, vec_cast<double>(camera().eye_m()), {0, 1, 0}, 640, 480, 600);
+  drawn.name = "left";
+  add_camera(scene, drawn, 0.12F);
   EXPECT_EQ(scene.lines.size(), 8U);
-  const ColorImage frustum = renderer.render(scene, camera());
-  EXPECT_GT(different_px(bare, frustum), 100);
-  add_box(scene, {{-0.15F, 0, -0.15F}, {0.15F, 0.25F, 0.15F}});
-  EXPECT_EQ(scene.lines.size(), 8U + 12U);
-  EXPECT_GT(different_px(frustum, renderer.render(scene, camera())), 200);
+  ASSERT_EQ(scene.labels.size(), 1U);
+  EXPECT_EQ(scene.labels[0].text, "left");
+  const ColorImage shown = renderer.render(scene, camera());
+  EXPECT_GT(different_px(bare, shown), 300);
+  // It casts no shadow: the right half of the picture is as before.
+  int dark = 0;
+  for (Index y = 0; y < kHeight; ++y) {
+    for (Index x = 0; x < kWidth; ++x) {
+      if (x > kWidth / 2) {
+        ASSERT_EQ(shown(x, y), bare(x, y));
+      }
+      dark += brightness(shown(x, y)) < 3 * 70 && brightness(bare(x, y)) > 3 * 120 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(dark, 20) << "its lens";
+}
+
+/// Edges of a box end behind what is in it, from wherever one looks; what is before them hides them.
+TEST_F(Picture, NoEdgeOfABoxCrossesABody) {
+  Renderer renderer(small());
+  for (const float azimuth : {0.F, 0.5F, 2.2F}) {
+    for (const float elevation : {0.15F, 0.7F}) {
+      ViewScene scene = red_sphere();
+      ViewCamera view = camera();
+      view.azimuth_rad = azimuth;
+      view.elevation_rad = elevation;
+      const ColorImage bare = renderer.render(scene, view);
+      scene.boxes.push_back({{{-0.13F, 0, -0.13F}, {0.13F, 0.22F, 0.13F}}});
+      const ColorImage boxed = renderer.render(scene, view);
+      EXPECT_GT(different_px(bare, boxed), 200);
+      int crossed = 0;
+      const Vec3f eye = view.eye_m();
+      const Rigidf T = inverse(view.T_cam_world());
+      const float tangent = std::tan(0.5F * view.fov_rad);
+      for (Index y = 0; y < kHeight; ++y) {
+        for (Index x = 0; x < kWidth; ++x) {
+          const Vec3f ray =
+              T.R * Vec3f{tangent * (2 * (static_cast<float>(x) + 0.5F) / kWidth - 1) * kWidth / kHeight,
+                          tangent * (1 - 2 * (static_cast<float>(y) + 0.5F) / kHeight), -1};
+          const Vec3f to = Vec3f{0, 0.1F, 0} - eye, unit = normalized(ray, {0, 0, 1});
+          const Vec3f off = to - dot(to, unit) * unit;
+          if (length(off) < 0.097F) crossed += boxed(x, y) == bare(x, y) ? 0 : 1;  // two pixels from the rim
+        }
+      }
+      EXPECT_EQ(crossed, 0) << azimuth << ", " << elevation;
+    }
+  }
+  std::vector<ViewLine> lines;
+  const ViewBox box{{{-1, -1, -1}, {1, 1, 1}}};
+  add_far_edges(lines, box, {3, 4, 5});
+  EXPECT_EQ(lines.size(), 9U) << "without the three of the nearest corner";
+  lines.clear();
+  add_far_edges(lines, box, {0.2F, 0.3F, 0.1F});
+  EXPECT_EQ(lines.size(), 12U) << "from within";
 }
 
 TEST_F(Picture, SameSceneSamePixelsWhateverWasDrawnBefore) {

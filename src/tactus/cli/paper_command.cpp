@@ -208,17 +208,25 @@ Rgb8 to_rgb8(Vec3f c) {
   return {byte(c.x), byte(c.y), byte(c.z)};
 }
 
-/// A scale of errors along the lower edge.
+/// A scale of errors along the lower edge: its colours in a frame, and what three of them mean.
 void draw_scale(ColorImage& image, float most_m) {
-  const Index x0 = image.width_px / 8, x1 = 7 * image.width_px / 10, y1 = image.height_px - 10, y0 = y1 - 18;
-  for (Index y = y0; y < y1; ++y) {
-    for (Index x = x0; x < x1; ++x)
-      image(x, y) = to_rgb8(heat(static_cast<float>(x - x0) / static_cast<float>(x1 - x0)));
+  constexpr Rgb8 kInk{40, 44, 52};
+  constexpr float kTextPx = 22;
+  const Index x0 = image.width_px / 8, x1 = image.width_px - x0, y1 = image.height_px - 44, y0 = y1 - 20;
+  for (Index y = y0 - 2; y < y1 + 2; ++y) {
+    for (Index x = x0 - 2; x < x1 + 2; ++x) {
+      const bool is_frame = x < x0 || x >= x1 || y < y0 || y >= y1;
+      image(x, y) =
+          is_frame ? kInk : to_rgb8(heat((static_cast<float>(x - x0) + 0.5F) / static_cast<float>(x1 - x0)));
+    }
   }
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f mm", static_cast<double>(most_m) * 1e3);
-  draw_text(image, "0", x0 - 24, y1, 24, {40, 44, 52});
-  draw_text(image, text, x1 + 8, y1, 24, {40, 44, 52});
+  for (int tick = 0; tick <= 2; ++tick) {
+    const Index x = x0 + tick * (x1 - x0) / 2;
+    for (Index y = y1 + 2; y < y1 + 10; ++y) image(x, y) = image(x - 1, y) = kInk;
+    const std::string text = number_text(std::round(1e4F * most_m * static_cast<float>(tick) / 2) / 10) +
+                             (tick == 2 ? "+ mm" : "");
+    draw_text(image, text, x - text_width_px(text, kTextPx) / 2, y1 + 38, kTextPx, kInk);
+  }
 }
 
 /// The truth, the hull of silhouettes and the hull with depth; colours are distances from the truth.

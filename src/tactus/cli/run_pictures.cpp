@@ -65,6 +65,8 @@ std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& asse
   return all;
 }
 
+/// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
+constexpr int kNormalPasses = 6;
 constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
 
 }  // namespace
@@ -81,20 +83,21 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& a
     output_is_writable(sheet_path_);
     sheet_ = std::make_unique<ContactSheet>(scene.name);
   }
+  view_.meshes = obstacle_meshes(scene, assets);
   if (scene.view.show_frusta) {
     const float depth_m = 0.12F * length(rig.workspace_m.extent());
     for (const Camera& camera : rig.cameras) {
       // A depth camera that gives the silhouette, too, is drawn once.
       const bool measures = std::any_of(rig.depth_cameras.begin(), rig.depth_cameras.end(),
                                         [&](const Camera& d) { return d.name == camera.name; });
-      if (!measures) add_frustum(view_, camera, depth_m);
+      if (!measures) add_camera(view_, camera, depth_m);
     }
-    for (const Camera& camera : rig.depth_cameras) add_frustum(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
+    for (const Camera& camera : rig.depth_cameras) add_camera(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
   }
-  add_box(view_, rig.workspace_m);
+  view_.boxes.push_back({rig.workspace_m});
   if (scene.fluid)
-    add_box(view_, {vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)});
-  view_.meshes = obstacle_meshes(scene, assets);
+    view_.boxes.push_back(
+        {{vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)}});
   still_meshes_ = view_.meshes.size();
   if (scene.view.photographs > 0) {
     photos_ = std::make_shared<ViewPhotos>(
@@ -131,6 +134,7 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
     material.color = vec_cast<float>(scene_.bodies[b].colour);
     // Skin and walls of cuts share vertices.
     if (scene_.bodies[b].cuttable) split_creases(snapshot.bodies[b]);
+    smooth_normals(snapshot.bodies[b], kNormalPasses);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
   }
   for (TriangleMesh& blade : snapshot.blades)

@@ -33,8 +33,8 @@ class RunPictures {
   ViewCamera camera_;
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
   ViewScene
-      view_;  ///< what does not change: frusta, workspace, obstacles; and the meshes of the newest frame
-  std::size_t still_meshes_ = 0;  ///< obstacles: the first of `view_.meshes`
+      view_;  ///< what does not change: cameras, workspace, obstacles; and the meshes of the newest frame
+  std::size_t still_meshes_ = 0;  ///< obstacles and cameras: the first of `view_.meshes`
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
   std::string sheet_path_;

@@ -65,7 +65,11 @@ Lines lines_of(const Strokes& strokes, const std::vector<const PlannedLine*>& pl
 
 /// Looks along the way into the cut; where cuts go in everywhere, from a corner.
 ViewCamera camera_of(const Lines& lines, const Box3f& body_m) {
-  const Vec3d grow = 0.8 * Vec3d{1, 1, 1} * length(lines.high_m - lines.low_m);
+  // The whole body, unless the lines would be small on it.
+  constexpr double kSmall = 5;
+  const double long_m = length(lines.high_m - lines.low_m);
+  const bool shows_all = static_cast<double>(length(body_m.extent())) < kSmall * long_m;
+  const Vec3d grow = (shows_all ? kSmall : 0.8) * long_m * Vec3d{1, 1, 1};
   Box3f box{max(body_m.min, vec_cast<float>(lines.low_m - grow)),
             min(body_m.max, vec_cast<float>(lines.high_m + grow))};
   box = {min(box.min, vec_cast<float>(lines.low_m)), max(box.max, vec_cast<float>(lines.high_m))};
@@ -177,29 +181,27 @@ Column column_of(const StrokeResult& stroke) {
 void draw_table(ColorImage& image, const std::string& body, const Strokes& strokes,
                 const std::vector<const PlannedLine*>& plans) {
   const Index x0 = kScene_px + kMargin_px;
-  draw_text(image, "Cuts of '" + body + "'", x0, 64, 26, kInk);
+  constexpr Index kInner_px = kTable_px - 2 * kMargin_px;
+  draw_text_within(image, "Cuts of '" + body + "'", x0, 64, 26, kInner_px, kInk);
   const Column names = names_of_rows();
   const std::size_t shown = std::min(strokes.size(), kColumns);
-  const Index first_column = 205,
-              column = (kTable_px - 2 * kMargin_px - first_column) / static_cast<Index>(shown);
+  const Index first_column = 205, column = (kInner_px - first_column) / static_cast<Index>(shown);
   constexpr Index kTop_px = 128, kRow_px = 42;
   const auto rule = [&](Index y) {
     for (Index x = x0; x < kScene_px + kTable_px - kMargin_px; ++x) image(x, y) = {205, 208, 212};
   };
   for (std::size_t r = 0; r < names.size(); ++r) {
     const Index y = kTop_px + kRow_px * static_cast<Index>(r);
-    draw_text(image, names[r], x0, y, 16, kFaint);
+    draw_text_within(image, names[r], x0, y, 16, first_column - 12, kFaint);
     rule(y + 14);
     for (std::size_t k = 0; k < shown; ++k) {
-      std::string cell = column_of(strokes[k])[r];
-      const std::size_t room = static_cast<std::size_t>(column / 13);
-      if (cell.size() > room) cell = cell.substr(0, room - 1) + ".";
-      draw_text(image, cell, x0 + first_column + static_cast<Index>(k) * column, y, 16, kInk);
+      draw_text_within(image, column_of(strokes[k])[r], x0 + first_column + static_cast<Index>(k) * column, y,
+                       16, column - 8, kInk);
     }
   }
   Index y = kTop_px + kRow_px * static_cast<Index>(names.size()) + 20;
   const auto note = [&](const std::string& line) {
-    draw_text(image, line, x0, y, 15, kFaint);
+    draw_text_within(image, line, x0, y, 15, kInner_px, kFaint);
     y += 28;
   };
   if (strokes.size() > shown) note(std::to_string(strokes.size() - shown) + " more strokes are in the JSON");

@@ -72,4 +72,23 @@ void split_creases(TriangleMesh& mesh) {
   }
 }
 
+void smooth_normals(TriangleMesh& mesh, int passes) {
+  constexpr float kOtherSide = 0.82F;  // cosine
+  if (mesh.normals.size() != mesh.positions_m.size()) compute_normals(mesh);
+  std::vector<Vec3f> sums(mesh.normals.size());
+  for (int pass = 0; pass < passes; ++pass) {
+    sums = mesh.normals;
+    for (const auto& t : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t a = at(t.at(k)), b = at(t.at((k + 1) % 3));
+        // Either end of an inner edge meets it twice.
+        const float weight = max(dot(mesh.normals[a], mesh.normals[b]) - kOtherSide, 0.F) / (1 - kOtherSide);
+        sums[a] += 0.5F * weight * mesh.normals[b];
+        sums[b] += 0.5F * weight * mesh.normals[a];
+      }
+    }
+    for (std::size_t v = 0; v < sums.size(); ++v) mesh.normals[v] = normalized(sums[v], mesh.normals[v]);
+  }
+}
+
 }  // namespace tactus

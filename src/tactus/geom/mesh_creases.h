@@ -9,4 +9,8 @@ namespace tactus {
 /// lies at no crease keeps it. Needles, whose own normal is rounding, go with a neighbour.
 void split_creases(TriangleMesh& mesh);
 
+/// Averages the normals of neighbouring vertices so often. Those that differ by more than about 35 degrees
+/// don't meet, so edges stay; what a lattice that carries the surface leaves in its light goes.
+void smooth_normals(TriangleMesh& mesh, int passes);
+
 }  // namespace tactus

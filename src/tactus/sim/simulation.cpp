@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/sim/blade_mesh.h"
 
 namespace tactus {
 namespace {
@@ -441,6 +442,8 @@ FrameSnapshot Simulation::snapshot() {
     snapshot.bodies.push_back(body->surface(ctx));
   }
   snapshot.blades = tracked_blades_.meshes();
+  for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
+    snapshot.blades.push_back(std::move(blade));
   if (liquid_) snapshot.liquid_m = liquid_->positions_m();
   return snapshot;
 }

@@ -80,17 +80,22 @@ GlDepthMap::GlDepthMap(GLsizei side, bool compare)
   check_complete(framebuffer.get(), "a depth map of " + std::to_string(side) + " px");
 }
 
-GlHeightMap::GlHeightMap(GLsizei side) : framebuffer(create(glCreateFramebuffers)), side_px(side) {
+GlFloatMap::GlFloatMap(GLsizei side, GLenum format, GLint filter)
+    : framebuffer(create(glCreateFramebuffers)), side_px(side) {
   GLuint name = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &name);
   texture = GlTexture(name);
-  glTextureStorage2D(name, 1, GL_RG32F, side, side);
-  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  const bool has_levels = filter != GL_NEAREST && filter != GL_LINEAR;
+  GLsizei levels = 1;
+  while (has_levels && side >> levels > 0) ++levels;
+  glTextureStorage2D(name, levels, format, side, side);
+  const GLint border = has_levels ? GL_CLAMP_TO_BORDER : GL_CLAMP_TO_EDGE;
+  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
+  glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, filter == GL_NEAREST ? GL_NEAREST : GL_LINEAR);
+  glTextureParameteri(name, GL_TEXTURE_WRAP_S, border);
+  glTextureParameteri(name, GL_TEXTURE_WRAP_T, border);
   glNamedFramebufferTexture(framebuffer.get(), GL_COLOR_ATTACHMENT0, name, 0);
-  check_complete(framebuffer.get(), "a height map of " + std::to_string(side) + " px");
+  check_complete(framebuffer.get(), "a map of " + std::to_string(side) + " px");
 }
 
 GlPictureTarget::GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei samples)

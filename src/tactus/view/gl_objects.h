@@ -62,12 +62,14 @@ struct GlDepthMap {
   GlDepthMap(GLsizei side, bool compare);
 };
 
-/// Two heights a texel, drawn into and then sampled.
-struct GlHeightMap {
+/// A square map of floats that is drawn into and then sampled.
+struct GlFloatMap {
   GlTexture texture;
   GlFramebuffer framebuffer;
   GLsizei side_px = 0;
-  explicit GlHeightMap(GLsizei side);
+  /// @param format GL_R32F, GL_RG32F or GL_RGBA32F  @param filter GL_NEAREST, GL_LINEAR, or with mipmaps
+  /// Outside the map is 0 where there are mipmaps, else what is at its rim.
+  GlFloatMap(GLsizei side, GLenum format, GLint filter);
 };
 
 /// What the picture is drawn into, and the single-sampled copy that is read back.

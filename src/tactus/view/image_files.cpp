@@ -61,12 +61,22 @@ void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_p
               cv::LINE_AA);
 }
 
-void draw_line_of_text(ColorImage& image, const std::string& text, Index margin_px, float height_px) {
+Index text_width_px(const std::string& text, float height_px) {
   constexpr double kTried = 10;  // scale at which the line is measured
   const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, kTried, 1, nullptr);
-  const double room_px = std::max(image.width_px - 2 * margin_px, Index{1});
-  const auto widest_px = static_cast<float>(22 * kTried * room_px / std::max(size.width, 1));
-  draw_text(image, text, margin_px, image.height_px - margin_px, std::min(height_px, widest_px));
+  return static_cast<Index>(std::ceil(size.width * static_cast<double>(height_px) / (22 * kTried)));
+}
+
+void draw_text_within(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px,
+                      Index most_px, Rgb8 color) {
+  const auto wide_px = static_cast<float>(std::max<Index>(text_width_px(text, height_px), 1));
+  const float share = std::min(1.F, static_cast<float>(std::max<Index>(most_px, 1)) / wide_px);
+  draw_text(image, text, x_px, y_px, share * height_px, color);
+}
+
+void draw_line_of_text(ColorImage& image, const std::string& text, Index margin_px, float height_px) {
+  draw_text_within(image, text, margin_px, image.height_px - margin_px, height_px,
+                   image.width_px - 2 * margin_px, {255, 255, 255});
 }
 
 struct VideoWriter::Impl {

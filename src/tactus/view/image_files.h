@@ -22,6 +22,13 @@ void draw_line_of_text(ColorImage& image, const std::string& text, Index margin_
 void draw_text(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px = 16,
                Rgb8 color = {255, 255, 255});
 
+/// How wide draw_text makes it.
+Index text_width_px(const std::string& text, float height_px);
+
+/// The same, but lower where it would be wider than `most_px`.
+void draw_text_within(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px,
+                      Index most_px, Rgb8 color);
+
 /// An MP4 (H.264 where OpenCV's build has an encoder, else MPEG-4). Frames go to a temporary file.
 class VideoWriter {
  public:

@@ -44,11 +44,17 @@ inline Mat4 perspective(float fov_rad, float aspect, float near_m, float far_m) 
   return r;
 }
 
-/// Looks along -`toward` at a box of `half_m` around `center_m`; the image of the box is [-1, 1]^3.
-inline Mat4 orthographic(Vec3f center_m, Vec3f toward, Vec3f half_m) {
+/// Rows are right, up and -back of an image that is looked at along `toward`'s opposite.
+inline Mat3f looking_along(Vec3f toward) {
   const Vec3f back = normalized(toward, {0, 1, 0});
   const Vec3f right = normalized(cross(std::abs(back.y) > 0.95F ? Vec3f{0, 0, 1} : Vec3f{0, 1, 0}, back));
-  const Mat3f R{{(1 / half_m.x) * right, (1 / half_m.y) * cross(back, right), (-1 / half_m.z) * back}};
+  return {{right, cross(back, right), -back}};
+}
+
+/// Looks along -`toward` at a box of `half_m` around `center_m`; the image of the box is [-1, 1]^3.
+inline Mat4 orthographic(Vec3f center_m, Vec3f toward, Vec3f half_m) {
+  Mat3f R = looking_along(toward);
+  for (int i = 0; i < 3; ++i) R.row[i] = (1 / half_m[i]) * R.row[i];
   return to_mat4({R, -(R * center_m)});
 }
 

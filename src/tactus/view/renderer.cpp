@@ -8,19 +8,21 @@
 #include "tactus/base/log.h"
 #include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
+#include "tactus/view/gl_light.h"
 #include "tactus/view/gl_liquid.h"
 #include "tactus/view/gl_mesh.h"
 #include "tactus/view/gl_objects.h"
 #include "tactus/view/gl_photos.h"
 #include "tactus/view/gl_uniforms.h"
-#include "tactus/view/projection.h"
+#include "tactus/view/image_files.h"
+#include "tactus/view/picture_layout.h"
 #include "tactus/view/shaders.h"
 
 namespace tactus {
 namespace {
 
-constexpr GLsizei kSkyMapPx = 256;
-constexpr GLsizei kHeightMapPx = 96;
+/// A line on a surface is drawn as if it were nearer by this share.
+constexpr float kLineNearer = 2e-3F;
 
 float to_linear(float srgb) {
   return srgb <= 0.04045F ? srgb / 12.92F : std::pow((srgb + 0.055F) / 1.055F, 2.4F);
@@ -40,6 +42,11 @@ const RendererOptions& checked(const RendererOptions& o) {
   if (o.samples != 0 && o.samples != 1 && o.samples != 2 && o.samples != 4 && o.samples != 8)
     throw Error("renderer: samples is " + std::to_string(o.samples) + ", expected 0, 1, 2, 4 or 8");
   return o;
+}
+
+Rgb8 to_rgb8(Vec3f c) {
+  const auto byte = [](float x) { return static_cast<std::uint8_t>(clamp(255 * x + 0.5F, 0.F, 255.F)); };
+  return {byte(c.x), byte(c.y), byte(c.z)};
 }
 
 /// A line as the shader reads it.
@@ -77,77 +84,6 @@ struct LineSlot {
   }
 };
 
-/// Where everything is, and the matrices that follow from it.
-struct Layout {
-  Box3f box;  ///< of the meshes
-  Vec3f sun;
-  float radius_m, reach_m, ground_radius_m, near_m, sky_half_m;
-  Vec3f ground_center;
-  LiquidProjection eye;
-  Mat4 view_proj, sun_clip, sky_clip;
-};
-
-/// A box that holds the turned one.
-Box3f turned(const Box3f& box, const Mat3f& R) {
-  const Vec3f center = R * box.center(), half = 0.5F * box.extent();
-  Vec3f reach{};
-  for (int i = 0; i < 3; ++i)
-    reach[i] = std::abs(R(i, 0)) * half.x + std::abs(R(i, 1)) * half.y + std::abs(R(i, 2)) * half.z;
-  return {center - reach, center + reach};
-}
-
-/// Bounds of the meshes, else a small box around the camera's target.
-Box3f mesh_bounds(const ViewScene& scene, const ViewCamera& camera) {
-  bool any = false;
-  Box3f box;
-  for (const ViewMesh& view : scene.meshes) {
-    if (view.mesh.positions_m.empty() && !view.device) continue;
-    const Box3f b = turned(view.device ? view.device->box_m : bounds(view.mesh), view.R_world_mesh);
-    box = any ? Box3f{min(box.min, b.min), max(box.max, b.max)} : b;
-    any = true;
-  }
-  for (const ViewLiquid& liquid : scene.liquids) {
-    for (const Vec3f x : liquid.positions_m) {
-      if (!(dot(x, x) < 1e30F)) continue;  // nowhere
-      box = any ? Box3f{min(box.min, x), max(box.max, x)} : Box3f{x, x};
-      any = true;
-    }
-  }
-  if (any) return box;
-  const float r = 0.25F * camera.distance_m;
-  return {camera.target_m - Vec3f{r, r, r}, camera.target_m + Vec3f{r, r, r}};
-}
-
-Layout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
-  Layout l;
-  l.box = mesh_bounds(scene, camera);
-  l.sun = normalized(scene.sun, {0, 1, 0});
-  const Vec3f center = l.box.center(), eye = camera.eye_m();
-  l.radius_m = max(0.5F * length(l.box.extent()), 1e-4F);
-  const float across = max(l.box.extent().x, l.box.extent().z);
-  l.reach_m = 0.12F * max(across, l.radius_m);
-  l.ground_center = {center.x, scene.ground_height_m, center.z};
-  l.ground_radius_m = 3.F * max(l.radius_m, 0.6F * camera.distance_m);
-  float far_m = length(eye - center) + 2 * l.ground_radius_m;
-  for (const ViewLine& line : scene.lines)
-    far_m = max(far_m, 1.01F * max(length(line.from_m - eye), length(line.to_m - eye)));
-  l.near_m = 0.02F * camera.distance_m;
-  const Rigidf T_cam_world = camera.T_cam_world();
-  const float tangent_y = std::tan(0.5F * camera.fov_rad);
-  l.eye = {to_mat4(T_cam_world),
-           to_mat4(inverse(T_cam_world)),
-           perspective(camera.fov_rad, aspect, l.near_m, far_m),
-           l.near_m,
-           aspect * tangent_y,
-           tangent_y};
-  l.view_proj = l.eye.clip_eye * l.eye.eye_world;
-  const float r = 1.02F * l.radius_m;
-  l.sun_clip = orthographic(center, l.sun, {r, r, r});
-  l.sky_half_m = 0.5F * across + 2.5F * l.reach_m;  // the large disc's rim is clear of everything
-  l.sky_clip = orthographic(center, {0, 1, 0}, {l.sky_half_m, l.sky_half_m, r});
-  return l;
-}
-
 }  // namespace
 
 struct Renderer::Impl {
@@ -171,10 +107,7 @@ struct Renderer::Impl {
 
   struct Objects {
     explicit Objects(const RendererOptions& o)
-        : picture(o.width_px, o.height_px, o.samples),
-          sun_map(std::max(o.shadow_map_px, 64), true),
-          sky_map(kSkyMapPx, false),
-          height_map(kHeightMapPx) {
+        : picture(o.width_px, o.height_px, o.samples), light(o.shadow_map_px, o.ambient_occlusion) {
       GLuint name = 0;
       glCreateVertexArrays(1, &name);
       no_attributes = GlVertexArray(name);
@@ -183,13 +116,10 @@ struct Renderer::Impl {
     GlProgram ground{"ground", {shaders::kGroundVertex}, {shaders::kLight, shaders::kGroundFragment}};
     GlProgram background{
         "background", {shaders::kBackgroundVertex}, {shaders::kLight, shaders::kBackgroundFragment}};
-    GlProgram depth{"depth", {shaders::kSurfaceVertex}, {shaders::kDepthFragment}};
-    GlProgram height{"height", {shaders::kBackgroundVertex}, {shaders::kHeightFragment}};
     GlProgram line{"line", {shaders::kLineVertex}, {shaders::kLineFragment}};
     GlProgram wire{"wire", {shaders::kSurfaceVertex}, {shaders::kWireFragment}};
     GlPictureTarget picture;
-    GlDepthMap sun_map, sky_map;
-    GlHeightMap height_map;
+    GlLight light;
     GlVertexArray no_attributes;
     std::vector<GlMesh> meshes;
     std::unique_ptr<GlPhotoPrograms> photo_programs;  ///< made when the first photos come
@@ -198,7 +128,7 @@ struct Renderer::Impl {
     std::unique_ptr<GlLiquid> liquid;  ///< made when the first one comes
   };
 
-  void upload(const ViewScene& scene) {
+  void upload(const ViewScene& scene, Vec3f eye_m) {
     while (gl->meshes.size() < scene.meshes.size()) gl->meshes.emplace_back();
     gl->photos.resize(gl->meshes.size());
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
@@ -209,51 +139,23 @@ struct Renderer::Impl {
       gl->photos[i]->upload(scene.meshes[i]);
       gl->photos[i]->draw_maps(*gl->photo_programs, gl->meshes[i], gl->no_attributes);
     }
-    gl->lines.upload(scene.lines);
+    lines = scene.lines;
+    for (const ViewBox& box : scene.boxes) add_far_edges(lines, box, eye_m);
+    gl->lines.upload(lines);
   }
 
-  void draw_depth(const ViewScene& scene, const GlDepthMap& map, const Mat4& clip, float slope) {
-    glBindFramebuffer(GL_FRAMEBUFFER, map.framebuffer.get());
-    glViewport(0, 0, map.side_px, map.side_px);
-    glClear(GL_DEPTH_BUFFER_BIT);
-    glUseProgram(gl->depth.get());
-    set(gl->depth, "view_proj", clip);
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(slope, 2 * slope);
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) gl->meshes[i].draw(gl->depth);
-    glDisable(GL_POLYGON_OFFSET_FILL);
+  void draw_light(const ViewScene& scene, const PictureLayout& l) {
+    casters.clear();
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+      if (scene.meshes[i].casts_shadow) casters.push_back(&gl->meshes[i]);
+    gl->light.draw(casters, l);
   }
 
-  void blur_heights(const Layout& l) {
-    glBindFramebuffer(GL_FRAMEBUFFER, gl->height_map.framebuffer.get());
-    glViewport(0, 0, kHeightMapPx, kHeightMapPx);
-    glDisable(GL_DEPTH_TEST);
-    glBindTextureUnit(1, gl->sky_map.texture.get());
-    const float range_m = 2.04F * l.radius_m;  // of sky_clip
-    set(gl->height, "top_m", l.box.center().y + 0.5F * range_m);
-    set(gl->height, "depth_m", range_m);
-    set(gl->height, "disc_step", l.reach_m / (2 * l.sky_half_m));
-    set(gl->height, "height_map_px", static_cast<float>(kHeightMapPx));
-    glUseProgram(gl->height.get());
-    glBindVertexArray(gl->no_attributes.get());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    glEnable(GL_DEPTH_TEST);
-  }
-
-  void set_light(const GlProgram& program, const Layout& l, Vec3f eye) {
+  void set_light(const GlProgram& program, const PictureLayout& l, Vec3f eye) {
     set(program, "view_proj", l.view_proj);
     set(program, "eye", eye);
-    set(program, "sun", l.sun);
-    set(program, "sun_matrix", clip_to_texture() * l.sun_clip);
-    set(program, "sky_matrix", clip_to_texture() * l.sky_clip);
-    set(program, "reach_m", l.reach_m);
-    set(program, "shadows", options.shadow_map_px > 0);
-    set(program, "occlusion", options.ambient_occlusion);
-    set(program, "shadow_step", 0.008F);
-    const auto map_px = static_cast<float>(std::max(options.shadow_map_px, 64));
-    set(program, "shadow_bias_m", l.radius_m * (0.004F + 3 / map_px));
-    glProgramUniform2f(program.get(), program["picture_px"], static_cast<float>(options.width_px),
-                       static_cast<float>(options.height_px));
+    gl->light.tell(program, l);
+    set(program, "picture_px", static_cast<float>(options.width_px), static_cast<float>(options.height_px));
   }
 
   /// The program that draws a mesh, told all about it.
@@ -306,14 +208,13 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  void draw_picture(const ViewScene& scene, const ViewCamera& camera, const Layout& l) {
+  void draw_picture(const ViewScene& scene, const ViewCamera& camera, const PictureLayout& l) {
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
     glViewport(0, 0, options.width_px, options.height_px);
     const Vec3f plain = scene.background.value_or(Vec3f{});
     glClearColor(plain.x, plain.y, plain.z, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glBindTextureUnit(0, gl->sun_map.texture.get());
-    glBindTextureUnit(1, gl->height_map.texture.get());
+    gl->light.bind();
     for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
       set_light(*p, l, camera.eye_m());
     if (gl->photo_programs) set_light(gl->photo_programs->surface, l, camera.eye_m());
@@ -321,7 +222,7 @@ struct Renderer::Impl {
       if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], i);
     }
     glBindVertexArray(gl->no_attributes.get());
-    if (scene.ground && camera.eye_m().y > scene.ground_height_m) {
+    if (l.has_ground) {
       glUseProgram(gl->ground.get());
       set(gl->ground, "ground_center", l.ground_center);
       set(gl->ground, "ground_radius_m", l.ground_radius_m);
@@ -332,8 +233,9 @@ struct Renderer::Impl {
       glUseProgram(gl->background.get());
       glDrawArrays(GL_TRIANGLES, 0, 3);
     }
-    if (!scene.lines.empty()) {
+    if (!gl->lines.lines.empty()) {
       set(gl->line, "near_m", l.near_m);
+      set(gl->line, "nearer", kLineNearer * l.eye.clip_eye(2, 3));
       glUseProgram(gl->line.get());
       glEnable(GL_BLEND);
       gl->lines.draw();
@@ -345,13 +247,41 @@ struct Renderer::Impl {
     }
   }
 
-  void draw_liquid(const ViewLiquid& liquid, const ViewCamera& camera, const Layout& l) {
+  void draw_liquid(const ViewLiquid& liquid, const ViewCamera& camera, const PictureLayout& l) {
     if (liquid.positions_m.empty()) return;
     if (!gl->liquid) gl->liquid = std::make_unique<GlLiquid>(options.width_px, options.height_px);
     gl->liquid->draw_maps(liquid, l.eye, gl->picture.framebuffer.get());
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
     set_light(gl->liquid->surface(), l, camera.eye_m());
     gl->liquid->draw(liquid, l.eye);
+  }
+
+  /// Distance along the view of what the picture shows at a pixel, counted from above.
+  float depth_m_at(Index x, Index y) {
+    const Index row = options.height_px - 1 - y;
+    glBlitNamedFramebuffer(gl->picture.framebuffer.get(), gl->picture.resolved.get(), x, row, x + 1, row + 1,
+                           x, row, x + 1, row + 1, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, gl->picture.resolved.get());
+    float depth = 1;
+    glReadPixels(x, row, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
+    return clip_eye(2, 3) / (2 * depth - 1 + clip_eye(2, 2));
+  }
+
+  /// Labels whose place is seen.
+  void find_labels(const ViewScene& scene, const ViewCamera& camera, const PictureLayout& l) {
+    labels.clear();
+    const Rigidf T = camera.T_cam_world();
+    for (const ViewLabel& label : scene.labels) {
+      const Vec3f p = T * label.at_m;
+      if (!(-p.z > l.near_m)) continue;
+      const Vec3f ndc{p.x / (-p.z * l.eye.tangent_x), p.y / (-p.z * l.eye.tangent_y), 0};
+      const auto x = static_cast<Index>((0.5F + 0.5F * ndc.x) * static_cast<float>(options.width_px));
+      const auto y = static_cast<Index>((0.5F - 0.5F * ndc.y) * static_cast<float>(options.height_px));
+      if (!(std::abs(ndc.x) < 1 && std::abs(ndc.y) < 1)) continue;
+      if (depth_m_at(std::min(x, options.width_px - 1), std::min(y, options.height_px - 1)) < -0.99F * p.z)
+        continue;
+      labels.push_back({&label, x - text_width_px(label.text, label.height_px) / 2, y - 5});
+    }
   }
 
   std::vector<float> depths_m() {
@@ -392,6 +322,13 @@ struct Renderer::Impl {
   RendererOptions options;
   GlContext context;
   std::unique_ptr<Objects> gl;
+  struct SeenLabel {
+    const ViewLabel* label;
+    Index x_px, y_px;
+  };
+  std::vector<SeenLabel> labels;
+  std::vector<const GlMesh*> casters;
+  std::vector<ViewLine> lines;
   std::vector<std::uint8_t> rgba;
   bool smooth = false;  ///< edges, after drawing
   ColorImage jagged;
@@ -412,22 +349,21 @@ ColorImage Renderer::render(const ViewScene& scene, const ViewCamera& camera) {
 void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image) {
   for (const ViewMesh& view : scene.meshes) check_mesh(view);
   Impl& impl = *impl_;
-  const Layout layout = lay_out(
+  const PictureLayout layout = lay_out(
       scene, camera, static_cast<float>(impl.options.width_px) / static_cast<float>(impl.options.height_px));
   const GlContext::Current current(impl.context);
-  impl.upload(scene);
+  impl.upload(scene, camera.eye_m());
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  if (impl.options.shadow_map_px > 0) impl.draw_depth(scene, impl.gl->sun_map, layout.sun_clip, 1.5F);
-  if (impl.options.ambient_occlusion) {
-    impl.draw_depth(scene, impl.gl->sky_map, layout.sky_clip, 0);
-    impl.blur_heights(layout);
-  }
+  impl.draw_light(scene, layout);
   impl.draw_picture(scene, camera, layout);
   impl.clip_eye = layout.eye.clip_eye;
   impl.read_back(impl.smooth ? impl.jagged : image);
+  impl.find_labels(scene, camera, layout);
   if (impl.smooth) smooth_edges(impl.jagged, image);
+  for (const auto& [label, x_px, y_px] : impl.labels)
+    draw_text(image, label->text, x_px, y_px, label->height_px, to_rgb8(label->color));
 }
 
 std::vector<float> Renderer::depths_m() { return impl_->depths_m(); }

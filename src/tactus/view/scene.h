@@ -68,6 +68,7 @@ struct ViewMesh {
   std::optional<DeviceSurface> device{};  ///< instead of `mesh`; stays valid until the picture is drawn
   /// Turns the mesh, and the cameras of its photos with it: data sets have their own idea of up.
   Mat3f R_world_mesh = Mat3f::identity();
+  bool casts_shadow = true;  ///< false: for what only explains the picture, as drawn cameras
 };
 
 /// A liquid, drawn from its particles as one smooth surface that light goes through.
@@ -87,9 +88,26 @@ struct ViewLine {
   float width_px = 1.5F;
 };
 
+/// A box of which the edges are drawn, but not those that are nearer than all that is in it.
+struct ViewBox {
+  Box3f box_m;
+  Vec3f color{0.55F, 0.58F, 0.62F};  ///< sRGB
+  float width_px = 1.2F;
+};
+
+/// A few words beside a place; not where something hides that.
+struct ViewLabel {
+  Vec3f at_m;
+  std::string text;
+  Vec3f color{0.16F, 0.17F, 0.20F};  ///< sRGB
+  float height_px = 13;
+};
+
 struct ViewScene {
   std::vector<ViewMesh> meshes{};
   std::vector<ViewLine> lines{};
+  std::vector<ViewBox> boxes{};
+  std::vector<ViewLabel> labels{};
   std::vector<ViewLiquid> liquids{};
   bool ground = true;
   std::optional<Vec3f> background{};  ///< sRGB, plain; without: light grey that darkens towards the corners
@@ -98,9 +116,11 @@ struct ViewScene {
   Vec3f sun{-0.5F, 0.9F, 0.55F};      ///< direction towards the key light, world, any length
 };
 
-/// Adds the pyramid of a camera of the rig: the rays of the image's corners up to `depth_m`, and its rim.
-void add_frustum(ViewScene& scene, const Camera& camera, float depth_m, Vec3f color = {0.20F, 0.42F, 0.60F});
-/// Adds the twelve edges of a box (the workspace).
-void add_box(ViewScene& scene, const Box3f& box_m, Vec3f color = {0.55F, 0.58F, 0.62F});
+/// Adds a camera of the rig: its housing and lens, the pyramid of its image's corners up to `depth_m` with
+/// its rim, and its name.
+void add_camera(ViewScene& scene, const Camera& camera, float depth_m, Vec3f color = {0.20F, 0.42F, 0.60F});
+/// Adds those edges of a box that the eye sees behind what is in it: the ones of a side that faces away from
+/// what is outside, towards the eye. An edge between two sides that face the eye would cross the contents.
+void add_far_edges(std::vector<ViewLine>& lines, const ViewBox& box, Vec3f eye_m);
 
 }  // namespace tactus

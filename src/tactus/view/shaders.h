@@ -8,16 +8,17 @@ namespace tactus::shaders {
 
 inline constexpr const char* kVersion = "#version 450 core\n";
 
-/// Light shared by surfaces and ground. `sun_map` holds depths from the sun, `sky_map` heights seen from
-/// above, blurred: the first casts the shadow, the second tells how much of the sky neighbouring surfaces
-/// hide.
+/// Light of surfaces. `sun_map` holds depths from the sun, `sky_map` heights seen from above, blurred: the
+/// first casts the shadow, the second tells how much of the sky neighbouring surfaces hide.
 inline constexpr const char* kLight = R"(
 uniform vec3 eye;
 uniform vec3 sun;
 uniform mat4 sun_matrix;
 uniform mat4 sky_matrix;
 uniform float reach_m;
-uniform float shadow_step;
+uniform vec2 shadow_step;
+uniform vec3 sun_map_m;  // sides of its box
+uniform float floor_m;
 uniform float shadow_bias_m;
 uniform bool shadows;
 uniform bool occlusion;
@@ -36,11 +37,17 @@ const vec2 disc[9] = vec2[](vec2(0, 0), vec2(0.9, 0.35), vec2(-0.35, 0.9), vec2(
 
 float sun_visibility(vec3 p, vec3 n) {
   vec3 q = (sun_matrix * vec4(p + shadow_bias_m * n, 1)).xyz;
-  q.z = min(q.z, 0.9999);  // beyond the map: everything in it lies towards the sun
   bool inside = shadows && all(lessThan(abs(q.xy - 0.5), vec2(0.5)));
+  // Taps lie in the surface's own plane, so that it doesn't shade itself.
+  vec3 m = mat3(sun_matrix) * n * sun_map_m * sun_map_m;
+  vec2 slope = m.xy / max(-m.z, 0.1 * length(m));
   int taps = inside ? 9 : 0;
   float hidden = 0;
-  for (int i = 0; i < taps; ++i) hidden += 1.0 - textureLod(sun_map, vec3(q.xy + shadow_step * disc[i], q.z), 0.0);
+  for (int i = 0; i < taps; ++i) {
+    vec2 to = shadow_step * disc[i];
+    // Beyond the map, everything in it lies towards the sun.
+    hidden += 1.0 - textureLod(sun_map, vec3(q.xy + to, min(q.z + dot(slope, to), 0.9999)), 0.0);
+  }
   return 1.0 - hidden / 9.0;
 }
 
@@ -49,8 +56,9 @@ float sky_visibility(vec3 p) {
   bool inside = occlusion && all(lessThan(abs(q - 0.5), vec2(0.5)));
   vec2 hidden = vec2(0);
   for (int i = 0; i < (inside ? 1 : 0); ++i) {
-    vec2 above = textureLod(sky_map, q, 0.0).rg - p.y;
-    hidden = 1.0 - exp(-max(above, vec2(0)) / (1.5 * reach_m));
+    vec3 heights = textureLod(sky_map, q, 0.0).rgb - (p.y - floor_m);
+    float gap = max(heights.z, 0.0) / (2.0 * reach_m);  // what hangs high hides little
+    hidden = (1.0 - exp(-max(heights.xy, vec2(0)) / (1.5 * reach_m))) / (1.0 + gap * gap);
   }
   return (1.0 - 0.45 * hidden.x) * (1.0 - 0.45 * hidden.y);
 }
@@ -163,6 +171,8 @@ in vec3 p;
 uniform vec3 ground_center;
 uniform float ground_radius_m;
 uniform float tile_m;
+uniform vec2 lit_low, lit_size;
+layout(binding = 5) uniform sampler2D floor_light;
 layout(location = 0) out vec4 color;
 void main() {
   float away = length(p.xz - ground_center.xz) / ground_radius_m;
@@ -174,9 +184,10 @@ void main() {
   vec2 line = 1.0 - smoothstep(0.5 * width, 1.5 * width + 0.008, to_line);
   vec2 odd = step(0.5, fract(0.5 * tile));
   float pattern = 1.0 + fine * (0.035 * (abs(odd.x - odd.y) - 0.5) - 0.09 * max(line.x, line.y));
-  float lit = mix(1.0, sun_visibility(p, vec3(0, 1, 0)), there);
-  float open = mix(1.0, sky_visibility(p), there);
-  vec3 shade = vec3(0.30, 0.33, 0.38) * open + vec3(0.70, 0.67, 0.62) * lit * mix(open, 1.0, 0.7);
+  vec2 q = (p.xz - lit_low) / lit_size, border = min(q, 1.0 - q);
+  float known = there * smoothstep(0.0, 0.05, min(border.x, border.y));
+  vec2 light = mix(vec2(1), textureLod(floor_light, q, 0.0).rg, known);
+  vec3 shade = vec3(0.30, 0.33, 0.38) * light.y + vec3(0.70, 0.67, 0.62) * light.x * mix(light.y, 1.0, 0.7);
   color = vec4(encode(mix(background(), vec3(0.74, 0.735, 0.72) * pattern * shade, there)), 1);
 }
 )";
@@ -192,28 +203,6 @@ layout(location = 0) out vec4 color;
 void main() { color = vec4(encode(background()), 1); }
 )";
 
-/// Heights [m] of the topmost surface, averaged over a small and a large disc: what hides the sky nearby.
-inline constexpr const char* kHeightFragment = R"(
-uniform float top_m;
-uniform float depth_m;
-uniform float disc_step;
-uniform float height_map_px;
-layout(binding = 1) uniform sampler2D depth_map;
-layout(location = 0) out vec4 color;
-void main() {
-  vec2 q = gl_FragCoord.xy / height_map_px;
-  vec2 sum = vec2(0);
-  for (int i = 0; i < 24; ++i) {  // Vogel's spiral
-    float angle = 2.39996 * float(i), r = disc_step * sqrt((float(i) + 0.5) / 24.0);
-    vec2 to = r * vec2(cos(angle), sin(angle));
-    sum += vec2(textureLod(depth_map, q + to, 0.0).r, textureLod(depth_map, q + 2.5 * to, 0.0).r);
-  }
-  color = vec4(top_m - depth_m * sum / 24.0, 0, 0);
-}
-)";
-
-inline constexpr const char* kDepthFragment = "void main() {}\n";
-
 /// One instance a line: a quad along it, so that width does not depend on the driver.
 inline constexpr const char* kLineVertex = R"(
 layout(location = 0) in vec3 from;
@@ -222,6 +211,7 @@ layout(location = 2) in vec4 color_width;
 uniform mat4 view_proj;
 uniform vec2 picture_px;
 uniform float near_m;
+uniform float nearer;  // added to z of the clip space: lines on a surface are drawn whole
 out vec3 line_color;
 void main() {
   vec4 a = view_proj * vec4(from, 1), b = view_proj * vec4(to, 1);
@@ -232,7 +222,7 @@ void main() {
   vec2 across = length(along) > 1e-6 ? normalize(vec2(-along.y, along.x)) : vec2(1, 0);
   vec4 end = (gl_VertexID & 1) == 0 ? a : b;
   float side = (gl_VertexID >> 1) == 0 ? -1.0 : 1.0;
-  gl_Position = end + vec4(side * color_width.w * across / picture_px * end.w, 0, 0);
+  gl_Position = end + vec4(side * color_width.w * across / picture_px * end.w, nearer, 0);
   line_color = color_width.rgb;
 }
 )";
