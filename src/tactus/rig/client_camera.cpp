@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/rig/background_film.h"
 #include "tactus/rig/camera_file.h"
 #include "tactus/rig/numbered_files.h"
@@ -47,7 +48,11 @@ class PlayedCamera final : public ClientCamera {
     Image<std::uint8_t> scratch;
     for (const int n : played_numbers(masks, file)) {
       CameraImages images;
-      const auto bytes = read_mask(masks.file(n), calibrated.camera.width_px, calibrated.camera.height_px);
+      std::string labels;
+      const auto bytes =
+          read_mask(masks.file(n), calibrated.camera.width_px, calibrated.camera.height_px, &labels);
+      if (!labels.empty() && frames_.empty())
+        log_warning("camera '" + file.rig.cameras[camera].name + "': " + labels);
       undistort.mask(bytes.pixels.data(), scratch, images.mask);
       if (has_photo)
         add_photo(NumberedFiles(file.photos[camera]).file(n), undistort, options.photo_quality, coder,

@@ -43,6 +43,8 @@ class MaskSource final : public FrameSource {
     tick_ = window_.first;
     fps_ = options.fps.value_or(file_.frames_per_s.value_or(30));
     bytes_.resize(masks_.size());
+    labels_.resize(masks_.size());
+    labels_told_.resize(masks_.size());
     if (sequence_) return;
     // The one frame is the whole recording: what is wrong with it is told before any work.
     for (std::size_t i = 0; i < masks_.size(); ++i)
@@ -66,7 +68,12 @@ class MaskSource final : public FrameSource {
       try {
         if (sequence_) bytes_[i] = read(i);
         const auto& pixels = bytes_[i].pixels;
-        notes_.odd(i, odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels)));
+        const std::string odd =
+            odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels));
+        // Labels are told once: all of a film's masks have them.
+        const bool tells = odd.empty() && !labels_[i].empty() && !labels_told_[i];
+        if (tells) labels_told_[i] = true;
+        notes_.odd(i, tells ? labels_[i] : odd);
         undistort_[i].mask(pixels.data(), scratch_, frame.silhouettes[i]);
         if (!photos_.empty()) read_color(i, frame.colors[i]);
       } catch (const Error& e) {
@@ -80,9 +87,10 @@ class MaskSource final : public FrameSource {
   std::string status() const override { return status_; }
 
  private:
-  Image<std::uint8_t> read(std::size_t i) const {
+  Image<std::uint8_t> read(std::size_t i) {
     const Camera& c = file_.calibrated[i].camera;
-    return read_mask(masks_[i].file(tick_), c.width_px, c.height_px);
+    labels_[i].clear();
+    return read_mask(masks_[i].file(tick_), c.width_px, c.height_px, &labels_[i]);
   }
 
   /// Photos come as cameras deliver them, blue first.
@@ -104,6 +112,8 @@ class MaskSource final : public FrameSource {
   std::vector<Undistortion> undistort_;
   std::vector<Image<std::uint8_t>> bytes_;  ///< of the newest frame
   Image<std::uint8_t> scratch_;
+  std::vector<std::string> labels_;  ///< what a mask of labels is taken as, else ""
+  std::vector<bool> labels_told_;
   bool sequence_ = false;
   FrameWindow window_;
   int tick_ = 0;
