@@ -237,6 +237,29 @@ TEST(Figures, HandPressesDownToTheNamedHeight) {
   EXPECT_GT(down.y, -0.4F);
 }
 
+/// docs/scene.md says so of boxes and of `scale`. Boxes of 24 moments hold the figure.
+TEST_P(EveryFigure, StaysInTheBoxThatItsScaleNames) {
+  const Figure whole = make_figure(GetParam(), {.moving = true});
+  const Box3f box = whole.bounds_m(), way = figure_way_m(GetParam());
+  for (const float s : {0.1F, 0.25F, 0.5F, 0.8F}) {
+    const Figure figure = make_figure(GetParam(), {.moving = true, .scale = s});
+    const Vec3f low = s * box.min + (1 - s) * way.min, high = s * box.max + (1 - s) * way.max;
+    for (int i = 0; i < 24; ++i) {
+      const Box3f now = figure.at(figure.period_s() * i / 24).bounds_m();
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_GE(now.min[axis], low[axis] - 1e-4F) << s << " " << axis;
+        EXPECT_LE(now.max[axis], high[axis] + 1e-4F) << s << " " << axis;
+      }
+    }
+  }
+  // Still figures scale about (0, 0.5, 0); bounds are sums of coordinates and radii, all of them scaled.
+  const Box3f still = make_figure(GetParam()).bounds_m(),
+              quarter = make_figure(GetParam(), {.scale = 0.25F}).bounds_m();
+  const Vec3f middle{0, 0.5F, 0};
+  EXPECT_LT(length(quarter.min - (middle + 0.25F * (still.min - middle))), 1e-5F);
+  EXPECT_LT(length(quarter.max - (middle + 0.25F * (still.max - middle))), 1e-5F);
+}
+
 TEST(Figures, RefuseBadRequests) {
   const auto message = [](const std::string& name, const FigureOptions& options) -> std::string {
     return message_of([&] { make_figure(name, options); }, ErrorKind::usage);

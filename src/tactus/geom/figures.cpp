@@ -162,14 +162,18 @@ Figure make_figure(const std::string& name, const FigureOptions& options) {
   const std::span<const std::string> names = figure_names();
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) throw usage_error("unknown figure '" + name + "'" + suggestion(name, names));
-  if (!(options.scale > 0 && options.scale <= 10)) {
+  if (!(options.scale > 0 && options.scale <= kMostFigureScale)) {
     throw usage_error("figure '" + name + "': scale " + std::to_string(options.scale) +
-                      ", expected above 0 and at most 10");
+                      ", expected above 0 and at most " + number_text(static_cast<double>(kMostFigureScale)));
   }
   const Vec3f o = options.offset_m;
   if (!std::isfinite(o.x) || !std::isfinite(o.y) || !std::isfinite(o.z))
     throw usage_error("figure '" + name + "': the offset is not finite");
   return {name, options.moving, kBuilders[static_cast<std::size_t>(found - names.begin())](options)};
+}
+
+Box3f figure_way_m(const std::string& name) {
+  return make_figure(name, {.moving = true, .scale = 1e-4F}).bounds_m();
 }
 
 namespace {

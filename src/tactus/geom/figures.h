@@ -91,10 +91,12 @@ class FigureShape {
   std::vector<Rigidf> T_world_bone_;
 };
 
+inline constexpr float kMostFigureScale = 10;
+
 struct FigureOptions {
   bool moving = false;
   /// Size over that of the benchmarks, where `hand` (0.9 m) and `rabbit` (0.78 m) fill a 1 m cube.
-  /// A life-size hand is 1 / 3.5. Motion keeps its speed.
+  /// A life-size hand is 1 / 3.5. Motion keeps its way and speed.
   float scale = 1;
   /// Shift in the world. Without: still figures are centred in the cube of 1 m (x, z in [-0.5, 0.5], y in
   /// [0, 1]); the moving hand's lowest point over time is at y = 0.2 m.
@@ -158,6 +160,11 @@ class Figure {
   FigureParts parts_;
   Box3f bounds_m_;
 };
+
+/// Where the origin of a moving figure goes: the limit of its box as its scale goes to 0. At a scale s <= 1,
+/// each of its points is at s (x(t) - w(t)) + w(t), whose largest coordinate over time is convex in s. So the
+/// figure stays within s times its box plus 1 - s times this one.
+Box3f figure_way_m(const std::string& name);
 
 /// hand, rabbit, scalpel, sphere, bowl, liver.
 std::span<const std::string> figure_names();

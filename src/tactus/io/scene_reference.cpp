@@ -123,9 +123,11 @@ void write_synthetic_rig(std::ostream& out) {
       << options.width_px << "x" << options.height_px << " pixels,\nin a ring of "
       << number_text(options.ring_radius_m) << " m around the middle of the workspace, at heights of "
       << number_text(options.low_m) << " and " << number_text(options.high_m)
-      << " m in turn. Figures stand in the\nworkspace; `scale` works about the point (0, 0.5, 0), and "
-         "`offset_m` moves what it gives. Boxes that hold them at\n`scale: 1` [m], over a whole movement "
-         "where they move:\n\n"
+      << " m in turn. Figures stand in the\nworkspace; `scale` sizes them about the point (0, 0.5, 0), and "
+         "`offset_m` moves what it gives. A figure that moves\ngoes its way at any scale: at `scale: s` up "
+         "to "
+         "1 it stays within s times its box plus 1 - s times the box of its\nway. Boxes that hold figures at "
+         "`scale: 1` [m], over a whole movement where they move:\n\n"
          "| | x | y | z |\n|---|---|---|---|\n| workspace | "
       << box_text(rig.workspace_m) << " |\n";
   for (const std::string& name : figure_names()) {
@@ -134,6 +136,7 @@ void write_synthetic_rig(std::ostream& out) {
       if (moving != figure.moving()) continue;
       out << "| `" << name << "`" << (moving ? ", moving" : "") << " | " << box_text(figure.bounds_m())
           << " |\n";
+      if (moving) out << "| its way | " << box_text(figure_way_m(name)) << " |\n";
     }
   }
 }

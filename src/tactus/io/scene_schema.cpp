@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/figures.h"
 #include "tactus/io/region_schema.h"
 #include "tactus/sim/blade.h"
 
@@ -25,7 +26,8 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
                  "the recording's own; 30 for `synthetic`");
   v.boolean({"moving", "whether the synthetic figure moves"}, s.moving);
-  v.real({"scale", "size of the synthetic figure over its natural size"}, s.scale, positive("", 100));
+  v.real({"scale", "size of the synthetic figure over its natural size"}, s.scale,
+         positive("", static_cast<double>(kMostFigureScale)));
   v.vector({"offset_m", "shift of the synthetic figure"}, s.offset_m, kPosition);
   v.integer({"depth_cameras", "time-of-flight cameras around the synthetic figure"}, s.depth_cameras,
             {"", 0, 32});

@@ -84,7 +84,8 @@ float least_label(const cv::Mat& value, float brightest, double white, const std
   std::string names;
   for (const float v : labels)
     names += (names.empty() ? "" : v == labels.back() ? " and " : ", ") + number_text(static_cast<double>(v));
-  if (notice != nullptr) *notice = "the mask has values " + names + white_is + ": all but 0 is taken as foreground";
+  if (notice != nullptr)
+    *notice = "the mask has values " + names + white_is + ": all but 0 is taken as foreground";
   return labels[1];
 }
 
