@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -374,6 +375,34 @@ TEST_F(BadFrames, CutPicturesOfEveryKindAreRefused) {
     EXPECT_TRUE(has(cut.message, "cut short") || has(cut.message, "not an image that can be read"))
         << cut.message;
   }
+}
+
+/// masks_of_0_and_1: as segmentation programs write them, in 8 and 16 bits.
+TEST_F(BadFrames, MasksOfLabelsAreForeground) {
+  const auto set = [&](const cv::Mat& mask, std::string& notice) {
+    EXPECT_TRUE(test::write_image(path("labels.png"), mask));
+    const Image<std::uint8_t> read = read_mask(path("labels.png"), mask.cols, mask.rows, &notice);
+    return std::count(read.pixels.begin(), read.pixels.end(), 255);
+  };
+  for (const int type : {CV_8U, CV_16U}) {
+    for (const int label : {1, 38}) {
+      cv::Mat mask(10, 20, type, cv::Scalar(0));
+      mask(cv::Rect(2, 2, 5, 5)).setTo(label);
+      std::string notice;
+      EXPECT_EQ(set(mask, notice), 25);
+      EXPECT_EQ(notice, "the mask has values 0 and " + std::to_string(label) + "; white is " +
+                            (type == CV_8U ? "255" : "65535") + ": all but 0 is taken as foreground");
+      // Beside white, dark grey is the edge of something white.
+      mask(cv::Rect(9, 2, 2, 2)).setTo(type == CV_8U ? 255 : 65535);
+      EXPECT_EQ(set(mask, notice = ""), 4);
+      EXPECT_EQ(notice, "");
+    }
+  }
+  cv::Mat noise(10, 20, CV_8U);
+  cv::randu(noise, 0, 100);
+  std::string notice;
+  const Refusal refused = refusal([&] { set(noise, notice); });
+  EXPECT_TRUE(has(refused.message, "tell no foreground from background; white is 255")) << refused.message;
 }
 
 }  // namespace
