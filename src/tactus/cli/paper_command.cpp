@@ -225,7 +225,8 @@ void draw_scale(ColorImage& image, float most_m) {
     for (Index y = y1 + 2; y < y1 + 10; ++y) image(x, y) = image(x - 1, y) = kInk;
     const std::string text = number_text(std::round(1e4F * most_m * static_cast<float>(tick) / 2) / 10) +
                              (tick == 2 ? "+ mm" : "");
-    draw_text(image, text, x - text_width_px(text, kTextPx) / 2, y1 + 38, kTextPx, kInk);
+    const Index wide = text_width_px(text, kTextPx);
+    draw_text(image, text, std::min(x - wide / 2, image.width_px - wide - 8), y1 + 38, kTextPx, kInk);
   }
 }
 

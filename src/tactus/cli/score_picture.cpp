@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "tactus/base/safe_file.h"
+#include "tactus/geom/mesh_creases.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
 
@@ -98,7 +99,7 @@ ColorImage draw_body(const SoftBody& body, Vec3f color, const Strokes& strokes,
   material.color = 0.45F * color + 0.55F * Vec3f{0.93F, 0.90F, 0.87F};
   material.roughness = 0.6F;
   TriangleMesh mesh = body.shape().surface_m;
-  compute_normals(mesh);
+  split_creases(mesh);
   scene.meshes.push_back({.name = body.name(), .mesh = std::move(mesh), .material = material});
   // Towards the eye, a point stays where it is in the picture.
   const Vec3f eye_m = camera.eye_m();
