@@ -65,7 +65,8 @@ TEST(LabelFile, Errors) {
             "can't read 'none.inr.gz': No such file or directory");
   EXPECT_EQ(message_of([] { read_label_volume("."); }), "can't read '.': Is a directory");
   EXPECT_EQ(label_error("a.inr", "P5 2 2"),
-            "FILE: not an INRIMAGE-4 volume, expected '#INRIMAGE-4#{' at its start");
+            "FILE: no label volume, expected NIfTI (.nii, .nii.gz), NRRD (.nrrd), MetaImage (.mha, .mhd) or "
+            "INRIMAGE-4 (.inr, .inr.gz)");
   EXPECT_EQ(label_error("a.inr", std::string("#INRIMAGE-4#{") + std::string(300, '\n')),
             "FILE: the header has no end ('##}')");
   EXPECT_EQ(label_error("a.inr", with("XDIM=2\n", "")), "FILE: the header lacks XDIM");

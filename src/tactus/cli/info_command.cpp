@@ -5,6 +5,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
+#include "tactus/cli/info_file.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
 #include "tactus/io/body_assets.h"
@@ -78,15 +79,30 @@ void print_frame(const std::string& scene_path) {
 }  // namespace
 
 void add_info_command(CLI::App& app) {
+  auto file_path = std::make_shared<std::string>();
+  auto unit_m = std::make_shared<double>(1);
   auto json_path = std::make_shared<std::string>();
   auto scene_path = std::make_shared<std::string>();
-  CLI::App* command =
-      app.add_subcommand("info", "What this machine offers: devices, memory, peers, versions");
+  CLI::App* command = app.add_subcommand(
+      "info",
+      "What this machine offers: devices, memory, peers, versions; or what a mesh or label volume holds");
+  command->add_option("file", *file_path,
+                      "a mesh or label volume: bounds, volume, open edges, pieces, labels");
+  command->add_option("--unit-m", *unit_m, "metres per unit of length in the mesh file (0.001: millimetres)")
+      ->check(CLI::Range(1e-9, 1000.0));
   add_output(*command, "--json", *json_path, "the same as JSON (-: standard output)");
   command->add_option("--frame", *scene_path,
                       "the frame of a scene: its stages in order, what they read and write");
-  command->footer("Examples:\n  tactus info --json info.json\n  tactus info --frame scenes/demo.yaml");
-  command->callback([json_path, scene_path] {
+  command->footer(
+      "Examples:\n  tactus info --json info.json\n  tactus info --frame scenes/demo.yaml\n  tactus info "
+      "liver.nii.gz\n  tactus info scan.stl --unit-m 0.001");
+  command->callback([json_path, scene_path, file_path, unit_m] {
+    if (!file_path->empty()) {
+      if (!json_path->empty()) output_is_writable(*json_path);
+      const nlohmann::json json = print_file_info(*file_path, *unit_m);
+      if (!json_path->empty()) write_json_file(*json_path, json);
+      return;
+    }
     if (scene_path->empty()) return info(*json_path);
     print_frame(*scene_path);
   });

@@ -20,10 +20,8 @@ std::string extension_of(const std::string& path) {
 }
 
 void check_extension(const std::string& path) {
-  const std::string extension = extension_of(path);
-  static const std::vector<std::string> known = {".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
-  if (std::find(known.begin(), known.end(), extension) != known.end()) return;
-  throw usage_error("can't read '" + path + "': unknown extension '" + extension +
+  if (is_mesh_path(path)) return;
+  throw usage_error("can't read '" + path + "': unknown extension '" + extension_of(path) +
                     "', expected .ply, .obj, .stl, .off, .gltf or .glb");
 }
 
@@ -67,6 +65,11 @@ void append(std::string& bytes, const T& value) {
 }
 
 }  // namespace
+
+bool is_mesh_path(const std::string& path) {
+  static const std::vector<std::string> known = {".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+  return std::find(known.begin(), known.end(), extension_of(path)) != known.end();
+}
 
 ImportedMesh import_mesh(const std::string& path, double unit_m) {
   check_extension(path);

@@ -16,6 +16,8 @@ struct ImportedMesh {
       origin_m;  ///< the mesh's zero in the file's coordinates: 0, or the middle of what lies far from there
 };
 
+/// Whether the extension is one of those that import_mesh reads.
+bool is_mesh_path(const std::string& path);
 /// Reads a mesh by its extension: .ply (ASCII, binary), .obj, .stl (ASCII, binary), .off (ASCII, binary),
 /// .gltf, .glb. Concave polygons are clipped ear by ear. Vertices nearer than 1e-6 of the mesh's size become
 /// one. What lies more than 100 m and ten times its size from the origin of its file is moved there. glTF:

@@ -74,7 +74,11 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
   v.vector({"size_m", "edges of the box, centred on the body's origin"}, s.size_m, positive("m", 100));
   v.real({"radius_m", "radius of the sphere, centred on the body's origin"}, s.radius_m, positive("m", 100));
   v.word({"figure", "name of a built-in figure"}, s.figure, kFigures);
-  v.path({"path", "closed mesh (.ply .obj .stl .off .gltf .glb) or label volume (.inr .inr.gz)"}, s.path);
+  v.path({"path",
+          "closed mesh (.ply .obj .stl .off .gltf .glb) or label volume (.nii .nii.gz .nrrd .nhdr .mha .mhd "
+          ".inr .inr.gz; "
+          "its coordinates are the scanner's: x right, y front, z head)"},
+         s.path);
   v.real({"unit_m", "metres per unit of length in the mesh file (0.001: millimetres)"}, s.unit_m,
          positive("m", 1000));
   v.choice(

@@ -142,7 +142,9 @@ TriangleMesh surface_of_labels(const LabelVolume& volume, const std::set<std::ui
   };
   const Vec3f size{v.x * static_cast<float>(n.x), v.y * static_cast<float>(n.y),
                    v.z * static_cast<float>(n.z)};
-  return surface_nets(field, {volume.origin_m, volume.origin_m + size}, spacing_m);
+  TriangleMesh mesh = surface_nets(field, {volume.origin_m, volume.origin_m + size}, spacing_m);
+  for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(volume.R_body_volume * vec_cast<double>(p));
+  return mesh;
 }
 
 }  // namespace tactus
