@@ -15,7 +15,8 @@ namespace tactus {
 /// @throws Error for a spacing that is not positive, an empty solid, or a grid beyond 2^31 points.
 TriangleMesh surface_nets(const std::function<float(Vec3f)>& distance_m, const Box3f& box_m, float spacing_m);
 
-/// The boundary of the labelled voxels, in the body's coordinates: surface nets of their smoothed indicator, sampled at `spacing_m`.
+/// The boundary of the labelled voxels, in the body's coordinates: surface nets of their smoothed indicator,
+/// sampled at `spacing_m`.
 TriangleMesh surface_of_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
                                float spacing_m);
 
