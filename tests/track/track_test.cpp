@@ -344,7 +344,10 @@ TEST(BladeTracker, TwoToolsAreTwo) {
   std::mt19937 random(12);
   Rigidd a = some_pose(random), b = some_pose(random);
   b.t = a.t + Vec3d{0.02, 0.15, 0.1};
-  BladeTracker first(model, room.believed, {0, 0.5, 0}), second(model, room.believed, {0, 0.5, 0});
+  BladeTrackerSettings settings;
+  settings.equal_tools = 2;
+  BladeTracker first(model, room.believed, {0, 0.5, 0}, settings),
+      second(model, room.believed, {0, 0.5, 0}, settings);
   const auto masks = room.see({at_pose(model.mesh, a), at_pose(model.mesh, b)});
   for (int k = 0; k < 6; ++k) {
     const double dt_s = k > 0 ? kFrame_s : 0;

@@ -224,6 +224,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     if (!options.json_path.empty()) {
       summary.probe_strains.push_back(simulation.probe_strains());
       summary.monitors.push_back(simulation.monitors());
+      summary.blades.push_back(simulation.tracked_blades().now());
       summary.motion_forces_N.push_back(simulation.motion_forces_N());
       summary.motion_torques_N_m.push_back(simulation.motion_torques_N_m());
     }

@@ -105,6 +105,40 @@ nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& l
   return json;
 }
 
+/// What is known of tracked blades, frame by frame.
+nlohmann::json blades_json(const RunSummary& summary, const Scene& scene) {
+  nlohmann::json json = nlohmann::json::array();
+  std::size_t tracked = 0;
+  for (const BladeDescription& blade : scene.blades) {
+    if (!blade.tracked) continue;
+    nlohmann::json frames = nlohmann::json::array();
+    for (const std::vector<TrackedBlade>& frame : summary.blades) {
+      const TrackedBlade& now = frame.at(tracked);
+      nlohmann::json one{{"state", blade_state_name(now.state)}};
+      if (now.state != BladeState::absent) {
+        one["misfit_px"] = now.misfit_px;
+        one["edge_covered"] = now.edge_covered;
+        one["residual_px"] = now.residual_px;
+      }
+      if (now.state > BladeState::ambiguous) {
+        const Rigidd& T = now.T_world_model;
+        one["position_m"] = {T.t.x, T.t.y, T.t.z};
+        for (int i = 0; i < 3; ++i) one["rotation"].push_back({T.R(i, 0), T.R(i, 1), T.R(i, 2)});
+        one["two_sigma_m"] = now.two_sigma_m;
+        for (int i = 0; i < 6; ++i) {
+          nlohmann::json row = nlohmann::json::array();
+          for (int k = 0; k < 6; ++k) row.push_back(now.covariance(i, k));
+          one["covariance"].push_back(row);
+        }
+      }
+      frames.push_back(std::move(one));
+    }
+    json.push_back({{"name", blade.name}, {"poses", std::move(frames)}});
+    ++tracked;
+  }
+  return json;
+}
+
 /// The score of a stroke.
 nlohmann::json stroke_json(const StrokeResult& stroke) {
   const CutScore& c = stroke.score;
@@ -200,6 +234,8 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = summary.statuses;
   json["contacts"] = contacts_json(summary.contacts);
+  if (!summary.blades.empty() && !summary.blades.front().empty())
+    json["blades"] = blades_json(summary, scene);
   if (scene.fluid) json["liquid"] = liquid_json(summary, *scene.fluid);
   json["recordings"] = simulation.recordings();
   json["notices"] = nlohmann::json::array();

@@ -20,6 +20,7 @@ struct RunSummary {
   std::vector<LiquidReport> liquid;                                 ///< per frame
   std::vector<std::vector<LiquidReaction>> liquid_forces;           ///< per frame
   std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
+  std::vector<std::vector<TrackedBlade>> blades;                    ///< per frame, those that are tracked
   std::vector<Notice> notices;                                      ///< each once, at most 1000
   std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
   std::vector<std::vector<CubeStrain>> probe_strains;               ///< likewise

@@ -40,9 +40,10 @@ std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> mask
 }
 
 std::vector<Notice> Simulation::last_notices() {
+  std::vector<Notice> notices = tracked_blades_.last_notices();
   const std::vector<HullFinding> found = hull_check_.last_news();
-  if (found.empty()) return {};
-  return {{"hull.check", Severity::warning, findings_text(found), ""}};
+  if (!found.empty()) notices.push_back({"hull.check", Severity::warning, findings_text(found), ""});
+  return notices;
 }
 
 std::vector<Saving> Simulation::savings() const {

@@ -27,6 +27,14 @@ double two_sigma_m(const BladeDescription& blade, const Scene& scene) {
   return spacing_m / 4;
 }
 
+/// How many tracked blades of the scene have this one's shape.
+int equal_tools(const BladeDescription& blade, const Scene& scene) {
+  return static_cast<int>(std::count_if(scene.blades.begin(), scene.blades.end(), [&](const auto& other) {
+    return other.tracked && other.tracked->model == blade.tracked->model &&
+           other.tracked->path == blade.tracked->path;
+  }));
+}
+
 /// Of the places of markers' corners, 1 sigma along each axis: edges of a square meet there, each found to
 /// half a pixel over many of them; the rest is rounding and blur.
 constexpr double kCorner_px = 0.5;
@@ -36,6 +44,15 @@ std::array<Vec3d, 4> corners_m(const BladeMarkerDescription& m, double unit_m) {
   const Vec3d right = (0.5 * m.size * unit_m) * normalized(m.right),
               down = (0.5 * m.size * unit_m) * normalized(m.down), middle_m = unit_m * m.at;
   return {middle_m - right - down, middle_m + right - down, middle_m + right + down, middle_m - right + down};
+}
+
+/// Contours of a right tool are off by chance, and not at the same places of it.
+std::string misfit_text(const TrackedBlade& now) {
+  if (now.edge_covered > 0.5)
+    return "masks go on beyond " + number_text(std::round(100 * now.edge_covered)) +
+           " % of its outline at the edge";
+  return "its outline is off by " + number_text(std::round(now.misfit_px * 100) / 100) +
+         " px in all views alike";
 }
 
 std::string mm(double m) { return number_text(std::round(m * 1e4) / 10) + " mm"; }
@@ -54,6 +71,7 @@ TrackedBlades::TrackedBlades(const Scene& scene, const BodyAssets& assets, const
     own.touches = blade.tracked->touches;
     BladeTrackerSettings settings;
     settings.two_sigma_m = own.two_sigma_m;
+    settings.equal_tools = equal_tools(blade, scene);
     own.tracker = std::make_unique<BladeTracker>(model_of(blade, assets), rig.cameras,
                                                  vec_cast<double>(rig.workspace_m.center()), settings);
     for (const BladeMarkerDescription& m : blade.tracked->markers)
@@ -170,6 +188,7 @@ void TrackedBlades::sweep(Blade& blade) {
 
 void TrackedBlades::tell(Blade& blade, std::vector<Notice>& notices) const {
   const TrackedBlade& now = blade.tracker->now();
+  blade.was_known |= now.state == BladeState::known;
   if (now.state == blade.told) return;
   const bool was_known = blade.told == BladeState::known;
   blade.told = now.state;
@@ -179,12 +198,44 @@ void TrackedBlades::tell(Blade& blade, std::vector<Notice>& notices) const {
                        who + "does not cut: its edge is known to " + mm(now.two_sigma_m) + " (2 sigma), " +
                            mm(blade.two_sigma_m) + " are asked for",
                        "more or finer cameras, a better calibration, or a larger 'two_sigma_m'"});
+  else if (now.state == BladeState::misfit)
+    notices.push_back({"blade.misfit", Severity::warning,
+                       who + "does not cut: the tool seen there is not the one modelled, " + misfit_text(now),
+                       "check 'path' and 'unit_m' of its model, or the masks"});
+  else if (now.state == BladeState::twins)
+    notices.push_back({"blade.twins", Severity::warning,
+                       who + "does not cut: more tools of its shape are seen than the scene has",
+                       "take the others out of sight, give them blades of their own, or put markers on it"});
   else if (now.state == BladeState::jumped)
     notices.push_back({"blade.jumped", Severity::warning,
                        who + "does not cut: its edge jumped faster than 5 m/s",
                        "check the masks and their times"});
   else if (now.state == BladeState::absent && was_known)
     notices.push_back({"blade.lost", Severity::info, who + "is out of sight", ""});
+}
+
+std::vector<Notice> TrackedBlades::last_notices() const {
+  std::vector<Notice> notices;
+  for (const Blade& blade : blades_) {
+    if (blade.was_known || blade.told == BladeState::misfit || blade.told == BladeState::twins) continue;
+    if (blade.tracker->unexplained_frames() > 0)
+      notices.push_back({"blade.not_found", Severity::warning,
+                         "blade '" + blade.name +
+                             "' was never known and cut nothing: the masks show something thin, but not the "
+                             "tool modelled",
+                         "check 'path' and 'unit_m' of its model, or the masks"});
+    else
+      notices.push_back({"blade.not_found", Severity::warning,
+                         "blade '" + blade.name + "' was never known and cut nothing",
+                         "three cameras must see it, in more than a few pixels"});
+  }
+  return notices;
+}
+
+std::vector<TrackedBlade> TrackedBlades::now() const {
+  std::vector<TrackedBlade> all;
+  for (const Blade& blade : blades_) all.push_back(blade.tracker->now());
+  return all;
 }
 
 cut::BladeStrip TrackedBlades::strip(std::size_t number) const {

@@ -32,9 +32,13 @@ class TrackedBlades {
   /// What the edge of the scene's blade of this number swept with the last images. Nothing where it is not
   /// known well enough, and where it moved less than it is known: noise is no motion.
   cut::BladeStrip strip(std::size_t number) const;
+  /// After the last frame: of blades that were never known, what was seen instead.
+  std::vector<Notice> last_notices() const;
   /// Nothing follows those.
   void forget_strips();
   const TrackedBlade& now(std::size_t number) const;
+  /// Of each tracked blade, in the scene's order.
+  std::vector<TrackedBlade> now() const;
   /// What bodies touch: obstacles, and after them, in place of the tools' hulls, their models.
   std::vector<ObstacleDescription> after(std::vector<ObstacleDescription> obstacles) const;
   /// Of all tools, as of the last images: there is only what is known and touches. A tool moves from where
@@ -58,6 +62,7 @@ class TrackedBlades {
     std::unique_ptr<BladeTracker> tracker;
     std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
     BladeState told = BladeState::absent;
+    bool was_known = false;
     Vec3d center_m;  ///< of the model's box, in its frame
     ToolMotion motion;
     std::vector<Vec3f> from_m;  ///< where its edge cut last; empty: no stroke

@@ -31,6 +31,10 @@ constexpr std::size_t kFramesToSettle = 3;
 /// Of the outline, where the tool is missing all through: contours are then off by three quarters of its
 /// thickness (the share beyond that of a normal distribution), and what is stated of errors no longer holds.
 constexpr double kMostGone = 0.25;
+/// Than what the best pose gets wrong: a tool elsewhere that is no worse than this is as good.
+constexpr double kTwin = 1.25;
+constexpr int kFramesOfShape = 2;
+constexpr double kMostCovered = 0.5;  // of the outline along the edge, or at its tip
 
 /// Of a model in each camera's picture, at a place.
 std::vector<int> radii_px(const OutlineMesh& mesh, std::span<const Camera> cameras, Vec3d middle_m) {
@@ -50,6 +54,11 @@ auto& word_at(Mask& mask, Index word, Index row) {
 }
 
 }  // namespace
+
+const char* blade_state_name(BladeState state) {
+  constexpr const char* kNames[] = {"absent", "ambiguous", "misfit", "twins", "unsure", "jumped", "known"};
+  return kNames[static_cast<std::size_t>(state)];
+}
 
 BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> cameras, Vec3d middle_m,
                            const BladeTrackerSettings& settings)
@@ -78,9 +87,13 @@ const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double 
   }
   std::erase_if(hypotheses_, [](const Hypothesis& h) { return h.lost_frames > kMostLostFrames; });
   drop_worse();
+  if (is_twin_ && --twin_frames_ < 0) hypotheses_.clear();  // one may have gone
   if (hypotheses_.empty() && --pause_frames_ < 0) {
     const bool has_tried = seek(masks, taken, more);
     pause_frames_ = hypotheses_.empty() && has_tried ? kPause_frames : 0;
+    if (hypotheses_.empty() && has_tried) unexplained_frames_ += kPause_frames + 1;
+    is_twin_ = more.points.empty() && !hypotheses_.empty() && has_twin(masks, taken);
+    twin_frames_ = kPause_frames;
   }
   judge();
   return now_;
@@ -121,6 +134,8 @@ void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double 
   }
   h.filter.update(h.fit);
   h.lost_frames = 0;
+  h.shape.begin_frame();
+  h.fitter.add_to(h.shape);
   if (hypotheses_.size() > 1) h.surprises.push_back(h.fit.surprise);
 }
 
@@ -161,11 +176,16 @@ bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask>
       by_points ? std::vector{*by_points} : search_.find(masks, taken, more.points);
   const double search_px = by_points ? kPointSearch_px : settings_.fit.reach_px;
   for (const Rigidd& pose : tries) {
-    Hypothesis h{
-        PoseFitter(mesh_, cameras_, settings_.fit), PoseFilter(mesh_.center_m, settings_.motion), {}, {}};
+    Hypothesis h{PoseFitter(mesh_, cameras_, settings_.fit),
+                 PoseFilter(mesh_.center_m, settings_.motion),
+                 {},
+                 ShapeEvidence(mesh_, model_.edge_m),
+                 {}};
     h.fit = h.fitter.fit(masks, pose, search_px, nullptr, kStepsToCompare, more);
     if (h.fit.missing >= kMostMissing || h.fit.points < kLeastPoints) continue;
     h.filter.start(h.fit, settings_.fit.calibration_px);
+    h.shape.begin_frame();
+    h.fitter.add_to(h.shape);
     h.surprises.push_back(h.fit.surprise);
     hypotheses_.push_back(std::move(h));
   }
@@ -209,12 +229,42 @@ double BladeTracker::two_sigma_m(const Hypothesis& of) const {
   return most;
 }
 
+/// What is seen besides the best pose's own pixels, and how well the model fits there.
+bool BladeTracker::has_twin(std::span<const BitMask> masks, std::span<const BitMask> taken) {
+  std::vector<BitMask> others(taken.begin(), taken.end());
+  if (others.empty())
+    for (const BitMask& mask : masks) others.emplace_back(mask.width_px, mask.height_px);
+  add_to(others);
+  const PoseFit& best = hypotheses_.front().fit;
+  int twins = 0;
+  std::vector<Rigidd> places;
+  for (const Rigidd& pose : search_.find(masks, others, {})) {
+    const auto is_apart = [&](const Rigidd& from) {
+      return length(pose * mesh_.center_m - from * mesh_.center_m) > mesh_.radius_m / 2;
+    };
+    if (!is_apart(hypotheses_.front().filter.pose()) || !std::all_of(places.begin(), places.end(), is_apart))
+      continue;
+    const PoseFit fit = PoseFitter(mesh_, cameras_, settings_.fit)
+                            .fit(masks, pose, settings_.fit.reach_px, nullptr, kStepsToCompare);
+    if (fit.missing >= kMostMissing || fit.points < kLeastPoints) continue;
+    if (fit.wrong > kTwin * best.wrong + kLeastExpected) continue;
+    places.push_back(fit.T_world_model);
+    ++twins;
+  }
+  return twins >= settings_.equal_tools;
+}
+
 void BladeTracker::judge() {
   now_.edge_m.clear();
   now_.state = hypotheses_.empty() ? BladeState::absent : BladeState::ambiguous;
-  if (hypotheses_.size() != 1) return;
+  if (hypotheses_.empty()) return;
   const Hypothesis& h = hypotheses_.front();
+  now_.misfit_px = h.shape.misfit_px();
+  now_.edge_covered = h.shape.edge_covered();
+  now_.residual_px = h.fit.rms_px;
+  if (hypotheses_.size() != 1) return;
   now_.T_world_model = h.filter.pose();
+  now_.covariance = h.filter.covariance();
   now_.two_sigma_m = two_sigma_m(h);
   now_.missing = h.fit.missing;
   ++frames_;
@@ -224,14 +274,24 @@ void BladeTracker::judge() {
     if (!last_edge_m_.empty())
       way_m = std::max(way_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
   }
-  now_.state = BladeState::known;
-  if (h.lost_frames > 0 || frames_ < 3 || h.fit.gone > kMostGone || now_.two_sigma_m > settings_.two_sigma_m)
-    now_.state = BladeState::unsure;
-  else if (!last_edge_m_.empty() && way_m > settings_.most_m_s * since_known_s_)
-    now_.state = BladeState::jumped;
-  if (now_.state == BladeState::unsure) return;
+  now_.state = state_of(h, way_m);
+  if (now_.state == BladeState::misfit) ++unexplained_frames_;
+  if (now_.state < BladeState::jumped) return;
+  unexplained_frames_ = 0;
   since_known_s_ = 0;
   last_edge_m_ = now_.edge_m;
+}
+
+/// A pose that is known to few millimetres may be that of another shape: it is asked first.
+BladeState BladeTracker::state_of(const Hypothesis& h, double way_m) const {
+  if (is_twin_) return BladeState::twins;
+  const double most_px = settings_.most_misfit_px + settings_.most_misfit_of_noise * h.fit.rms_px;
+  if (h.shape.frames() >= kFramesOfShape && (now_.misfit_px > most_px || now_.edge_covered > kMostCovered))
+    return BladeState::misfit;
+  if (h.lost_frames > 0 || frames_ < 3 || h.fit.gone > kMostGone || now_.two_sigma_m > settings_.two_sigma_m)
+    return BladeState::unsure;
+  if (!last_edge_m_.empty() && way_m > settings_.most_m_s * since_known_s_) return BladeState::jumped;
+  return BladeState::known;
 }
 
 TriangleMesh BladeTracker::posed() const {
@@ -289,7 +349,7 @@ void BladeTracker::add_to(std::span<BitMask> masks) const {
 }
 
 void BladeTracker::take_from(std::span<BitMask> masks) const {
-  if (hypotheses_.empty()) return;
+  if (hypotheses_.empty() || now_.state == BladeState::misfit || now_.state == BladeState::twins) return;
   const TriangleMesh mesh = posed();
   cpu_for(masks.size(), 1, [&](std::size_t c) {
     if (masks[c].words.empty()) return;

@@ -11,6 +11,10 @@ namespace tactus {
 struct BladeTrackerSettings {
   double two_sigma_m = 0.005;  ///< of any point of the edge: above, it is refused
   double most_m_s = 5;         ///< of the edge: faster is a mistake, not a motion
+  /// ShapeEvidence::misfit_px: above, another shape is seen. The second is of the residuals' root mean
+  /// square.
+  double most_misfit_px = 0.2, most_misfit_of_noise = 0.16;
+  int equal_tools = 1;  ///< of this shape in the scene; when more are seen, which is which isn't known
   PoseFitSettings fit;
   PoseFilterSettings motion;
 };
@@ -18,16 +22,25 @@ struct BladeTrackerSettings {
 enum class BladeState : std::uint8_t {
   absent,     ///< not found
   ambiguous,  ///< found, but two poses explain the masks about as well so far
+  misfit,     ///< found, but masks show another shape there
+  twins,      ///< found, and more tools of its shape than there are
   unsure,     ///< followed, but the edge is not known well enough
   jumped,     ///< the edge moved faster than it can
   known,
 };
 
+/// "absent", "ambiguous", ...
+const char* blade_state_name(BladeState state);
+
 struct TrackedBlade {
   BladeState state = BladeState::absent;
   Rigidd T_world_model;
-  double two_sigma_m = 0;     ///< of the edge's least known point, in its least known direction
-  double missing = 1;         ///< share of the model's picture where masks are clear
+  double two_sigma_m = 0;  ///< of the edge's least known point, in its least known direction
+  double missing = 1;      ///< share of the model's picture where masks are clear
+  double misfit_px = 0;    ///< as ShapeEvidence's, and the next
+  double edge_covered = 0;
+  double residual_px = 0;     ///< root mean square along outlines in the last frame
+  Matrix6 covariance;         ///< of a turn about the model's centre [rad] and a shift [m], world axes
   std::vector<Vec3f> edge_m;  ///< world
   bool is_seen() const { return state >= BladeState::unsure; }
 };
@@ -47,9 +60,11 @@ class BladeTracker {
                              const PoseEvidence& more = {});
   const TrackedBlade& now() const { return now_; }
   const BladeModel& model() const { return model_; }
+  /// In how many frames something thin was there that it doesn't fit, since it was known.
+  int unexplained_frames() const { return unexplained_frames_; }
   /// Sets the pixels that show it, and those beside them.
   void add_to(std::span<BitMask> masks) const;
-  /// Clears them where no hand is: in parts of the masks that are as thin as it.
+  /// Clears them where no hand is: in parts of the masks that are as thin as it. Not where another shape is.
   void take_from(std::span<BitMask> masks) const;
 
  private:
@@ -58,6 +73,7 @@ class BladeTracker {
     PoseFitter fitter;
     PoseFilter filter;
     PoseFit fit;
+    ShapeEvidence shape;
     std::vector<double> surprises;  ///< of each frame since it was found, while there are others
     int lost_frames = 0;
   };
@@ -67,7 +83,10 @@ class BladeTracker {
   /// @returns whether there was anything to try
   bool seek(std::span<const BitMask> masks, std::span<const BitMask> taken, const PoseEvidence& more);
   void drop_worse();
+  /// Whether a tool of this shape is elsewhere, too.
+  bool has_twin(std::span<const BitMask> masks, std::span<const BitMask> taken);
   void judge();
+  BladeState state_of(const Hypothesis& h, double way_m) const;
   double two_sigma_m(const Hypothesis& of) const;
   /// The part of a picture that shows it, with so many pixels around.
   struct Part {
@@ -89,6 +108,9 @@ class BladeTracker {
   std::vector<BitMask> last_masks_;
   int frames_ = 0;  ///< since one was left
   int pause_frames_ = 0;
+  bool is_twin_ = false;
+  int twin_frames_ = 0;  ///< until it is looked for again
+  int unexplained_frames_ = 0;
   double since_known_s_ = 0;
   std::vector<Vec3f> last_edge_m_;  ///< when it was known or jumped
 };

@@ -104,6 +104,7 @@ void PoseFitter::open_window(std::size_t camera, const BitMask& mask, const Rigi
 }
 
 void PoseFitter::look(const Rigidd& T, double reach_px) {
+  looked_at_ = T;
   cpu_for(views_.size(), 1, [&](std::size_t c) { look(c, T, reach_px); });
 }
 
@@ -112,6 +113,7 @@ void PoseFitter::look(const Rigidd& T, double reach_px) {
 void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
   View& view = views_[camera];
   view.points.clear();
+  view.residuals.clear();
   view.inner_px = view.missing_px = view.extra_px = 0;
   view.gone = 0;
   if (!view.window.is_open()) return;
@@ -131,10 +133,14 @@ void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
     const double inner = mask.sum(-p.inner_px, 0), outer = mask.sum(0, p.outer_px);
     view.inner_px += p.inner_px;
     view.missing_px += p.inner_px - inner;
-    if (mask.at(p.outer_px) > 0.5) continue;  // something else covers it
+    if (mask.at(p.outer_px) > 0.5) {  // something else covers it
+      view.residuals.push_back({p.at_m, p.normal, p.outer_px, OutlineResidual::Kind::covered});
+      continue;
+    }
     // A part that is missing all through says nothing of where its sides are.
     if (is_near && p.thickness_px > kSeenThrough_px && mask.at(-p.inner_px) < 0.5) {
       ++view.gone;
+      view.residuals.push_back({p.at_m, p.normal, -2 * p.inner_px, OutlineResidual::Kind::gone});
       continue;
     }
     view.extra_px += outer;
@@ -144,11 +150,13 @@ void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
                 by_turn = cross(p.at_m - center_m, g);
     const bool follows = std::hypot(p.px.x - before_px.x, p.px.y - before_px.y) < 2 * settings_.spacing_px;
     before_px = p.px;
+    const double off_px = inner - p.inner_px + outer - outward_bias_px(p.thickness_px, contour_px);
+    view.residuals.push_back({p.at_m, p.normal, off_px, OutlineResidual::Kind::seen});
     view.points.push_back({.px = p.px,
                            .j = {by_turn.x, by_turn.y, by_turn.z, g.x, g.y, g.z},
                            .normal = gain * p.normal,
                            .gain = gain,
-                           .off_px = inner - p.inner_px + outer - outward_bias_px(p.thickness_px, contour_px),
+                           .off_px = off_px,
                            .follows = follows});
   }
   leave_breaks(view.points);
@@ -452,6 +460,11 @@ std::optional<Rigidd> pose_of_points(std::span<const Camera> cameras, std::span<
   if (!(model_size_m2 > 1e-12 && world_size_m2 > 1e-12)) return std::nullopt;
   const Mat3d R = transpose(of_world) * of_model;
   return Rigidd{R, world_m[0] - R * model_m[0]};
+}
+
+void PoseFitter::add_to(ShapeEvidence& shape) const {
+  for (std::size_t c = 0; c < views_.size(); ++c)
+    if (views_[c].window.is_open()) shape.add(c, cameras_[c], looked_at_, views_[c].residuals);
 }
 
 double PoseFitter::wrong(std::span<const BitMask> masks, const Rigidd& T_world_model) {

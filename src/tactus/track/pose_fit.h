@@ -8,6 +8,7 @@
 #include "tactus/track/depth_rays.h"
 #include "tactus/track/mask_window.h"
 #include "tactus/track/outline.h"
+#include "tactus/track/shape_evidence.h"
 #include "tactus/track/small_matrix.h"
 
 namespace tactus {
@@ -85,6 +86,8 @@ class PoseFitter {
               const PosePrior* prior = nullptr, int most_iterations = 12, const PoseEvidence& more = {});
   /// Share of the pixels near the outline of a posed model that contradict it, as PoseFit::wrong.
   double wrong(std::span<const BitMask> masks, const Rigidd& T_world_model);
+  /// Adds what the cameras show of the last fit's pose.
+  void add_to(ShapeEvidence& shape) const;
   const OutlineMesh& mesh() const { return *mesh_; }
   std::span<const Camera> cameras() const { return cameras_; }
 
@@ -93,6 +96,7 @@ class PoseFitter {
     OutlineFinder outline;
     MaskWindow window;
     std::vector<ContourPoint> points;
+    std::vector<OutlineResidual> residuals;  ///< of the whole outline, where it is looked at from near
     ContourEquations equations;
     int gone = 0;  ///< points whose part of the model is missing all through
     double inner_px = 0, missing_px = 0, extra_px = 0;
@@ -119,6 +123,7 @@ class PoseFitter {
   PoseFitSettings settings_;
   std::vector<View> views_;
   std::vector<double> sizes_;
+  Rigidd looked_at_;  ///< the pose whose outlines `views_` has
   DepthRays rays_;
   DenseMatrix normal_, step_;  ///< of the equations, with the prior
   ContourNoise noise_;         ///< its mean over frames
