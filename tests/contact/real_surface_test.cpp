@@ -388,6 +388,12 @@ TEST(RealSurface, BadMeshesAndOverflowAreSurvivedAndCounted) {
   EXPECT_GT(report.dropped_raw_samples, 0);
   EXPECT_GT(report.dropped_samples, 0);
 
+  // Room for as many triangles as a hull of 512 voxels has changes nothing.
+  settings.max_triangles = 1 << 22;
+  RealSurface roomy(ctx.device(), settings);
+  roomy.update(ctx, on_device.view(), 0);
+  EXPECT_EQ(roomy.report(ctx).dropped_raw_samples, report.dropped_raw_samples);
+
   settings.max_triangles = 10;
   RealSurface tiny(ctx.device(), settings);
   EXPECT_THROW(tiny.update(ctx, on_device.view(), 0), Error);

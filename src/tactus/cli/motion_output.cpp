@@ -46,19 +46,33 @@ const char* text(MotionSource source) {
 
 }  // namespace
 
+/// Large surfaces have room for many times what their meshes take: the tracker's follows the mesh.
 std::vector<Index> MotionOutput::track(const MeshView& surface, const TriangleMesh& mesh, double dt_s) {
-  const Index vertices = surface.positions_m.size(), triangles = surface.triangles.size();
+  static constexpr Index kSmall = 1 << 20;
+  const auto vertices = static_cast<Index>(mesh.positions_m.size());
+  const Index triangles = std::min(
+      surface.triangles.size(), to_host(ctx_, View<const Index>(surface.triangle_count.device_count, 1))[0]);
+  MeshView part = surface;
+  part.positions_m = surface.positions_m.part(0, std::max(vertices, Index{1}));
+  part.triangles = surface.triangles.part(0, std::max(triangles, Index{1}));
+  if (!surface.normals.empty()) part.normals = surface.normals.part(0, std::max(vertices, Index{1}));
   const bool has_room = tracker_ && tracker_->settings().max_vertices >= vertices &&
                         tracker_->settings().max_triangles >= triangles;
-  if (!has_room)
-    tracker_.emplace(ctx_.device(), RealSurfaceSettings{.sample_spacing_m = voxel_size_m_,
-                                                        .max_vertices = vertices,
-                                                        .max_triangles = triangles,
-                                                        .max_raw_samples = std::max(2 * triangles, 1 << 18),
-                                                        .max_samples = std::max(triangles, 1 << 16)});
-  tracker_->update(ctx_, surface, static_cast<float>(dt_s));
+  if (!has_room) {
+    const auto room = [](Index count, Index most) {
+      return std::max(std::min(most, std::max(count + count / 2, kSmall)), Index{1});
+    };
+    const Index most = room(triangles, surface.triangles.size());
+    tracker_.emplace(ctx_.device(),
+                     RealSurfaceSettings{.sample_spacing_m = voxel_size_m_,
+                                         .max_vertices = room(vertices, surface.positions_m.size()),
+                                         .max_triangles = most,
+                                         .max_raw_samples = std::max(2 * most, 1 << 18),
+                                         .max_samples = std::max(most, 1 << 16)});
+  }
+  tracker_->update(ctx_, part, static_cast<float>(dt_s));
   report_ = tracker_->report(ctx_);
-  return tracker_->vertex_pieces(ctx_, static_cast<Index>(mesh.positions_m.size()));
+  return tracker_->vertex_pieces(ctx_, vertices);
 }
 
 nlohmann::json MotionOutput::describe(MeshComponent p, Index tracked) {

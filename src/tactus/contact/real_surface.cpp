@@ -1,6 +1,8 @@
 #include "tactus/contact/real_surface.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string>
 
 namespace tactus {
@@ -9,7 +11,6 @@ namespace {
 // A triangle's middle is at most 2/3 of its longest edge from any of its points: 0.83 spacings.
 constexpr float kCutEdge = 1.25F;
 constexpr float kFineCell = 2, kCoarseCell = 8;  // edges of search cells, in spacings
-constexpr Index kMostTriangles = 1 << 21;        // (kMaxCuts - 1)² pieces each still fit an Index
 
 RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   const auto positive = [](const char* name, double value) {
@@ -22,11 +23,14 @@ RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   positive("max_raw_samples", s.max_raw_samples);
   positive("max_samples", s.max_samples);
   positive("max_speed_m_s", static_cast<double>(s.max_speed_m_s));
-  if (s.max_triangles > kMostTriangles) {
-    throw Error("real surface: max_triangles is " + std::to_string(s.max_triangles) + ", at most " +
-                std::to_string(kMostTriangles));
-  }
   return s;
+}
+
+/// Into how many pieces an edge is cut at most: their squares, over all triangles, still fit an Index. Meshes
+/// above 2^21 triangles come from lattices finer than the samples, and few of their edges are cut at all.
+float most_cuts(Index max_triangles) {
+  const double pieces = static_cast<double>(std::numeric_limits<Index>::max()) / max_triangles;
+  return std::min(std::floor(static_cast<float>(std::sqrt(pieces))), static_cast<float>(kMaxCuts - 1));
 }
 
 void check_fits(const char* what, Index have, Index room) {
@@ -154,9 +158,9 @@ void RealSurface::make_samples(ExecContext& ctx, const MeshView& mesh) {
   const View<Index> cuts = cuts_.view().part(0, triangles), first = first_.view().part(0, triangles);
   Count counted = mesh.triangle_count;
   counted.capacity = min(counted.capacity, triangles);
-  ctx.parallel_for(
-      "contact/cuts", counted,
-      TriangleCuts{mesh.positions_m, mesh.vertex_count, mesh.triangles, kCutEdge * spacing_m_, cuts});
+  ctx.parallel_for("contact/cuts", counted,
+                   TriangleCuts{mesh.positions_m, mesh.vertex_count, mesh.triangles, kCutEdge * spacing_m_,
+                                most_cuts(settings_.max_triangles), cuts});
   ctx.exclusive_scan("contact/cuts", counted, cuts, first);
   ctx.parallel_for(
       "contact/limit", 1,

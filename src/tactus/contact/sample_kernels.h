@@ -53,6 +53,7 @@ struct TriangleCuts {
   Count vertex_count;
   View<const Vec3i> triangles;
   float edge_m;
+  float most;        ///< pieces along an edge
   View<Index> cuts;  ///< out
   TACTUS_HD void operator()(Index t) const {
     cuts[t] = 0;
@@ -64,7 +65,7 @@ struct TriangleCuts {
     if (!(twice_area > 0.F && twice_area < 1e12F)) return;
     const Vec3f bc = ac - ab;
     const float longest = tactus::sqrt(max(dot(ab, ab), max(dot(ac, ac), dot(bc, bc))));
-    const float k = min(longest / edge_m, static_cast<float>(kMaxCuts - 1));
+    const float k = min(longest / edge_m, most);
     const Index whole = floor_to_int(k);
     const Index pieces = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
     cuts[t] = pieces * pieces;

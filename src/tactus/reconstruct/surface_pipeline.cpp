@@ -4,11 +4,25 @@
 
 namespace tactus {
 
+namespace {
+
+/// Of normals: a sum and the normal. Of smoothing: four numbers and two areas for each of a triangle's
+/// corners, its normals; a vertex has two triangles.
+constexpr double kNormalBytes = 20, kSmoothingBytes = 160;
+
+HullOptions with_companions(const SurfaceOptions& options) {
+  HullOptions hull = options.hull;
+  hull.beside_vertex_bytes += kNormalBytes + (options.smoothing_steps > 0 ? kSmoothingBytes : 0);
+  return hull;
+}
+
+}  // namespace
+
 SurfacePipeline::SurfacePipeline(DeviceSet& devices, std::span<const Camera> cameras,
                                  std::span<const Camera> depth_cameras, const SurfaceOptions& options)
     : devices_(devices),
       smoothing_steps_(options.smoothing_steps),
-      hull_(devices, cameras, options.hull, depth_cameras),
+      hull_(devices, cameras, with_companions(options), depth_cameras),
       normals_(devices.device(0), hull_.mesh().positions_m.size()) {
   if (smoothing_steps_ < 0 || smoothing_steps_ > 100)
     throw usage_error("surface: smoothing_steps is " + std::to_string(smoothing_steps_) +

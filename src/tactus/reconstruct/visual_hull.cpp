@@ -1,6 +1,10 @@
 #include "tactus/reconstruct/visual_hull.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <string>
 
 #include "tactus/base/error.h"
 #include "tactus/geom/mask_growth.h"
@@ -49,6 +53,20 @@ struct VisualHull::Impl {
   HullRole role(int p) const { return {p, devices.count(), devices.reads_peers()}; }
 };
 
+namespace {
+
+/// That programs may still take, as the kernel says; where it doesn't, no end is known.
+double free_memory_bytes() {
+  std::ifstream meminfo("/proc/meminfo");
+  for (std::string line; std::getline(meminfo, line);) {
+    double kib = 0;
+    if (std::sscanf(line.c_str(), "MemAvailable: %lf kB", &kib) == 1) return 1024 * kib;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
 VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
                        std::span<const Camera> depth_rig)
     : devices(set),
@@ -83,6 +101,7 @@ void VisualHull::Impl::check_memory(const HullOptions& options) const {
   for (int p = 0; p < devices.count(); ++p) {
     const Device& device = devices.device(p);
     double bytes = 0, memory = 0;  // of all parts that share this memory
+    if (p == 0) bytes += options.beside_vertex_bytes * plan.capacity.vertices;
     for (int q = 0; q < devices.count(); ++q) {
       const Device& other = devices.device(q);
       const bool shares = !device.is_cuda() || other.ordinal() == device.ordinal();
@@ -93,6 +112,7 @@ void VisualHull::Impl::check_memory(const HullOptions& options) const {
                            : info.spec.kind == DeviceKind::cpu)
         memory = info.memory_bytes;
     }
+    if (!device.is_cuda()) memory = std::min(memory, free_memory_bytes());
     if (bytes > 0.9 * memory) {
       throw Error(size + " would need " + bytes_text(bytes) + " on " + device.name() + ", which has " +
                   bytes_text(memory) + "; choose a lower resolution or a smaller workspace");

@@ -42,6 +42,9 @@ struct HullOptions {
   Index max_triangles = 0;  ///< 0: twice max_vertices
   float depth_jump_m =
       0.1F;  ///< neighbouring depth pixels that differ by more are mixed ("flying") and not used
+  /// What others will ask for beside the hull, for each vertex that there is room for: a resolution that
+  /// leaves too little for it is refused, too.
+  double beside_vertex_bytes = 0;
 };
 
 /// What a frame had too little room for.
