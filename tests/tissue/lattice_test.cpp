@@ -260,20 +260,6 @@ TEST(EmbeddedSurface, OutsideVerticesAndForeignSurfaces) {
             std::string::npos);
 }
 
-TEST(EmbeddedSurface, NodesOutsideTheSurface) {
-  const CubeLattice lattice = lattice_from_sdf(sphere, kSphereBox, {.spacing_m = 0.005F});
-  const std::vector<float> exact = node_outside_m(lattice, sphere);
-  const std::vector<float> meshed = node_outside_m(lattice, surface_nets(sphere, kSphereBox, 0.002F));
-  float most = 0;
-  for (std::size_t i = 0; i < exact.size(); ++i) {
-    EXPECT_NEAR(meshed[i], exact[i], 2e-4F);  // the net's own error, (h/r)^2 r / 2 and below
-    most = max(most, exact[i]);
-  }
-  // A cube that is touched reaches at most its diagonal beyond the surface.
-  EXPECT_GT(most, 0.002F);
-  EXPECT_LT(most, 0.0087F);
-}
-
 /// Vertices and faces of an OFF file.
 TriangleMesh read_off(const std::filesystem::path& path) {
   std::ifstream in(path);

@@ -112,6 +112,8 @@ TEST(IndependentStiffness, TurnedBarsInTension) {
           << t.degrees << " " << poisson;
   }
   EXPECT_NEAR(Bar(8, 24, turn({0, 0, 1}, 30), 0.3F, false).stiffness_ratio(), 1, 0.02);
+  for (const double across : {4.4, 5.3})
+    EXPECT_NEAR(Bar(across, 18.7, turn({1, 2, 3}, 25), 0.3F, false).stiffness_ratio(), 1, 0.04) << across;
   // Faces between lattice planes: strain is uniform, and the sum of fills is the volume.
   for (const double across : {3.3, 4.1, 4.5, 4.9})
     EXPECT_NEAR(Bar(across, 16, turn({0, 0, 1}, 0), 0.3F, false).stiffness_ratio(), 1, 0.005) << across;

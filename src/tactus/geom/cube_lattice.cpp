@@ -159,6 +159,34 @@ void fill_each(CubeGrid& grid, const PointInMesh& query) {
         "the mesh encloses nothing at this spacing: its winding number reaches 1/2 in no cube's centre");
 }
 
+/// Fills from the signed distances of the nodes to the surface (positive outside), trilinear in between.
+void fill_by_distance(CubeLattice& lattice, const std::vector<float>& node_distance_m) {
+  constexpr float kSmallestFill = 1.F / 16;  // of what the surface only grazes
+  constexpr int kSamples = 4;                // along each edge
+  lattice.cube_fill.assign(lattice.cubes.size(), 1);
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
+    float d[8], largest = -1;
+    for (std::size_t q = 0; q < 8; ++q) {
+      d[q] = node_distance_m[at(lattice.cube_nodes[c][q])];
+      largest = std::max(largest, d[q]);
+    }
+    if (largest <= 0) continue;
+    int inside = 0;
+    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
+      const auto along = [](int i) { return (static_cast<float>(i) + 0.5F) / kSamples; };
+      const float x = along(k % kSamples), y = along(k / kSamples % kSamples),
+                  z = along(k / kSamples / kSamples);
+      const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+      const float low = mix(mix(d[0], d[1], x), mix(d[2], d[3], x), y);
+      inside += mix(low, mix(mix(d[4], d[5], x), mix(d[6], d[7], x), y), z) <= 0 ? 1 : 0;
+    }
+    lattice.cube_fill[c] =
+        std::max(kSmallestFill, static_cast<float>(inside) / (kSamples * kSamples * kSamples));
+    lattice.cube_mass_kg[c] *= lattice.cube_fill[c];
+  }
+  lattice.share_masses();
+}
+
 /// An open mesh has no volume of its own: cubes are filled by distances and winding numbers of nodes.
 CubeLattice lattice_from_open_mesh(const TriangleMesh& mesh, const LatticeOptions& options) {
   const PointInMesh query(mesh, options.fill);
@@ -169,7 +197,7 @@ CubeLattice lattice_from_open_mesh(const TriangleMesh& mesh, const LatticeOption
   std::vector<float> distance_m(lattice.nodes.size());
   tbb::parallel_for(Index{0}, lattice.node_count(),
                     [&](Index i) { distance_m[at(i)] = query.signed_distance_m(lattice.rest_m(i)); });
-  lattice.fill_by_distance(distance_m);
+  fill_by_distance(lattice, distance_m);
   return lattice;
 }
 
@@ -210,31 +238,6 @@ void CubeLattice::share_masses() {
   for (std::size_t c = 0; c < cubes.size(); ++c) {
     for (const Index i : cube_nodes[c]) node_mass_kg[at(i)] += 0.125F * cube_mass_kg[c];
   }
-}
-
-void CubeLattice::fill_by_distance(const std::vector<float>& node_distance_m) {
-  constexpr int kSamples = 4;  // along each edge
-  cube_fill.assign(cubes.size(), 1);
-  for (std::size_t c = 0; c < cubes.size(); ++c) {
-    float d[8], largest = -1;
-    for (std::size_t q = 0; q < 8; ++q) {
-      d[q] = node_distance_m[at(cube_nodes[c][q])];
-      largest = std::max(largest, d[q]);
-    }
-    if (largest <= 0) continue;
-    int inside = 0;
-    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
-      const auto along = [](int i) { return (static_cast<float>(i) + 0.5F) / kSamples; };
-      const float x = along(k % kSamples), y = along(k / kSamples % kSamples),
-                  z = along(k / kSamples / kSamples);
-      const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
-      const float low = mix(mix(d[0], d[1], x), mix(d[2], d[3], x), y);
-      inside += mix(low, mix(mix(d[4], d[5], x), mix(d[6], d[7], x), y), z) <= 0 ? 1 : 0;
-    }
-    cube_fill[c] = std::max(kSmallestFill, static_cast<float>(inside) / (kSamples * kSamples * kSamples));
-    cube_mass_kg[c] *= cube_fill[c];
-  }
-  share_masses();
 }
 
 double CubeLattice::mass_kg() const {

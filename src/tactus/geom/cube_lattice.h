@@ -25,7 +25,7 @@ struct PatchRoom {
   Index copies = 0, nodes = 0;
 };
 
-/// Every cube of edge `spacing_m` that a solid touches. Node (i,j,k) rests at origin_m + spacing_m (i,j,k).
+/// Cubes of edge `spacing_m` that a solid touches. Node (i,j,k) rests at origin_m + spacing_m (i,j,k).
 ///
 /// Regular nodes and cubes come first, in ascending (z, y, x) order of their coordinates: reproducible, rows
 /// along x contiguous, layers along z contiguous (a slab of layers is a range of ids). No two of them share
@@ -41,7 +41,9 @@ struct CubeLattice {
   std::vector<Vec3i> nodes;                      ///< coordinates, 0 <= . < node_dims
   std::vector<Vec3i> cubes;                      ///< coordinates of corner 0
   std::vector<std::array<Index, 8>> cube_nodes;  ///< corner q is at cubes[c] + (q & 1, q >> 1 & 1, q >> 2)
-  std::vector<float> cube_fill;  ///< share of each cube that is solid, 0 (no cube) to 1; empty: all of it
+  /// Mass and stiffness of each cube over those of a solid one; 0: no cube; empty: 1. Cubes below the surface
+  /// carry some of what cut neighbours hold (cube_parts.h), so some have more than 1. The sum is the volume.
+  std::vector<float> cube_fill;
   std::vector<float> cube_mass_kg;
   std::vector<float> node_mass_kg;   ///< an eighth of every adjacent cube
   std::vector<HeldAxes> fixed;       ///< per node: the axes along which it does not move
@@ -59,10 +61,6 @@ struct CubeLattice {
   double mass_kg() const;
   /// Makes node_mass_kg from cube_mass_kg.
   void share_masses();
-  /// Boundary cubes are solid in part: fill from the signed distances of the nodes to the solid's surface
-  /// (positive outside), trilinear in between; masses are scaled by it. Slivers count as kSmallestFill.
-  void fill_by_distance(const std::vector<float>& node_distance_m);
-  static constexpr float kSmallestFill = 1.F / 16;
 
   /// Whether some node is held along some axes only.
   bool has_rollers() const;
@@ -85,7 +83,9 @@ struct LatticeOptions {
 /// need), before anything is built.
 void check_lattice_size(Vec3f extent_m, const LatticeOptions& options);
 
-/// Cubes touched by the inside (options.fill says what that is) or the surface of a mesh.
+/// Cubes that share volume with the inside of a mesh, filled with exactly its volume (cube_parts.h); slivers
+/// join a neighbour. With MeshFill::winding: cubes that the inside or the surface touches, filled by the
+/// distances of their nodes.
 /// @throws Error on a mesh that does not bound a solid (how many edges, where; with MeshFill::winding: when
 /// nothing is inside), no triangles, NaN, bad index; and as check_lattice_size.
 CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options);

@@ -21,7 +21,6 @@ BodyShape with_cut_room(const BodyDescription& body, BodyShape shape) {
   // Room is made of elements: only those are cut.
   shape.elements.resize(shape.lattice.cubes.size(), 1);
   shape.material_of_cube.resize(shape.lattice.cubes.size(), 0);
-  shape.node_outside_m.resize(shape.lattice.nodes.size(), 0);
   return shape;
 }
 

@@ -24,7 +24,6 @@ struct BodyAssets {
 struct BodyShape {
   TriangleMesh surface_m;             ///< closed, world
   CubeLattice lattice;                ///< with masses and the fixed nodes of the description
-  std::vector<float> node_outside_m;  ///< rest signed distance of every node to the surface
   ElementMask elements;
   std::vector<ElasticMaterial> materials;
   std::vector<std::uint8_t> material_of_cube;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/point_in_mesh.h"
 
 namespace tactus {
 namespace {
@@ -333,17 +332,6 @@ TriangleMesh EmbeddedSurface::to_mesh(ExecContext& ctx) const {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     mesh.triangles[t] = {flat[3 * t], flat[3 * t + 1], flat[3 * t + 2]};
   return mesh;
-}
-
-std::vector<float> node_outside_m(const CubeLattice& lattice, const TriangleMesh& surface, MeshFill fill) {
-  const PointInMesh query(surface, fill);
-  return node_outside_m(lattice, [&](Vec3f p) { return query.signed_distance_m(p); });
-}
-
-std::vector<float> node_outside_m(const CubeLattice& lattice, const std::function<float(Vec3f)>& distance_m) {
-  std::vector<float> outside(lattice.nodes.size());
-  for (Index i = 0; i < lattice.node_count(); ++i) outside[at(i)] = distance_m(lattice.rest_m(i));
-  return outside;
 }
 
 }  // namespace tactus

@@ -94,11 +94,4 @@ class EmbeddedSurface {
   Buffer<SetValues<embed::CubeNodes>::Change> new_cubes_;
 };
 
-/// Rest signed distance of every node to a closed surface [m], positive outside: contact lets a node that
-/// lies outside the surface come nearer by that much (d_i = d0 - outside).
-std::vector<float> node_outside_m(const CubeLattice& lattice, const TriangleMesh& surface,
-                                  MeshFill fill = MeshFill::closed);
-/// The same for a body that is given by its signed distance (negative inside).
-std::vector<float> node_outside_m(const CubeLattice& lattice, const std::function<float(Vec3f)>& distance_m);
-
 }  // namespace tactus
