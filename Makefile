@@ -6,7 +6,7 @@ DEVICES ?= auto
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build tests test demo fig14 fig15 bench bundle testbundle install format lint clean
+.PHONY: help deps build benchmarks complete tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -18,6 +18,9 @@ build: deps      ## the program, at build/tactus
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
 	cmake --build $(BUILD) -j $(JOBS) --target tactus
 
+benchmarks: build
+	cmake --build $(BUILD) -j $(JOBS) --target tactus-bench
+
 tests:           ## the program and every test
 	@tools/install_deps.sh tests
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON
@@ -25,6 +28,12 @@ tests:           ## the program and every test
 
 test: tests      ## build and run every test; the last line counts them
 	@tools/run_tests.py $(BUILD)
+
+complete:        ## the program with live cameras, calibration and markers, at build/tactus
+	@tools/install_deps.sh complete
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
+	@cmake -S . -B $(BUILD) >/dev/null  # looks for the libraries again
+	cmake --build $(BUILD) -j $(JOBS) --target tactus
 
 demo: build      ## a hand presses a soft slab: out/demo.mp4, out/demo.png and a table of milliseconds
 	$(BUILD)/tactus run scenes/demo.yaml --devices $(DEVICES) --out out --view file --json out/demo.json
@@ -37,17 +46,17 @@ fig15: build     ## the paper's figure 15, the hull without and with depth: out/
 	@mkdir -p out
 	$(BUILD)/tactus paper fig15 --devices $(DEVICES) --out out/fig15.png
 
-bench: build     ## all benchmarks as a table and out/bench.json
+bench: benchmarks ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
 	$(BUILD)/tactus bench all --devices $(DEVICES) --json out/bench.json
 
-bundle: build    ## bundle/ with a .deb and an archive of the program, for machines without a compiler
+bundle: benchmarks ## bundle/ with a .deb and an archive of the program, for machines without a compiler
 	@tools/make_package.sh $(BUILD) bundle
 
 testbundle: tests ## bundle/ with two relocatable archives to test elsewhere: tactus-device (GPU tests, bench) and tactus (all)
 	@tools/make_bundle.sh $(BUILD) bundle
 
-install: build   ## program, completion, scenes, library and headers to PREFIX
+install: build   ## program, man page, completions, scenes, library and headers to PREFIX
 	cmake --install $(BUILD) --prefix $(PREFIX)
 
 format:          ## clang-format all sources

@@ -13,10 +13,15 @@ configure_package_config_file(cmake/tactusConfig.cmake.in ${CMAKE_BINARY_DIR}/ta
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/tactusConfig.cmake ${CMAKE_BINARY_DIR}/tactusConfigVersion.cmake cmake/FindOpenCV.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
-install(FILES completions/tactus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tactus)
 install(DIRECTORY scenes rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/tactus)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
 install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
 if(TARGET tactus)
   install(TARGETS tactus RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(PROGRAMS ${CMAKE_BINARY_DIR}/tactus-bench DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # where it was built
+  # (Written by the program as it is built.)
+  install(FILES ${CMAKE_BINARY_DIR}/help/tactus.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES ${CMAKE_BINARY_DIR}/help/tactus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tactus)
+  install(FILES ${CMAKE_BINARY_DIR}/help/_tactus DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
+  install(FILES ${CMAKE_BINARY_DIR}/help/tactus.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endif()

@@ -1,5 +1,5 @@
-set(TACTUS_STANDARD_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> <fstream> <functional> <limits> <map> <memory>
-    <optional> <set> <span> <sstream> <string> <utility> <vector>)
+set(TACTUS_STANDARD_HEADERS <algorithm> <array> <chrono> <cmath> <condition_variable> <cstdint> <filesystem> <fstream> <functional> <limits> <map> <memory>
+    <mutex> <optional> <set> <span> <sstream> <string> <thread> <utility> <vector>)
 # tactus_precompile(target): with the headers that all targets of its type share. They belong to an empty target: gcc refuses
 # headers that were compiled with definitions that their user lacks. (Libraries and programs are compiled with other flags, so
 # each type has its own. More headers don't pay: with CLI11's and JSON's, a file of ten lines took 7 s instead of 0.3.)
@@ -25,6 +25,14 @@ function(tactus_shared_headers name type)
   endif()
   target_link_libraries(${name} PRIVATE tactus_settings tactus_warnings)
   target_precompile_headers(${name} PRIVATE ${ARGN})
+endfunction()
+
+# tactus_unite(target group sources ...): compiled as one source in a first build. Names in their unnamed namespaces differ.
+function(tactus_unite target group)
+  if(TACTUS_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+    set_source_files_properties(${ARGN} PROPERTIES UNITY_GROUP ${group})
+  endif()
 endfunction()
 
 # tactus_module(name SOURCES a.cpp ... [CUDA kernels.cu ...] [LINK tactus_x ...] [PRIVATE_LINK lib ...] [PACKAGES Pkg ...])

@@ -31,6 +31,13 @@ else()
   option(TACTUS_PCH "Precompile the headers that most sources include" ON)
 endif()
 
+# Likewise, sources whose headers are most of their work are compiled together (tactus_unite). .ci/run builds so, too.
+if(CCACHE_PROGRAM)
+  option(TACTUS_UNITY "Compile small sources in groups" OFF)
+else()
+  option(TACTUS_UNITY "Compile small sources in groups" ON)
+endif()
+
 set(TACTUS_WITH_CUDA OFF)
 if(TACTUS_CUDA)
   include(CheckLanguage)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# tools/install_deps.sh [tests]: installs the Debian packages that are missing for the program; with `tests` also for its
-# tests, and for `tactus calibrate`, which the rest can do without.
+# tools/install_deps.sh [complete|tests]: installs the Debian packages that are missing for the program; with `complete` also for
+# live cameras, `tactus calibrate` and markers, which the rest can do without; with `tests` for the tests, too.
 # Elsewhere: names what is needed and goes on.
 set -euo pipefail
 # Parts of OpenCV, not libopencv-dev: that one brings VTK, Qt and Tcl along (60 packages, 330 MB).
@@ -8,7 +8,8 @@ packages=(cmake ninja-build g++ git python3 pkg-config libtbb-dev libspdlog-dev 
   libpugixml-dev libtomlplusplus-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-video-dev libopencv-videoio-dev
   libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev)
-if [ "${1:-}" = tests ]; then packages+=(libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libturbojpeg0-dev libgtest-dev libceres-dev libopencv-contrib-dev xz-utils); fi
+case ${1:-} in complete | tests) packages+=(libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libturbojpeg0-dev libceres-dev libopencv-contrib-dev) ;; esac
+if [ "${1:-}" = tests ]; then packages+=(libgtest-dev xz-utils); fi
 if ! command -v apt-get >/dev/null; then
   echo "No apt-get here: make sure that the equivalents of these are installed: ${packages[*]}" >&2
   exit 0

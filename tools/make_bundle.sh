@@ -30,7 +30,7 @@ pack() {  # pack FOLDER: archive and sizes
 device=$out/tactus-device all=$out/tactus
 rm -rf "$out"
 mkdir -p "$device/bin" "$device/tests" "$device/lib"
-cp "$build/tactus-bench" "$device/bin/"
+cp "$build/tactus-bench-devices" "$device/bin/tactus-bench"
 for t in "$build"/tests/*_test; do
   # Those that read recordings would bring all image and video codecs along.
   if grep -q '^Devices/' <<<"$("$t" --gtest_list_tests)" && ! grep -q libopencv <<<"$(ldd "$t")"; then cp "$t" "$device/tests/"; fi

@@ -2,7 +2,7 @@
 # tools/make_package.sh BUILD OUT: the program for people who don't compile, from a build of `tactus`:
 #   OUT/tactus_VERSION_ARCH.deb                  for this Debian; its libraries are packages it depends on
 #   OUT/tactus-VERSION-linux-MACHINE.tar.gz      for any Linux with this libc or a newer one; libraries and their licences inside
-# Both hold LICENSE, README, the documents, scenes, rigs and the completion. OpenGL belongs to the machine: without it the
+# Both hold LICENSE, README, the documents, scenes, rigs, the man page, completions, and the benchmarks where they were built. OpenGL belongs to the machine: without it the
 # program runs with --view none, and says so.
 set -euo pipefail
 build=$1 out=$2
@@ -17,6 +17,9 @@ package_of() {  # package_of LIBRARY: the Debian package that it is from; "" for
   { dpkg -S "$file" 2>/dev/null || dpkg -S "${file#/usr}" 2>/dev/null || true; } | head -1 | cut -d: -f1
 }
 
+programs=("$build/tactus")
+if [ -x "$build/tactus-bench" ]; then programs+=("$build/tactus-bench"); fi
+
 share() {  # share FOLDER DOCUMENTS: what goes with the program
   mkdir -p "$1" "$2/docs"
   cp -r scenes rigs "$1/"
@@ -28,12 +31,13 @@ share() {  # share FOLDER DOCUMENTS: what goes with the program
 name=tactus-$version-linux-$(uname -m)
 archive=$out/$name
 rm -rf "$archive"
-mkdir -p "$archive/bin" "$archive/lib" "$archive/completions" "$archive/licenses"
-cp "$build/tactus" "$archive/bin/"
-strip "$archive/bin/tactus"
+mkdir -p "$archive/bin" "$archive/lib" "$archive/completions" "$archive/man" "$archive/licenses"
+cp "${programs[@]}" "$archive/bin/"
+strip "$archive"/bin/*
 share "$archive" "$archive"
-cp completions/tactus.bash "$archive/completions/"
-ldd "$archive/bin/tactus" | awk '/=> \//{print $3}' | sort -u | grep -vE "$from_the_host" | while read -r library; do
+cp "$build"/help/{tactus.bash,_tactus,tactus.fish} "$archive/completions/"
+cp "$build/help/tactus.1" "$archive/man/"
+ldd "$archive"/bin/* | awk '/=> \//{print $3}' | sort -u | grep -vE "$from_the_host" | while read -r library; do
   cp -L "$library" "$archive/lib/"
   package=$(package_of "$library")
   if [ -z "$package" ]; then
@@ -46,7 +50,7 @@ done
 for package in libcli11-dev nlohmann-json3-dev libtinygltf-dev; do
   if [ -e "/usr/share/doc/$package/copyright" ]; then cp "/usr/share/doc/$package/copyright" "$archive/licenses/$package"; fi
 done
-wrong=$(env -i /usr/bin/ldd "$archive/bin/tactus" | grep '=>' | grep -v "=> $(realpath "$archive")/" | grep -vE "$from_the_host" || true)
+wrong=$(env -i /usr/bin/ldd "$archive"/bin/* | grep '=>' | grep -v "=> $(realpath "$archive")/" | grep -vE "$from_the_host" || true)
 if [ -n "$wrong" ]; then
   echo "not found in the archive's own lib/:" && echo "$wrong"
   exit 1
@@ -58,13 +62,16 @@ if command -v dpkg-deb >/dev/null; then
   stage=$(mktemp -d)
   trap 'rm -rf "$stage"' EXIT
   chmod 755 "$stage"
-  mkdir -p "$stage/DEBIAN" "$stage/usr/bin" "$stage/usr/share/bash-completion/completions"
-  cp "$archive/bin/tactus" "$stage/usr/bin/"
+  mkdir -p "$stage/DEBIAN" "$stage/usr/bin" "$stage"/usr/share/{man/man1,bash-completion/completions,zsh/vendor-completions,fish/vendor_completions.d}
+  cp "$archive"/bin/* "$stage/usr/bin/"
   share "$stage/usr/share/tactus" "$stage/usr/share/doc/tactus"
   cp LICENSE "$stage/usr/share/doc/tactus/copyright"
-  cp completions/tactus.bash "$stage/usr/share/bash-completion/completions/tactus"
-  depends=$(readelf -d "$build/tactus" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' | while read -r needed; do
-    library=$(ldd "$build/tactus" | awk -v n="$needed" '$1 == n {print $3}')
+  gzip -9nc "$build/help/tactus.1" >"$stage/usr/share/man/man1/tactus.1.gz"
+  cp "$build/help/tactus.bash" "$stage/usr/share/bash-completion/completions/tactus"
+  cp "$build/help/_tactus" "$stage/usr/share/zsh/vendor-completions/"
+  cp "$build/help/tactus.fish" "$stage/usr/share/fish/vendor_completions.d/"
+  depends=$(readelf -d "${programs[@]}" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' | while read -r needed; do
+    library=$(ldd "${programs[@]}" | awk -v n="$needed" '$1 == n {print $3; exit}')
     if [ -n "$library" ]; then package_of "$library"; fi
   done | sort -u | grep . | paste -sd, | sed 's/,/, /g')
   architecture=$(dpkg --print-architecture)

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Runs all test programs of a build through ctest and counts cases honestly: passed, failed, skipped and why.
 
-A test that is not a gtest program (the package test) counts as one case.
+A test that is not a gtest program (the package test) counts as one case. Cases that need a GPU are one skipped case where
+there is none; its line says how many they are. The last line but one tells the processor time.
 usage: tools/run_tests.py BUILD [ctest arguments]
 """
 import collections
 import os
 import pathlib
+import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -17,6 +20,19 @@ def reason_of(skipped: ElementTree.Element) -> str:
     """gtest's message is "file:line" and, on the lines below, what was given to GTEST_SKIP."""
     lines = skipped.get("message", "").strip().splitlines()
     return " ".join(lines[1:]).strip() or "without a reason, at " + (lines[0] if lines else "an unknown place")
+
+
+def join_gpu_cases(counts: collections.Counter, reasons: collections.Counter) -> None:
+    """Every program tells its own number: 'no GPU here (why): 27 cases'."""
+    cases, programs, why = 0, 0, ""
+    for text in list(reasons):
+        if found := re.fullmatch(r"(no GPU here .*): (\d+) cases", text):
+            programs += reasons[text]
+            cases += int(found[2]) * reasons.pop(text)
+            why = found[1]
+    if programs:
+        counts["skipped"] -= programs - 1
+        reasons[f"{why}: {cases} cases of {programs} programs"] = 1
 
 
 def count_gtest(file: pathlib.Path, counts: collections.Counter, reasons: collections.Counter) -> None:
@@ -59,8 +75,11 @@ def main() -> int:
                 counts["passed" if program.get("status") == "run" else "failed"] += 1
     if ctest.returncode != 0 and counts["failed"] == 0:
         counts["failed"] = 1
+    join_gpu_cases(counts, reasons)
     for text, count in reasons.most_common():
         print(f"skipped {count}: {text}")
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(f"{used.ru_utime + used.ru_stime:.0f} CPU seconds")
     print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return 1 if counts["failed"] or ctest.returncode != 0 or counts["passed"] == 0 else 0
 

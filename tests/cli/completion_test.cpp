@@ -1,5 +1,6 @@
-// completions/tactus.bash offers exactly what the program takes, so that neither can change alone.
+// Completions and the man page offer exactly what the program takes.
 #include <cstdio>
+#include <cstdlib>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -38,10 +39,9 @@ class Completion : public ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    if (!IsSkipped() && !std::filesystem::exists(script()))
-      GTEST_SKIP() << "no completion script here: " << script();
+    if (!IsSkipped()) write("tactus.bash", run_tactus("completion bash").text);
   }
-  static std::string script() { return TACTUS_SOURCE_DIR "/completions/tactus.bash"; }
+  std::string script() const { return path("tactus.bash"); }
   /// What is offered for the last word of the line, in an empty folder.
   Words offered(const std::vector<std::string>& line) const {
     std::string words;
@@ -103,6 +103,42 @@ TEST_F(Completion, OffersEveryBenchmarkSourceAndFigure) {
   EXPECT_EQ(without_flags(offered({program(), "synth", ""})), figures);
   EXPECT_EQ(without_flags(offered({program(), "noise", "ra"})), Words{"rabbit"});
   EXPECT_EQ(offered({program(), "run", "--view", ""}), (Words{"file", "none"}));
+}
+
+TEST_F(Completion, OffersVerbsOfVerbs) {
+  EXPECT_EQ(offered({program(), "calibrate", ""}), (Words{"intrinsics", "rig", "tof"}));
+  EXPECT_TRUE(offered({program(), "calibrate", "rig", "--"}).contains("--floor"));
+  EXPECT_TRUE(offered({program(), "help", "recon"}).contains("reconstruct"));
+  EXPECT_EQ(offered({program(), "completion", ""}), (Words{"bash", "zsh", "fish"}));
+}
+
+/// Every verb and every flag is in the scripts of the other shells and in the man page, and these shells read
+/// them.
+TEST_F(Completion, OtherShellsAndTheManPageKnowEveryFlag) {
+  const std::string zsh = run_tactus("completion zsh").text, fish = run_tactus("completion fish").text,
+                    man = run_tactus("help --man").text;
+  const auto in_man = [](std::string flag) {
+    for (std::size_t at = 0; (at = flag.find('-', at)) != std::string::npos; at += 2) flag.insert(at, "\\");
+    return "\\fB" + flag + "\\fR";
+  };
+  for (const std::string& verb : verbs()) {
+    EXPECT_NE(zsh.find("'" + verb + ":"), std::string::npos) << verb;
+    EXPECT_NE(fish.find(" -a " + verb + " -d "), std::string::npos) << verb;
+    EXPECT_NE(man.find(".SS " + verb + "\n"), std::string::npos) << verb;
+    for (const std::string& flag : flags_of(run_tactus(verb + " --help").text)) {
+      EXPECT_NE(zsh.find("'" + flag + "["), std::string::npos) << verb << " " << flag;
+      EXPECT_NE(fish.find("'__tactus_after " + verb + "' -l " + flag.substr(2) + " "), std::string::npos)
+          << verb << " " << flag;
+      EXPECT_NE(man.find(in_man(flag)), std::string::npos) << verb << " " << flag;
+    }
+  }
+  write("_tactus", zsh);
+  write("tactus.fish", fish);
+  write("tactus.1", man);
+  for (const auto& [shell, file] : {std::pair{"zsh", "_tactus"}, std::pair{"fish", "tactus.fish"}}) {
+    if (std::system((std::string("command -v ") + shell + " >/dev/null").c_str()) != 0) continue;
+    EXPECT_EQ(std::system((std::string(shell) + " -n " + path(file)).c_str()), 0) << shell;
+  }
 }
 
 /// Scenes below `scenes/` and beside the program are offered, wherever one stands.

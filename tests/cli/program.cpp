@@ -34,6 +34,7 @@ Outcome run_and_signal(const std::vector<std::string>& arguments, const std::str
   if (pipe(ends) != 0) return {-1, "no pipe"};
   const pid_t child = fork();
   if (child == 0) {
+    std::signal(SIGHUP, SIG_DFL);  // the tests may run under nohup
     dup2(ends[1], STDOUT_FILENO);
     dup2(ends[1], STDERR_FILENO);
     close(ends[0]);

@@ -354,7 +354,7 @@ TEST(SceneFile, SourceErrors) {
             "middlebury, kinect, recording or live");
   EXPECT_EQ(error_of("source: {kind: video, path: a}\n"),
             "scenes/x.yaml:1: 'source.kind' is 'video', expected one of: synthetic, videos, masks, "
-            "middlebury, kinect, recording, live; did you "
+            "middlebury, kinect, recording, live, none; did you "
             "mean 'videos'?");
 }
 

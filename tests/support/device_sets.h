@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace tactus::test {
-/// {cpu, cpu:2, cpu:3, cuda:0, cuda:0,0, cuda:all}
+/// {cpu, cpu:2, cpu:3}; with a GPU also {cuda:0, cuda:0,0, cuda:all}, without one a test that is skipped.
 std::vector<std::string> device_sets();
 /// Empty when the set can be opened here, else the reason for GTEST_SKIP.
 std::string why_unavailable(const std::string& devices);

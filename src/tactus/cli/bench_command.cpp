@@ -3,7 +3,7 @@
 #include "bench.h"
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
-#include "tactus/cli/commands.h"
+#include "tactus/cli/bench_flags.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
@@ -28,10 +28,6 @@ void print_row(const nlohmann::json& row) {
   std::printf("\n");
   std::fflush(stdout);
 }
-
-struct BenchOptions {
-  std::string name = "all", wanted_case, devices = "auto", json_path;
-};
 
 void run_benchmarks(const BenchOptions& options) {
   const auto& [name, wanted_case, devices, json_path] = options;
@@ -66,17 +62,7 @@ void run_benchmarks(const BenchOptions& options) {
 
 void add_bench_command(CLI::App& app) {
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* command = app.add_subcommand("bench", "Time the parts, beside a reference and a floor");
-  std::string list = "all";
-  for (const bench::Benchmark& b : bench::benchmarks()) list += ", " + b.name + " (" + b.what + ")";
-  command->add_option("name", options->name, list)->capture_default_str();
-  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
-      ->capture_default_str();
-  command->add_option("--case", options->wanted_case,
-                      "of frame and table5 only the scenes whose name holds this, as fig19");
-  add_output(*command, "--json", options->json_path, "write the rows (-: standard output)");
-  command->footer("Example:\n  tactus bench hull --devices cpu --json hull.json");
-  command->callback([options] { run_benchmarks(*options); });
+  add_bench_flags(app, *options, true)->callback([options] { run_benchmarks(*options); });
 }
 
 }  // namespace tactus

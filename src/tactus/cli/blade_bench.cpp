@@ -88,9 +88,6 @@ Rows run_blade(const std::string& device_text) {
 
 namespace tactus {
 
-void add_blade_benchmark() {
-  bench::add_benchmark(
-      {"blade", "the pose of a tracked blade from the masks of 8 cameras", bench::run_blade});
-}
+void add_blade_benchmark() { bench::add_benchmark({"blade", bench::run_blade}); }
 
 }  // namespace tactus

@@ -1,8 +1,9 @@
 #pragma once
-/// The benchmark of tracked blades. Not in tactus-bench: what disturbs its masks comes from OpenCV.
+/// The benchmark of tracked blades. Not in the benchmarks of GPU hosts: what disturbs its masks comes from
+/// OpenCV.
 namespace tactus {
 
-/// To those of `tactus bench`, as "blade".
+/// To those of tactus-bench, as "blade".
 void add_blade_benchmark();
 
 }  // namespace tactus

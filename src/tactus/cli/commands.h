@@ -17,6 +17,8 @@ void add_synth_command(CLI::App& app);
 void add_noise_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_info_command(CLI::App& app);
+/// `help`, `version` and `completion`: of the verbs that are there by then.
+void add_help_commands(CLI::App& app);
 void add_calibration_command(CLI::App& app);
 void add_masks_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);

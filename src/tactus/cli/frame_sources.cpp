@@ -7,10 +7,18 @@
 #include "tactus/base/error.h"
 #include "tactus/cli/live_source.h"
 #include "tactus/rig/data_sources.h"
+#include "tactus/rig/no_cameras.h"
 #include "tactus/rig/synthetic_source.h"
 
 namespace tactus {
 namespace {
+
+/// Of a source that never ends by itself: without a last frame, there are as many as are documented.
+int frames_of(const FrameRange& range) {
+  if (!range.last) return kSyntheticFrames;
+  return static_cast<int>(
+      std::min<std::int64_t>(std::int64_t{*range.last} - range.first + 1, std::numeric_limits<int>::max()));
+}
 
 std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, const SourceContents& contents) {
   SyntheticOptions options;
@@ -23,13 +31,13 @@ std::unique_ptr<FrameSource> open_synthetic(const SourceDescription& source, con
   options.colors = contents.colors;
   options.depth = contents.depth;
   options.rig.depth_cameras = source.depth_cameras;
-  // A figure never ends by itself: without a last frame, there are as many as are documented.
   options.first_frame = source.frames.first;
-  options.frames = kSyntheticFrames;
-  if (source.frames.last)
-    options.frames = static_cast<int>(std::min<std::int64_t>(
-        std::int64_t{*source.frames.last} - source.frames.first + 1, std::numeric_limits<int>::max()));
+  options.frames = frames_of(source.frames);
   return std::make_unique<SyntheticSource>(options);
+}
+
+std::unique_ptr<FrameSource> open_none(const SourceDescription& source) {
+  return std::make_unique<NoCameras>(source.frames.first, frames_of(source.frames), source.fps.value_or(30));
 }
 
 std::unique_ptr<FrameSource> open_live(const SourceDescription& source, const SourceContents& contents) {
@@ -87,6 +95,7 @@ std::unique_ptr<FrameSource> open_frame_source(const SourceDescription& source,
                                                const SourceContents& contents) {
   const std::optional<BoxRegion>& workspace_m = contents.workspace_m;
   if (source.kind == SourceKind::synthetic) return open_synthetic(source, contents);
+  if (source.kind == SourceKind::none) return open_none(source);
   if (source.kind == SourceKind::live) return open_live(source, contents);
   DataOptions options;
   options.colors = contents.colors;

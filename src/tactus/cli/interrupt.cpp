@@ -12,17 +12,25 @@ namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0;
 
+/// Whoever waits for the program sees what ended it.
+void end_by(int signal) {
+  remove_temporary_files();
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 /// Only what POSIX allows in a handler.
 void on_signal(int signal) {
-  if (interrupt_flag == 0) {
-    interrupt_flag = 1;
-    constexpr char kText[] = "\ninterrupted: this frame and the files are finished; once more ends at once\n";
-    if (log_level() != LogLevel::quiet && ::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) return;
-    return;
-  }
-  remove_temporary_files();
-  std::signal(signal, SIG_DFL);  // whoever waits for the program sees what ended it
-  std::raise(signal);
+  if (interrupt_flag != 0) return end_by(signal);
+  interrupt_flag = 1;
+  constexpr char kText[] = "\ninterrupted: this frame and the files are finished; once more ends at once\n";
+  // (A terminal that is gone can't be told.)
+  if (log_level() != LogLevel::quiet && ::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) return;
+}
+
+bool is_ignored(int signal) {
+  struct sigaction now {};
+  return sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
 }
 
 }  // namespace
@@ -31,10 +39,13 @@ void install_interrupt_handler() {
   struct sigaction action {};
   action.sa_handler = on_signal;
   // One handler at a time: a SIGTERM within the SIGINT's waits for it.
-  sigaddset(&action.sa_mask, SIGINT);
-  sigaddset(&action.sa_mask, SIGTERM);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&action.sa_mask, signal);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  if (!is_ignored(SIGHUP)) sigaction(SIGHUP, &action, nullptr);  // under nohup the run goes on
+  // A reader that went away (`tactus ... | head`) ends the program, as it does others, but nothing
+  // half-written stays.
+  if (!is_ignored(SIGPIPE)) std::signal(SIGPIPE, end_by);
   std::signal(SIGXFSZ, SIG_IGN);  // a limit of file size is an error of the write that meets it
 }
 bool interrupted() { return interrupt_flag != 0; }

@@ -4,11 +4,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bench.h"
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/cli/bench_flags.h"
 #include "tactus/cli/chart.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/frame_sources.h"
@@ -356,6 +358,20 @@ ColorImage figure19(DeviceSet& devices) {
   return sheet.image();
 }
 
+/// What `tactus-bench` measures here and now; its table goes to standard error.
+nlohmann::json bench_rows(const std::string& name, const std::string& devices) {
+  const std::string command =
+      "'" + bench_program() + "' bench " + name + " --devices '" + devices + "' --json -";
+  const auto close = [](FILE* f) { pclose(f); };
+  std::unique_ptr<FILE, decltype(close)> pipe(popen(command.c_str(), "r"), close);
+  if (pipe == nullptr) throw Error("can't run " + command);
+  std::string text;
+  char part[4096];
+  while (const std::size_t n = std::fread(part, 1, sizeof part, pipe.get())) text.append(part, n);
+  if (pclose(pipe.release()) != 0) throw Error("failed: " + command);
+  return nlohmann::json::parse(text).at("rows");
+}
+
 /// Times of a substep over the body's nodes, as they are measured here and now.
 ColorImage figure20(const DeviceSet& devices) {
   Chart chart{.title = "A substep of a body of elements and shape matching",
@@ -366,7 +382,7 @@ ColorImage figure20(const DeviceSet& devices) {
                          {"3 : 7", {40, 96, 168}, {}},
                          {"3 : 7, matched every 4th substep", {120, 170, 216}, {}}}};
   constexpr const char* kNames[] = {"fig20 7:3", "fig20 3:7", "fig20 3:7, matched every 4th"};
-  for (const nlohmann::json& row : bench::run_fig20(devices.name()))
+  for (const nlohmann::json& row : bench_rows("fig20", devices.name()))
     for (std::size_t s = 0; s < chart.series.size(); ++s)
       if (row["name"] == kNames[s]) chart.series[s].points.emplace_back(row["size"], row["ms_p50"]);
   return draw_chart(chart);

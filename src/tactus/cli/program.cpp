@@ -12,6 +12,7 @@
 #include "tactus/base/log.h"
 #include "tactus/base/printable.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/cli/exit_codes.h"
 #include "tactus/cli/interrupt.h"
 
 namespace tactus {
@@ -19,14 +20,49 @@ namespace {
 
 int exit_code = 0;
 
-/// A first word that is no verb gets the nearest one.
-void check_verb(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
+std::vector<std::string> verbs_of(const CLI::App& app) {
   std::vector<std::string> verbs;
   for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
     verbs.push_back(verb->get_name());
+  return verbs;
+}
+
+/// A first word that is no verb gets the nearest one.
+void check_verb(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  const std::vector<std::string> verbs = verbs_of(app);
   if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return;
   throw usage_error("unknown command '" + std::string(argv[1]) + "'" + suggestion(argv[1], verbs));
+}
+
+/// "tactus calibrate rig": what was asked of the innermost verb.
+const CLI::App& innermost(const CLI::App& app, std::string& path) {
+  const CLI::App* at = &app;
+  path = app.get_name();
+  while (!at->get_subcommands().empty()) {
+    at = at->get_subcommands().front();
+    path += " " + at->get_name();
+  }
+  return *at;
+}
+
+/// What the verb does not know gets the nearest that it does: a flag, or a word where it has verbs of its
+/// own.
+void check_words(const CLI::App& app) {
+  std::string path;
+  const CLI::App& verb = innermost(app, path);
+  const std::vector<std::string> verbs = verbs_of(verb);
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : verb.get_options())
+    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  for (const std::string& word : app.remaining(true)) {
+    const bool is_flag =
+        word.size() > 1 && word[0] == '-' && word != "--" && std::strchr("0123456789.", word[1]) == nullptr;
+    const std::string flag = word.substr(0, word.find('='));
+    if (is_flag) throw usage_error("'" + path + "' has no flag '" + flag + "'" + suggestion(flag, flags));
+    if (!verbs.empty())
+      throw usage_error("unknown command '" + path + " " + word + "'" + suggestion(word, verbs));
+  }
 }
 
 void add_shared_flags(CLI::App& verb) {
@@ -58,11 +94,13 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
     check_verb(app, argc, argv);
     app.parse(argc, argv);
     flush_standard_output();
-    return interrupted() ? 130 : exit_code;
+    return interrupted() ? kExitInterrupted : exit_code;
   } catch (const CLI::ParseError& e) {
-    const bool asked = app.exit(e) == 0;  // --help, --version
+    const bool asked = e.get_exit_code() == 0;  // --help, --version
+    if (!asked) check_words(app);
+    app.exit(e);
     if (asked) flush_standard_output();
-    return asked ? 0 : 2;
+    return asked ? 0 : kExitUsage;
   }
 }
 
@@ -80,6 +118,10 @@ CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up) {
   open_standard_streams();
+  // After a failure some owners of files are never destroyed: a picture's belong to a thread that gave up.
+  const struct Cleaner {
+    ~Cleaner() { remove_temporary_files(); }
+  } cleaner;
   try {
     CLI::App app(description, name);
     app.require_subcommand(1);
@@ -89,10 +131,10 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
     return parse_and_run(app, argc, argv);
   } catch (const Error& e) {
     std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
-    return e.kind() == ErrorKind::usage ? 2 : 1;
+    return e.kind() == ErrorKind::usage ? kExitUsage : kExitFailed;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
-    return 1;
+    return kExitFailed;
   }
 }
 

@@ -9,7 +9,7 @@ namespace tactus {
 
 /// Adds verbs with `set_up`, gives each `--verbose` and `--quiet`, parses and runs; what is thrown becomes
 /// one line on standard error.
-/// @returns the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted.
+/// @returns the exit code (exit_codes.h).
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up);
 

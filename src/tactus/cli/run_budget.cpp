@@ -1,5 +1,6 @@
 #include "tactus/cli/run_budget.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -23,10 +24,10 @@ double parse_budget_s(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const std::string unit(end, text.data() + text.size());
   const double seconds = unit == "s" ? value : 1e-3 * value;
-  const bool is_known = unit.empty() || unit == "ms" || unit == "s";
+  const bool is_known = unit == "ms" || unit == "s";  // a bare 11 may be meant as either
   if (error != std::errc() || !is_known || !(seconds >= 1e-4 && seconds <= 10))
     throw usage_error("--budget '" + text +
-                      "': expected the time of a frame, as 11ms or 0.011s, 0.1 ms to 10 s");
+                      "': expected the time of a frame with its unit, as 11ms or 0.011s, 0.1 ms to 10 s");
   return seconds;
 }
 
@@ -39,6 +40,7 @@ std::vector<Notice> RunBudget::add(std::int64_t tick, double frame_s, bool is_ne
   frame_ms_.push_back(1e3 * frame_s);
   savings_made_.push_back(made_);
   if (!is_new) return {};
+  counted_s_.push_back(frame_s);
   const std::size_t before = made_;
   made_ = budget_.next(frame_s, now_s());
   if (made_ == before) return {};
@@ -47,6 +49,20 @@ std::vector<Notice> RunBudget::add(std::int64_t tick, double frame_s, bool is_ne
                            " of " + ms_text(budget_.budget_s()) + ": ";
   if (made_ > before) return {{"budget.less", Severity::info, when + saving_text(savings_[before]), ""}};
   return {{"budget.more", Severity::info, when + "no longer: " + saving_text(savings_[made_]), ""}};
+}
+
+std::optional<Notice> RunBudget::verdict() const {
+  if (made_ < savings_.size() || 2 * static_cast<std::size_t>(budget_.frames_above()) <= counted_s_.size())
+    return {};
+  std::vector<double> sorted = counted_s_;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                   sorted.end());
+  return Notice{"budget.missed", Severity::warning,
+                "the budget of " + ms_text(budget_.budget_s()) + " was missed in " +
+                    std::to_string(budget_.frames_above()) + " of " + std::to_string(counted_s_.size()) +
+                    " frames, and nothing more can be left out; half of them took " +
+                    ms_text(sorted[sorted.size() / 2]) + " or more",
+                "take a coarser 'reconstruction.resolution' or 'spacing_m', or a faster device"};
 }
 
 nlohmann::json RunBudget::to_json() const {

@@ -1,6 +1,7 @@
 #pragma once
 /// `tactus run --budget 11ms`.
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,7 +9,7 @@
 
 namespace tactus {
 
-/// "11ms", "0.011s" or "11" (milliseconds) in seconds. @throws usage Error naming the flag.
+/// "11ms" or "0.011s" in seconds. @throws usage Error naming the flag.
 double parse_budget_s(const std::string& text);
 
 /// Tells a simulation what to leave out, by how long frames took.
@@ -20,6 +21,8 @@ class RunBudget {
   /// After a frame. @param is_new it had new images, and counts @returns what changes, for the run's notices.
   std::vector<Notice> add(std::int64_t tick, double frame_s, bool is_new);
   bool leaves_out_photographs() const { return made_ > 0 && savings_.front() == Saving::photographs; }
+  /// When most frames took longer though all was left out that can be: a notice for the run's end.
+  std::optional<Notice> verdict() const;
   nlohmann::json to_json() const;
 
  private:
@@ -29,6 +32,7 @@ class RunBudget {
   std::size_t made_ = 0;
   std::vector<double> frame_ms_;
   std::vector<std::size_t> savings_made_;
+  std::vector<double> counted_s_;  ///< of frames with new images
 };
 
 }  // namespace tactus

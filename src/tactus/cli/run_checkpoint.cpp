@@ -53,6 +53,7 @@ void read_checkpoint(const std::string& path, const std::string& scene_path, Fra
     progress.has_last = true;
   }
   progress.last_time_s = state.last_time_s;
+  progress.has_time = state.taken > 0;
   simulation.archive(a, progress.has_last ? &progress.last : nullptr);
 }
 

@@ -10,7 +10,8 @@ namespace tactus {
 struct RunProgress {
   std::int64_t taken = 0;  ///< frames of the source, bad ones too
   double last_time_s = 0;  ///< of the last good one
-  FrameSet last;           ///< that one
+  bool has_time = false;
+  FrameSet last;  ///< that one
   bool has_last = false;
 };
 

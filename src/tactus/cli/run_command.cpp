@@ -10,10 +10,13 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/cli/exit_codes.h"
 #include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/live_source.h"
 #include "tactus/cli/picture_thread.h"
+#include "tactus/cli/program.h"
+#include "tactus/cli/progress.h"
 #include "tactus/cli/run_budget.h"
 #include "tactus/cli/run_checkpoint.h"
 #include "tactus/cli/run_explain.h"
@@ -49,11 +52,13 @@ void check_opengl() {
                 "; --view none runs the scene without pictures");
 }
 
-/// A run whose bodies were crushed says so at its end, where it is seen.
+/// A run whose bodies were crushed says so at its end, where it is seen; one whose body blew up, by its exit
+/// code, too.
 void tell_of_strain(const RunSummary& summary, const Simulation& simulation, const RunOptions& options) {
   std::string names;
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const bool crushed = b < summary.least_volume.size() && summary.least_volume[b] < kBadVolume;
+    if (simulation.bodies()[b]->is_stopped()) set_exit_code(kExitBlewUp);
     if (!crushed && !simulation.bodies()[b]->is_stopped()) continue;
     names += (names.empty() ? "'" : ", '") + simulation.bodies()[b]->name() + "'";
     names += simulation.bodies()[b]->is_stopped() ? " (blew up and rests)" : "";
@@ -75,21 +80,20 @@ void print_table(const Simulation& simulation) {
 /// The line that is written over and over: for people at a terminal who didn't ask for more, or less.
 bool shows_progress() { return isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info; }
 
-void show_progress(int frame, std::optional<int> total, const std::string& caption) {
-  log_debug(caption);
-  if (!shows_progress()) return;
-  std::fprintf(stderr, "\rframe %d%s  %s\033[K", frame, total ? ("/" + std::to_string(*total)).c_str() : "",
-               caption.c_str());
+void show_progress(const std::string& text) {
+  if (shows_progress()) std::fprintf(stderr, "\r%s\033[K", text.c_str());
 }
 
-std::string caption_of(const StepReport& report, const Simulation& simulation, std::int64_t tick) {
+/// How long the parts of a frame took.
+std::string times_of(const StepReport& report, const Simulation& simulation, bool is_filmed) {
   const Timings& t = simulation.timings();
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "frame %lld   hull %.1f ms   mesh %.1f ms   bodies %.1f ms (%d substeps)   frame %.1f ms",
-                static_cast<long long>(tick), t.last_ms("hull"), t.last_ms("mesh"), t.last_ms("bodies"),
+  char text[160] = "";
+  if (is_filmed)
+    std::snprintf(text, sizeof text, "hull %.1f ms   mesh %.1f ms   ", t.last_ms("hull"), t.last_ms("mesh"));
+  const std::string hull = text;
+  std::snprintf(text, sizeof text, "bodies %.1f ms (%d substeps)   frame %.1f ms", t.last_ms("bodies"),
                 report.substeps, t.last_ms("frame"));
-  return text;
+  return hull + text;
 }
 
 std::string numbered(std::int64_t tick, const char* extension) {
@@ -108,7 +112,7 @@ void write_strains(Simulation& simulation, const std::string& stem, std::int64_t
 void write_meshes(const FrameSnapshot& snapshot, const Scene& scene, const std::string& stem,
                   std::int64_t tick) {
   const std::string ply = numbered(tick, ".ply");
-  write_ply(stem + "-real" + ply, snapshot.real);
+  if (scene.source.kind != SourceKind::none) write_ply(stem + "-real" + ply, snapshot.real);
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
     write_ply(stem + "-" + scene.bodies[b].name + ply, snapshot.bodies[b]);
   }
@@ -198,6 +202,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   std::optional<RunExplainer> explainer;
   if (options.explain) explainer.emplace(scene);
   FrameSet frame;
+  const bool is_filmed = scene.source.kind != SourceKind::none;
+  const double start_s = now_s();
   const std::optional<int> total =
       options.frames > 0 ? std::optional<int>(options.frames) : source.frame_count();
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
@@ -206,7 +212,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     const double begin_s = now_s();
     if (company.recorder != nullptr) company.recorder->add(next, frame, source.status());
     ++progress.taken;
-    if (next == NextFrame::nothing_new && !progress.has_last) continue;  // a live rig's first images
+    if (is_filmed && next == NextFrame::nothing_new && !progress.has_last)
+      continue;  // a live rig's first images
     if (summary.frames == 0 && next == NextFrame::success) check_photographs(options, scene, frame);
     summary.note(source.status());
     if (next == NextFrame::bad_frame) {
@@ -215,9 +222,10 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
     }
     if (next == NextFrame::success) see_markers(options, scene, frame);
     const StepReport report = simulation.step(next == NextFrame::success ? &frame : nullptr,
-                                              progress.has_last ? frame.time_s - progress.last_time_s : 0);
+                                              progress.has_time ? frame.time_s - progress.last_time_s : 0);
     progress.last_time_s = frame.time_s;
-    progress.has_last = true;
+    progress.has_time = true;
+    progress.has_last = is_filmed;
     summary.add(report);
     summary.add_strain(simulation);
     if (!scene.probes.empty()) summary.probes.push_back(simulation.probe_positions_m());
@@ -229,7 +237,8 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
       summary.motion_torques_N_m.push_back(simulation.motion_torques_N_m());
     }
     if (explainer) explainer->add(report, simulation, frame.tick);
-    const std::string caption = caption_of(report, simulation, frame.tick);
+    const std::string times = times_of(report, simulation, is_filmed);
+    const std::string caption = "frame " + std::to_string(frame.tick) + "   " + times;
     const bool keep_meshes = scene.output.mesh_every > 0 && !report.hull.overflow &&
                              (summary.frames - 1) % scene.output.mesh_every == 0;
     if (scene.output.vtk_every > 0 && (summary.frames - 1) % scene.output.vtk_every == 0)
@@ -240,9 +249,13 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
            company.budget->add(frame.tick, now_s() - begin_s, next == NextFrame::success))
         summary.note(notice);
     }
-    show_progress(summary.frames, total, caption);
+    log_debug(caption);
+    show_progress(progress_text(summary.frames, total, now_s() - start_s) + "   " + times);
   }
   for (const Notice& notice : simulation.last_notices()) summary.note(notice);
+  if (company.budget != nullptr) {
+    if (const std::optional<Notice> missed = company.budget->verdict()) summary.note(*missed);
+  }
   if (shows_progress()) std::fputc('\n', stderr);
   if (explainer) explainer->finish();
   return summary;
@@ -256,6 +269,19 @@ void tell_of_bodies(const Simulation& simulation, bool with_devices) {
   }
 }
 
+/// What needs cameras, of a scene that nobody films.
+void check_filmed(const RunOptions& options, const Scene& scene) {
+  if (scene.source.kind != SourceKind::none) return;
+  const auto refuse = [](const std::string& what) {
+    throw usage_error(what + " needs cameras, but 'source.kind' of the scene is none");
+  };
+  if (!options.record_path.empty()) refuse("--record '" + options.record_path + "'");
+  if (!options.budget.empty()) refuse("--budget '" + options.budget + "'");
+  if (scene.view.photographs > 0) refuse("'view.photographs'");
+  for (const BladeDescription& blade : scene.blades)
+    if (blade.tracked) refuse("blade '" + blade.name + "', which is tracked,");
+}
+
 Scene scene_of(const RunOptions& options) {
   Scene scene = read_scene(options.scene_path);
   if (!options.source_path.empty()) scene.source = source_of_file(options.source_path);
@@ -264,6 +290,7 @@ Scene scene_of(const RunOptions& options) {
     throw usage_error("--restart '" + options.restart_path +
                       "' takes the frames so far again, which a live rig can't give; record the run "
                       "(--record FILE) and go on with --source FILE");
+  check_filmed(options, scene);
   if (!options.budget.empty() && !(options.checkpoint_path.empty() && options.restart_path.empty()))
     throw usage_error("--budget '" + options.budget +
                       "' makes frames depend on how long they took, so a run can't go on with the same bits; "

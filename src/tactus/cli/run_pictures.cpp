@@ -27,16 +27,21 @@ ViewCamera view_camera(const ViewDescription& view, const Box3f& box_m) {
   return camera;
 }
 
-/// Workspace and bodies at rest.
+/// Workspace and bodies at rest; where nobody films, also obstacles and the liquid's box.
 Box3f what_there_is(const Rig& rig, const Scene& scene,
                     const std::vector<std::unique_ptr<SoftBody>>& bodies) {
-  Box3f box = rig.workspace_m;
+  constexpr float kFar = 1e30F;
+  const bool is_filmed = !rig.cameras.empty();
+  Box3f box = is_filmed ? rig.workspace_m : Box3f{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+  if (!is_filmed && scene.fluid)
+    box = {vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)};
   if (const auto& asked = scene.reconstruction.workspace_m)
     box = {vec_cast<float>(asked->min_m), vec_cast<float>(asked->max_m)};
   for (const auto& body : bodies) {
     const Box3f b = bounds(body->shape().surface_m);
     box = {min(box.min, b.min), max(box.max, b.max)};
   }
+  if (box.min.x > box.max.x) box = {{-0.5F, 0, -0.5F}, {0.5F, 1, 0.5F}};  // nothing to see
   return box;
 }
 
@@ -94,7 +99,7 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& a
     }
     for (const Camera& camera : rig.depth_cameras) add_camera(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
   }
-  view_.boxes.push_back({rig.workspace_m});
+  if (!rig.cameras.empty()) view_.boxes.push_back({rig.workspace_m});
   if (scene.fluid)
     view_.boxes.push_back(
         {{vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)}});

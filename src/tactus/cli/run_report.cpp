@@ -190,6 +190,11 @@ void RunSummary::add_strain(const Simulation& simulation) {
 }
 
 void RunSummary::note(const std::string& status, Severity severity) {
+  // "camera 'a': ...; camera 'b': ...": a line a camera, which is then told once, whatever others do.
+  if (const auto next = status.find("; camera '"); next != std::string::npos) {
+    note(status.substr(0, next), severity);
+    return note(status.substr(next + 2), severity);
+  }
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
   statuses.push_back(status);
   severity == Severity::info ? log_info(status) : log_warning(status);

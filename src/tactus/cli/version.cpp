@@ -6,6 +6,8 @@ namespace tactus {
 
 std::string commit_text() { return TACTUS_COMMIT; }
 
+std::string version_number() { return TACTUS_VERSION; }
+
 std::string version_text() {
   return "tactus " TACTUS_VERSION " (commit " + commit_text() + "; CUDA: " + cuda_status_text() + ")";
 }

@@ -182,9 +182,6 @@ Rows run_wire(const std::string& /*devices*/) {
 
 namespace tactus {
 
-void add_wire_benchmark() {
-  bench::add_benchmark(
-      {"wire", "live cameras: eight processes of clients, one server, encrypted", bench::run_wire});
-}
+void add_wire_benchmark() { bench::add_benchmark({"wire", bench::run_wire}); }
 
 }  // namespace tactus

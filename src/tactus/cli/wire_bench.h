@@ -1,8 +1,8 @@
 #pragma once
-/// The benchmark of live cameras. Not in tactus-bench, which runs where ZeroMQ is not.
+/// The benchmark of live cameras. Not in the benchmarks of GPU hosts, which run where ZeroMQ is not.
 namespace tactus {
 
-/// To those of `tactus bench`, as "wire".
+/// To those of tactus-bench, as "wire".
 void add_wire_benchmark();
 
 }  // namespace tactus

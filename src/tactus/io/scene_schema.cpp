@@ -13,30 +13,33 @@ namespace {
 const std::vector<std::string> kFigures = {"hand", "rabbit", "scalpel", "sphere", "bowl", "liver"};
 
 void describe_source(FieldVisitor& v, SourceDescription& s) {
-  v.choice<SourceKind>({"kind", "where frames come from", kRequired}, s.kind, kSourceKinds);
+  v.choice<SourceKind>(
+      {"kind", "where frames come from; `none`: nobody films, and nothing is reconstructed", kRequired},
+      s.kind, kSourceKinds);
   v.word({"figure", "what the synthetic rig films"}, s.figure, kFigures);
   v.path({"path",
           "rig YAML (videos, masks, live), folder with `*_par.txt` (middlebury) or `calibration.json` "
           "(kinect), or "
           "recording"},
          s.path);
-  static const std::string frames = "`A-B`, both included; `A-` to the end, which for `synthetic` is after " +
-                                    std::to_string(kSyntheticFrames) + " frames; `A` alone";
+  static const std::string frames =
+      "`A-B`, both included; `A-` to the end, which for `synthetic` and `none` is after " +
+      std::to_string(kSyntheticFrames) + " frames; `A` alone";
   v.frames({"frames", frames.c_str()}, s.frames);
   v.real_or_auto({"fps", "frames per second"}, s.fps, positive("1/s", 1000),
-                 "the recording's own; 30 for `synthetic`");
+                 "the recording's own; 30 for `synthetic` and `none`");
   v.boolean({"moving", "whether the synthetic figure moves"}, s.moving);
   v.real({"scale", "size of the synthetic figure over its natural size"}, s.scale,
          positive("", static_cast<double>(kMostFigureScale)));
   v.vector({"offset_m", "shift of the synthetic figure"}, s.offset_m, kPosition);
   v.integer({"depth_cameras", "time-of-flight cameras around the synthetic figure"}, s.depth_cameras,
             {"", 0, 32});
-  const bool synthetic = s.kind == SourceKind::synthetic;
-  v.check(synthetic || !s.path.empty(), "path",
+  const bool synthetic = s.kind == SourceKind::synthetic, none = s.kind == SourceKind::none;
+  v.check(synthetic || none || !s.path.empty(), "path",
           "'source' lacks the key 'path': the rig YAML (videos, masks, live), the folder (middlebury, "
           "kinect) or the "
           "recording");
-  v.only_when(!synthetic, "path", "'kind' is videos, masks, middlebury, kinect, recording or live");
+  v.only_when(!synthetic && !none, "path", "'kind' is videos, masks, middlebury, kinect, recording or live");
   for (const char* key : {"figure", "moving", "scale", "offset_m", "depth_cameras"})
     v.only_when(synthetic, key, "'kind' is synthetic");
 }

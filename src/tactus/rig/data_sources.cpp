@@ -21,6 +21,7 @@ std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& pat
       return open_recording(path, options);
     case SourceKind::live:
     case SourceKind::synthetic:
+    case SourceKind::none:
       break;
   }
   throw usage_error("'" + path + "': a source of kind '" + std::string(word_of(kind)) + "' has no recording");

@@ -24,13 +24,15 @@ std::string words_of(std::span<const SourceKind> kinds) {
 
 std::string source_kind_words() {
   std::vector<SourceKind> all;
-  for (const auto& entry : kSourceKinds) all.push_back(entry.second);
+  for (const auto& entry : kSourceKinds)
+    if (entry.second != SourceKind::none) all.push_back(entry.second);
   return words_of(all);
 }
 
 SourceKind source_kind(const std::string& word) {
   std::vector<std::string> words;
   for (const auto& [w, kind] : kSourceKinds) {
+    if (kind == SourceKind::none) continue;
     if (word == w) return kind;
     words.emplace_back(w);
   }

@@ -8,22 +8,20 @@
 
 namespace tactus {
 
-enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect, recording, live };
+enum class SourceKind : std::uint8_t { synthetic, videos, masks, middlebury, kinect, recording, live, none };
 
-inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {{"synthetic", SourceKind::synthetic},
-                                                                      {"videos", SourceKind::videos},
-                                                                      {"masks", SourceKind::masks},
-                                                                      {"middlebury", SourceKind::middlebury},
-                                                                      {"kinect", SourceKind::kinect},
-                                                                      {"recording", SourceKind::recording},
-                                                                      {"live", SourceKind::live}};
+inline constexpr std::pair<const char*, SourceKind> kSourceKinds[] = {
+    {"synthetic", SourceKind::synthetic}, {"videos", SourceKind::videos},
+    {"masks", SourceKind::masks},         {"middlebury", SourceKind::middlebury},
+    {"kinect", SourceKind::kinect},       {"recording", SourceKind::recording},
+    {"live", SourceKind::live},           {"none", SourceKind::none}};
 
 const char* word_of(SourceKind kind);
 /// "videos, masks or kinect".
 std::string words_of(std::span<const SourceKind> kinds);
-/// "synthetic, videos, masks, middlebury, kinect, recording or live".
+/// "synthetic, videos, masks, middlebury, kinect, recording or live": those that film.
 std::string source_kind_words();
-/// @throws usage Error naming the word, with the nearest one.
+/// One of these. @throws usage Error naming the word, with the nearest one.
 SourceKind source_kind(const std::string& word);
 
 }  // namespace tactus

@@ -7,12 +7,24 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/blade_mesh.h"
+#include "tactus/sim/start_check.h"
 
 namespace tactus {
 namespace {
 
+/// Where nobody films, no image ever comes, and what would reconstruct is as small as can be.
+std::vector<Camera> cameras_or_one(const Rig& rig) {
+  if (!rig.cameras.empty()) return rig.cameras;
+  return {look_at({0, 0, 1}, {}, {0, 1, 0}, 8, 8, 8)};
+}
+
 HullOptions hull_options(const Scene& scene, const Rig& rig) {
   HullOptions options;
+  if (rig.cameras.empty()) {
+    options.workspace_m = {{-0.1F, -0.1F, -0.1F}, {0.1F, 0.1F, 0.1F}};
+    options.resolution = 4;
+    return options;
+  }
   options.workspace_m = rig.workspace_m;
   options.slack_px = rig.slack_px;
   if (const auto& box = scene.reconstruction.workspace_m) {
@@ -105,14 +117,15 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                        bool can_save)
     : devices_(devices),
       scene_(scene),
-      fine_surface_(devices, rig.cameras, depth_cameras(scene, rig),
+      is_filmed_(!rig.cameras.empty()),
+      fine_surface_(devices, cameras_or_one(rig), depth_cameras(scene, rig),
                     {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
       coarse_surface_(can_save ? std::make_unique<SurfacePipeline>(
-                                     devices, rig.cameras, depth_cameras(scene, rig),
+                                     devices, cameras_or_one(rig), depth_cameras(scene, rig),
                                      SurfaceOptions{.hull = coarse(hull_options(scene, rig)),
                                                     .smoothing_steps = scene.reconstruction.smooth})
                                : nullptr),
-      hull_check_(devices.context(0), rig.cameras, hull_options(scene, rig).workspace_m,
+      hull_check_(devices.context(0), cameras_or_one(rig), hull_options(scene, rig).workspace_m,
                   fine_surface_.voxel_size_m()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
@@ -137,7 +150,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       is_settled_(scene.frame.start == FrameStart::undeformed),
       timings_(scene.output.trace) {
   check_settles();
-  if (scene.reconstruction.repair_masks)
+  if (scene.reconstruction.repair_masks && is_filmed_)
     view_scores_.emplace(devices.context(0), rig.cameras,
                          ViewScoreOptions{.workspace_m = hull_options(scene, rig).workspace_m});
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
@@ -147,6 +160,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
+  start_notices_ = overlaps_at_start(scene, bodies_, obstacle_descriptions(scene, assets));
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
   add_stages();
@@ -175,23 +189,8 @@ void Simulation::add_probe(const ProbeDescription& probe) {
 }
 
 void Simulation::add_stages() {
-  ExecContext& ctx = devices_.context(0);
   const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
-  for (Stage& stage : surface_stages()) schedule_.add(std::move(stage));
-  schedule_.add({.name = "hull/check",
-                 .timed_as = "check",
-                 .rate = Rate::capture,
-                 .reads = {VisualHull::kMesh},
-                 .submit = [this, &ctx](BlockPlace) {
-                   if (!saves(Saving::hull)) hull_check_.measure(ctx, fine_surface_.hull().mesh());
-                 }});
-  schedule_.add({.name = "surface/update",
-                 .timed_as = "surface",
-                 .rate = Rate::capture,
-                 .devices = touching,
-                 .writes = {"surface/samples"},
-                 .reads = {VisualHull::kMesh},
-                 .submit = [this](BlockPlace) { world_.update(surface().surface(), schedule_.frame()); }});
+  add_surface_stages(touching);
   schedule_.add({.name = "contact/begin",
                  .timed_as = "begin",
                  .rate = Rate::before,
@@ -223,6 +222,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   timings_.begin_frame();
   const StageTimer whole(timings_, "frame");
   StepReport report;
+  report.notices = std::exchange(start_notices_, {});
   if (!std::exchange(is_settled_, true)) settle(report);
   FrameTimes times = clock_.next(dt_s, frame != nullptr);
   report.dt_s = last_dt_s_ = times.dt_s;

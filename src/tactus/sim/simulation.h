@@ -133,6 +133,7 @@ class Simulation {
   void add_stages();
   // simulation_images.cpp
   std::vector<Stage> surface_stages();
+  void add_surface_stages(StageDevices touching);
   /// What makes it as savings are.
   const SurfacePipeline& surface() const { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
   SurfacePipeline& surface() { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
@@ -183,6 +184,7 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
+  bool is_filmed_;  ///< else nobody films, and nothing is reconstructed
   SurfacePipeline fine_surface_;
   std::unique_ptr<SurfacePipeline> coarse_surface_;  ///< where savings may be made
   unsigned savings_made_ = 0, savings_asked_ = 0;    ///< bits
@@ -221,6 +223,7 @@ class Simulation {
   std::vector<CutScore> cuts_;
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
+  std::vector<Notice> start_notices_;  ///< for the first frame to tell
   std::set<std::string> told_cuts_;  ///< what was said of blades and bodies
   SubstepChoice substep_choice_;
   Timings timings_;

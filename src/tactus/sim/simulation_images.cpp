@@ -102,4 +102,30 @@ std::vector<Stage> Simulation::surface_stages() {
   return stages;
 }
 
+/// What new images are made of.
+void Simulation::add_surface_stages(StageDevices touching) {
+  if (!is_filmed_)  // contact reads a surface that has no piece
+    return schedule_.add({.name = "surface/none",
+                          .timed_as = "surface",
+                          .rate = Rate::capture,
+                          .writes = {"surface/samples"},
+                          .submit = [](BlockPlace) {}});
+  ExecContext& ctx = devices_.context(0);
+  for (Stage& stage : surface_stages()) schedule_.add(std::move(stage));
+  schedule_.add({.name = "hull/check",
+                 .timed_as = "check",
+                 .rate = Rate::capture,
+                 .reads = {VisualHull::kMesh},
+                 .submit = [this, &ctx](BlockPlace) {
+                   if (!saves(Saving::hull)) hull_check_.measure(ctx, fine_surface_.hull().mesh());
+                 }});
+  schedule_.add({.name = "surface/update",
+                 .timed_as = "surface",
+                 .rate = Rate::capture,
+                 .devices = touching,
+                 .writes = {"surface/samples"},
+                 .reads = {VisualHull::kMesh},
+                 .submit = [this](BlockPlace) { world_.update(surface().surface(), schedule_.frame()); }});
+}
+
 }  // namespace tactus

@@ -1,0 +1,16 @@
+#pragma once
+/// What is made from the verbs for shells and `man`.
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace tactus {
+
+/// tactus(1), as troff.
+std::string man_page(const CLI::App& app, const std::string& version);
+/// @param shell bash, zsh or fish @throws usage Error
+std::string shell_completion(const CLI::App& app, const std::string& shell);
+
+}  // namespace tactus

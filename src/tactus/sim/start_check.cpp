@@ -1,0 +1,126 @@
+#include "tactus/sim/start_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "tactus/base/error.h"
+#include "tactus/geom/point_in_mesh.h"
+
+namespace tactus {
+namespace {
+
+/// Of a body's free mass; rounding and the nodes that stand out of a surface are far less.
+constexpr double kShare = 0.05;
+/// Nodes that are looked at: 5 % of them is a number that chance changes little.
+constexpr Index kMostNodes = 20000;
+
+bool overlap(const Box3f& a, const Box3f& b) {
+  const Vec3f apart = max(a.min - b.max, b.min - a.max);
+  return std::max({apart.x, apart.y, apart.z}) < 0;
+}
+
+/// Signed distance to the surface of something that stands there; < 0: inside.
+using Distance = std::function<float(Vec3f)>;
+
+float box_distance_m(Vec3f p, Vec3f half_m) {
+  const Vec3f out = Vec3f{std::abs(p.x), std::abs(p.y), std::abs(p.z)} - half_m;
+  return std::max({out.x, out.y, out.z});  // right inside; outside only its sign counts
+}
+
+/// Where what stands there could be; none: everywhere.
+std::optional<Box3f> box_of(const ObstacleDescription& o) {
+  if (o.kind == ObstacleKind::plane) return {};
+  const TriangleMesh& mesh = o.mesh;
+  Box3f box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+  const auto add = [&](Vec3f p) {
+    const Vec3f q = o.T_world_obstacle * p;
+    box = {min(box.min, q), max(box.max, q)};
+  };
+  if (o.kind == ObstacleKind::mesh)
+    for (const Vec3f p : mesh.positions_m) add(p);
+  else
+    for (int corner = 0; corner < 8; ++corner)
+      add({(corner & 1) != 0 ? o.half_m.x : -o.half_m.x, (corner & 2) != 0 ? o.half_m.y : -o.half_m.y,
+           (corner & 4) != 0 ? o.half_m.z : -o.half_m.z});
+  return box;
+}
+
+Distance distance_to(const ObstacleDescription& o) {
+  const Rigidf back = inverse(o.T_world_obstacle);
+  if (o.kind == ObstacleKind::plane) return [back](Vec3f p_m) { return (back * p_m).y; };
+  if (o.kind == ObstacleKind::box)
+    return [back, half_m = o.half_m](Vec3f p_m) { return box_distance_m(back * p_m, half_m); };
+  // (Sheets have no inside: their winding number is nowhere a half.)
+  const auto mesh = std::make_shared<PointInMesh>(o.mesh, MeshFill::winding);
+  return [back, mesh](Vec3f p_m) { return mesh->signed_distance_m(back * p_m); };
+}
+
+struct Overlap {
+  double share = 0, deepest_m = 0;
+};
+
+Overlap overlap_of(const SoftBody& body, const Distance& distance_m) {
+  const CubeLattice& lattice = body.shape().lattice;
+  std::vector<std::uint8_t> is_held(static_cast<std::size_t>(lattice.node_count()), 0);
+  for (std::size_t n = 0; n < is_held.size(); ++n) is_held[n] = lattice.fixed[n] != HeldAxes{} ? 1 : 0;
+  for (const NodeMotion& motion : body.shape().motions)
+    for (const Index n : motion.nodes) is_held[static_cast<std::size_t>(n)] = 1;
+  const Index step = std::max(Index{1}, lattice.regular_nodes() / kMostNodes);
+  double mass_kg = 0, inside_kg = 0;
+  Overlap found;
+  for (Index n = 0; n < lattice.regular_nodes(); n += step) {
+    const auto i = static_cast<std::size_t>(n);
+    if (is_held[i] != 0) continue;
+    mass_kg += double{lattice.node_mass_kg[i]};
+    const auto d = static_cast<double>(distance_m(lattice.rest_m(n)));
+    if (!(d < 0)) continue;
+    inside_kg += double{lattice.node_mass_kg[i]};
+    found.deepest_m = std::max(found.deepest_m, -d);
+  }
+  found.share = mass_kg > 0 ? inside_kg / mass_kg : 0;
+  return found;
+}
+
+void tell(const SoftBody& body, const std::string& in, const Overlap& found, std::vector<Notice>& notices) {
+  if (found.share <= kShare) return;
+  notices.push_back({"body.overlap", Severity::warning,
+                     number_text(std::round(100 * found.share)) + " % of body '" + body.name() +
+                         "' lies in " + in + " at the start, up to " +
+                         number_text(std::round(1e4 * found.deepest_m) / 1e4) +
+                         " m deep; contact pushes it out at once",
+                     "change their 'placement', or 'contact: false' of the body"});
+}
+
+}  // namespace
+
+std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
+                                      std::span<const ObstacleDescription> obstacles) {
+  std::vector<Notice> notices;
+  const auto touches = [&](std::size_t b) { return scene.bodies[b].contact; };
+  for (const ObstacleDescription& o : obstacles) {
+    const std::optional<Box3f> box = box_of(o);
+    std::optional<Distance> distance_m;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (!touches(b) || (box && !overlap(*box, bounds(bodies[b]->shape().surface_m)))) continue;
+      if (!distance_m) distance_m = distance_to(o);
+      tell(*bodies[b], "obstacle '" + o.name + "'", overlap_of(*bodies[b], *distance_m), notices);
+    }
+  }
+  if (!scene.contact.bodies) return notices;
+  for (std::size_t other = 0; other < bodies.size(); ++other) {
+    const TriangleMesh& surface = bodies[other]->shape().surface_m;
+    std::optional<PointInMesh> inside;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const bool near = b != other && touches(b) && touches(other) &&
+                        overlap(bounds(surface), bounds(bodies[b]->shape().surface_m));
+      if (!near) continue;
+      if (!inside) inside.emplace(surface, MeshFill::winding);
+      tell(*bodies[b], "body '" + bodies[other]->name() + "'",
+           overlap_of(*bodies[b], [&](Vec3f p_m) { return inside->signed_distance_m(p_m); }), notices);
+    }
+  }
+  return notices;
+}
+
+}  // namespace tactus

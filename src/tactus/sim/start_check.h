@@ -1,0 +1,20 @@
+#pragma once
+/// What lies in one another before the first frame. Contact would push it apart at once, which looks like an
+/// explosion and is seldom meant.
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "tactus/contact/obstacles.h"
+#include "tactus/sim/notice.h"
+#include "tactus/sim/scene.h"
+#include "tactus/sim/soft_body.h"
+
+namespace tactus {
+
+/// A warning for each body of which more than 5 % lies in an obstacle, or in a body that it touches. Nodes
+/// that are fixed or moved don't count: they may be anywhere.
+std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
+                                      std::span<const ObstacleDescription> obstacles);
+
+}  // namespace tactus
