@@ -45,12 +45,23 @@ struct ContactFinder {
   }
   /// How point i meets an owner.
   TACTUS_HD MeetingPoint meet(Index i, Index owner, Vec3f x, Vec3f v) const {
-    const Vec3f face = facing(i, owner);
+    const Vec3f face = facing(i, owner), moved = way(i, owner, x, v);
     const Index t = tool_of(owner);
-    if (owner >= kPieces && t < 0) return {x, x - dt_s * v, face};
+    if (owner >= kPieces && t < 0) return {x, x - moved, face};
     const Mat3f back = transpose(t >= 0 ? poses().tool[t].turn : poses().piece[owner].turn);
     const Vec3f p = t >= 0 ? poses().tool[t].to_tool(x) : poses().piece[owner].to_capture(x);
-    return {p, p - dt_s * (back * (v - velocity_of(owner, x))), back * face};
+    return {p, p - back * moved, back * face};
+  }
+  /// How a point came to x as its owner sees it, since it was on the outside. That of a point which touches
+  /// is where contact wanted it, a little above the surface, and not where it was: a point that shares its
+  /// nodes, or that its body pulls, may have stayed inside. Its way would not tell then by which side it
+  /// came in, and from beyond the middle of a thin plate it would be brought to the wrong one.
+  TACTUS_HD Vec3f way(Index i, Index owner, Vec3f x, Vec3f v) const {
+    const PointContact& contact = body.state.contact[i];
+    if (body.state.touching[i] != 1 || contact.owner != owner || tool_of(owner) >= 0)
+      return dt_s * (v - velocity_of(owner, x));
+    const Vec3f held = contact.anchor_m + dt_s * velocity_of(owner, contact.anchor_m);
+    return (x - held) - kAbove * body.reach_m * contact.n;
   }
   /// Out of the wall of a cut that a point is on; 0: it is on none.
   TACTUS_HD Vec3f wall_out(Index i) const {
@@ -63,13 +74,15 @@ struct ContactFinder {
       if (side.weight[k] != 0.F) out += side.weight[k] * body.nodes.position(point.node[k]);
     return out;
   }
-  /// The normal of what the point touches, as it was; 0: it touches nothing. The wall of a cut is on the side
-  /// of a blade that faces it: both walls may be where the blade is, and each goes to its own side.
+  /// The normal where the point touches this owner, as it was; 0: it doesn't. The wall of a cut is on the
+  /// side of a blade that faces it: both walls may be where the blade is, and each goes to its own side.
   TACTUS_HD Vec3f facing(Index i, Index owner) const {
     if (tool_of(owner) >= 0) {
       if (const Vec3f out = wall_out(i); out != Vec3f{}) return -normalized(out);
     }
-    return body.state.touching[i] != 0 ? body.state.contact[i].n : Vec3f{};
+    const PointContact& contact = body.state.contact[i];
+    const bool same = contact.owner == owner || (contact.owner < kPieces && owner < kPieces);
+    return body.state.touching[i] != 0 && same ? contact.n : Vec3f{};
   }
   /// Squared: how far a point moved at most relative to anything since the pose `then`, at which it was at
   /// from_m. For points that are means of others, no more than the most of those.
@@ -208,7 +221,8 @@ struct ContactFinder {
     TACTUS_ROLLED
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       if (boundaries.obstacles[k].kind == ObstacleKind::mesh) continue;
-      const SurfaceGap g = boundaries.obstacles[k].shape_gap(x, x - dt_s * v, facing(i, kPieces + k));
+      const SurfaceGap g =
+          boundaries.obstacles[k].shape_gap(x, x - way(i, kPieces + k, x, v), facing(i, kPieces + k));
       if (g.inside) deepest.see(g.gap_m, g.n, {}, kPieces + k);
     }
     if (deepest.owner < 0) {
@@ -234,6 +248,7 @@ struct ContactFinder {
   /// Of the walls of a new cut, which are where the blade is. Waves in soft tissue have some m/s; at once, a
   /// millimetre would throw them apart.
   static constexpr float kParting_m_s = 0.05F;
+  static constexpr float kAbove = 0.01F;  ///< in reaches: above rounding, below what a triangle's slack is
   /// A blade that moves with its edge ahead is a wedge of less than that slope.
   static constexpr float kSteepestWedge = 0.2F;
   /// The edge of a blade pushes nothing away: it is to cut it. Nor does a flank push what came in by the

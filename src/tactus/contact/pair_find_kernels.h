@@ -433,8 +433,11 @@ struct FindPairs {
     Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
     contact.anchor_cube = c;
     contact.anchor_q = q + jacobian.solve(push);
-    // What was put into one another must not be shot apart.
-    const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m), far = length(push);
+    // What was put into one another must not be shot apart. But what came in since the last correction goes
+    // back at once: else what carries more than that a substep sinks in.
+    const float stayed = same && contact.touching == 1 ? contact.depth_m - length(contact.push_m) : depth;
+    const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m) + max(depth - stayed, 0.F),
+                far = length(push);
     if (far > farthest) push *= farthest / far;
     const bool stays = contact.touching == 1 && contact.cube == c;
     if (stays)
@@ -451,7 +454,7 @@ struct FindPairs {
     if (!stays) add_weights(i, contact, 1);
     return true;
   }
-  /// In one correction, in spacings.
+  /// In one correction, in spacings, of what was in before.
   static constexpr float kLargestPush = 0.1F;
 
   TACTUS_HD static bool moves(const PairBody& body, const EmbeddedPoint& p) {

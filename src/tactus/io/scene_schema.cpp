@@ -121,12 +121,12 @@ void describe_relaxation(FieldVisitor& v, RelaxationDescription& r) {
 }
 
 void describe_material(FieldVisitor& v, MaterialDescription& m) {
-  v.choice({"model",
-            "how it deforms: `flsm` shape matching (fast), `tled` finite elements (right), `hybrid` both: "
-            "`ratio` or "
-            "`regions` of the body say where"},
-           m.model,
-           {{"flsm", TissueModel::flsm}, {"tled", TissueModel::tled}, {"hybrid", TissueModel::hybrid}});
+  v.choice(
+      {"model",
+       "how it deforms: `flsm` shape matching (fast; for what is held and pressed), `tled` finite elements "
+       "(right; also for what is stacked, stands on a slope or falls fast, at some 2.5 times the time on a "
+       "CPU), `hybrid` both: `ratio` or `regions` of the body say where"},
+      m.model, {{"flsm", TissueModel::flsm}, {"tled", TissueModel::tled}, {"hybrid", TissueModel::hybrid}});
   v.integer({"half_width", "half width of the shape matching regions in cubes: larger is smoother"},
             m.half_width, {"", 1, 4});
   v.real({"young_modulus_pa", "stiffness E; liver 3e3 to 1e4, rubber 1e6"}, m.young_modulus_pa,

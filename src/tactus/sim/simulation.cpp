@@ -131,12 +131,12 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
-        for (const BodyDescription& body : scene.bodies) {
+        for (const BodyDescription& body : scene.bodies)
           bodies.push_back(std::make_unique<SoftBody>(devices, body, assets, touches_bodies(scene, body)));
-        }
         return bodies;
       }()),
       tracked_blades_(scene, assets, rig),
+      obstacle_watch_(obstacle_descriptions(scene, assets)),
       world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
              surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
@@ -318,6 +318,10 @@ void Simulation::collect(StepReport& report) {
   }
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
+  for (auto& body : bodies_)
+    if (report.substeps > 0 && !body->is_untouched() && !body->is_stopped())
+      warn("body.in_obstacle", obstacle_watch_.follow(body->name(), body->motion().center_m),
+           ObstacleWatch::kRemedy);
   if (!has_surface_) return;
   report.hull = hull().report(readback_);
   if (const auto& overflow = report.hull.overflow)
@@ -379,9 +383,7 @@ void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
 
 int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
   int count = static_cast<int>(std::ceil(std::min(dt_s * substeps_per_s, double{kMostSubsteps})));
-  for (const auto& body : bodies_) {
-    count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
-  }
+  for (const auto& body : bodies_) count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
   if (liquid_) count = std::max(count, liquid_->substeps_for(dt_s));
   return std::clamp(count, 1, kMostSubsteps);
 }
@@ -410,11 +412,14 @@ double Simulation::surface_m_s(const SoftBody& body, double seconds) const {
 Simulation::FramePart Simulation::next_part(double left_s, double age_s, double from_s, int done) {
   if (scene_.frame.substeps) return {left_s, *scene_.frame.substeps, true};
   double spacings_per_s = 0;  // that anything moves by
+  double falls_per_s = 0;     // likewise, that it may gain until the middle of the frame
   int unstrained = 1;         // substeps of the rest of the frame
   for (const auto& body : bodies_) {
     spacings_per_s =
         std::max(spacings_per_s, body->fastest_near_m_s(surface_m_s(*body, age_s), from_s, from_s + left_s) /
                                      body->spacing_m());
+    if (!body->is_untouched() && !body->is_stopped())
+      falls_per_s = std::max(falls_per_s, 0.5 * length(scene_.gravity_m_s2) * left_s / body->spacing_m());
     unstrained = std::max(unstrained, body->model().substeps_for(static_cast<float>(left_s)));
   }
   if (liquid_) unstrained = std::max(unstrained, liquid_->substeps_for(left_s));
@@ -424,11 +429,12 @@ Simulation::FramePart Simulation::next_part(double left_s, double age_s, double 
   const int parts =
       static_cast<int>(std::ceil(std::clamp(left_s * spacings_per_s, 1.0, double{kMostSubsteps})));
   const double dt_s = left_s / parts;
-  const int count = substeps_for(dt_s, 4 * spacings_per_s);
+  const double most_per_s = spacings_per_s + falls_per_s;
+  const int count = substeps_for(dt_s, 4 * most_per_s);
   if (parts == 1 && done == 0) return {left_s, in_units(substep_choice_.of_frame(count, most)), true};
   const int rest = static_cast<int>(unstrained * (1 - 1.0 / parts));
   if (parts == 1 || count + rest >= most)
-    return {left_s, in_units(std::min(substeps_for(left_s, 4 * spacings_per_s), most)), true};
+    return {left_s, in_units(std::min(substeps_for(left_s, 4 * most_per_s), most)), true};
   return {dt_s, in_units(count), false};
 }
 
@@ -438,9 +444,7 @@ FrameSnapshot Simulation::snapshot() {
   snapshot.captured_s = captured_s_;
   ExecContext& ctx = devices_.context(0);
   if (has_surface_) snapshot.real = surface().download();
-  for (const auto& body : bodies_) {
-    snapshot.bodies.push_back(body->surface(ctx));
-  }
+  for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
   snapshot.blades = tracked_blades_.meshes();
   for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
     snapshot.blades.push_back(std::move(blade));

@@ -17,6 +17,7 @@
 #include "tactus/sim/cut_score.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/frame_savings.h"
+#include "tactus/sim/obstacle_watch.h"
 #include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/soft_body.h"
 #include "tactus/sim/touching_bodies.h"
@@ -195,6 +196,7 @@ class Simulation {
   float sample_spacing_m_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   TrackedBlades tracked_blades_;
+  ObstacleWatch obstacle_watch_;
   ContactOnDevices world_;
   TouchingBodies touching_;
   std::unique_ptr<SceneLiquid> liquid_;

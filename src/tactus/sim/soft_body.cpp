@@ -209,7 +209,9 @@ std::string SoftBody::newly_inverted() {
 
 double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
   if (is_stopped_ || nothing_acts()) return 0;
-  const double own_m_s = std::sqrt(double{node_check_.fastest_element2_m2_s2});
+  // What touches nothing may step as far as its material allows.
+  const double own_m_s =
+      description_.contact ? double{fastest_m_s()} : std::sqrt(double{node_check_.fastest_element2_m2_s2});
   double speed = std::max(own_m_s, description_.contact ? surface_m_s : 0);
   for (const NodeMotion& motion : shape_.motions)
     speed = std::max(speed, fastest_move(shape_.lattice, motion, from_s, to_s).speed_m_s);

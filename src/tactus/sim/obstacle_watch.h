@@ -1,0 +1,37 @@
+#pragma once
+/// Tells when contact failed: the centre of mass of a body went into or through an obstacle.
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tactus/contact/obstacles.h"
+
+namespace tactus {
+
+/// Follows centres of mass from frame to frame. The first time, it only notes where they are.
+class ObstacleWatch {
+ public:
+  static constexpr const char* kRemedy =
+      "let it fall or be pressed more slowly, take a larger young_modulus_pa, a smaller spacing_m or 'model: "
+      "tled'";
+  ObstacleWatch() = default;
+  explicit ObstacleWatch(std::vector<ObstacleDescription> obstacles);
+
+  /// Once a frame and body. @returns "" or, the first time for each obstacle, that the body went into it
+  std::string follow(const std::string& body, Vec3d center_m);
+
+ private:
+  struct Watched {
+    ObstacleDescription obstacle;
+    Box3f bounds;  ///< of a mesh, in its own coordinates
+  };
+  static bool meets(const Watched& watched, Vec3d from_m, Vec3d to_m);
+
+  std::vector<Watched> watched_;
+  std::map<std::string, Vec3d> center_m_;  ///< by body, in the frame before
+  std::map<std::pair<std::string, std::string>, bool> told_;
+};
+
+}  // namespace tactus
