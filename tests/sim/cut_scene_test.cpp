@@ -70,6 +70,60 @@ TEST(CutScene, ABladeSeversABlock) {
   EXPECT_EQ(played.state.closed_volumes_m3, again.state.closed_volumes_m3);
 }
 
+/// A block of 10^3 cubes away from the origin, and a blade that takes 9 frames through it.
+std::string block_text(const char* blade, const char* material, const char* more) {
+  return std::string(R"(
+source: {kind: synthetic, figure: sphere, depth_cameras: 0}
+reconstruction: {resolution: 16}
+bodies:
+  - name: block
+    cuttable: true
+    contact: false
+    shape: {kind: box, size_m: [0.1, 0.1, 0.1]}
+    placement: {position_m: [0, 0.5, 0]}
+    spacing_m: 0.01
+    material: {model: tled, poisson_ratio: 0.4, damping: 0.3, young_modulus_pa: )") +
+         material + "}\n" + more + "blades:\n  - name: slicer\n    " + blade;
+}
+
+/// Along a plane of nodes, in the middle of a block that nothing moves: the halves are equal, and stay where
+/// they are.
+TEST(IndependentCutScene, ABladeAlongAPlaneOfNodes) {
+  Scene scene = parse_scene(block_text("from_m: [-0.07, 0.5, -0.1]\n    to_m: [-0.07, 0.5, 0.1]\n    path: "
+                                       "[{time_s: 0.1}, {time_s: 0.4, displacement_m: [0.14, 0, 0]}]\n",
+                                       "8000", ""),
+                            "scenes/x.yaml");
+  scene.gravity_m_s2 = {};
+  const Played played = play(scene, "cpu");
+  EXPECT_EQ(played.state.parts, 2);
+  ASSERT_EQ(played.state.closed_volumes_m3.size(), 2U);
+  for (const double volume_m3 : played.state.closed_volumes_m3) EXPECT_NEAR(volume_m3, 5e-4, 2e-3 * 5e-4);
+  ASSERT_EQ(played.cuts.size(), 1U);
+  EXPECT_NEAR(played.cuts[0].area_m2, 0.01, 1e-4);
+  const Played again = play(scene, "cpu:3");
+  EXPECT_EQ(played.state.closed_volumes_m3, again.state.closed_volumes_m3);
+  EXPECT_EQ(played.cuts[0].area_m2, again.cuts[0].area_m2);
+}
+
+/// A block that sags while it is cut, half a metre from the origin. The part that falls has a surface of its
+/// own.
+TEST(IndependentCutScene, PartsFarFromTheOriginHaveSurfacesOfTheirOwn) {
+  Scene scene = parse_scene(
+      block_text("from_m: [0.003, 0.3, -0.2]\n    to_m: [0.003, 0.7, -0.2]\n    path: [{time_s: 0.1}, "
+                 "{time_s: 0.4, displacement_m: [0, 0, 0.4]}]\n",
+                 "20000", "    fixed: [{kind: half_space, point_m: [-0.0475, 0, 0], normal: [1, 0, 0]}]\n"),
+      "scenes/x.yaml");
+  scene.gravity_m_s2 = {0, -3, 0};
+  const Played played = play(scene, "cpu");
+  EXPECT_EQ(played.state.parts, 2);
+  ASSERT_EQ(played.state.closed_volumes_m3.size(), 2U);
+  // It hangs by 3 mm at its end: what it is strained by doesn't change the volume by more than 0.5 %.
+  std::vector<double> volumes_m3 = played.state.closed_volumes_m3;
+  std::sort(volumes_m3.begin(), volumes_m3.end());
+  EXPECT_NEAR(volumes_m3[0], 4.7e-4, 5e-3 * 4.7e-4);
+  EXPECT_NEAR(volumes_m3[1], 5.3e-4, 5e-3 * 5.3e-4);
+}
+
 /// A block hangs from its top, over a table. A blade cuts its lower part off, which falls onto the table. A
 /// second blade cuts it where it lies.
 constexpr const char* kTray = R"(

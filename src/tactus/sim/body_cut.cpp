@@ -61,100 +61,32 @@ void SoftBody::make_points() {
         cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.first_count, room);
 }
 
-/// Whether no point of the strip, nor of its blade's trail, is in reach of the body.
-bool SoftBody::is_far(const cut::BladeStrip& strip, const Trail& trail) const {
+/// Whether no point of the strip is in reach of the body.
+bool SoftBody::is_far(const cut::BladeStrip& strip) const {
   if (!(motion_.mass_kg > 0)) return false;
   const Vec3f low = vec_cast<float>(motion_.low_m), high = vec_cast<float>(motion_.high_m);
   Box3f box{strip.begin_m.front(), strip.begin_m.front()};
-  for (const auto* points_m : {&strip.begin_m, &strip.end_m, &trail.last_m, &trail.older_m})
+  for (const auto* points_m : {&strip.begin_m, &strip.end_m})
     for (const Vec3f p : *points_m) box = {min(box.min, p), max(box.max, p)};
   const Vec3f apart = max(box.min - high, low - box.max);
-  return max(apart.x, max(apart.y, apart.z)) > carry_reach_m();
-}
-
-float SoftBody::carry_reach_m() const { return 3 * shape_.lattice.spacing_m; }
-
-/// Each point goes as far as the node that is nearest to it, if one is near.
-void SoftBody::carry(std::vector<Vec3f>& points_m) {
-  if (points_m.empty() || last_x_m_.empty()) return;
-  const float reach_m = carry_reach_m();
-  last_blocks_.build(last_x_m_);
-  Box3f around{points_m.front(), points_m.front()};
-  for (const Vec3f p : points_m) around = {min(around.min, p), max(around.max, p)};
-  const auto square_to = [](const Box3f& box, Vec3f low, Vec3f high) {
-    const Vec3f d = max(max(box.min - high, low - box.max), Vec3f{});
-    return dot(d, d);
-  };
-  std::vector<std::size_t> near;  // blocks
-  for (std::size_t b = 0; b < last_blocks_.boxes().size(); ++b)
-    if (square_to(last_blocks_.boxes()[b], around.min, around.max) < sqr(reach_m)) near.push_back(b);
-  for (Vec3f& p : points_m) {
-    float least_m2 = sqr(reach_m);
-    Vec3f moved_m{};
-    for (const std::size_t b : near) {
-      if (square_to(last_blocks_.boxes()[b], p, p) >= least_m2) continue;
-      const std::size_t first = b * cut::PointBlocks::kSize;
-      for (std::size_t i = first; i < std::min(first + cut::PointBlocks::kSize, x_m_.size()); ++i) {
-        const Vec3f d = last_x_m_[i] - p;
-        if (dot(d, d) >= least_m2 || shape_.lattice.node_mass_kg[i] == 0) continue;
-        least_m2 = dot(d, d);
-        moved_m = x_m_[i] - last_x_m_[i];
-      }
-    }
-    p += moved_m;
-  }
+  return max(apart.x, max(apart.y, apart.z)) > 3 * shape_.lattice.spacing_m;
 }
 
 cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
                              const TellCut& told) {
-  Trail& trail = trails_[blade];
-  if (is_far(strip, trail)) {
+  cut::BladeTrail& trail = trails_[blade];
+  if (is_far(strip)) {
     trail = {};
     return {};
   }
   if (x_m_.empty()) x_m_ = positions_m(ctx);
-  // Points along the edge, as many in every frame of a stroke.
-  const auto samples = [&](const std::vector<Vec3f>& edge_m) {
-    std::vector<Vec3f> points_m{edge_m.front()};
-    for (std::size_t i = 1; i < edge_m.size(); ++i) {
-      const int n = trail.parts[i - 1];
-      for (int k = 1; k <= n; ++k)
-        points_m.push_back(edge_m[i - 1] +
-                           static_cast<float>(k) / static_cast<float>(n) * (edge_m[i] - edge_m[i - 1]));
-    }
-    return points_m;
-  };
-  if (trail.frame + 1 != strip.frame || trail.parts.size() + 1 != strip.end_m.size()) {
-    trail = {};
-    for (std::size_t i = 1; i < strip.end_m.size(); ++i) {
-      const float length_m = length(strip.end_m[i] - strip.end_m[i - 1]);
-      trail.parts.push_back(std::clamp(static_cast<int>(2 * length_m / shape_.lattice.spacing_m), 1, 200));
-    }
-    trail.last_m = samples(strip.begin_m);
-  }
-  carry(trail.last_m);
-  carry(trail.older_m);
-  const std::vector<Vec3f> now_m = samples(strip.end_m);
-  cut::CutReport report;
-  if (!trail.older_m.empty()) cut_along(ctx, {trail.older_m, trail.last_m, strip.frame - 1}, told, report);
-  cut_along(ctx, {trail.last_m, now_m, strip.frame}, told, report);
-  if (report.cut_cubes > 0) surface_.update(ctx, tissue_.body());
-  trail.older_m = std::exchange(trail.last_m, now_m);
-  trail.frame = strip.frame;
-  return report;
-}
-
-void SoftBody::cut_along(ExecContext& ctx, const cut::BladeStrip& strip, const TellCut& told,
-                         cut::CutReport& sum) {
-  const cut::CutReport report = cutter_->cut(strip, x_m_, change_);
+  const cut::CutReport report =
+      cutter_->cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
   journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
-  sum.cut_cubes += report.cut_cubes;
-  sum.area_m2 += report.area_m2;
-  sum.slivers += report.slivers;
-  sum.depth_m = std::max(sum.depth_m, report.depth_m);
-  sum.is_refused = sum.is_refused || report.is_refused;
-  sum.is_full = sum.is_full || report.is_full;
-  if (!change_.copies.empty()) follow(ctx, change_, told);
+  if (change_.copies.empty()) return report;
+  follow(ctx, change_, told);
+  surface_.update(ctx, tissue_.body());
+  return report;
 }
 
 void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told) {
@@ -170,6 +102,7 @@ void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const Tell
   for (std::vector<Vec3f>* of_nodes : {&x_m_, &last_x_m_})
     for (const TopologyChange::Node& node : change.nodes)
       if (node.from >= 0 && !of_nodes->empty()) (*of_nodes)[at(node.node)] = (*of_nodes)[at(node.from)];
+  for (auto& [blade, trail] : trails_) trail.follow(change);
   std::vector<PointChange> points;
   if (points_.count() > 0) {
     points = cut_points_.update(cutter_->lattice(), cutter_->surface(), change);

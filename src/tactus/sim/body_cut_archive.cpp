@@ -1,5 +1,6 @@
 // Cuts of a body, for runs that go on from a checkpoint.
 #include <algorithm>
+#include <utility>
 
 #include "tactus/sim/soft_body.h"
 
@@ -51,6 +52,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
           "nodes when blades cut last");
   archive_trails(a);
   if (!a.reads()) return;
+  auto trails = std::exchange(trails_, {});
   auto edge = edges.begin();
   auto cube = cubes.begin();
   for (std::size_t k = 0; k < edges_of.size(); ++k) {
@@ -68,6 +70,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }
+  trails_ = std::move(trails);
   surface_.update(ctx, tissue_.body());
 }
 
@@ -75,23 +78,29 @@ void SoftBody::archive_trails(StateArchive& a) {
   Index count = size_of(trails_);
   a.value("trails of blades", count);
   a.check(count >= 0 && count <= kMostTrails, "trails of blades");
-  std::vector<std::pair<std::size_t, Trail>> trails(trails_.begin(), trails_.end());
+  std::vector<std::pair<std::size_t, cut::BladeTrail>> trails(trails_.begin(), trails_.end());
   trails.resize(static_cast<std::size_t>(count));
   for (auto& [blade, trail] : trails) {
     std::uint64_t number = blade;
     a.value("blade", number);
     blade = static_cast<std::size_t>(number);
     a.value("last strip", trail.frame);
-    archive_list(a, "edge before the last", trail.older_m, kMostTrailPoints);
-    archive_list(a, "last edge", trail.last_m, kMostTrailPoints);
+    a.value("steps of the blade", trail.steps);
+    a.value("turn of the body", trail.turn);
+    archive_list(a, "last edge", trail.edge, kMostTrailPoints);
     archive_list(a, "parts of the edge", trail.parts, kMostTrailPoints);
+    archive_list(a, "nodes of the trail", trail.nodes, shape_.lattice.node_count());
+    archive_list(a, "names of nodes", trail.names, shape_.lattice.node_count());
     Index points = 1;
     for (const int part : trail.parts) {
       a.check(part >= 1 && part <= 200, "parts of the edge");
       points += part;
     }
-    a.check(size_of(trail.last_m) == points && (trail.older_m.empty() || size_of(trail.older_m) == points),
-            "last edge");
+    const bool is_empty = trail.nodes.empty() && trail.edge.empty();
+    a.check(
+        is_empty || (size_of(trail.edge) == points && size_of(trail.nodes) == shape_.lattice.node_count()),
+        "last edge");
+    a.check(trail.names.size() == trail.nodes.size(), "names of nodes");
   }
   trails_ = {trails.begin(), trails.end()};
 }

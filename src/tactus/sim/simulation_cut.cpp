@@ -58,7 +58,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       const cut::CutReport cut = body->cut(ctx, b, strip, touch);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
-      if (cut.is_full && told_cuts_.insert(who + "full").second)
+      if (cut.is_full && told_cuts_.insert("body '" + body->name() + "' is full").second)
         report.notices.push_back({"cut.full", Severity::warning,
                                   who + ": there is no room for more copies of cubes; the rest is not cut",
                                   "raise 'cut_room' of the body"});

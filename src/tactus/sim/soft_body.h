@@ -111,8 +111,8 @@ class SoftBody {
 
   // body_cut.cpp
   bool is_cuttable() const { return cutter_.has_value(); }
-  /// Cuts it by what a straight edge swept since the last frame, between two frames. Where the edge was in
-  /// the last two frames goes along with the body, so strips leave no gap in it. Synchronizes.
+  /// Cuts it by what an edge swept since the last frame, between two frames, as the body saw it.
+  /// Synchronizes.
   /// @param blade number of the blade @param told of each change, after the body took it over
   using TellCut = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
   cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
@@ -190,16 +190,7 @@ class SoftBody {
   std::string impossible_state() const;
   void make_cuttable(ExecContext& ctx);
   void make_points();
-  /// Where a blade's edge was in the last two frames, moved with the body.
-  struct Trail {
-    std::vector<Vec3f> older_m = {}, last_m = {};
-    int frame = -1;
-    std::vector<int> parts = {};  ///< of each segment of the edge
-  };
-  bool is_far(const cut::BladeStrip& strip, const Trail& trail) const;
-  float carry_reach_m() const;
-  void carry(std::vector<Vec3f>& points_m);
-  void cut_along(ExecContext& ctx, const cut::BladeStrip& strip, const TellCut& told, cut::CutReport& sum);
+  bool is_far(const cut::BladeStrip& strip) const;
   void archive_trails(StateArchive& a);
   void follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told);
   void warn_of_fast_motion(const NodeMotion& motion) const;
@@ -240,8 +231,7 @@ class SoftBody {
   WallChangeIds wall_changes_;
   std::vector<Vec3f> x_m_;       ///< of nodes, while blades cut; empty: none is near
   std::vector<Vec3f> last_x_m_;  ///< in the frame before; empty: none was
-  cut::PointBlocks last_blocks_;
-  std::map<std::size_t, Trail> trails_;
+  std::map<std::size_t, cut::BladeTrail> trails_;
 };
 
 }  // namespace tactus

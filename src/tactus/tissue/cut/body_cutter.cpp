@@ -28,6 +28,14 @@ CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, T
   return report;
 }
 
+CutReport BodyCutter::cut(BladeTrail& trail, const BladeStrip& strip, std::span<const Vec3f> before_m,
+                          std::span<const Vec3f> x_m, TopologyChange& change) {
+  const bool is_refused = lattice_.mark(trail, strip, before_m, x_m).refused;
+  CutReport report = cut_marked(change);
+  report.is_refused = is_refused;
+  return report;
+}
+
 CutReport BodyCutter::cut_marked(TopologyChange& change) {
   CutReport report;
   change.clear();

@@ -28,8 +28,12 @@ class BodyCutter {
   /// Room for what a frame changes.
   void take_room_for(TopologyChange& change) const;
 
-  /// @param x_m of all nodes now @param change what it held is dropped
+  /// @param x_m of all nodes, which rest @param change what it held is dropped
   CutReport cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change);
+  /// Of a body that moves. Trails of all blades have to follow the change.
+  /// @param before_m,x_m of all nodes at the strip's begin and end
+  CutReport cut(BladeTrail& trail, const BladeStrip& strip, std::span<const Vec3f> before_m,
+                std::span<const Vec3f> x_m, TopologyChange& change);
 
   /// In place of a strip. @throws Error.
   CutReport cut(const LatticeCutter::Journal& journal, TopologyChange& change) {

@@ -330,7 +330,7 @@ void CutSurface::divide_triangle(const LatticeCutter& cutter, const Stage& s, st
   const Triangle& old = triangles_[index(s.near[number])];
   const Piece corners{old.corner[0].point, old.corner[1].point, old.corner[2].point};
   d.normal = cross(at(corners[1]) - at(corners[0]), at(corners[2]) - at(corners[0]));
-  d.is_round = roundness(index(s.near[number])) > 1e-4;
+  d.is_round = roundness(index(s.near[number])) > 1e-7;
   d.segments.clear();
   for (const Segment& segment : s.segments.of(static_cast<Index>(number))) d.segments.push_back(segment);
   divide(

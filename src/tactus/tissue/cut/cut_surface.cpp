@@ -1,6 +1,7 @@
 #include "tactus/tissue/cut/cut_surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "tactus/compute/cpu_for.h"
@@ -11,6 +12,16 @@ namespace {
 
 /// Small numbers that look random, -0.5..0.5.
 double scatter(std::uint64_t i) { return static_cast<double>(mixed(i) >> 11U) * 0x1p-53 - 0.5; }
+
+/// Vertices are whole multiples of it, in spacings: a power of two that is more than what floats leave unsure
+/// about their places, so a face on a plane of the lattice lies on it.
+double grain_of(const CubeLattice& lattice, const TriangleMesh& surface) {
+  double farthest_m = 0;
+  for (const Vec3f p : surface.positions_m)
+    farthest_m = std::max({farthest_m, double{std::abs(p.x)}, double{std::abs(p.y)}, double{std::abs(p.z)}});
+  const double unsure = 6 * farthest_m * 0x1p-24 / double{lattice.spacing_m};
+  return std::exp2(std::ceil(std::log2(std::max(unsure, 0x1p-14))));
+}
 
 }  // namespace
 
@@ -38,7 +49,37 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
     const Index place = triangle_count() - 1;
     add_to_bins(cutter, {&place, 1});
   }
+  find_empty_cubes(cutter);
   take_room_for_frame(std::min(cutter.lattice().copies.size() / 2, kFrameSplits));
+}
+
+/// Cubes beside a face of the body that holds none of it: where floats put them. Cubes that hang together
+/// without a triangle are all inside or all outside.
+void CutSurface::find_empty_cubes(const LatticeCutter& cutter) {
+  const Index count = cutter.lattice().regular_cubes();
+  std::vector<std::uint8_t> is_known(index(count));
+  is_empty_.assign(index(count), 0);
+  std::vector<Index> found;
+  for (Index first = 0; first < count; ++first) {
+    if (is_known[index(first)] != 0 || !bins_.empty(first)) continue;
+    const Vec3d middle = vec_cast<double>(cutter.lattice().cubes[index(first)]) + Vec3d{0.5, 0.5, 0.5};
+    const std::uint8_t is_empty = solid_->inside(vec_cast<float>(middle)) ? 0 : 1;
+    is_known[index(first)] = 1;
+    found.assign(1, first);
+    while (!found.empty()) {
+      const Index cube = found.back();
+      found.pop_back();
+      is_empty_[index(cube)] = is_empty;
+      for (int side = 0; side < 6; ++side) {
+        Vec3i next = cutter.lattice().cubes[index(cube)];
+        next[side / 2] += side % 2 == 0 ? 1 : -1;
+        const Index to = cutter.regular_at(next);
+        if (to < 0 || is_known[index(to)] != 0 || !bins_.empty(to)) continue;
+        is_known[index(to)] = 1;
+        found.push_back(to);
+      }
+    }
+  }
 }
 
 void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
@@ -51,6 +92,7 @@ void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& s
                           vec_cast<double>(surface.positions_m[index(c)]) - o);
     for (const Index v : {a, b, c}) normal[index(v)] += n;
   }
+  const double grain = grain_of(lattice, surface);
   for (std::size_t v = 0; v < normal.size(); ++v) {
     const embed::Anchor& anchor = anchors[v];
     const Vec3d low = vec_cast<double>(lattice.cubes[index(anchor.cube)]);
@@ -60,8 +102,9 @@ void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& s
       const double n = normalized(normal[v])[a];
       const double inward = std::abs(n) > 0.1 ? (n > 0 ? 2e-6 : -2e-6) : 0;
       const double moved = 1e-6 * scatter(3 * v + static_cast<std::uint64_t>(a));
-      // What sticks out of all cubes is cut as if it were on the face of the next one.
-      p[a] = rounded(std::clamp(p[a] - inward, low[a] - 1e-5, low[a] + 1 + 1e-5) + moved);
+      // Nothing sticks out of all cubes.
+      const double in_grains = grain * std::round(p[a] / grain) - inward;
+      p[a] = rounded(std::clamp(in_grains, low[a] + 1.5e-6, low[a] + 1 - 1.5e-6) + moved);
     }
     points_.push_back({p});
     vertex_point_.push_back(static_cast<Index>(v));
@@ -177,26 +220,84 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
   s.wall_segments.reset(static_cast<Index>(s.walls.size()));
 }
 
+/// A plane through crossings of a cube with a wall, as well as they have one: sum (g (p - middle))^2 is least
+/// among the g that rise by 1 from the middle of the corners on side 0 to that of the others.
+class CrossingPlane {
+ public:
+  CrossingPlane(std::uint8_t sides, std::span<const Vec3d> crossings) {
+    for (const Vec3d& p : crossings) middle_ += p / static_cast<double>(crossings.size());
+    Mat3d m;
+    for (int a = 0; a < 3; ++a) m.row[a][a] = 1e-9;
+    for (const Vec3d& p : crossings)
+      for (int a = 0; a < 3; ++a) m.row[a] += (p - middle_)[a] * (p - middle_);
+    Vec3d rise{};
+    const int above = std::popcount(static_cast<unsigned>(sides));
+    for (int q = 0; q < 8; ++q) {
+      const Vec3d corner{double(q & 1), double(q >> 1 & 1), double(q >> 2)};
+      rise += (sides >> q & 1) != 0 ? corner / above : -(corner / (8 - above));
+    }
+    // Cramer's rule; only the direction counts.
+    const Vec3d bc = cross(m.row[1], m.row[2]), ca = cross(m.row[2], m.row[0]),
+                ab = cross(m.row[0], m.row[1]);
+    slope_ = normalized(rise.x * bc + rise.y * ca + rise.z * ab, rise);
+    if (dot(slope_, rise) < 0) slope_ = -slope_;
+  }
+  double above(Vec3d p) const { return dot(slope_, p - middle_); }
+
+ private:
+  Vec3d middle_{}, slope_{};
+};
+
+/// Shares of the ways between corners on different sides. Where the strip ended before it came there, the
+/// wall goes on as a plane.
+std::array<double, kPairs> CutSurface::places_of(const LatticeCutter& cutter, const CubeSplit& split) {
+  std::array<double, kPairs> places;
+  places.fill(-1);
+  ShortList<Vec3d, 20> crossings;
+  const auto corner = [](int q) { return vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
+  bool is_known = true;
+  for (std::size_t pair = 0; pair < kPairs; ++pair) {
+    const auto [a, b] = kCornerPairs[pair];
+    if ((split.sides >> a & 1) == (split.sides >> b & 1)) continue;
+    places[pair] = cutter.place(split.parent, a, b);
+    is_known = is_known && places[pair] >= 0;
+    if (places[pair] >= 0) crossings.push_back(corner(a) + places[pair] * (corner(b) - corner(a)));
+  }
+  if (is_known) return places;
+  const CrossingPlane plane(split.sides, {crossings.begin(), crossings.end()});
+  for (std::size_t pair = 0; pair < kPairs; ++pair) {
+    const auto [a, b] = kCornerPairs[pair];
+    if ((split.sides >> a & 1) == (split.sides >> b & 1) || places[pair] >= 0) continue;
+    const double sign = (split.sides >> a & 1) != 0 ? 1 : -1;
+    const double of_a = std::max(sign * plane.above(corner(a)), 1e-9),
+                 of_b = std::max(-sign * plane.above(corner(b)), 1e-9);
+    places[pair] = crossings.empty() ? 0.5 : std::clamp(of_a / (of_a + of_b), kFromNode, 1 - kFromNode);
+  }
+  return places;
+}
+
 /// Where the wall crosses the ways between corners on different sides.
 void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
   const auto& nodes = cutter.lattice().cube_nodes[index(split.split.parent)];
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
+  const std::array<double, kPairs> places = places_of(cutter, split.split);
   for (std::size_t pair = 0; pair < kPairs; ++pair) {
     const auto [a, b] = kCornerPairs[pair];
     split.point[pair] = -1;
-    if ((split.split.sides >> a & 1) == (split.split.sides >> b & 1)) continue;
+    if (places[pair] < 0) continue;
     const auto [known, is_new] = wall_points_.try_emplace(edge_key(nodes[index(a)], nodes[index(b)]),
                                                           static_cast<Index>(points_.size()));
     split.point[pair] = *known;
     if (!is_new) continue;
     const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
-    points_.push_back({between(corner(a), corner(b), cutter.place(split.split.parent, a, b)), true});
+    points_.push_back({between(corner(a), corner(b), places[pair]), true});
   }
 }
 
 /// Near a corner of the parent the original surface says whether there is material.
 void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const {
   split.has_surface = !bins_.empty(split.regular);
+  split.is_reference_inside = is_empty_[index(split.regular)] == 0;
   if (!split.has_surface) return;
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
   const std::uint8_t own = cutter.corners(split.split.parent);
@@ -229,7 +330,7 @@ void CutSurface::find_faces(Stage& s, Split& split) const {
 
 /// A way from the reference crosses the parent's surface an even number of times, or not.
 bool CutSurface::inside(const Stage& s, const Split& split, Vec3d p) const {
-  if (!split.has_surface) return true;
+  if (!split.has_surface) return split.is_reference_inside;
   bool is_inside = split.is_reference_inside;
   const Vec3d from = split.reference, low = min(from, p), high = max(from, p);
   if (apart(low, high, split.faces_low, split.faces_high)) return is_inside;

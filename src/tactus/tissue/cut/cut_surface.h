@@ -268,11 +268,13 @@ class CutSurface {
   const Vec3d& at(Index point) const { return points_[index(point)].p; }
   void place_points(const LatticeCutter& cutter, const TriangleMesh& surface,
                     std::span<const embed::Anchor> anchors);
+  void find_empty_cubes(const LatticeCutter& cutter);
   void add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles);
   Index place_triangle(const Triangle& triangle);
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
   void find_points(const LatticeCutter& cutter, Split& split);
+  static std::array<double, kPairs> places_of(const LatticeCutter& cutter, const CubeSplit& split);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
   bool is_on(Index point, const std::array<Index, 3>& wall) const;
   void intersect_all(Stage& s);
@@ -326,6 +328,7 @@ class CutSurface {
   void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
+  void part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   /// A corner of a triangle.
   struct Use {
     Index triangle;  ///< number in a list
@@ -359,6 +362,7 @@ class CutSurface {
   std::vector<std::array<Index, 3>> vertices_of_;  ///< per triangle
   std::vector<Index> free_;                        ///< triangles that are not in use
   Chains<Index> bins_;                             ///< triangles in each regular cube
+  std::vector<std::uint8_t> is_empty_;             ///< per regular cube: nothing of the body lies in it
   FlatMap<std::uint64_t, Index> wall_points_;      ///< by pair of nodes
   struct Parted {
     Wall wall;

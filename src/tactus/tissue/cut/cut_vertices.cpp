@@ -197,11 +197,16 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
   is_mended_.resize(triangles.size());
   cpu_for(triangles.size(), 512, [&](std::size_t i) {
     const Triangle& t = triangles_[index(triangles[i])];
-    is_mended_[i] = !t.is_fill && t.home < 0 && (is_wrong(t, 0) || is_wrong(t, 1) || is_wrong(t, 2)) ? 1 : 0;
+    const bool ab = agree(t.corner[0].cube, t.corner[1].cube), bc = agree(t.corner[1].cube, t.corner[2].cube),
+               ca = agree(t.corner[2].cube, t.corner[0].cube);
+    if (t.is_fill || t.home >= 0 || (ab && bc && ca))
+      is_mended_[i] = 0;
+    else
+      is_mended_[i] = int{ab} + int{bc} + int{ca} == 1 ? 1 : 2;
   });
   std::map<Index, Index> original;  // cube of original points that go elsewhere
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (is_mended_[i] == 0) continue;
+    if (is_mended_[i] != 1) continue;
     Triangle& t = triangles_[index(triangles[i])];
     for (std::size_t k = 0; k < 3; ++k) {
       if (!is_wrong(t, k)) continue;
@@ -217,6 +222,53 @@ void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index
     for (Corner& corner : triangles_[index(triangle)].corner)
       if (const auto other = original.find(corner.point); other != original.end())
         corner.cube = other->second;
+}
+
+/// Each triangle is of one part of the lattice: that of its original vertices, else that of most corners.
+/// Corners on walls go to the copies of that part; where the others are of two parts, the triangle is
+/// dropped, and fans close what it leaves open, in each part on its own.
+void CutSurface::part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
+  const std::vector<Index> part_of_node = cutter.part_of_nodes();
+  const auto part = [&](Index cube) {
+    return part_of_node[index(cutter.lattice().cube_nodes[index(cube)][0])];
+  };
+  // An original vertex that triangles put into two parts goes where its place is.
+  std::map<Index, Index> part_of_point;
+  const auto for_each_original = [&](auto&& f) {
+    for (const Index triangle : triangles)
+      for (Corner& corner : triangles_[index(triangle)].corner)
+        if (!triangles_[index(triangle)].is_fill && !points_[index(corner.point)].is_wall) f(corner);
+  };
+  for_each_original([&](const Corner& corner) {
+    const auto [known, is_new] = part_of_point.try_emplace(corner.point, part(corner.cube));
+    if (known->second != part(corner.cube)) known->second = -1;
+  });
+  for_each_original([&](Corner& corner) {
+    if (part_of_point.at(corner.point) < 0)
+      corner.cube = leaf(cutter.regular_of(corner.cube), at(corner.point));
+  });
+  for (const Index triangle : triangles) {
+    Triangle& t = triangles_[index(triangle)];
+    const std::array<Index, 3> of{part(t.corner[0].cube), part(t.corner[1].cube), part(t.corner[2].cube)};
+    if (t.is_fill || (of[0] == of[1] && of[1] == of[2])) continue;
+    std::size_t first = of[1] == of[2] ? 1 : 0;  // a corner of the part that most have
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!points_[index(t.corner[k].point)].is_wall) first = k;
+    bool is_one = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (of[k] == of[first]) continue;
+      Index to = -1;
+      if (points_[index(t.corner[k].point)].is_wall)
+        for (const Index copy : cutter.live(cutter.regular_of(t.corner[k].cube)))
+          if (part(copy) == of[first]) to = copy;
+      is_one = is_one && to >= 0;
+      if (to >= 0) t.corner[k].cube = to;
+    }
+    if (is_one) continue;
+    t.is_fill = true;
+    set_vertices(triangle, {0, 0, 0});
+    free_.push_back(triangle);
+  }
 }
 
 /// In ascending order of points; of one point by nodes. Uses are counted per point, so points are sorted
@@ -428,6 +480,11 @@ void CutSurface::update(const LatticeCutter& cutter, TopologyChange& change) {
   drop_fills(triangles);
   mend_sides(cutter, triangles);
   name_vertices(cutter, triangles);
+  const bool agree = std::none_of(is_mended_.begin(), is_mended_.end(), [](auto m) { return m != 0; });
+  if (edge_weight_ != 0 || !open_edges_.empty() || !agree) {
+    part_triangles(cutter, triangles);
+    name_vertices(cutter, triangles);
+  }
   close(cutter);
   for (auto* list : {&new_anchors_, &new_triangles_}) {
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());

@@ -164,4 +164,36 @@ double NamedTriangle::crossing(const NamedPoint& a, const End& of_a, const Named
   return of_a.above == of_b.above ? 0.5 : std::clamp(of_a.above / (of_a.above - of_b.above), 0.0, 1.0);
 }
 
+namespace {
+
+/// Shares of a point near the plane of abc, of b and of c.
+std::array<double, 2> shares(Vec3d p, Vec3f a, Vec3f b, Vec3f c) {
+  const Vec3d o = vec_cast<double>(a), u = vec_cast<double>(b) - o, v = vec_cast<double>(c) - o, w = p - o;
+  const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), wu = dot(w, u), wv = dot(w, v);
+  const double det = uu * vv - uv * uv;
+  if (!(det > 1e-12 * uu * vv)) return {uu > vv ? wu / uu : 0.0, uu > vv || !(vv > 0) ? 0.0 : wv / vv};
+  return {(wu * vv - wv * uv) / det, (wv * uu - wu * uv) / det};
+}
+
+}  // namespace
+
+double swept_crossing(const std::array<NamedPoint, 2>& before, const std::array<NamedPoint, 2>& after,
+                      const NamedPoint& c, const NamedPoint& d) {
+  const auto where = [&](const NamedPoint& p, const NamedPoint& q, const NamedPoint& r,
+                         std::array<double, 2>& of) {
+    const NamedTriangle triangle(p, q, r);
+    const double t = triangle.crossing(c, triangle.end(c), d, triangle.end(d));
+    if (t < 0) return false;
+    const Vec3d from = vec_cast<double>(c.x_m), to = vec_cast<double>(d.x_m);
+    of = shares(from + t * (to - from), p.x_m, q.x_m, r.x_m);
+    return true;
+  };
+  std::array<double, 2> of{};
+  if (before[1].id != after[1].id && where(before[0], before[1], after[1], of))
+    return std::clamp(of[0] + of[1], 0.0, 1.0);
+  if (before[0].id != after[0].id && where(before[0], after[1], after[0], of))
+    return std::clamp(of[0], 0.0, 1.0);
+  return -1;
+}
+
 }  // namespace tactus::cut

@@ -42,4 +42,10 @@ class NamedTriangle {
   Box3f box_m_;
 };
 
+/// Where a segment that moves goes through one that stays: the share of the way along it; -1: it does not. It
+/// sweeps the triangles of its begin and the second end, and of the first end's way and that.
+/// @param before,after ends, the first with the lower ids; an end that keeps its name does not move
+double swept_crossing(const std::array<NamedPoint, 2>& before, const std::array<NamedPoint, 2>& after,
+                      const NamedPoint& c, const NamedPoint& d);
+
 }  // namespace tactus::cut

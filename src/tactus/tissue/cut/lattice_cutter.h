@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tactus/geom/cube_lattice.h"
+#include "tactus/tissue/cut/blade_trail.h"
 #include "tactus/tissue/cut/exact_sign.h"
 #include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/cut/point_blocks.h"
@@ -13,7 +14,11 @@
 
 namespace tactus::cut {
 
-/// What the edge of a blade sweeps in a frame: a polyline at the frame's begin and end [m], as many points.
+/// Walls stay so far from nodes, in spacings.
+inline constexpr double kFromNode = 5e-5;
+
+/// What the edge of a blade sweeps in a frame: a polyline at the frame's begin and end [m], as many points;
+/// no end: it stays.
 struct BladeStrip {
   std::vector<Vec3f> begin_m, end_m;
   /// Of the strip; the next one of a stroke has the next number. Then an edge that passes where two strips
@@ -24,8 +29,13 @@ struct BladeStrip {
   double area_m2() const;
   /// With names that nodes don't have.
   void add_triangles_to(std::vector<NamedTriangle>& found) const;
+  /// The k-th segment of the edge at the begin.
+  std::array<NamedPoint, 2> begin_segment(std::size_t k) const {
+    return {named(begin_m, k, frame), named(begin_m, k + 1, frame)};
+  }
 
  private:
+  static NamedPoint named(const std::vector<Vec3f>& of, std::size_t k, int when);
   template <class F>
   void for_each_triangle(F&& f) const;
 };
@@ -56,8 +66,13 @@ class LatticeCutter {
     Index edges = 0;       ///< of cubes, cut now
     bool refused = false;  ///< the strip meets cubes that must not be cut
   };
-  /// Notes which edges the strip crosses. @param x_m of all nodes now
+  /// Notes which edges a strip crosses. @param x_m of all nodes, which rest
   Marked mark(const BladeStrip& strip, std::span<const Vec3f> x_m);
+  /// Notes which edges a blade crosses since its last strip, while the body moves, too.
+  /// @param strip the next one of the trail, or the first of another stroke
+  /// @param before_m,x_m of all nodes at the strip's begin and end
+  Marked mark(BladeTrail& trail, const BladeStrip& strip, std::span<const Vec3f> before_m,
+              std::span<const Vec3f> x_m);
   /// Which edges a strip cut, between nodes low < high, and cubes that have one of them. A body that takes
   /// over all journals of another, one by one, is cut as that is.
   struct Journal {
@@ -85,7 +100,7 @@ class LatticeCutter {
   /// @param change what it held is dropped
   void commit(std::span<const std::vector<CubeSplit>> stages, TopologyChange& change);
 
-  /// Where a wall crosses the way between two corners, of which `a` is the lower: share of the way.
+  /// Where a strip crossed the way between two corners: share of the way from `a`; -1: none did.
   double place(Index cube, int a, int b) const;
   /// Cubes and copies that have material in a regular cube, ascending.
   std::span<const Index> live(Index regular) const {
@@ -115,6 +130,7 @@ class LatticeCutter {
   int part_count() const;
 
  private:
+  static constexpr Index kCubeBlock = 16;  ///< regular cubes that are looked at together
   static std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
   /// Of the box.
   std::size_t cell(Vec3i p) const {
@@ -128,8 +144,30 @@ class LatticeCutter {
     std::uint32_t pairs = 0;          ///< bits
     std::array<float, kPairs> place;  ///< share of the way from the lower id
   };
-  void find_crossed(Index cube, std::span<const Vec3f> x_m, Crossed& found) const;
+  /// Nodes go from one place to another while the blade's edge stays at its begin, then it sweeps its strip.
+  struct Sweep {
+    BladeStrip strip;
+    std::span<const Vec3f> from, to;                   ///< places of nodes; the same: nothing moves
+    std::span<const std::uint8_t> from_name, to_name;  ///< empty: the same
+    bool moves() const { return from.data() != to.data(); }
+    NamedPoint node_before(Index i) const { return {from[index(i)], name(i, from_name)}; }
+    NamedPoint node(Index i) const { return {to[index(i)], name(i, to_name)}; }
+
+   private:
+    static std::int64_t name(Index i, std::span<const std::uint8_t> of) {
+      return 2 * std::int64_t{i} + (of.empty() ? 0 : of[index(i)]);
+    }
+  };
+  void mark(const Sweep& sweep, Marked& marked);
+  void keep_journal();
+  void find_crossed(Index cube, const Sweep& sweep, Crossed& found) const;
+  void find_swept(Index cube, const Sweep& sweep, Crossed& found) const;
   void mark_cube(Index cube, const Crossed& crossed, Marked& marked);
+  bool add_cut(Index low, Index high, float place);
+  int steps_of(const BladeTrail& trail, const std::vector<Vec3f>& edge) const;
+  bool move_nodes(BladeTrail& trail, float share);
+  void mark_step(BladeTrail& trail, const std::vector<Vec3f>& edge, int k, int steps, Marked& marked);
+  void place_nodes(const RestFrame& frame, std::span<const Vec3f> x_m, std::vector<Vec3f>& nodes) const;
   /// Corners of the parts of a cube.
   struct Parts {
     std::array<std::uint8_t, 8> corners{};
@@ -138,7 +176,7 @@ class LatticeCutter {
   Parts components(Index cube, std::uint32_t cut_edges) const;
   void find_blocks();
   void take_room_for_frame(std::size_t splits);
-  void find_cubes_in(const Box3f& box, std::span<const Vec3f> x_m);
+  void find_cubes_in(const Box3f& box, const Sweep& sweep);
   static std::uint8_t extended(std::uint32_t cut_edges, std::uint8_t low, std::uint8_t high);
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);
   void add_splits(Index cube, std::uint32_t cut_edges, const Parts& parts, Index first);
@@ -177,7 +215,9 @@ class LatticeCutter {
   };
   std::vector<Live> live_;              ///< of regular cubes that were cut
   FlatMap<std::uint64_t, float> cuts_;  ///< per pair of nodes: share of the way from the lower id
-  PointBlocks blocks_;                  ///< of nodes
+  std::vector<Vec3f> kept_off_;   ///< per node: where blades find it, away from a wall that is near, spacings
+  std::vector<Index> near_wall_;  ///< nodes that have some, and maybe others
+  PointBlocks blocks_, blocks_before_;                   ///< of nodes
   std::vector<Index> first_of_cubes_, blocks_of_cubes_;  ///< per kCubeBlock regular cubes: blocks of nodes
   std::vector<Index> dirty_;                             ///< cubes with new cuts
   struct DirtyCube {
@@ -190,6 +230,8 @@ class LatticeCutter {
   std::vector<SharedNodes> affected_;  ///< corners round the cubes of the last splits()
   std::vector<AtCorner> at_corners_;
   // In mark().
+  std::vector<Vec3f> next_nodes_, step_nodes_;
+  std::vector<std::uint8_t> step_names_;
   Journal journal_;
   std::vector<NamedTriangle> strip_;
   std::vector<std::uint32_t> hits_;  ///< per kCubeBlock regular cubes: bits of those that meet the strip
