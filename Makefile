@@ -3,6 +3,8 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 DEVICES ?= auto
+# More for cmake: CONFIGURE='-DCMAKE_CUDA_ARCHITECTURES=90-real;75-virtual'
+CONFIGURE ?=
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
@@ -15,7 +17,7 @@ deps:            ## install missing Debian packages (asks sudo when not root)
 	@tools/install_deps.sh
 
 build: deps      ## the program, at build/tactus
-	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF $(if $(CONFIGURE),'$(CONFIGURE)')
 	cmake --build $(BUILD) -j $(JOBS) --target tactus
 
 benchmarks: build
@@ -23,7 +25,7 @@ benchmarks: build
 
 tests:           ## the program and every test
 	@tools/install_deps.sh tests
-	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON $(if $(CONFIGURE),'$(CONFIGURE)')
 	cmake --build $(BUILD) -j $(JOBS)
 
 test: tests      ## build and run every test; the last line counts them
@@ -50,8 +52,10 @@ bench: benchmarks ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
 	$(BUILD)/tactus bench all --devices $(DEVICES) --json out/bench.json
 
-bundle: benchmarks ## bundle/ with a .deb and an archive of the program, for machines without a compiler
-	@tools/make_package.sh $(BUILD) bundle
+bundle: deps     ## bundle/ with a .deb and an archive of the program, for machines without a compiler
+	@tools/configure.sh build-package -DTACTUS_TESTS=OFF -DTACTUS_PACKAGE=ON
+	cmake --build build-package -j $(JOBS) --target tactus tactus-bench
+	@tools/make_package.sh build-package bundle
 
 testbundle: tests ## bundle/ with two relocatable archives to test elsewhere: tactus-device (GPU tests, bench) and tactus (all)
 	@tools/make_bundle.sh $(BUILD) bundle
@@ -66,4 +70,4 @@ lint:            ## format, includes, headers alone, prose, clang-tidy of what c
 	@tools/lint.sh $(if $(ALL),--all)
 
 clean:           ## remove what was built
-	rm -rf $(BUILD) build-tidy build-cpu-asan bundle out
+	rm -rf $(BUILD) build-tidy build-package build-cpu-asan bundle out

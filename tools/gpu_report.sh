@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # tools/gpu_report.sh BUNDLE OUT [BENCH ...]: what this machine's GPUs say, in one go. BUNDLE is an unpacked tactus-device
-# (make bundle). Every test that runs on devices runs on all GPUs; then each benchmark on one GPU, on two, and on all of
-# them. OUT gets tests.log and one JSON a benchmark and number of GPUs, as in bench/results. `sanitize` among the
+# (make testbundle). Every test that runs on devices runs on all GPUs, with the build's machine code and again from its PTX, as
+# on GPUs that it has no machine code for; then each benchmark on one GPU, on two, and on all of them, and `frame` from PTX.
+# OUT gets tests.log, tests-ptx.log and one JSON a benchmark and number of GPUs, as in bench/results. `sanitize` among the
 # benchmarks looks for bad memory accesses and races instead, with logs in OUT. Exits 1 if a test failed.
 #   tools/gpu_report.sh bundle/tactus-device /tmp/report
 #   tools/gpu_report.sh bundle/tactus-device /tmp/report hull fig20 sanitize
@@ -20,6 +21,10 @@ model=$(nvidia-smi --query-gpu=name --format=csv,noheader | head -1 | awk '{prin
 failed=0
 "$bundle/run-tests.sh" --gtest_filter='*cuda*' >"$out/tests.log" 2>&1 || failed=1
 grep -E '^== |PASSED|FAILED' "$out/tests.log"
+from_ptx=(env CUDA_FORCE_PTX_JIT=1 CUDA_CACHE_PATH="$out/../ptx-cache")
+"${from_ptx[@]}" "$bundle/run-tests.sh" --gtest_filter='*cuda_0' >"$out/tests-ptx.log" 2>&1 || failed=1
+echo "== from PTX: $(grep -c 'PASSED' "$out/tests-ptx.log") programs, $(grep -c 'FAILED  \]' "$out/tests-ptx.log") failures"
+grep -E 'FAILED  \]' "$out/tests-ptx.log"
 
 # Side by side: each waits for its own kernels most of the time.
 sanitize() {
@@ -53,6 +58,10 @@ for set in "${sets[@]}"; do
     file=$out/$(date +%F)-$name-$bench.json
     echo "== $bench on $set"
     timeout 240 bin/tactus-bench bench "$bench" --devices "$set" --json "$file" || echo "$bench on $set: no result"
+    [ "$bench $set" = "frame cuda:0" ] || continue
+    echo "== $bench on $set from PTX"
+    timeout 240 "${from_ptx[@]}" bin/tactus-bench bench "$bench" --devices "$set" --json "${file%.json}-ptx.json" ||
+      echo "$bench from PTX: no result"
   done
 done
 exit $failed

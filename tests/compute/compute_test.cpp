@@ -9,6 +9,7 @@
 #include "compute/compute_test_kernels.h"
 #include "support/device_sets.h"
 #include "tactus/base/math.h"
+#include "tactus/compute/cuda/cuda_code.h"
 #include "tactus/compute/host_kernel.h"
 #include "tactus/multi_device/device_set.h"
 
@@ -280,6 +281,38 @@ TEST(VirtualDevices, AMissingWaitIsSeen) {
   }
   EXPECT_EQ(wrong_with, 0);
   EXPECT_GT(wrong_without, 0);
+}
+
+/// NVIDIA's rules: machine code runs within its major capability from its minor one on; PTX runs on all newer
+/// GPUs, where the driver is as new as the compiler; a driver of an older major version runs nothing.
+TEST(Devices, CodeFitsOrSaysWhyNot) {
+  using cuda::CodeOrigin;
+  const cuda::BuildCode hopper = cuda::parse_build_code("90-real"),
+                        newcomer = cuda::parse_build_code("75-virtual"),
+                        package = cuda::parse_build_code("75-real;80-real;90;75-virtual");
+  struct Case {
+    const cuda::BuildCode& build;
+    int capability, driver, runtime;
+    CodeOrigin origin;
+    const char* says;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {hopper, 90, 13000, 13000, CodeOrigin::binary, "9.0"},
+           {hopper, 86, 13000, 13000, CodeOrigin::none, "8.6, and this build has code for 9.0"},
+           {hopper, 100, 13000, 13000, CodeOrigin::none, "10.0"},  // another major one
+           {newcomer, 75, 13000, 13000, CodeOrigin::ptx, "first start"},
+           {newcomer, 120, 13010, 13000, CodeOrigin::ptx, "7.5"},
+           {newcomer, 86, 12040, 12060, CodeOrigin::none, "update it to 12.6"},
+           {newcomer, 61, 13000, 13000, CodeOrigin::none, "a GPU from 7.5 on"},
+           {package, 86, 12040, 12060, CodeOrigin::binary, "8.0"},  // within a major version any driver does
+           {package, 90, 13000, 13000, CodeOrigin::binary, "9.0"},
+           {package, 90, 12080, 13000, CodeOrigin::none, "needs 13.0: update the driver"},
+           {package, 120, 13000, 13000, CodeOrigin::ptx, "9.0"},
+       }) {
+    const cuda::GpuCode got = cuda::code_for(c.build, c.capability, c.driver, c.runtime);
+    EXPECT_EQ(got.origin, c.origin) << c.capability << ": " << got.text;
+    EXPECT_NE(got.text.find(c.says), std::string::npos) << got.text;
+  }
 }
 
 TEST(Devices, BadNamesAreExplained) {

@@ -41,8 +41,7 @@ CLI::App* add_bench_flags(CLI::App& app, BenchOptions& options, bool reserves_ou
   std::string list = "all";
   for (const BenchmarkName& b : kNames) list += std::string(", ") + b.name + " (" + b.what + ")";
   command->add_option("name", options.name, list)->capture_default_str();
-  command->add_option("--devices", options.devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
-      ->capture_default_str();
+  add_devices(*command, options.devices);
   command->add_option("--case", options.wanted_case,
                       "of frame and table5 only the scenes whose name holds this, as fig19");
   const std::string json_help = "write the rows (-: standard output)";

@@ -8,6 +8,9 @@ namespace tactus {
 /// error.
 CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string& path,
                         const std::string& help);
+/// --devices: where a verb computes. Without the flag, TACTUS_DEVICES of the environment counts, then
+/// `devices`.
+CLI::Option* add_devices(CLI::App& command, std::string& devices);
 
 void add_run_command(CLI::App& app);
 void add_reconstruct_command(CLI::App& app);

@@ -34,11 +34,14 @@ void info(const std::string& json_path) {
     std::printf("%-8s %-40s %10s  %d %s%s\n", name.c_str(), d.name.c_str(),
                 bytes_text(d.memory_bytes).c_str(), d.multiprocessors, gpu ? "multiprocessors" : "cores",
                 peers.empty() ? "" : ("  peers:" + peers).c_str());
+    if (gpu) std::printf("%-8s %s: %s\n", "", d.usable ? "usable" : "NOT USABLE", d.code.c_str());
     json["devices"].push_back({{"name", name},
                                {"model", d.name},
                                {"memory_bytes", d.memory_bytes},
                                {"multiprocessors", d.multiprocessors},
                                {"peers", d.peer_ordinals}});
+    if (gpu)
+      json["devices"].back().update({{"capability", d.capability}, {"code", d.code}, {"usable", d.usable}});
   }
   const std::string no_gl = Renderer::why_unavailable();
   const std::string gl =
@@ -56,7 +59,7 @@ void info(const std::string& json_path) {
   }
   if (no_gl.empty()) {
     for (const DeviceInfo& d : list_devices()) {
-      if (d.spec.kind != DeviceKind::cuda) continue;
+      if (d.spec.kind != DeviceKind::cuda || !d.usable) continue;
       const std::unique_ptr<Device> device = open_device(d.spec);
       const std::string text = Renderer::sharing(*device);
       std::printf("         surfaces of %s: %s\n", device->name().c_str(), text.c_str());

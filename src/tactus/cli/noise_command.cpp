@@ -226,8 +226,7 @@ void add_noise_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--slack-px", options->slack_px, "grow silhouettes by so many pixels before they carve")
       ->capture_default_str();
-  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
-      ->capture_default_str();
+  add_devices(*command, options->devices);
   add_output(*command, "--json", options->json_path, "write the rows (-: standard output)");
   command->footer("Example:\n  tactus noise hand --runs 20 --json noise.json");
   command->callback([options] { run_noise(*options); });

@@ -409,8 +409,7 @@ void add_paper_command(CLI::App& app) {
   command->add_option("which", options->which, "fig14, fig15, fig16, fig17, fig18, fig19 or fig20")
       ->required();
   add_output(*command, "--out", options->path, "picture to write (.png)")->required();
-  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
-      ->capture_default_str();
+  add_devices(*command, options->devices);
   command->footer("Example:\n  tactus paper fig15 --out fig15.png");
   command->callback([options] {
     static const std::string kKnown[] = {"fig14", "fig15", "fig16", "fig17", "fig18", "fig19", "fig20"};

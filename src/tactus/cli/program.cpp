@@ -108,6 +108,12 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
 
 void set_exit_code(int code) { exit_code = code; }
 
+CLI::Option* add_devices(CLI::App& command, std::string& devices) {
+  return command.add_option("--devices", devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
+      ->envname("TACTUS_DEVICES")
+      ->capture_default_str();
+}
+
 CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string& path,
                         const std::string& help) {
   return command.add_option(flags, path, help)->each([](const std::string& value) {

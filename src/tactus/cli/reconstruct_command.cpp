@@ -377,8 +377,7 @@ void add_reconstruct_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--frames", options->frames,
                       "A-B, A- (to the end; synthetic: 300 frames) or A (default: the first; videos: all)");
-  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
-      ->capture_default_str();
+  add_devices(*command, options->devices);
   add_output(
       *command, "--mesh", options->mesh_path,
       "write the mesh (.ply, .obj, .glb, .gltf; -: PLY to standard output); several frames get a number");

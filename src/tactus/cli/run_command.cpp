@@ -389,8 +389,7 @@ void add_run_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("run", "Run a scene: cameras in, soft bodies pushed, pictures out");
   command->add_option("scene", options->scene_path, "scene file (docs/scene.md explains every key)")
       ->required();
-  command->add_option("--devices", options->devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
-      ->capture_default_str();
+  add_devices(*command, options->devices);
   command->add_option("--frames", options->frames, "stop after so many frames")->check(a_frame_count);
   command->add_option("--out", options->out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();

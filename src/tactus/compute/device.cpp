@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/compute/buffer.h"
 #include "tactus/compute/cuda/cuda_backend.h"
 #include "tactus/compute/virtual_scheduler.h"
@@ -70,12 +71,25 @@ int parse_number(std::string_view digits, std::string_view text) {
   return value;
 }
 
+/// The first GPU that can run this build, else the CPU.
+DeviceSpec choose_device() {
+  std::string why;
+  for (int i = 0; i < cuda::device_count(); ++i) {
+    const std::string unusable = cuda::why_unusable(i);
+    if (unusable.empty()) return {DeviceKind::cuda, i};
+    if (why.empty()) why = unusable;
+  }
+  if (!why.empty()) log_warning(why + "; using the CPU");
+  return {DeviceKind::cpu, 0};
+}
+
 std::vector<DeviceSpec> parse_cuda(std::string_view list, std::string_view text) {
-  const int present = cuda_device_count();
+  const int present = cuda::device_count();
   if (present == 0) fail_device(text, cuda_status_text());
   std::vector<DeviceSpec> specs;
   const auto add = [&](int ordinal) {
     if (ordinal >= present) fail_device(text, "there is no GPU " + std::to_string(ordinal));
+    if (const std::string why = cuda::why_unusable(ordinal); !why.empty()) fail_device(text, why);
     specs.push_back({DeviceKind::cuda, ordinal});
   };
   if (list == "all") list = {};
@@ -99,9 +113,7 @@ std::vector<DeviceSpec> parse_cuda(std::string_view list, std::string_view text)
 
 std::vector<DeviceSpec> parse_devices(std::string_view text) {
   if (text == "cpu") return {{DeviceKind::cpu, 0}};
-  if (text == "auto") {
-    return {cuda_device_count() > 0 ? DeviceSpec{DeviceKind::cuda, 0} : DeviceSpec{DeviceKind::cpu, 0}};
-  }
+  if (text == "auto") return {choose_device()};
   if (text.starts_with("cpu:")) {
     const int count = parse_number(text.substr(4), text);
     if (count < 1 || count > 64) fail_device(text, "between 1 and 64 virtual devices are possible");
@@ -119,13 +131,23 @@ std::vector<DeviceSpec> parse_devices(std::string_view text) {
 std::vector<DeviceInfo> list_devices() {
   const double memory =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-  std::vector<DeviceInfo> devices{
-      {{DeviceKind::cpu, 0}, cpu_name(), memory, static_cast<int>(std::thread::hardware_concurrency()), {}}};
+  std::vector<DeviceInfo> devices{{{DeviceKind::cpu, 0},
+                                   cpu_name(),
+                                   memory,
+                                   static_cast<int>(std::thread::hardware_concurrency()),
+                                   {},
+                                   {},
+                                   {},
+                                   true}};
   for (DeviceInfo& gpu : cuda::list_devices()) devices.push_back(std::move(gpu));
   return devices;
 }
 
-int cuda_device_count() { return cuda::device_count(); }
+int cuda_device_count() {
+  int usable = 0;
+  for (int i = 0; i < cuda::device_count(); ++i) usable += cuda::why_unusable(i).empty() ? 1 : 0;
+  return usable;
+}
 std::string cuda_status_text() { return cuda::status_text(); }
 
 std::string Device::name() const {

@@ -24,7 +24,8 @@ struct DeviceSpec {
 };
 
 /// Parses `cpu`, `cpu:4` (four virtual devices), `cuda:0`, `cuda:0-3`, `cuda:0,2`, `cuda:all`, `auto` (the
-/// first GPU if there is one, else the CPU). A GPU may be named twice (`cuda:0,0`): two parts on one GPU.
+/// first GPU that can run this build, else the CPU; a warning says why a GPU is passed by). A GPU may be
+/// named twice (`cuda:0,0`): two parts on one GPU.
 /// @throws Error (usage) naming the text and the devices that exist.
 std::vector<DeviceSpec> parse_devices(std::string_view text);
 
@@ -35,10 +36,13 @@ struct DeviceInfo {
   double memory_bytes = 0;         ///< total
   int multiprocessors = 0;         ///< GPU multiprocessors or CPU threads
   std::vector<int> peer_ordinals;  ///< GPUs whose memory it reads directly
+  std::string capability;          ///< of a GPU: "8.6"
+  std::string code;  ///< of a GPU: where its code comes from, or why there is none and what helps
+  bool usable = true;
 };
 /// All devices of this machine; the CPU first.
 std::vector<DeviceInfo> list_devices();
-/// Number of usable GPUs; 0 without a driver or in a CPU-only build.
+/// Number of GPUs that can run this build; 0 without a driver or in a CPU-only build.
 int cuda_device_count();
 /// Driver and runtime version, e.g. "driver 13.0, runtime 13.0"; why CUDA is unavailable otherwise.
 std::string cuda_status_text();

@@ -9,6 +9,7 @@ namespace {
 
 int device_count() { return 0; }
 std::string status_text() { return "this build has no CUDA (it was made without nvcc)"; }
+std::string why_unusable(int) { return status_text(); }
 std::vector<DeviceInfo> list_devices() { return {}; }
 std::unique_ptr<Device> open_device(DeviceSpec) { absent(); }
 bool enable_peer_access(int, int) { absent(); }

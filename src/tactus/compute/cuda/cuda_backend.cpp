@@ -1,8 +1,11 @@
 #include "tactus/compute/cuda/cuda_backend.h"
 
 #include <algorithm>
+#include <atomic>
 
+#include "tactus/base/log.h"
 #include "tactus/compute/cuda/cuda_check.h"
+#include "tactus/compute/cuda/cuda_code.h"
 
 namespace tactus::cuda {
 namespace {
@@ -11,8 +14,14 @@ cudaStream_t as_stream(void* stream) { return static_cast<cudaStream_t>(stream);
 cudaEvent_t as_event(void* event) { return static_cast<cudaEvent_t>(event); }
 void use(int ordinal) { TACTUS_CUDA_CHECK(cudaSetDevice(ordinal)); }
 
-std::string version_text(int version) {
-  return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+/// Neither starts anything on the GPU.
+GpuCode code_of(int ordinal) {
+  int major = 0, minor = 0, driver = 0, runtime = 0;
+  TACTUS_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, ordinal));
+  TACTUS_CUDA_CHECK(cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, ordinal));
+  TACTUS_CUDA_CHECK(cudaDriverGetVersion(&driver));
+  TACTUS_CUDA_CHECK(cudaRuntimeGetVersion(&runtime));
+  return code_for(parse_build_code(TACTUS_CUDA_CODE), 10 * major + minor, driver, runtime);
 }
 
 class CudaDevice final : public Device {
@@ -82,6 +91,10 @@ std::vector<DeviceInfo> list_devices() {
                     static_cast<double>(properties.totalGlobalMem),
                     properties.multiProcessorCount,
                     {}};
+    const GpuCode code = code_of(i);
+    info.capability = capability_text(10 * properties.major + properties.minor);
+    info.code = code.text;
+    info.usable = code.origin != CodeOrigin::none;
     for (int peer = 0; peer < count; ++peer) {
       int can = 0;
       if (peer != i && cudaDeviceCanAccessPeer(&can, i, peer) == cudaSuccess && can != 0)
@@ -92,7 +105,24 @@ std::vector<DeviceInfo> list_devices() {
   return devices;
 }
 
+std::string why_unusable(int ordinal) {
+  const GpuCode code = code_of(ordinal);
+  if (code.origin != CodeOrigin::none) return "";
+  cudaDeviceProp properties{};
+  TACTUS_CUDA_CHECK(cudaGetDeviceProperties(&properties, ordinal));
+  return "cuda:" + std::to_string(ordinal) + " (" + properties.name + ") is not usable: " + code.text;
+}
+
+void note_slow_load(double seconds) {
+  static std::atomic<bool> noted = false;
+  if (seconds < 0.3 || noted.exchange(true)) return;
+  log_info(
+      "the driver compiles this build's code for your GPU: this start takes some seconds more, later ones "
+      "don't");
+}
+
 std::unique_ptr<Device> open_device(DeviceSpec spec) {
+  if (const std::string why = why_unusable(spec.ordinal); !why.empty()) throw Error(why);
   use(spec.ordinal);
   return std::make_unique<CudaDevice>(spec);
 }

@@ -14,6 +14,12 @@ namespace tactus::cuda {
 
 int device_count();
 std::string status_text();
+/// Why the build's code can't run on a GPU that the driver lists, with its name and a remedy; "" where it
+/// can.
+std::string why_unusable(int ordinal);
+/// Tells once that loading kernels takes long because the driver compiles them. @param seconds one kernel
+/// took
+void note_slow_load(double seconds);
 std::vector<DeviceInfo> list_devices();
 std::unique_ptr<Device> open_device(DeviceSpec spec);
 /// Lets kernels on one GPU read another's memory. @throws Error when the machine can't.
@@ -28,7 +34,6 @@ void wait_event(int ordinal, void* stream, void* event);
 void synchronize(int ordinal, void* stream);
 void synchronize_event(int ordinal, void* event);
 void* create_timing_event(int ordinal);
-/// @param in_graph the stream is being recorded: each launch of the graph takes the time anew
 /// Also in a recording.
 void record_timing_event(int ordinal, void* event, void* stream);
 double elapsed_ms(void* from, void* to);

@@ -4,10 +4,12 @@
 #include <cuda_runtime.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <type_traits>
 
+#include "tactus/compute/cuda/cuda_backend.h"
 #include "tactus/compute/cuda/cuda_check.h"
 #include "tactus/compute/kernel.h"
 
@@ -226,6 +228,16 @@ inline Index striding_blocks(const void* run, int threads, int least) {
   return multiprocessors * std::max(resident, least);
 }
 
+/// Whether the code of a kernel has wait_for_the_kernel_before(): only then may it start before the one in
+/// front has ended. Code that a driver makes of older PTX lacks it, on any GPU. The GPUs of a set are alike.
+inline bool waits_itself(const void* run) {
+  const auto from = std::chrono::steady_clock::now();
+  cudaFuncAttributes code{};
+  TACTUS_CUDA_CHECK(cudaFuncGetAttributes(&code, run));
+  cuda::note_slow_load(std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count());
+  return code.ptxVersion >= 90 && code.binaryVersion >= 90;
+}
+
 /// Starts a kernel that begins with wait_for_the_kernel_before(), for count.capacity / per_block blocks of
 /// work.
 template <int kLeastEach, class K>
@@ -236,6 +248,7 @@ void start(void (*run)(K, Count), Index per_block, int threads, cudaStream_t str
     static const Index most = striding_blocks(reinterpret_cast<const void*>(run), threads, kLeastEach);
     blocks = std::min(blocks, most);
   }
+  static const bool starts_early = waits_itself(reinterpret_cast<const void*>(run));
   cudaLaunchAttribute early{};
   early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   early.val.programmaticStreamSerializationAllowed = 1;
@@ -244,7 +257,7 @@ void start(void (*run)(K, Count), Index per_block, int threads, cudaStream_t str
   config.blockDim = dim3(static_cast<unsigned>(threads));
   config.stream = stream;
   config.attrs = &early;
-  config.numAttrs = 1;
+  config.numAttrs = starts_early ? 1 : 0;
   cuda::check(cudaLaunchKernelEx(&config, run, kernel, count), name, __FILE__, __LINE__);
 }
 
