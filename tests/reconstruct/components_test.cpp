@@ -66,7 +66,7 @@ TEST(Components, AnEmptyMeshHasNoneAndABadOneIsRefused) {
 
 /// A brick that turns twice about the vertical: its axes turn with it, without a flip.
 TEST(Components, AxesKeepTheirSigns) {
-  Mat3d before{};
+  Mat3d before = Mat3d::zero();
   for (int frame = 0; frame <= 72; ++frame) {
     const double angle = 4 * std::numbers::pi / 72 * frame;
     const Mat3f turn = rotation_matrix(axis_angle(Vec3f{0, 1, 0}, static_cast<float>(angle)));
@@ -83,7 +83,7 @@ TEST(SymmetricEigenTest, SolvesRandomMatrices) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int k = 0; k < 50; ++k) {
-    Mat3d a{};
+    Mat3d a = Mat3d::zero();
     for (int i = 0; i < 3; ++i) {
       for (int j = i; j < 3; ++j) a(i, j) = a(j, i) = normal(random);
     }

@@ -79,7 +79,7 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
     }
     c = c / mass, c0 = c0 / mass;
     // Weight: one over the largest variance along any direction, by iterating the matrix on a vector.
-    Mat3d covariance{};
+    Mat3d covariance = Mat3d::zero();
     for (const Index i : region[at(r)])
       covariance =
           covariance +
@@ -92,7 +92,7 @@ std::vector<Vec3d> brute_force_goals(const CubeLattice& lattice, int w, const st
       axis = axis / spread;
     }
     const double weight = sqr(double{kH}) / spread;
-    Mat3d A{};
+    Mat3d A = Mat3d::zero();
     for (const Index i : region[at(r)])
       A = A + outer(double{lattice.node_mass_kg[at(i)]} / holders[at(i)] * (vec_cast<double>(x[at(i)]) - c),
                     rest(i) - c0);

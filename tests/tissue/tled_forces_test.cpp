@@ -61,13 +61,13 @@ std::vector<Vec3d> reference_forces(const CubeLattice& lattice, const ElasticMat
             if (k != j) dN[q][j] *= 1 + s[k] * at_point[k];
         }
       }
-      Mat3d F{};
+      Mat3d F = Mat3d::zero();
       for (int q = 0; q < 8; ++q)
         for (int i = 0; i < 3; ++i)
           for (int j = 0; j < 3; ++j) F(i, j) += static_cast<double>(x[at(nodes[at(q)])][i]) * dN[q][j];
       const double J = determinant(F);
       const Mat3d inverse_C = inverse(transpose(F) * F);
-      Mat3d S{};
+      Mat3d S = Mat3d::zero();
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
           S(i, j) = mu * ((i == j ? 1.0 : 0.0) - inverse_C(i, j)) + lambda * J * (J - 1) * inverse_C(i, j);
@@ -131,7 +131,7 @@ void expect_derivative(const Law& law) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> u(-0.3, 0.3);
   for (int sample = 0; sample < 20; ++sample) {
-    Mat3d F{};
+    Mat3d F = Mat3d::zero();
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) F(i, j) = (i == j ? 1 : 0) + u(random);
     if (determinant(F) < 0.15) continue;

@@ -72,7 +72,11 @@ TACTUS_HD constexpr Vec3<U> vec_cast(Vec3<T> a) {
 template <class T>
 struct Mat3 {
   Vec3<T> row[3];
+  /// Not from `{}`: a rotation that was left out would be zero in silence. Say identity() or zero().
+  explicit Mat3() = default;
+  TACTUS_HD constexpr Mat3(const Vec3<T> (&rows)[3]) : row{rows[0], rows[1], rows[2]} {}
   TACTUS_HD static constexpr Mat3 identity() { return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; }
+  TACTUS_HD static constexpr Mat3 zero() { return {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}}; }
   TACTUS_HD constexpr T& operator()(int i, int j) { return row[i][j]; }
   TACTUS_HD constexpr const T& operator()(int i, int j) const { return row[i][j]; }
   TACTUS_HD constexpr Vec3<T> column(int j) const { return {row[0][j], row[1][j], row[2][j]}; }
@@ -80,7 +84,7 @@ struct Mat3 {
     return {dot(m.row[0], v), dot(m.row[1], v), dot(m.row[2], v)};
   }
   TACTUS_HD friend constexpr Mat3 operator*(const Mat3& a, const Mat3& b) {
-    Mat3 r{};
+    Mat3 r = zero();
     for (int i = 0; i < 3; ++i)
       r.row[i] = a.row[i].x * b.row[0] + a.row[i].y * b.row[1] + a.row[i].z * b.row[2];
     return r;

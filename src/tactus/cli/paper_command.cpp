@@ -130,7 +130,7 @@ class PhotoView {
  private:
   Index scale_;
   Renderer renderer_;
-  Mat3f R_view_world_{};
+  Mat3f R_view_world_ = Mat3f::zero();
   ViewCamera view_;
   Vec2i shift_px_{};
 };

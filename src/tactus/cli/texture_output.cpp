@@ -26,7 +26,7 @@ Mat3f upright(const Rig& rig) {
     up -= 1 / count * camera.T_cam_world.R.row[1];
     middle += 1 / count * camera.center_world();
   }
-  Mat3d spread{};
+  Mat3d spread = Mat3d::zero();
   for (const Camera& camera : rig.cameras)
     spread = spread + outer(camera.center_world() - middle, camera.center_world() - middle);
   const SymmetricEigen ring = symmetric_eigen(spread);

@@ -28,8 +28,8 @@ inline constexpr Index kMostTools = 4;
 
 /// Where a tool is at one time.
 struct ToolPose {
-  Index is_there;
-  Mat3f turn;  ///< R_world_tool
+  Index is_there = 0;
+  Mat3f turn = Mat3f::identity();  ///< R_world_tool
   Vec3f center_m, velocity_m_s, spin_rad_s;
   TACTUS_HD static ToolPose at(const ToolMotion& m, float time_s) {
     const float rate = length(m.spin_rad_s);

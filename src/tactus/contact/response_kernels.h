@@ -13,8 +13,8 @@ namespace tactus {
 struct SurfacePose {
   SurfaceMotion motion;
   SurfacePiece piece;
-  Mat3f turn;      ///< R(w t)
-  Vec3f center_m;  ///< c + v t
+  Mat3f turn = Mat3f::identity();  ///< R(w t)
+  Vec3f center_m;                  ///< c + v t
   /// False only where nothing of it is within reach_m of a point, taken to its capture.
   TACTUS_HD bool may_touch(Vec3f p_capture_m, float reach_m) const {
     return motion.source != MotionSource::too_fast && piece.may_reach(p_capture_m, reach_m);

@@ -33,7 +33,7 @@ inline Pixel project(const Camera& camera, Vec3d p_world) {
 }
 /// The 3x4 matrix K [R|t] in two parts: (u w, v w, w) = M p_world + t.
 struct Projection {
-  Mat3d M;
+  Mat3d M = Mat3d::identity();
   Vec3d t;
 };
 inline Projection projection(const Camera& camera) {

@@ -9,8 +9,8 @@
 namespace tactus {
 
 struct SymmetricEigen {
-  Vec3d values;   ///< descending
-  Mat3d vectors;  ///< rows: unit, right-handed, in the order of the values
+  Vec3d values;                       ///< descending
+  Mat3d vectors = Mat3d::identity();  ///< rows: unit, right-handed, in the order of the values
 };
 
 /// By cyclic Jacobi rotations; only the upper triangle of m is read.

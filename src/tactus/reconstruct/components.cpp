@@ -23,7 +23,7 @@ Index root_of(std::vector<Index>& parent, Index i) {
 struct Moments {
   double volume = 0, area = 0;
   Vec3d first{}, area_first{};
-  Mat3d second{};
+  Mat3d second = Mat3d::zero();
   void add(Vec3d a, Vec3d b, Vec3d c) {
     const Vec3d normal = cross(b - a, c - a);
     const double v = dot(a, cross(b, c)) / 6, s = length(normal) / 2;

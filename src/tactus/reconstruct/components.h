@@ -12,8 +12,9 @@ struct MeshComponent {
   double volume_m3 = 0;  ///< negative: the wall of a cavity
   double area_m2 = 0;
   Vec3d centroid_m;  ///< centre of the volume; of the area where there is none
-  Mat3d axes;        ///< rows: unit principal axes, the longest first, right-handed; of any sign
-  Vec3d extent_m;    ///< standard deviation of the volume along each axis
+  Mat3d axes =
+      Mat3d::identity();  ///< rows: unit principal axes, the longest first, right-handed; of any sign
+  Vec3d extent_m;         ///< standard deviation of the volume along each axis
 };
 
 struct MeshComponents {

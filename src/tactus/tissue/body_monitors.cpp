@@ -11,7 +11,7 @@ namespace {
 
 /// Deformation gradient of a cube at local coordinates -1..1.
 Mat3d gradient(const Vec3d (&x)[8], double h, const Vec3d& at) {
-  Mat3d F{};
+  Mat3d F = Mat3d::zero();
   for (int q = 0; q < 8; ++q) {
     const double s[3] = {(q & 1) != 0 ? 1.0 : -1.0, (q & 2) != 0 ? 1.0 : -1.0, (q & 4) != 0 ? 1.0 : -1.0};
     for (int j = 0; j < 3; ++j) {

@@ -29,9 +29,10 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
 
 /// Strain and stress of a cube, at its centre.
 struct CubeStrain {
-  Mat3d strain;     ///< Green's, (C - 1) / 2, in the axes at rest
-  Mat3d stress_Pa;  ///< Cauchy's, in the world's axes; of elements, as if nothing had relaxed; else 0
-  double J = 1;     ///< volume over that at rest
+  Mat3d strain = Mat3d::zero();  ///< Green's, (C - 1) / 2, in the axes at rest
+  Mat3d stress_Pa =
+      Mat3d::zero();  ///< Cauchy's, in the world's axes; of elements, as if nothing had relaxed; else 0
+  double J = 1;       ///< volume over that at rest
   double von_mises_Pa() const;
 };
 /// Of the lattice's cubes, in their order. Parameters as measure_body's.

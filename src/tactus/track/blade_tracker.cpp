@@ -221,7 +221,7 @@ double BladeTracker::two_sigma_m(const Hypothesis& of) const {
       for (int j = 0; j < 3; ++j) by(i, j) = cross_arm(i, j);
     }
     const SmallMatrix<3> of_point = by * covariance * transpose(by);
-    Mat3d m{};
+    Mat3d m = Mat3d::zero();
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) m(i, j) = of_point(i, j);
     most = std::max(most, 2 * std::sqrt(std::max(symmetric_eigen(m).values[0], 0.0)));

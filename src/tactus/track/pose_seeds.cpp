@@ -104,7 +104,7 @@ double middle_of(std::vector<double> values) {
 
 /// The line that the planes of parts have in common, and what of it they show.
 SeenLine refine(const Line& rough, std::span<const Camera> cameras, std::span<const ThinPart* const> parts) {
-  Mat3d normals{};
+  Mat3d normals = Mat3d::zero();
   Vec3d offsets{};
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (parts[c] == nullptr) continue;
@@ -207,7 +207,7 @@ std::vector<SeenLine> seen_lines(std::span<const Camera> cameras,
 }
 
 LongAxis long_axis(const OutlineMesh& mesh) {
-  Mat3d spread{};
+  Mat3d spread = Mat3d::zero();
   for (const Vec3d& p : mesh.vertices_m) spread = spread + outer(p - mesh.center_m, p - mesh.center_m);
   const Mat3d axes = symmetric_eigen(spread).vectors;
   LongAxis axis{axes.row[0], {axes.row[1], axes.row[2]}, 0, 0, 0};

@@ -22,11 +22,11 @@ struct Motion {
 
 /// A motion over one substep.
 struct MotionStep {
-  Vec3f shift_m;       ///< at the end
-  Mat3f turn;          ///< at the end
-  Vec3f velocity_m_s;  ///< mean, of the pivot
-  Vec3f spin_rad_s;    ///< so that spin x (half_turn arm) is the mean velocity that turning gives
-  Mat3f half_turn;     ///< in the middle
+  Vec3f shift_m;                   ///< at the end
+  Mat3f turn = Mat3f::identity();  ///< at the end
+  Vec3f velocity_m_s;              ///< mean, of the pivot
+  Vec3f spin_rad_s;                ///< so that spin x (half_turn arm) is the mean velocity that turning gives
+  Mat3f half_turn = Mat3f::identity();  ///< in the middle
   Index released = 0;
 };
 

@@ -236,7 +236,7 @@ void sum_regions(const CubeLattice& lattice, const std::vector<BoxBits>& reach, 
   for (std::size_t i = 0; i < lattice.nodes.size(); ++i) {
     double m = 0;
     Vec3d first{};
-    Mat3d square{};
+    Mat3d square = Mat3d::zero();
     reach[i].for_each(r.half_width, [&](Vec3i k) {
       const double mk = mass[at(r.cell[i] + k.z * r.grid.stride_z + k.y * r.grid.stride_y + k.x)];
       const Vec3d kd = vec_cast<double>(k);
