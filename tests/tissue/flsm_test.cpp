@@ -354,7 +354,7 @@ TEST(RegionRotation, RegularFlatInvertedAndZero) {
     for (Vec3f& row : A.row) row = {u(random), u(random), u(random)};
     if (trial % 4 == 1) A.row[2] = {};                               // flat
     if (trial % 4 == 2 && determinant(A) > 0) A.row[0] = -A.row[0];  // inverted
-    if (trial % 40 == 3) A = {};
+    if (trial % 40 == 3) A = Mat3f::zero();
     float square = 0;
     for (const Vec3f row : A.row) square += dot(row, row);
     A = (1 / sqrt(max(square, 1e-30F))) * A;
