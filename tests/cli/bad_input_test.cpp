@@ -343,16 +343,18 @@ TEST_F(BadMiddlebury, Photos) {
 TEST_F(BadInput, BlackAndWhiteVideosHaveAStatus) {
   write_video(path("room.avi"), Scene::empty_room, 3);
   write_video(path("white.avi"), Scene::everything, 3);
+  // No frame shows anything: the measures are written, and the command fails.
   const auto frame_of = [&](const std::string& a, const std::string& b) {
     const Outcome o =
         run_tactus(reconstruct("videos", rig({{.name = "a", .video = a, .empty_room = "room.avi"},
                                               {.name = "b", .video = b, .empty_room = "room.avi"}})));
-    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_EQ(o.code, 1) << o.text;
     return read_json("out.json")["frames"].at(2);
   };
   const nlohmann::json black = frame_of("room.avi", "room.avi");
   EXPECT_EQ(black["triangles"], 0);
   EXPECT_EQ(black["volume_m3"], 0);
+  EXPECT_EQ(black["iou_mean"], 0);
   EXPECT_TRUE(has(black["status"], "camera 'a': the mask is all black; camera 'b': the mask is all black"));
   EXPECT_EQ(frame_of("white.avi", "room.avi")["triangles"], 0);
   // The hull would be the workspace: nothing can be right.

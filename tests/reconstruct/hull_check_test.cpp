@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "reconstruct/sphere_scene.h"
 #include "support/device_sets.h"
@@ -114,6 +115,66 @@ TEST(HullCheck, ADoubtIsAnsweredEightFramesLater) {
     }
     EXPECT_TRUE(check.last_news().empty());
   }
+}
+
+/// Two cameras whose lines of sight are an angle apart bound their bisector worst, by the sine of its half; a
+/// sphere of radius r reaches about r / sine to either side of the middle. Three around bound all directions.
+TEST(HullCheck, TwoCamerasAreSaidToBoundBadly) {
+  const auto around = [](std::vector<double> angles_deg) {
+    std::vector<Camera> cameras;
+    for (const double a : angles_deg) {
+      const double angle = a * std::numbers::pi / 180;
+      cameras.push_back(look_at({3 * std::cos(angle), 0.5, 3 * std::sin(angle)}, {0, 0.5, 0}, {0, 1, 0}, 320, 240, 600));
+      cameras.back().name = std::to_string(cameras.size());
+    }
+    return cameras;
+  };
+  const std::vector<Vec3f> points{{-0.1F, 0.5F, 0}, {0.1F, 0.5F, 0}, {0, 0.4F, 0}, {0, 0.6F, 0}};
+  for (const double angle : {60.0, 90.0, 170.0}) {
+    const WeakDirection weak = weak_direction(around({0, angle}), points);
+    const double acute = std::min(angle, 180 - angle);
+    EXPECT_NEAR(weak.sine, std::sin(acute / 2 * std::numbers::pi / 180), 0.04) << angle;  // 3 degrees apart
+  }
+  EXPECT_NEAR(weak_direction(around({0}), points).extent_m, 0.2, 1e-6);
+  const std::vector<Camera> two = around({0, 90}), three = around({0, 120, 240}), narrow = around({0, 10, 25});
+  const auto told = [](const std::vector<Camera>& cameras) {
+    return check(cameras, test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2)).found;
+  };
+  for (const std::vector<Camera>& few : {around({0}), two, narrow}) {
+    const std::vector<HullFinding> found = told(few);
+    ASSERT_EQ(found.size(), 1U) << findings_text(found);
+    EXPECT_EQ(found[0].fault, HullFault::bounded_badly);
+    EXPECT_FALSE(found[0].is_fatal);
+  }
+  EXPECT_TRUE(told(three).empty()) << findings_text(told(three));
+}
+
+/// A rod that is taken out of the masks leaves no hull, or a strip of a pixel: the rig is still right.
+TEST(HullCheck, WhatIsTakenOutOfMasksIsNoFaultOfTheRig) {
+  const std::vector<Camera> cameras = test::ring(6);
+  const std::vector<BitMask> masks = test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.1);
+  std::vector<BitMask> strips = masks;
+  for (BitMask& strip : strips) {
+    const PixelRect rect = bounds_of(strip);
+    for (Index y = rect.min_y; y <= rect.max_y; ++y)
+      for (Index x = rect.min_x; x < rect.max_x; ++x) strip.clear(x, y);
+  }
+  DeviceSet set("cpu", 3);
+  VisualHull hull(set, cameras, {.workspace_m = kCube, .resolution = 64});
+  const auto found = [&](std::vector<Camera> seen_by, const std::vector<BitMask>& carved) {
+    HullCheck check(set.context(0), seen_by, kCube, hull.voxel_size_m());
+    hull.upload(carved);
+    hull.reconstruct();
+    check.prepare(masks, carved);
+    check.measure(set.context(0), hull.mesh());
+    return check.news(set.context(0));
+  };
+  EXPECT_TRUE(any_fatal(found(cameras, strips)) == false && found(cameras, strips).empty())
+      << findings_text(found(cameras, strips));
+  // A rig that is wrong still is: poses are off by more than the sphere is large.
+  std::vector<Camera> wrong = cameras;
+  for (std::size_t c = 0; c < wrong.size(); ++c) wrong[c].T_cam_world.t.y += c % 2 == 0 ? 0.3 : -0.3;
+  EXPECT_TRUE(any_fatal(found(wrong, strips)));
 }
 
 TEST(HullCheck, EmptyWorkspaceCutsAndFillsAreNamed) {

@@ -22,6 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Not those of a failure (1) or of wrong usage (2).
+constexpr int kExitFaulty = 4, kExitUnsure = 5;
 constexpr double kScaleTolerance = 0.05;
 constexpr int kTicks = 11;
 
@@ -303,7 +305,7 @@ void doctor(const DoctorOptions& options) {
   if (!options.fix_folder.empty())
     write_fixed(options.fix_folder, report.diagnosis, report.diagnosis.workspace_m);
   const Verdict v = report.diagnosis.verdict;
-  set_exit_code(v == Verdict::well ? 0 : v == Verdict::faulty ? 2 : 1);
+  set_exit_code(v == Verdict::well ? 0 : v == Verdict::faulty ? kExitFaulty : kExitUnsure);
 }
 
 }  // namespace
@@ -312,7 +314,7 @@ void add_doctor_command(CLI::App& app) {
   auto options = std::make_shared<DoctorOptions>();
   CLI::App* command = app.add_subcommand(
       "doctor",
-      "What is wrong with a rig: which camera, what fault, what cures it (exit 0 well, 2 faulty, 1 "
+      "What is wrong with a rig: which camera, what fault, what cures it (exit 0 well, 4 faulty, 5 "
       "can't tell)");
   command->add_option("rig", options->rig, "rig file, or folder of a Middlebury data set")->required();
   command->add_option("--source", options->source, "masks, videos or middlebury (default: as the rig says)");

@@ -218,6 +218,8 @@ class Reconstruction {
     views_.check(devices_.context(0), frame);
     const HullReport report = make_surface(frame);
     const std::string found = views_.judge(devices_.context(0), frame, stages_->pipeline.hull().mesh());
+    has_surface_ |= report.vertices > 0;
+    if (!several) check_surface(joined({found, source_.status()}));
     const TriangleMesh mesh = write_files(frame, several);
     nlohmann::json row = measure(mesh, source_.rig(), frame, views_.given(frame));
     motion_.add(stages_->pipeline.surface(), mesh, frame, source_, row);
@@ -232,6 +234,14 @@ class Reconstruction {
     row["status"] = joined({report.depth, source_.status(), odd});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;
+  }
+
+  /// @throws Error when no frame so far has a surface: where all is outside, measures say nothing.
+  /// @param why appended where it isn't empty
+  void check_surface(const std::string& why) const {
+    if (!has_surface_)
+      throw Error("'" + options_.what + "': nothing is left of what the masks show" +
+                  (why.empty() ? "" : ": " + why));
   }
 
  private:
@@ -300,6 +310,7 @@ class Reconstruction {
   MotionOutput motion_;
   ViewCheck views_;
   Timings timings_;
+  bool has_surface_ = false;
 };
 
 void print_row(const nlohmann::json& row) {
@@ -363,6 +374,7 @@ void reconstruct(ReconstructOptions options) {
   if (json["frames"].empty() && !interrupted())
     throw Error("'" + options.what + "' gave no usable frame: " + source->status());
   if (!options.json_path.empty()) write_json_file(options.json_path, json);
+  if (!json["frames"].empty()) reconstruction.check_surface(source->status());
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ struct Agreement {
   }
   void add_to(nlohmann::json& json) const {
     json["iou_mean"] = views > 0 ? iou_sum / views : 0;
-    json["iou_min"] = iou_min;
+    json["iou_min"] = views > 0 ? iou_min : 0;
     json["recall"] = views > 0 ? recall_sum / views : 0;
   }
 };
@@ -43,6 +43,7 @@ nlohmann::json measure(const TriangleMesh& mesh, const Rig& rig, const FrameSet&
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     if (given[c].words.empty()) continue;
     const BitMask seen = render_silhouette(mesh, rig.cameras[c]);
+    if (seen.area_px() == 0 && given[c].area_px() == 0) continue;  // nothing agrees with nothing
     const double overlap = iou(seen, given[c]), covered = recall(seen, given[c]);
     with_given.add(overlap, covered);
     views.push_back({{"camera", rig.cameras[c].name}, {"iou", overlap}, {"recall", covered}});

@@ -5,7 +5,7 @@ namespace tactus {
 ViewCheck::ViewCheck(ExecContext& ctx, const Rig& rig, const Box3f& workspace_m, float voxel_size_m,
                      bool repair)
     : scores_(ctx, rig.cameras, {.workspace_m = workspace_m}),
-      hull_check_(ctx, rig.cameras, workspace_m, voxel_size_m),
+      hull_check_(ctx, rig.cameras, workspace_m, voxel_size_m, !rig.depth_cameras.empty()),
       repair_(repair) {}
 
 void ViewCheck::check(ExecContext& ctx, FrameSet& frame) {

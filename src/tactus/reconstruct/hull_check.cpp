@@ -10,6 +10,8 @@
 #include "tactus/geom/mask_cleaning.h"
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
+#include "tactus/reconstruct/rig_doctor.h"
+#include "tactus/reconstruct/workspace_from_cones.h"
 
 namespace tactus {
 namespace {
@@ -69,8 +71,8 @@ std::string texts_of(std::span<const HullFinding> found, bool was_well) {
 }  // namespace
 
 HullCheck::HullCheck(ExecContext& ctx, std::span<const Camera> cameras, const Box3f& workspace_m,
-                     float voxel_size_m)
-    : cameras_(cameras.begin(), cameras.end()), workspace_m_(workspace_m) {
+                     float voxel_size_m, bool has_depth)
+    : cameras_(cameras.begin(), cameras.end()), workspace_m_(workspace_m), has_depth_(has_depth) {
   const float near_m = 0.5F * voxel_size_m;
   low_m_ = workspace_m.min + Vec3f{near_m, near_m, near_m};
   high_m_ = workspace_m.max - Vec3f{near_m, near_m, near_m};
@@ -167,15 +169,25 @@ void HullCheck::find_content() {
   something_seen_ = 2 * with_content > masks;
 }
 
-void HullCheck::prepare(std::span<const BitMask> given) {
+void HullCheck::prepare(std::span<const BitMask> given, std::span<const BitMask> carved) {
   if (given.size() != cameras_.size())
     throw Error("hull check: " + std::to_string(given.size()) + " masks for " +
                 std::to_string(cameras_.size()) + " cameras");
+  has_tools_ = false;
+  for (std::size_t c = 0; c < carved.size(); ++c) has_tools_ |= carved[c] != given[c];
+  taken_tiles_.assign(mask_tiles_.size(), 0U);
+  if (has_tools_) {
+    std::fill(mask_tiles_.begin(), mask_tiles_.end(), 0U);
+    for (std::size_t c = 0; c < carved.size(); ++c) take_mask(c, carved[c]);
+    taken_tiles_ = mask_tiles_;
+  }
   std::fill(mask_tiles_.begin(), mask_tiles_.end(), 0U);
   for (std::size_t c = 0; c < given.size(); ++c) {
     given_[c] = given[c];
     take_mask(c, given[c]);
   }
+  for (std::size_t w = 0; w < mask_tiles_.size() && has_tools_; ++w)
+    taken_tiles_[w] = mask_tiles_[w] & ~taken_tiles_[w];
   find_content();
 }
 
@@ -196,6 +208,7 @@ HullQuality HullCheck::quality(ExecContext& ctx) {
   ctx.synchronize();
   HullQuality q;
   q.vertices = *vertices_.data();
+  if (has_tools_) q.vertices = std::max(q.vertices, Index{1});  // all may be a tool
   q.something_seen = something_seen_;
   const CheckSums sums = *host_sums_.data();
   seen_by_few_ = static_cast<double>(sums.seen_by_few) / std::max(sums.looked_at, 1U);
@@ -208,7 +221,7 @@ HullQuality HullCheck::quality(ExecContext& ctx) {
     if (content.within < kLeastTiles) continue;
     Index common = 0;
     for (std::size_t w = begin_of(c); w < begin_of(c + 1); ++w)
-      common += popcount(mask_tiles_[w] & covered_.data()[w]);
+      common += popcount(mask_tiles_[w] & (covered_.data()[w] | taken_tiles_[w]));
     view.is_used = true;
     view.recall = view.iou = static_cast<double>(common) / content.within;
     view.outside = 1 - static_cast<double>(content.within) / content.tiles;
@@ -253,6 +266,34 @@ void HullCheck::measure_exactly(Exam& exam) const {
   }
 }
 
+/// A tool that was taken out leaves next to nothing of thin masks, however right the rig is.
+void HullCheck::measure_whole_masks(Exam& exam) const {
+  constexpr int kLattice = 96;
+  std::vector<BitMask> masks;
+  for (std::size_t c = 0; c < cameras_.size(); ++c)
+    masks.push_back(exam.given[c].words.empty() ? BitMask() : within_workspace(c, exam.given[c]));
+  std::vector<SeenView> views;
+  std::vector<std::size_t> of;
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    if (masks[c].words.empty() || masks[c].area_px() < kLeastPixels) continue;
+    views.push_back({cameras_[c], &masks[c]});
+    of.push_back(c);
+  }
+  const std::optional<ConeBox> cones = workspace_from_cones(cameras_, masks);
+  std::vector<double> recalls(views.size(), 0);
+  if (cones) {
+    const Box3f box{max(cones->box_m.min, workspace_m_.min), min(cones->box_m.max, workspace_m_.max)};
+    const Vec3f extent = box.extent();
+    if (extent.x > 0 && extent.y > 0 && extent.z > 0)
+      recalls = SilhouetteConsistency(box, views, kLattice).recalls();
+  }
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    ViewQuality& view = exam.quality.views[of[v]];
+    view.is_used = true;
+    view.recall = view.iou = recalls[v];
+  }
+}
+
 /// A recall that a thin hull may not have, or a mask that tiles can't tell about.
 bool HullCheck::is_doubtful(const HullQuality& q) const {
   double mean = 0, least = 1;
@@ -268,15 +309,42 @@ bool HullCheck::is_doubtful(const HullQuality& q) const {
 }
 
 void HullCheck::examine(Exam& exam) const {
-  if (exam.exactly) measure_exactly(exam);
+  if (exam.exactly) exam.has_tools ? measure_whole_masks(exam) : measure_exactly(exam);
   exam.found = judge_hull(cameras_, exam.quality, workspace_m_);
+  if (exam.is_first) name_cause(exam);
   if (!exam.has_phantoms || any_fatal(exam.found)) return;
   for (HullFinding& piece : find_pieces_seen_by_few(cameras_, exam.mesh, few_cameras(cameras_.size())))
     exam.found.push_back(std::move(piece));
 }
 
+/// Once, of cameras that have a mask.
+void HullCheck::find_bounds(Exam& exam) {
+  if (bounds_told_ || has_depth_ || exam.mesh.positions_m.empty() || any_fatal(exam.found)) return;
+  std::vector<Camera> used;
+  for (std::size_t c = 0; c < cameras_.size(); ++c)
+    if (!exam.given[c].words.empty()) used.push_back(cameras_[c]);
+  bounds_told_ = true;
+  if (std::optional<HullFinding> bad = find_bad_bounds(used, exam.mesh.positions_m)) {
+    // That the workspace cuts what no camera bounds is no fault of the workspace.
+    std::erase_if(exam.found, [](const HullFinding& f) { return f.fault == HullFault::cut_by_workspace; });
+    exam.found.push_back(std::move(*bad));
+  }
+}
+
+/// Where the masks contradict the rig, one slip of all calibrations may explain it, as the doctor would.
+void HullCheck::name_cause(Exam& exam) const {
+  for (HullFinding& finding : exam.found) {
+    if (finding.camera >= 0 || finding.fault == HullFault::cut_by_workspace) continue;
+    if (const std::string cause = common_slip({cameras_, {exam.given}, workspace_m_}); !cause.empty())
+      finding.text += ": " + cause;
+    return;
+  }
+}
+
 /// Notes whether the rig was ever right.
 std::vector<HullFinding> HullCheck::take(Exam& exam) {
+  find_bounds(exam);
+  cause_asked_ |= !exam.found.empty();
   if (!any_fatal(exam.found)) was_well_ |= exam.quality.something_seen;
   return std::move(exam.found);
 }
@@ -284,7 +352,10 @@ std::vector<HullFinding> HullCheck::take(Exam& exam) {
 /// @param in_haste a frame has no time: the host measures the first one at once, then those in doubt beside
 /// the frames that follow, and these more and more seldom
 std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
-  Exam exam{.quality = quality(ctx), .has_phantoms = seen_by_few_ >= kSuspectSurface};
+  Exam exam{.quality = quality(ctx),
+            .has_phantoms = seen_by_few_ >= kSuspectSurface && cameras_.size() > 2,
+            .has_tools = has_tools_,
+            .is_first = !cause_asked_};
   if (in_haste && waiting_) {
     if (--ticks_to_answer_ > 0) return {};
     worker_.finish();
@@ -295,6 +366,7 @@ std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
       exam.quality.something_seen && exam.quality.vertices > 0 && (exam.exactly || exam.has_phantoms);
   if (!on_host) {
     exam.exactly = exam.has_phantoms = false;
+    exam.given = given_;
     examine(exam);
     return take(exam);
   }

@@ -22,7 +22,9 @@ class HullCheck {
   /// Most vertices that are looked at.
   static constexpr Index kSamples = 8192;
   /// @throws Error as VisualHull's constructor about cameras and workspace.
-  HullCheck(ExecContext& ctx, std::span<const Camera> cameras, const Box3f& workspace_m, float voxel_size_m);
+  /// @param has_depth depth cameras bound the hull, too
+  HullCheck(ExecContext& ctx, std::span<const Camera> cameras, const Box3f& workspace_m, float voxel_size_m,
+            bool has_depth = false);
 
   /// Starts the check of a mesh against the masks that the user gave (not repaired, not grown; 0x0: missed).
   /// Asynchronous; masks are copied, the mesh stays where it is.
@@ -31,7 +33,9 @@ class HullCheck {
     measure(ctx, mesh);
   }
   /// Its two halves: what the host does, and what may be recorded.
-  void prepare(std::span<const BitMask> given);
+  /// @param carved of each camera, or none: its mask as it carved, without tools. Their pixels are explained,
+  /// and where there are some, whole masks judge the rig by a lattice of samples (silhouette_consistency.h).
+  void prepare(std::span<const BitMask> given, std::span<const BitMask> carved = {});
   void measure(ExecContext& ctx, const MeshView& mesh);
   /// Waits. Recall counts tiles (IoU is set to it): those of the mask that lie in the image of the workspace,
   /// whose four quarter points are set.
@@ -59,7 +63,7 @@ class HullCheck {
   /// What the host measures of one frame.
   struct Exam {
     HullQuality quality;
-    bool exactly = false, has_phantoms = false;
+    bool exactly = false, has_phantoms = false, has_tools = false, is_first = false;
     TriangleMesh mesh = {};
     std::vector<BitMask> given = {};
     std::vector<HullFinding> found = {};
@@ -67,6 +71,9 @@ class HullCheck {
   void examine(Exam& exam) const;
   std::vector<HullFinding> take(Exam& exam);
   void measure_exactly(Exam& exam) const;
+  void measure_whole_masks(Exam& exam) const;
+  void find_bounds(Exam& exam);
+  void name_cause(Exam& exam) const;
   /// First word of a camera's tiles.
   std::size_t begin_of(std::size_t camera) const {
     return camera < layout_.size() ? static_cast<std::size_t>(layout_[camera].word_begin)
@@ -87,6 +94,9 @@ class HullCheck {
   };
   std::vector<Content> content_;
   bool something_seen_ = false, was_well_ = false;
+  bool has_depth_ = false, bounds_told_ = false, cause_asked_ = false;
+  bool has_tools_ = false;                   ///< taken out of masks in this frame
+  std::vector<std::uint32_t> taken_tiles_;  ///< that have a pixel of them
   std::vector<HullFinding> told_;
   MeshView mesh_;           ///< of the last `submit`
   double seen_by_few_ = 0;  ///< share of its surface

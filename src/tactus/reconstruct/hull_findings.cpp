@@ -147,8 +147,16 @@ std::optional<HullFinding> find_fatal(const HullQuality& quality, const Summary&
 std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQuality& quality,
                                     const Box3f& workspace_m, const HullLimits& limits) {
   std::vector<HullFinding> findings;
-  if (!quality.something_seen) return findings;
   const Summary sum = summary_of(quality);
+  if (!quality.something_seen) {  // or elsewhere: the object may come into the workspace later
+    if (sum.elsewhere > 1 && sum.elsewhere > sum.used)
+      findings.push_back(
+          {HullFault::looks_elsewhere, -1, false,
+           std::to_string(sum.elsewhere) + " of " + std::to_string(quality.views.size()) +
+               " cameras show something, and nothing of it where the workspace " + box_text(workspace_m) +
+               " is: the object is elsewhere, or lenses, poses, unit or workspace are wrong" + kAskDoctor});
+    return findings;
+  }
   if (const std::optional<HullFinding> fatal = find_fatal(quality, sum, workspace_m, limits)) return {*fatal};
   if (sum.used > 1 && quality.on_faces > limits.on_faces)
     findings.push_back({HullFault::cut_by_workspace, -1, false,
@@ -214,6 +222,60 @@ std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras
                             "shrink the workspace"});
   }
   return findings;
+}
+
+WeakDirection weak_direction(std::span<const Camera> cameras, std::span<const Vec3f> points_m) {
+  Vec3d middle;
+  for (const Vec3f p : points_m)
+    middle = middle + 1.0 / static_cast<double>(points_m.size()) * vec_cast<double>(p);
+  std::vector<Vec3d> sights;
+  for (const Camera& camera : cameras) sights.push_back(normalized(camera.center_world() - middle));
+  constexpr int kDirections = 2000;  // over a half sphere, 3 degrees apart (Fibonacci's lattice)
+  WeakDirection weakest;
+  weakest.sine = 2;
+  const auto look_at = [&](Vec3d d) {
+    double sine = 0;
+    for (const Vec3d& sight : sights) sine = std::max(sine, length(cross(d, sight)));
+    if (sine < weakest.sine) weakest = {d, sine, 0};
+  };
+  for (const Vec3d& sight : sights) look_at(sight);
+  for (int k = 0; k < kDirections; ++k) {
+    const double z = (k + 0.5) / kDirections, r = std::sqrt(1 - z * z), a = 2.399963229728653 * k;
+    look_at({r * std::cos(a), r * std::sin(a), z});
+  }
+  double low = 1e300, high = -1e300;
+  for (const Vec3f p : points_m) {
+    const double along = dot(vec_cast<double>(p), weakest.direction);
+    low = std::min(low, along);
+    high = std::max(high, along);
+  }
+  weakest.extent_m = high - low;
+  return weakest;
+}
+
+std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras,
+                                           std::span<const Vec3f> points_m) {
+  // Cameras within 30 degrees of one line leave a hull that is at least twice as long along it.
+  constexpr double kLeastSine = 0.5;
+  if (cameras.empty() || points_m.empty()) return {};
+  const WeakDirection weak = weak_direction(cameras, points_m);
+  if (cameras.size() > 2 && weak.sine >= kLeastSine) return {};
+  char where[96];
+  std::snprintf(where, sizeof where, "%.2g m along (%.2f, %.2f, %.2f)", weak.extent_m, weak.direction.x,
+                weak.direction.y, weak.direction.z);
+  const std::string reach(where);
+  HullFinding finding{HullFault::bounded_badly, -1, false, ""};
+  if (cameras.size() == 1)
+    finding.text = "one camera bounds nothing along its line of sight: its cone is no hull, and ends at the workspace (" +
+                   reach + "): place cameras around the object";
+  else
+    finding.text = (cameras.size() == 2 ? std::string("two cameras bound the object badly")
+                                        : "all " + std::to_string(cameras.size()) +
+                                              " cameras look along nearly one line and bound the object badly") +
+                   ": the hull reaches " + reach +
+                   ", which none of them sees from the side; its volume can be several times the object's, "
+                   "whatever the IoU: place cameras around the object";
+  return finding;
 }
 
 bool any_fatal(std::span<const HullFinding> findings) {

@@ -5,6 +5,7 @@
 /// is recall: the share of a mask that the projected hull covers. A mask that is too large loses recall in
 /// its own view alone. A hole, a wrong pose or a late camera takes from the hull and so from the recall of
 /// all the other views.
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,7 @@ enum class HullFault : std::uint8_t {
   looks_elsewhere,   ///< one camera does not look at the workspace
   views_contradict,  ///< no view is odd, yet their masks are poorly covered
   body_seen_by_few,  ///< a separate piece that few cameras see
+  bounded_badly,     ///< one or two cameras, or all on one line of sight
 };
 
 struct HullFinding {
@@ -72,6 +74,19 @@ std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras
                                                  Index few);
 /// Fewer cameras than this are few: half of them, at least three where there are so many.
 Index few_cameras(std::size_t cameras);
+
+/// Along which direction cameras bound an object worst. A silhouette bounds what is across its line of sight.
+struct WeakDirection {
+  Vec3d direction;        ///< unit
+  double sine = 1;        ///< of the angle to the line of sight that is most across it; 0: nothing bounds it
+  double extent_m = 0;    ///< of the points along it
+};
+/// @param points_m of the hull, at least one
+WeakDirection weak_direction(std::span<const Camera> cameras, std::span<const Vec3f> points_m);
+/// One or two cameras leave a hull that is larger than the object, and so do more that look along nearly one
+/// line: IoU doesn't see it. None where three or more look from around.
+std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras,
+                                           std::span<const Vec3f> points_m);
 
 bool any_fatal(std::span<const HullFinding> findings);
 /// "a; b"

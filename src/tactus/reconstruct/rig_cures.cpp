@@ -3,7 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "tactus/base/bits.h"
 #include "tactus/geom/mask_cleaning.h"
+#include "tactus/geom/mask_growth.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/mask_repair.h"
 #include "tactus/reconstruct/pose_search.h"
@@ -301,6 +303,53 @@ bool Examination::try_motion(std::size_t view, const SilhouetteConsistency& trus
         "calibrate this camera again; its silhouette fits when it is turned by " + number(turn_deg, "%.2f") +
             " degrees and moved by " + number(1000 * shift_m, "%.0f") + " mm",
         0, 0});
+  return true;
+}
+
+/// Many masks that show background, too: each has compact areas that no other view keeps, and elsewhere ends
+/// where the common hull does. A wrong calibration leaves rims instead.
+bool Examination::name_leaks() {
+  constexpr double kLeastExcess = 0.03, kLeastCompact = 0.3, kMostOpen = 0.4;
+  const std::vector<SeenView> all = views();
+  const std::optional<Box3f> box = box_of(all);
+  if (!box) return false;
+  const SilhouetteConsistency hull(*box, all, kFine);
+  if (hull.sample_count() == 0) return false;
+  std::vector<DoctorFinding> leaks;
+  std::vector<BitMask> trimmed = diagnosis_.masks;
+  for (const std::size_t c : used_) {
+    const BitMask possible = hull.silhouette(diagnosis_.cameras[c]);
+    BitMask excess = diagnosis_.masks[c];
+    for (std::size_t w = 0; w < excess.words.size(); ++w) excess.words[w] &= ~possible.words[w];
+    const auto area = static_cast<double>(excess.area_px()),
+               of_mask = static_cast<double>(diagnosis_.masks[c].area_px());
+    if (area < kLeastExcess * of_mask) continue;
+    MaskCleaner cleaner(possible.width_px, possible.height_px);
+    BitMask compact = excess, inner = possible, beside;
+    const Camera& camera = diagnosis_.cameras[c];
+    const double away_m = length(camera.center_world() - vec_cast<double>(box->center()));
+    cleaner.erode(compact, std::max(2, static_cast<int>(2 * camera.fx_px * hull.spacing_m() / away_m)));
+    cleaner.erode(inner, 1);
+    grow_mask(excess, 2, beside);
+    std::int64_t rim = 0, open = 0;
+    for (std::size_t w = 0; w < possible.words.size(); ++w) {
+      const std::uint32_t edge = possible.words[w] & ~inner.words[w];
+      rim += popcount(edge);
+      open += popcount(edge & beside.words[w]);
+    }
+    if (static_cast<double>(compact.area_px()) < kLeastCompact * area ||
+        static_cast<double>(open) > kMostOpen * static_cast<double>(rim))
+      return false;
+    for (std::size_t w = 0; w < trimmed[c].words.size(); ++w) trimmed[c].words[w] &= possible.words[w];
+    leaks.push_back({static_cast<int>(c), -1, "leaking mask",
+                     percent(area / of_mask) +
+                         " of the mask show what no other view keeps: background was kept; learn the "
+                         "background again, or clear it",
+                     0, 0});
+  }
+  if (leaks.empty()) return false;
+  diagnosis_.masks = std::move(trimmed);
+  for (DoctorFinding& leak : leaks) note(std::move(leak));
   return true;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/hull_findings.h"
 #include "tactus/reconstruct/rig_examination.h"
 
 namespace tactus {
@@ -20,16 +21,43 @@ bool Examination::cameras_stand_within() const {
   return 2 * within > used_.size();
 }
 
+/// Worth a word: a hull that one or two cameras leave says nothing of the workspace.
+bool Examination::is_bounded_badly(const SilhouetteConsistency& hull) {
+  std::vector<Camera> cameras;
+  for (const std::size_t c : used_) cameras.push_back(diagnosis_.cameras[c]);
+  const std::optional<HullFinding> bad = find_bad_bounds(cameras, hull.points_m());
+  if (!bad) return false;
+  DoctorFinding finding{-1, -1, "too few directions", bad->text, 0, 0};
+  finding.is_fault = false;
+  note(finding);
+  return true;
+}
+
 /// Whether the workspace holds what the cones name, and whether a unit explains that it does not.
 void Examination::check_workspace(const Agreement& after) {
   const std::vector<SeenView> all = views();
   const std::optional<Box3f> box = box_of(all);
   if (!box) return;
   const SilhouetteConsistency hull(*box, all, kCoarse);
-  if (hull.sample_count() == 0) return;
+  if (hull.sample_count() == 0 || is_bounded_badly(hull)) return;
+  // What few cameras see is mostly no part of the object, but of cones that nothing bounds.
+  std::vector<Vec3f> points_m;
+  const Index few = few_cameras(all.size());
+  for (const Vec3f p : hull.points_m()) {
+    Index views = 0;
+    for (const SeenView& view : all) {
+      const Pixel at = project(view.camera, vec_cast<double>(p));
+      views += at.z_m > 0 && at.u_px >= -0.5 && at.v_px >= -0.5 && at.u_px < view.camera.width_px - 0.5 &&
+                       at.v_px < view.camera.height_px - 0.5
+                   ? 1
+                   : 0;
+    }
+    if (views >= few) points_m.push_back(p);
+  }
+  if (points_m.empty()) return;
   const auto share_within = [&](double unit) {
     std::size_t within = 0;
-    for (const Vec3f p : hull.points_m()) {
+    for (const Vec3f p : points_m) {
       const Vec3f q = static_cast<float>(unit) * p;
       const Box3f& w = input_.workspace_m;
       within += q.x >= w.min.x && q.y >= w.min.y && q.z >= w.min.z && q.x <= w.max.x && q.y <= w.max.y &&
@@ -37,7 +65,7 @@ void Examination::check_workspace(const Agreement& after) {
                     ? 1U
                     : 0U;
     }
-    return static_cast<double>(within) / static_cast<double>(hull.sample_count());
+    return static_cast<double>(within) / static_cast<double>(points_m.size());
   };
   const double held = share_within(1);
   if (held >= 0.98 && !cameras_stand_within()) return;
@@ -107,6 +135,11 @@ Diagnosis examine_rig(const DoctorInput& input, const DoctorLimits& limits) {
     }
   }
   return Examination(input, limits).run();
+}
+
+std::string common_slip(const DoctorInput& input, const DoctorLimits& limits) {
+  const std::optional<DoctorFinding> slip = Examination(input, limits).common_slip();
+  return slip ? slip->fault + "; " + slip->cure : "";
 }
 
 const char* verdict_name(Verdict verdict) {

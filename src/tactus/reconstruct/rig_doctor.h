@@ -56,6 +56,10 @@ struct DoctorLimits {
 /// @throws Error without cameras or masks, or when their sizes contradict one another.
 Diagnosis examine_rig(const DoctorInput& input, const DoctorLimits& limits = {});
 
+/// The slip of all calibrations alike that explains why views contradict one another, and its cure; "" where
+/// they agree, or none does.
+std::string common_slip(const DoctorInput& input, const DoctorLimits& limits = {});
+
 /// "well", "faulty", "unsure"
 const char* verdict_name(Verdict verdict);
 

@@ -83,7 +83,8 @@ class Examination {
     diagnosis_.recall_before = full(before);
     bool explained = before.is_consistent(limits_);
     if (explained) find_holes();
-    if (!explained && used_.size() >= 3) explained = cure_all() || cure_some() || cure_all_and_some();
+    if (!explained && used_.size() >= 3)
+      explained = cure_all() || cure_some() || cure_all_and_some() || name_leaks();
     const Agreement after = agreement(views(), kFine);
     diagnosis_.recall_after = full(after);
     for (DoctorFinding& f : diagnosis_.findings) {
@@ -97,6 +98,12 @@ class Examination {
       check_workspace(after);
     decide(after);
     return diagnosis_;
+  }
+
+  /// One slip of the whole rig that explains all, if views contradict one another without it.
+  std::optional<DoctorFinding> common_slip() {
+    if (used_.size() < 3 || agreement(views(), kCoarse).is_consistent(limits_) || !cure_all()) return {};
+    return diagnosis_.findings.back();
   }
 
  private:
@@ -151,6 +158,8 @@ class Examination {
   bool try_late(std::size_t view, const SilhouetteConsistency& trusted);
   bool try_motion(std::size_t view, const SilhouetteConsistency& trusted);
   void name_mask(std::size_t view, const SilhouetteConsistency& trusted);
+  bool name_leaks();
+  bool is_bounded_badly(const SilhouetteConsistency& hull);
   Camera slip(const RigHypothesis& h, const Camera& given) const;
   void check_workspace(const Agreement& after);
   /// Most of them: then the workspace is larger than the rig.

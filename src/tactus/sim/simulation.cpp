@@ -37,6 +37,8 @@ HullOptions hull_options(const Scene& scene, const Rig& rig) {
   options.max_active_bricks = scene.reconstruction.max_active_bricks;
   options.max_vertices = scene.reconstruction.max_vertices;
   options.max_triangles = scene.reconstruction.max_triangles;
+  // Contact's samples before thinning, two for each triangle of which a vertex has two: about 150 bytes each.
+  options.beside_vertex_bytes = 600;
   return options;
 }
 
@@ -126,7 +128,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
                                                     .smoothing_steps = scene.reconstruction.smooth})
                                : nullptr),
       hull_check_(devices.context(0), cameras_or_one(rig), hull_options(scene, rig).workspace_m,
-                  fine_surface_.voxel_size_m()),
+                  fine_surface_.voxel_size_m(), !depth_cameras(scene, rig).empty()),
       uses_depth_(!depth_cameras(scene, rig).empty()),
       sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
       bodies_([&] {
@@ -275,8 +277,9 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                  .substeps = part.substeps,
                  .part = part_},
                 has_new_images);
-  if (has_new_images && !saves(Saving::hull))
-    hull_check_.prepare(incoming_->silhouettes);  // while the devices work
+  if (has_new_images && !saves(Saving::hull))  // while the devices work
+    hull_check_.prepare(incoming_->silhouettes,
+                        tracked_blades_.empty() ? std::span<const BitMask>() : masks_);
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   if (liquid_) liquid_->balance(readback_);
