@@ -26,14 +26,15 @@ class FewCameras : public ProgramTest {
     return folder;
   }
   Outcome reconstruct(const std::string& folder) {
-    return run_tactus("reconstruct --source masks " + folder + "/rig.yaml --resolution 64 --devices cpu --json " +
-                      path("r.json"));
+    return run_tactus("reconstruct --source masks " + folder +
+                      "/rig.yaml --resolution 64 --devices cpu --json " + path("r.json"));
   }
   /// Each mask becomes what `of` makes of its pixels.
   template <class F>
   void change_masks(const std::string& folder, F&& of) {
     for (const auto& file : fs::directory_iterator(folder + "/masks"))
-      ASSERT_TRUE(write_image(file.path().string(), of(cv::imread(file.path().string(), cv::IMREAD_GRAYSCALE))));
+      ASSERT_TRUE(
+          write_image(file.path().string(), of(cv::imread(file.path().string(), cv::IMREAD_GRAYSCALE))));
   }
   /// Each camera file's matrix, its first two rows times `by`.
   static void change_lenses(const std::string& folder, double focal, double center) {
@@ -65,7 +66,8 @@ TEST_F(FewCameras, LabelsAreForeground) {
   const std::string folder = film(6);
   ASSERT_EQ(reconstruct(folder).code, 0);
   const double volume_m3 = read_json("r.json")["frames"][0]["volume_m3"];
-  for (const auto& [label, type] : {std::pair{1, CV_8U}, {38, CV_8U}, {1, CV_16U}, {38, CV_16U}, {255, CV_16U}}) {
+  for (const auto& [label, type] :
+       {std::pair{1, CV_8U}, {38, CV_8U}, {1, CV_16U}, {38, CV_16U}, {255, CV_16U}}) {
     change_masks(folder, [&](const cv::Mat& mask) {
       cv::Mat labels;
       cv::Mat(mask > 0).convertTo(labels, type, label / 255.0);
@@ -107,7 +109,8 @@ TEST_F(FewCameras, TwoBoundBadlyAndSixDoNot) {
   EXPECT_GT(read_json("r.json")["frames"][0]["iou_mean"], 0.9);
   for (const char* command : {"reconstruct", "doctor"}) {
     if (command == std::string("doctor")) o = run_tactus("doctor " + two + "/rig.yaml");
-    EXPECT_NE(o.text.find("two cameras bound the object badly: the hull reaches "), std::string::npos) << o.text;
+    EXPECT_NE(o.text.find("two cameras bound the object badly: the hull reaches "), std::string::npos)
+        << o.text;
     EXPECT_EQ(o.text.find("the workspace holds"), std::string::npos) << o.text;
   }
   EXPECT_EQ(o.code, 5) << o.text;
@@ -131,7 +134,8 @@ TEST_F(FewCameras, LensesOfOtherImagesAreNamed) {
 
 /// Contact's surface had room for 2^21 triangles, less than that of a hull of 512 voxels.
 TEST_F(FewCameras, FineHullsHaveRoom) {
-  Outcome o = run_tactus("reconstruct hand --resolution 512 --devices cpu --no-depth --json " + path("r.json"));
+  Outcome o =
+      run_tactus("reconstruct hand --resolution 512 --devices cpu --no-depth --json " + path("r.json"));
   EXPECT_EQ(o.code, 0) << o.text;
   EXPECT_EQ(read_json("r.json")["frames"][0]["boundary_edges"], 0);
   o = run_tactus("reconstruct hand --resolution 20000 --devices cpu");

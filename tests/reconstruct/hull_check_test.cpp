@@ -124,7 +124,8 @@ TEST(HullCheck, TwoCamerasAreSaidToBoundBadly) {
     std::vector<Camera> cameras;
     for (const double a : angles_deg) {
       const double angle = a * std::numbers::pi / 180;
-      cameras.push_back(look_at({3 * std::cos(angle), 0.5, 3 * std::sin(angle)}, {0, 0.5, 0}, {0, 1, 0}, 320, 240, 600));
+      cameras.push_back(
+          look_at({3 * std::cos(angle), 0.5, 3 * std::sin(angle)}, {0, 0.5, 0}, {0, 1, 0}, 320, 240, 600));
       cameras.back().name = std::to_string(cameras.size());
     }
     return cameras;
@@ -136,7 +137,8 @@ TEST(HullCheck, TwoCamerasAreSaidToBoundBadly) {
     EXPECT_NEAR(weak.sine, std::sin(acute / 2 * std::numbers::pi / 180), 0.04) << angle;  // 3 degrees apart
   }
   EXPECT_NEAR(weak_direction(around({0}), points).extent_m, 0.2, 1e-6);
-  const std::vector<Camera> two = around({0, 90}), three = around({0, 120, 240}), narrow = around({0, 10, 25});
+  const std::vector<Camera> two = around({0, 90}), three = around({0, 120, 240}),
+                            narrow = around({0, 10, 25});
   const auto told = [](const std::vector<Camera>& cameras) {
     return check(cameras, test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2)).found;
   };

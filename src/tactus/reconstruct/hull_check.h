@@ -95,7 +95,7 @@ class HullCheck {
   std::vector<Content> content_;
   bool something_seen_ = false, was_well_ = false;
   bool has_depth_ = false, bounds_told_ = false, cause_asked_ = false;
-  bool has_tools_ = false;                   ///< taken out of masks in this frame
+  bool has_tools_ = false;                  ///< taken out of masks in this frame
   std::vector<std::uint32_t> taken_tiles_;  ///< that have a pixel of them
   std::vector<HullFinding> told_;
   MeshView mesh_;           ///< of the last `submit`

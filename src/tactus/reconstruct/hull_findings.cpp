@@ -253,8 +253,7 @@ WeakDirection weak_direction(std::span<const Camera> cameras, std::span<const Ve
   return weakest;
 }
 
-std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras,
-                                           std::span<const Vec3f> points_m) {
+std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras, std::span<const Vec3f> points_m) {
   // Cameras within 30 degrees of one line leave a hull that is at least twice as long along it.
   constexpr double kLeastSine = 0.5;
   if (cameras.empty() || points_m.empty()) return {};
@@ -266,15 +265,18 @@ std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras,
   const std::string reach(where);
   HullFinding finding{HullFault::bounded_badly, -1, false, ""};
   if (cameras.size() == 1)
-    finding.text = "one camera bounds nothing along its line of sight: its cone is no hull, and ends at the workspace (" +
-                   reach + "): place cameras around the object";
+    finding.text =
+        "one camera bounds nothing along its line of sight: its cone is no hull, and ends at the workspace "
+        "(" +
+        reach + "): place cameras around the object";
   else
-    finding.text = (cameras.size() == 2 ? std::string("two cameras bound the object badly")
-                                        : "all " + std::to_string(cameras.size()) +
-                                              " cameras look along nearly one line and bound the object badly") +
-                   ": the hull reaches " + reach +
-                   ", which none of them sees from the side; its volume can be several times the object's, "
-                   "whatever the IoU: place cameras around the object";
+    finding.text =
+        (cameras.size() == 2 ? std::string("two cameras bound the object badly")
+                             : "all " + std::to_string(cameras.size()) +
+                                   " cameras look along nearly one line and bound the object badly") +
+        ": the hull reaches " + reach +
+        ", which none of them sees from the side; its volume can be several times the object's, "
+        "whatever the IoU: place cameras around the object";
   return finding;
 }
 

@@ -77,16 +77,15 @@ Index few_cameras(std::size_t cameras);
 
 /// Along which direction cameras bound an object worst. A silhouette bounds what is across its line of sight.
 struct WeakDirection {
-  Vec3d direction;        ///< unit
-  double sine = 1;        ///< of the angle to the line of sight that is most across it; 0: nothing bounds it
-  double extent_m = 0;    ///< of the points along it
+  Vec3d direction;      ///< unit
+  double sine = 1;      ///< of the angle to the line of sight that is most across it; 0: nothing bounds it
+  double extent_m = 0;  ///< of the points along it
 };
 /// @param points_m of the hull, at least one
 WeakDirection weak_direction(std::span<const Camera> cameras, std::span<const Vec3f> points_m);
 /// One or two cameras leave a hull that is larger than the object, and so do more that look along nearly one
 /// line: IoU doesn't see it. None where three or more look from around.
-std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras,
-                                           std::span<const Vec3f> points_m);
+std::optional<HullFinding> find_bad_bounds(std::span<const Camera> cameras, std::span<const Vec3f> points_m);
 
 bool any_fatal(std::span<const HullFinding> findings);
 /// "a; b"
