@@ -289,6 +289,39 @@ TEST(SetAssembler, OneCameraCannotMakeTheOthersLate) {
   EXPECT_GE(released, before + 49);
 }
 
+/// A camera whose images can't be unpacked is heard, and never in a set. After kFailures sets nobody waits
+/// for it; when it delivers again, it is waited for at once.
+TEST(SetAssembler, DoesNotWaitForACameraThatNeverDelivers) {
+  SetAssembler a({.cameras = 2, .by_trigger = true});
+  double worst_wait_s = 0;
+  int complete = 0;
+  const auto tick = [&](std::int64_t number, bool is_good) {
+    const double at_s = static_cast<double>(number) * kPeriod_s;
+    // The second comes 5 ms later, which is in time.
+    a.fill(a.admit({0, number, at_s, at_s}));
+    auto set = a.release(at_s + 0.001);
+    const SetAssembler::Place place = a.admit({1, number, at_s, at_s + 0.005});
+    if (is_good && place.refusal == Refusal::none) a.fill(place);
+    if (is_good && place.refusal == Refusal::late && a.is_doubted(1)) a.trust(1);
+    double wait_s = 0.001;
+    for (; !set; wait_s += 0.001) set = a.release(at_s + wait_s);
+    complete += set->is_complete ? 1 : 0;
+    a.recycle(set->slot);
+    return wait_s;
+  };
+  tick(0, true);
+  tick(1, true);
+  for (int k = 2; k < 100; ++k) {
+    const double wait_s = tick(k, false);
+    if (k >= 2 + SetAssembler::kFailures) worst_wait_s = std::max(worst_wait_s, wait_s);
+  }
+  EXPECT_LT(worst_wait_s, 0.002) << "the others' sets go at once";
+  tick(100, true);
+  complete = 0;
+  for (int k = 101; k < 111; ++k) tick(k, true);
+  EXPECT_EQ(complete, 10);
+}
+
 TEST(ClockFit, FindsOffsetAndDriftOfAClock) {
   ClockFit fit;
   std::mt19937 random(3);

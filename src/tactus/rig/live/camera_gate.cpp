@@ -10,6 +10,14 @@ namespace {
 constexpr double kOldest_s = 1, kSkew_s = 0.001;
 /// Packets a second over the rig's.
 constexpr double kMostRate = 4;
+/// Hellos a second: a client says one when it connects.
+constexpr double kMostSmall_1_s = 20;
+/// A clock's estimate is off by the way's jumps at most.
+constexpr double kClockWithin_s = 1;
+
+bool agrees(const ClockFit& clock, double sent_s, double now_s) {
+  return std::abs(clock.to_ours(sent_s) - now_s) <= kClockWithin_s;
+}
 
 }  // namespace
 
@@ -22,7 +30,11 @@ bool RateLimit::take(double amount, double now_s) {
 }
 
 CameraGate::CameraGate(const LiveCamera& camera, const LiveSettings& settings)
-    : camera_(camera), packets_(kMostRate * settings.fps), bytes_(settings.bytes_per_s) {
+    : camera_(camera),
+      period_s_(1 / settings.fps),
+      packets_(kMostRate * settings.fps),
+      bytes_(settings.bytes_per_s),
+      small_(kMostSmall_1_s) {
   status_.name = camera.name;
 }
 
@@ -41,20 +53,40 @@ Refusal CameraGate::check_rate(std::size_t bytes, double now_s) {
   return bytes_.take(static_cast<double>(bytes), now_s) ? Refusal::none : Refusal::too_much;
 }
 
-Refusal CameraGate::check_boot(const PacketHead& head) {
-  if (!heard_ || head.boot != boot_) {
+Refusal CameraGate::check_boot(const PacketHead& head, double now_s) {
+  if (!heard_ || head.boot != boot_.id) {
     const auto end = old_boots_.begin() + static_cast<std::ptrdiff_t>(std::min(old_boot_count_, kOldBoots));
-    if (std::find(old_boots_.begin(), end, head.boot) != end) return Refusal::old_boot;
-    if (heard_) old_boots_[old_boot_count_++ % kOldBoots] = boot_;
+    const auto old = std::find_if(old_boots_.begin(), end, [&](const Boot& b) { return b.id == head.boot; });
+    if (old != end && head.sequence <= old->sequence) return Refusal::old_boot;
+    if (!is_client(head.boot, now_s)) return Refusal::other_client;
+    if (heard_) (old != end ? *old : old_boots_[old_boot_count_++ % kOldBoots]) = boot_;
     heard_ = true;
-    boot_ = head.boot;
+    boot_ = {head.boot, head.sequence};
     clock_.reset();
   } else {
-    if (head.sequence <= sequence_) return Refusal::repeated;
+    if (head.sequence <= boot_.sequence) return Refusal::repeated;
     status_.lost +=
-        static_cast<std::int64_t>(std::min<std::uint64_t>(head.sequence - sequence_ - 1, 1'000'000));
+        static_cast<std::int64_t>(std::min<std::uint64_t>(head.sequence - boot_.sequence - 1, 1'000'000));
   }
-  sequence_ = head.sequence;
+  boot_.sequence = head.sequence;
+  heard_s_ = now_s;
+  return Refusal::none;
+}
+
+Refusal CameraGate::check_clock(const PacketHead& head, double now_s) {
+  if (clock_.is_known() && !agrees(clock_, head.sent_s, now_s)) {
+    if (!other_clock_.is_known() || !agrees(other_clock_, head.sent_s, now_s)) {
+      other_clock_.reset();
+      others_agree_ = 0;
+    }
+    other_clock_.add(head.sent_s, now_s);
+    if (++others_agree_ * period_s_ < kClockWithin_s) return Refusal::clock;
+    clock_ = other_clock_;
+  } else {
+    clock_.add(head.sent_s, now_s);
+  }
+  other_clock_.reset();
+  others_agree_ = 0;
   return Refusal::none;
 }
 
@@ -66,10 +98,10 @@ Refusal CameraGate::check(const PacketHead& head, double now_s, double& captured
   if (head.calibration != camera_.calibration) return Refusal::calibration;
   const double age_s = head.sent_s - head.captured_s;
   if (!(age_s >= -kSkew_s && age_s <= kOldest_s)) return Refusal::head;
-  if (const Refusal refusal = check_boot(head); refusal != Refusal::none) return refusal;
+  if (const Refusal refusal = check_boot(head, now_s); refusal != Refusal::none) return refusal;
   status_.replaced = head.replaced;
-  clock_.add(head.sent_s, now_s);
-  captured_s = std::min(clock_.to_ours(head.captured_s), now_s);
+  if (const Refusal refusal = check_clock(head, now_s); refusal != Refusal::none) return refusal;
+  captured_s = std::clamp(clock_.to_ours(head.captured_s), now_s - kOldest_s - kClockWithin_s, now_s);
   return Refusal::none;
 }
 

@@ -1,17 +1,24 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tactus/rig/live/rig_server.h"
 
 namespace tactus {
 
+namespace {
+/// JSON has no NaN and no infinity, and whoever reads the status expects numbers.
+double number(double v) { return std::isfinite(v) ? v : 0; }
+}  // namespace
+
 std::string live_status_json(const LiveStatus& status) {
-  nlohmann::json json{{"sets", status.sets},
-                      {"complete_sets", status.complete_sets},
-                      {"unseen_sets", status.unseen_sets},
-                      {"refused_keys", status.refused_keys},
-                      {"refused_strangers", status.refused_strangers},
-                      {"release_ms", {{"p50", status.release_ms_p50}, {"p99", status.release_ms_p99}}},
-                      {"cameras", nlohmann::json::array()}};
+  nlohmann::json json{
+      {"sets", status.sets},
+      {"complete_sets", status.complete_sets},
+      {"unseen_sets", status.unseen_sets},
+      {"refused_keys", status.refused_keys},
+      {"refused_strangers", status.refused_strangers},
+      {"release_ms", {{"p50", number(status.release_ms_p50)}, {"p99", number(status.release_ms_p99)}}},
+      {"cameras", nlohmann::json::array()}};
   for (const LiveCameraStatus& c : status.cameras) {
     nlohmann::json refused = nlohmann::json::object();
     for (std::size_t r = 0; r < c.refused.size(); ++r) {
@@ -19,11 +26,11 @@ std::string live_status_json(const LiveStatus& status) {
     }
     json["cameras"].push_back({{"name", c.name},
                                {"present", c.is_present},
-                               {"packets_per_s", c.packets_per_s},
-                               {"bytes_per_s", c.bytes_per_s},
-                               {"skew_ms", c.skew_ms},
-                               {"drift_ppm", c.drift_ppm},
-                               {"coverage", c.coverage},
+                               {"packets_per_s", number(c.packets_per_s)},
+                               {"bytes_per_s", number(c.bytes_per_s)},
+                               {"skew_ms", number(c.skew_ms)},
+                               {"drift_ppm", number(c.drift_ppm)},
+                               {"coverage", number(c.coverage)},
                                {"packets", c.packets},
                                {"in_sets", c.in_sets},
                                {"lost", c.lost},

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/base/timing.h"
 #include "tactus/rig/live/camera_gate.h"
 #include "tactus/rig/live/live_gate.h"
@@ -25,6 +26,12 @@ constexpr int kWaitingPackets = 4;
 constexpr int kHeartbeat_ms = 1000, kSilence_ms = 3000;
 /// A packet above a camera's limit is counted; a message above this ends the connection.
 constexpr std::int64_t kMostOverLimit = 2;
+/// Messages a second that are read without a pause: of strangers, and of each camera a frame.
+constexpr double kStrangers_1_s = 2000, kPerFrame = 8;
+constexpr std::chrono::milliseconds kFloodPause{2};
+/// Packets of another client: a client that was started anew sends fewer before its predecessor counts as
+/// silent.
+constexpr std::int64_t kSecondClientAfter = 30;
 /// From one event to the next the thread sleeps at most so long.
 constexpr double kMostSleep_s = 0.1;
 
@@ -55,6 +62,7 @@ struct RigServer::Impl {
       : settings(live),
         is_plain(!keys),
         assembler(assembler_options(cameras, live)),
+        intake(kStrangers_1_s + kPerFrame * live.fps * static_cast<double>(cameras.size())),
         socket(context, ZMQ_ROUTER) {
     check_names(cameras);
     if (is_plain && !is_loopback(live.address))
@@ -94,7 +102,7 @@ struct RigServer::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void listen();
-  void receive_all();
+  int receive_all(bool slowly);
   void receive(const std::string& identity, const std::string& user, std::string_view bytes);
   Refusal take_packet(CameraGate& of, std::string_view bytes, PacketHead& head);
   CameraGate* find(const std::string& name);
@@ -118,6 +126,9 @@ struct RigServer::Impl {
   std::int64_t unseen = 0, strangers = 0;
   Timings timings;
   PacketCoder coder;
+  RateLimit intake;  ///< of messages of all connections
+  bool is_flooded = false;
+  CameraImages tried;  ///< of a camera that isn't waited for
   std::string failure;
 
   ZmqContext context;
@@ -138,7 +149,9 @@ void RigServer::Impl::listen() try {
         {{socket.get(), 0, ZMQ_POLLIN, 0}, {nullptr, wake.fd(), ZMQ_POLLIN, 0}}};
     const auto wait_ms = static_cast<long>(std::ceil(std::clamp(wait_s, 0.0, kMostSleep_s) * 1e3));
     zmq_poll(items.data(), static_cast<int>(items.size()), wait_ms);
-    receive_all();
+    const int received = receive_all(is_flooded);
+    is_flooded = !intake.take(received, now_s());
+    if (is_flooded) std::this_thread::sleep_for(kFloodPause);
     send_triggers(now_s());
     const std::lock_guard lock(mutex);
     release(now_s());
@@ -157,12 +170,15 @@ double RigServer::Impl::next_event_s(double now) const {
   return next_s;
 }
 
-/// Some packets, then deadlines: who floods the socket does not hold the sets up.
-void RigServer::Impl::receive_all() {
-  const int most = 4 * static_cast<int>(gates.size()) + 16;
-  for (int i = 0; i < most; ++i) {
+/// Some packets, then deadlines: who floods the socket does not hold the sets up, nor takes a core.
+/// (Connections take turns, so an honest one waits for one message of each other at most.) @returns how many
+/// there were.
+int RigServer::Impl::receive_all(bool slowly) {
+  const int all = static_cast<int>(gates.size()), most = slowly ? all + 8 : 4 * all + 16;
+  int count = 0;
+  for (; count < most; ++count) {
     ZmqMessage identity;
-    if (!identity.receive(socket)) return;
+    if (!identity.receive(socket)) break;
     bool more = identity.more();
     ZmqMessage body;
     if (!more || !body.receive(socket)) continue;
@@ -174,6 +190,7 @@ void RigServer::Impl::receive_all() {
     ++strangers;  // no message of ours has two parts
     for (ZmqMessage rest; more && rest.receive(socket);) more = rest.more();
   }
+  return count;
 }
 
 CameraGate* RigServer::Impl::find(const std::string& name) {
@@ -198,11 +215,12 @@ void RigServer::Impl::receive(const std::string& identity, const std::string& us
   }
   Refusal refusal = of->check_rate(bytes.size(), now_s());
   if (refusal == Refusal::none) refusal = parsed;
-  if (refusal == Refusal::none) {
-    of->identity = identity;
-    refusal = take_packet(*of, bytes, head);
-  }
-  if (refusal != Refusal::none) of->count(refusal);
+  if (refusal == Refusal::none) refusal = take_packet(*of, bytes, head);
+  if (refusal == Refusal::none) of->identity = identity;
+  if (refusal != Refusal::none && of->count(refusal) == kSecondClientAfter &&
+      refusal == Refusal::other_client)
+    log_warning("camera '" + of->camera().name +
+                "': a second client sends for it, and is refused while the first is heard");
   release(now_s());
   lock.unlock();
   answer(identity,
@@ -221,6 +239,11 @@ Refusal RigServer::Impl::take_packet(CameraGate& of, std::string_view bytes, Pac
   if (assembler.options().by_trigger && head.trigger == PacketHead::kNoTrigger) return Refusal::head;
   const SetAssembler::Place place =
       assembler.admit({static_cast<int>(camera), head.trigger, captured_s, now});
+  if (place.refusal == Refusal::late && assembler.is_doubted(place.camera)) {
+    // The set went without it. Is it well again?
+    const bool was_in_time = now - captured_s <= assembler.options().deadline_s;
+    if (was_in_time && coder.unpack(bytes, head, tried)) assembler.trust(place.camera);
+  }
   if (place.refusal != Refusal::none) return place.refusal;
   CameraImages& room = images[static_cast<std::size_t>(place.slot)][camera];
   if (!coder.unpack(bytes, head, room)) return Refusal::payload;
@@ -238,10 +261,12 @@ void RigServer::Impl::greet(const std::string& identity, const std::string& user
     return;
   }
   CameraGate* of = find(is_plain ? message.camera : user);
-  if (message.kind == LiveMessage::kHello && of != nullptr && message.camera == of->camera().name)
-    of->identity = identity;
-  else
+  if (of != nullptr && !of->take_small_message(now_s())) return;
+  if (message.kind == LiveMessage::kHello && of != nullptr && message.camera == of->camera().name) {
+    if (of->is_client(message.number, now_s())) of->identity = identity;
+  } else {
     ++strangers;
+  }
 }
 
 /// Optical cameras at the beginning of a period, depth cameras in its middle: their light would disturb the

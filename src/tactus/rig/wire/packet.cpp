@@ -41,10 +41,10 @@ bool are_contents(std::uint8_t contents) {
 }  // namespace
 
 const char* refusal_text(Refusal refusal) {
-  static constexpr const char* kTexts[] = {"none",        "too short", "too long",       "not a packet",
-                                           "version",     "head",      "no such camera", "other camera",
-                                           "calibration", "old boot",  "repeated",       "too many",
-                                           "too much",    "late",      "ahead",          "payload"};
+  static constexpr const char* kTexts[] = {
+      "none",           "too short",    "too long",    "not a packet", "version",  "head",
+      "no such camera", "other camera", "calibration", "old boot",     "repeated", "too many",
+      "too much",       "late",         "ahead",       "payload",      "clock",    "other client"};
   static_assert(std::size(kTexts) == static_cast<std::size_t>(Refusal::count));
   return kTexts[static_cast<std::size_t>(refusal)];
 }
@@ -97,8 +97,9 @@ Refusal parse_packet_head(std::string_view packet, PacketHead& head) {
   if (payload > head.payload_bytes) return Refusal::too_long;
   const bool has_photo = (head.contents & PacketHead::kPhoto) != 0;
   const bool ok = !in.failed() && are_contents(head.contents) && is_size(head.size_px) &&
-                  std::isfinite(head.captured_s) && std::isfinite(head.sent_s) &&
-                  head.trigger >= PacketHead::kNoTrigger &&
+                  std::abs(head.captured_s) <= PacketHead::kMostTime_s &&
+                  std::abs(head.sent_s) <= PacketHead::kMostTime_s &&
+                  head.trigger >= PacketHead::kNoTrigger && head.trigger <= PacketHead::kMostTrigger &&
                   (has_photo ? lies_in(head.photo_box, head.size_px) : head.photo_box == PixelBox{});
   return ok ? Refusal::none : Refusal::head;
 }

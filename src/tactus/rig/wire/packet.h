@@ -43,6 +43,9 @@ struct PacketHead {
   std::uint32_t payload_bytes = 0;
 
   static constexpr std::int64_t kNoTrigger = -1;
+  /// Times within 300 years and numbers that a double holds: sums of them neither overflow nor lose a tick.
+  static constexpr double kMostTime_s = 1e10;
+  static constexpr std::int64_t kMostTrigger = std::int64_t{1} << 53;
 };
 
 /// Why a packet is refused. `none`: it isn't.
@@ -56,13 +59,15 @@ enum class Refusal : std::uint8_t {
   no_such_camera,  ///< in this rig
   other_camera,    ///< than the sender's key is for
   calibration,     ///< another one than the rig's
-  old_boot,        ///< of before the camera's last start
+  old_boot,        ///< a number of before the camera's last start
   repeated,        ///< sequence number that was there
   too_many,        ///< packets a second
   too_much,        ///< bytes a second
   late,            ///< its set was released
   ahead,           ///< far beyond the newest set
   payload,         ///< images that can't be unpacked
+  clock,           ///< sent more than a second off what the camera's clock was known to be
+  other_client,    ///< another client of this camera is heard
   count
 };
 /// "late", "other camera"

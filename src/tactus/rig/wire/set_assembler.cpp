@@ -12,6 +12,15 @@ constexpr double kPhaseGain = 0.01;
 constexpr double kStays = 0.75;
 /// A camera's clock, right or not, takes at most this part of the deadline from the others.
 constexpr double kMostAge = 0.5;
+/// Ticks beyond are none: sums of two of them neither overflow nor lose one.
+constexpr std::int64_t kMostTick = std::int64_t{1} << 53;
+
+std::int64_t clamped_tick(std::int64_t tick) { return std::clamp(tick, -kMostTick, kMostTick); }
+/// The nearest whole number of periods.
+std::int64_t ticks(double periods) {
+  const auto most = static_cast<double>(kMostTick);
+  return std::isnan(periods) ? 0 : std::llround(std::clamp(periods, -most, most));
+}
 
 }  // namespace
 
@@ -29,11 +38,11 @@ double SetAssembler::beat_s(std::int64_t tick) const {
 }
 
 std::int64_t SetAssembler::nearest_beat(double captured_s) const {
-  return std::llround((captured_s - phase_s_) / options_.period_s);
+  return ticks((captured_s - phase_s_) / options_.period_s);
 }
 
 std::int64_t SetAssembler::tick_of(const Arrival& arrival) {
-  if (options_.by_trigger) return arrival.trigger;
+  if (options_.by_trigger) return clamped_tick(arrival.trigger);
   const double period_s = options_.period_s;
   if (!has_phase_) {
     has_phase_ = true;
@@ -42,7 +51,8 @@ std::int64_t SetAssembler::tick_of(const Arrival& arrival) {
   std::int64_t tick = nearest_beat(arrival.captured_s);
   const Heard& heard = heard_[static_cast<std::size_t>(arrival.camera)];
   if (heard.ever) {
-    const std::int64_t next = heard.tick + std::llround((arrival.captured_s - heard.captured_s) / period_s);
+    const std::int64_t next =
+        clamped_tick(heard.tick + ticks((arrival.captured_s - heard.captured_s) / period_s));
     if (std::abs(arrival.captured_s - beat_s(next)) <= kStays * period_s) tick = next;
   }
   phase_s_ += kPhaseGain * (arrival.captured_s - beat_s(tick));
@@ -96,7 +106,7 @@ SetAssembler::Place SetAssembler::admit(const Arrival& arrival) {
   place.camera = arrival.camera;
   const auto camera = static_cast<std::size_t>(arrival.camera);
   const std::int64_t tick = tick_of(arrival);
-  heard_[camera] = {true, tick, arrival.captured_s, arrival.arrived_s};
+  heard_[camera] = {true, tick, arrival.captured_s, arrival.arrived_s, heard_[camera].failures};
   const bool is_far = is_anchored_ && (tick > newest_ + kOpen || tick < newest_ - kOpen);
   if (!is_anchored_ || (is_far && most_agree(arrival, tick))) {
     for (Slot& slot : slots_) {
@@ -139,6 +149,7 @@ void SetAssembler::fill(const Place& place) {
   Slot& slot = slots_[static_cast<std::size_t>(place.slot)];
   slot.is_in[static_cast<std::size_t>(place.camera)] = true;
   ++slot.in;
+  trust(place.camera);
 }
 
 std::optional<double> SetAssembler::next_deadline_s() const {
@@ -151,8 +162,13 @@ std::optional<SetAssembler::Released> SetAssembler::release(double now_s) {
   if (slot == nullptr) return {};
   bool has_all_present = slot->in > 0;
   for (int c = 0; c < options_.cameras; ++c)
-    has_all_present = has_all_present && (slot->is_in[static_cast<std::size_t>(c)] || !is_present(c, now_s));
+    has_all_present = has_all_present &&
+                      (slot->is_in[static_cast<std::size_t>(c)] || is_doubted(c) || !is_present(c, now_s));
   if (!has_all_present && now_s < slot->deadline_s) return {};
+  for (int c = 0; c < options_.cameras; ++c) {
+    Heard& heard = heard_[static_cast<std::size_t>(c)];
+    if (!slot->is_in[static_cast<std::size_t>(c)] && heard.failures < kFailures) ++heard.failures;
+  }
   released_ = slot->tick;
   slot->state = State::released;
   ++counts_.released;

@@ -21,14 +21,16 @@ namespace tactus {
 /// between two of its images lie as many ticks as periods, so one whose phase is half a period off doesn't
 /// alternate.
 ///
-/// A camera that was not heard of for absent_s is not waited for. Numbers of triggers that are far from the
-/// newest set are refused, unless more than half of the cameras that are heard say so: then counting began
-/// anew. So no camera alone can make the others late.
+/// A camera that was not heard of for absent_s is not waited for, nor one that missed kFailures sets in a row
+/// although it was heard: from then on `trust` says that it delivers again. Numbers of triggers that are far
+/// from the newest set are refused, unless more than half of the cameras that are heard say so: then counting
+/// began anew. So no camera alone can make the others late.
 ///
 /// All times are on one clock. Memory is fixed. Nothing depends on anything but the calls.
 class SetAssembler {
  public:
-  static constexpr int kOpen = 8;           ///< most sets that are waited for
+  static constexpr int kOpen = 8;  ///< most sets that are waited for
+  static constexpr int kFailures = 3;
   static constexpr int kSlots = kOpen + 2;  ///< one that is released and waits, and one that is looked at
   struct Options {
     int cameras = 0;
@@ -71,6 +73,10 @@ class SetAssembler {
   /// When release may have something without another arrival; none: not before one.
   std::optional<double> next_deadline_s() const;
   bool is_present(int camera, double now_s) const;
+  /// Whether a camera missed so many sets that it isn't waited for.
+  bool is_doubted(int camera) const { return heard_[static_cast<std::size_t>(camera)].failures >= kFailures; }
+  /// Its images were good and came before their deadline, if after the set, which didn't wait for them.
+  void trust(int camera) { heard_[static_cast<std::size_t>(camera)].failures = 0; }
   const Counts& counts() const { return counts_; }
   const Options& options() const { return options_; }
 
@@ -87,6 +93,7 @@ class SetAssembler {
     bool ever = false;
     std::int64_t tick = 0;  ///< that it said last
     double captured_s = 0, arrived_s = 0;
+    int failures = 0;  ///< sets in a row that it missed
   };
   std::int64_t tick_of(const Arrival& arrival);
   std::int64_t nearest_beat(double captured_s) const;
