@@ -16,7 +16,7 @@ class RecordingSource final : public FrameSource {
     if (reader_.count() == 0) throw Error("recording '" + path + "' holds no frame: it was cut off before");
     if (!options.depth) rig_.depth_cameras.clear();
     if (options.workspace_m) rig_.workspace_m = *options.workspace_m;
-    const std::string why = reader_.ending().empty() ? "" : " (" + reader_.ending() + ")";
+    const std::string why = reader_.damage().empty() ? "" : " (" + reader_.damage() + ")";
     window_ =
         frame_window(path, options.first_frame, options.last_frame, FrameWindow{0, reader_.count() - 1}, why);
     at_ = window_.first;
@@ -26,13 +26,12 @@ class RecordingSource final : public FrameSource {
   std::optional<double> fps() const override { return reader_.fps(); }
   NextFrame next(FrameSet& frame) override {
     if (at_ > window_.last) return NextFrame::no_more_data;
-    const NextFrame next = reader_.read(at_, wanted_, frame, status_);
-    const bool is_first = at_++ == window_.first;
-    if (is_first && !reader_.ending().empty())
-      status_ = "the recording is not whole: " + reader_.ending() + (status_.empty() ? "" : "; " + status_);
-    return next;
+    return reader_.read(at_++, wanted_, frame, status_);
   }
   std::string status() const override { return status_; }
+  std::string damage() const override {
+    return reader_.damage().empty() ? "" : "the recording is not whole: " + reader_.damage();
+  }
 
  private:
   RecordingReader reader_;

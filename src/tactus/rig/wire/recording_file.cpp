@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <limits>
@@ -216,13 +217,47 @@ bool RecordingReader::read_payload(std::uint64_t at, RecordingChunk& kind) {
          fnv1a(payload_) == head->hash;
 }
 
+std::uint64_t RecordingReader::next_head(std::uint64_t at) const {
+  constexpr std::size_t kWindow = std::size_t{1} << 16;
+  std::string magic, window, head;
+  put_bytes(magic, kChunkMagic);
+  while (at + kHeadBytes <= file_bytes_) {
+    const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(kWindow, file_bytes_ - at));
+    if (!read_at(at, bytes, window)) break;
+    for (std::size_t k = window.find(magic); k != window.npos; k = window.find(magic, k + 1)) {
+      const std::uint64_t here = at + k;
+      const std::optional<ChunkHead> found =
+          read_at(here, kHeadBytes, head) ? parse_head(head) : std::optional<ChunkHead>();
+      if (found && found->bytes <= file_bytes_ - here - kHeadBytes) return here;
+    }
+    if (bytes < kWindow) break;
+    at += kWindow - magic.size() + 1;  // a magic may lie across two windows
+  }
+  return file_bytes_;
+}
+
+void RecordingReader::note_damage(const std::string& what) {
+  constexpr std::size_t kMostText = 500;
+  if (damage_.size() < kMostText) damage_ += (damage_.empty() ? "" : "; ") + what;
+}
+
 /// Heads alone: an hour of eight cameras is 108,000 of them.
 void RecordingReader::find_chunks() {
   std::uint64_t at = kRecordingMagic.size() + sizeof kVersion;
   bool closed = false;
-  while (!closed && read_at(at, kHeadBytes, head_)) {
-    const std::optional<ChunkHead> head = parse_head(head_);
-    if (!head || head->bytes > file_bytes_ - at - kHeadBytes) break;
+  for (std::int64_t chunk = 0; !closed && at < file_bytes_; ++chunk) {
+    std::optional<ChunkHead> head;
+    if (read_at(at, kHeadBytes, head_)) head = parse_head(head_);
+    const bool is_whole = head && head->bytes <= file_bytes_ - at - kHeadBytes;
+    if (!is_whole) {
+      const std::uint64_t next = next_head(at + 1);
+      if (next == file_bytes_) break;
+      note_damage("chunk " + std::to_string(chunk) + " at byte " + std::to_string(at) +
+                  " has a damaged head: " + std::to_string(next - at) + " bytes are lost");
+      places_.push_back(at);
+      at = next;
+      continue;
+    }
     closed = head->kind == RecordingChunk::end;
     if (is_frame(head->kind)) {
       if (places_.size() == kMostFrames)
@@ -231,13 +266,16 @@ void RecordingReader::find_chunks() {
     }
     at += kHeadBytes + head->bytes;
   }
-  if (!closed) ending_ = "it was cut off after " + std::to_string(places_.size()) + " frames";
+  if (!closed)
+    note_damage("it was cut off after " + std::to_string(places_.size()) + " frames, at byte " +
+                std::to_string(at));
 }
 
 NextFrame RecordingReader::read(int i, const Wanted& wanted, FrameSet& frame, std::string& status) {
   RecordingChunk kind = RecordingChunk::end;
   if (!read_payload(places_[static_cast<std::size_t>(i)], kind) || !parse(wanted, frame, status)) {
-    status = "frame " + std::to_string(i) + " of recording '" + printable(path_) + "' is damaged";
+    status = "frame " + std::to_string(i) + " of recording '" + printable(path_) + "', at byte " +
+             std::to_string(places_[static_cast<std::size_t>(i)]) + ", is damaged";
     if (!ImageCoder::missing().empty()) status += ", or packed: this program was built without LZ4";
     return NextFrame::bad_frame;
   }

@@ -70,25 +70,30 @@ class RecordingReader {
   std::optional<double> fps() const { return fps_; }
   /// Sets, frames without new images, and bad ticks.
   int count() const { return static_cast<int>(places_.size()); }
-  /// Whether it was closed; "" or how it ends: "it was cut off after 299 frames".
-  const std::string& ending() const { return ending_; }
+  /// "" when it was closed and all heads of its chunks are whole; else what is wrong, with offsets: "it was
+  /// cut off after 299 frames, at byte 1234". What follows a damaged head is found again; each such place is
+  /// one bad frame.
+  const std::string& damage() const { return damage_; }
   /// Reads frame `i` of count(). @param status what the source said of it
-  /// A damaged one is a bad frame, and `status` says so.
+  /// A damaged one is a bad frame, and `status` says so, with its number and offset.
   NextFrame read(int i, const Wanted& wanted, FrameSet& frame, std::string& status);
 
  private:
   void find_chunks();
+  /// @returns where the next whole head begins, from `at` on; the end of the file where none does.
+  std::uint64_t next_head(std::uint64_t at) const;
+  void note_damage(const std::string& what);
   /// @returns whether all of it is in the file.
   bool read_at(std::uint64_t at, std::size_t bytes, std::string& to) const;
   /// Reads the payload of the chunk there. @returns whether it is what was written.
   bool read_payload(std::uint64_t at, RecordingChunk& kind);
   bool parse(const Wanted& wanted, FrameSet& frame, std::string& status);
-  std::string path_, head_, payload_, ending_;
+  std::string path_, head_, payload_, damage_;
   int fd_ = -1;
   std::uint64_t file_bytes_ = 0;
   Rig rig_;
   std::optional<double> fps_;
-  std::vector<std::uint64_t> places_;  ///< of the chunks of frames
+  std::vector<std::uint64_t> places_;  ///< of the chunks of frames, and of heads that are damaged
   ImageCoder coder_;
 };
 
