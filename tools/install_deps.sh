@@ -9,7 +9,7 @@ packages=(cmake ninja-build g++ git python3 pkg-config libtbb-dev libspdlog-dev 
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-video-dev libopencv-videoio-dev
   libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev)
 case ${1:-} in complete | tests) packages+=(libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libturbojpeg0-dev libceres-dev libopencv-contrib-dev) ;; esac
-if [ "${1:-}" = tests ]; then packages+=(libgtest-dev xz-utils); fi
+if [ "${1:-}" = tests ]; then packages+=(libgtest-dev xz-utils python3-zmq); fi
 if ! command -v apt-get >/dev/null; then
   echo "No apt-get here: make sure that the equivalents of these are installed: ${packages[*]}" >&2
   exit 0
