@@ -4,7 +4,7 @@
 
 namespace tactus {
 
-inline constexpr int kExitFailed = 1, kExitUsage = 2, kExitBlewUp = 3, kExitInterrupted = 130;
+inline constexpr int kExitFailed = 1, kExitUsage = 2, kExitBlewUp = 3, kExitDamaged = 6, kExitInterrupted = 130;
 
 struct ExitCode {
   int code;
@@ -17,6 +17,7 @@ inline constexpr ExitCode kExitCodes[] = {
     {kExitBlewUp, "run: all results are written, but a body blew up and rested from then on"},
     {4, "doctor: the rig is faulty"},
     {5, "doctor: unsure whether the rig is right"},
+    {kExitDamaged, "run: all results are written, but parts of the recording were damaged or cut off"},
     {kExitInterrupted, "interrupted (SIGINT, SIGTERM, SIGHUP): the results so far are written"},
 };
 

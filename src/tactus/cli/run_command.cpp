@@ -204,6 +204,7 @@ RunSummary run_frames(const RunOptions& options, const Scene& scene, FrameSource
   FrameSet frame;
   const bool is_filmed = scene.source.kind != SourceKind::none;
   const double start_s = now_s();
+  summary.note(source.damage());
   const std::optional<int> total =
       options.frames > 0 ? std::optional<int>(options.frames) : source.frame_count();
   while (!interrupted() && (options.frames == 0 || summary.frames < options.frames)) {
@@ -356,6 +357,7 @@ void run(const RunOptions& options) {
     throw Error("scene '" + scene.name + "': its source gave no usable frame: " + source->status());
   if (interrupted())
     log_info("interrupted: writing the results of " + std::to_string(summary.frames) + " frames");
+  if (!source->damage().empty()) set_exit_code(kExitDamaged);
   if (pictures) pictures->finish();
   if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
   if (!options.json_path.empty())

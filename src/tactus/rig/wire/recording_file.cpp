@@ -276,6 +276,7 @@ NextFrame RecordingReader::read(int i, const Wanted& wanted, FrameSet& frame, st
   if (!read_payload(places_[static_cast<std::size_t>(i)], kind) || !parse(wanted, frame, status)) {
     status = "frame " + std::to_string(i) + " of recording '" + printable(path_) + "', at byte " +
              std::to_string(places_[static_cast<std::size_t>(i)]) + ", is damaged";
+    note_damage(status);
     if (!ImageCoder::missing().empty()) status += ", or packed: this program was built without LZ4";
     return NextFrame::bad_frame;
   }
