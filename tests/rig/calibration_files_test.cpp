@@ -152,6 +152,31 @@ TEST_F(CalibrationFiles, WrittenFilesReadBack) {
   }
 }
 
+/// Editors of Windows begin UTF-8 with a mark, which is no part of the text.
+TEST_F(CalibrationFiles, ByteOrderMarkIsPassedOver) {
+  for (const auto& [format, w] : one_of_each()) {
+    const std::string file = path(w.file);
+    if (fs::is_directory(file)) continue;
+    const CalibrationData without = read_calibration_file(file, w.answers());
+    std::ifstream in(file, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (text.find('\0') != std::string::npos) continue;
+    const std::string marked = file + "_marked" + fs::path(file).extension().string();
+    std::ofstream(marked, std::ios::binary) << "\xEF\xBB\xBF" << text;
+    const CalibrationData with = read_calibration_file(marked, w.answers());
+    fs::remove(marked);
+    EXPECT_EQ(with.format, format);
+    ASSERT_EQ(with.cameras.size(), without.cameras.size()) << format;
+    for (std::size_t i = 0; i < with.cameras.size(); ++i) {
+      EXPECT_EQ(with.cameras[i].calibrated.camera.fx_px, without.cameras[i].calibrated.camera.fx_px)
+          << format;
+      EXPECT_EQ(with.cameras[i].calibrated.camera.T_cam_world.t,
+                without.cameras[i].calibrated.camera.T_cam_world.t)
+          << format;
+    }
+  }
+}
+
 TEST_F(CalibrationFiles, TruncatedFilesGiveOneMessage) {
   for (const auto& [format, w] : one_of_each()) {
     std::string file = w.file;

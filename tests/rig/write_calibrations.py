@@ -279,7 +279,7 @@ def qualisys():
     for c in rig("brown4"):
         r = [c.R[0], [-v for v in c.R[1]], [-v for v in c.R[2]]]
         axes = " ".join(f'r{i + 1}{j + 1}="{r[i][j]!r}"' for i in range(3) for j in range(3))
-        k1, k2, p1, p2 = (64 * v for v in c.d)
+        k1, k2, p1, p2 = c.d
         text += (f'  <camera active="1" serial="{c.name}" model="Miqus Video">\n'
                  f'   <fov_video left="32" top="16" right="1311" bottom="735"/>\n'
                  f'   <transform x="{1000 * c.eye[0]!r}" y="{1000 * c.eye[1]!r}" z="{1000 * c.eye[2]!r}" {axes}/>\n'

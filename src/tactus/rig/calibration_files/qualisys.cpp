@@ -1,4 +1,5 @@
-/// Qualisys .qca.txt: XML. Lengths in millimetres, pixels in 1/64, position of the camera in the world and a
+/// Qualisys .qca.txt: XML. Lengths in millimetres, pixels in 1/64 (distortion
+/// has no unit), position of the camera in the world and a
 /// rotation whose rows are the camera's axes: x right, y up, z backwards.
 #include "tactus/rig/calibration_files/formats.h"
 
@@ -28,9 +29,9 @@ FileCamera read_one(const DataNode& from, const std::string& path, const Calibra
   camera.cx_px = kPart * value(intrinsic, "centerPointU") - left;
   camera.cy_px = kPart * value(intrinsic, "centerPointV") - top;
   if (!(camera.fx_px > 0) || !(camera.fy_px > 0)) intrinsic.fail("focal lengths must be positive");
-  const double k[] = {
-      kPart * value(intrinsic, "radialDistortion1"), kPart * value(intrinsic, "radialDistortion2"),
-      kPart * value(intrinsic, "tangentalDistortion1"), kPart * value(intrinsic, "tangentalDistortion2")};
+  // Of ideal coordinates, so without a unit.
+  const double k[] = {value(intrinsic, "radialDistortion1"), value(intrinsic, "radialDistortion2"),
+                      value(intrinsic, "tangentalDistortion1"), value(intrinsic, "tangentalDistortion2")};
   c.calibrated.lens = make_lens(LensModel::brown, k);
   Mat3d R_glcam_world;
   for (int i = 0; i < 9; ++i) {
