@@ -2,7 +2,7 @@
 # libopencv-dev, which brings VTK and Qt along (330 MB); the parts (libopencv-core-dev, ...) come without one.
 # Sets OpenCV_FOUND, OpenCV_INCLUDE_DIRS, OpenCV_LIBS and the targets opencv_core, ...
 if(NOT OpenCV_FIND_COMPONENTS)
-  set(OpenCV_FIND_COMPONENTS core imgproc calib3d imgcodecs videoio)
+  set(OpenCV_FIND_COMPONENTS core imgproc)
 endif()
 find_package(OpenCV QUIET CONFIG COMPONENTS ${OpenCV_FIND_COMPONENTS})
 if(OpenCV_FOUND)

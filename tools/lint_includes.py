@@ -13,9 +13,9 @@ L2 = GEOM | {"geom", "frame"}
 SIM = L2 | {"rig", "reconstruct", "tissue", "contact", "fluid", "track"}
 ALLOWED = {
     "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM, "frame": GEOM,
-    "rig": L2, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2, "track": L2,
-    "sim": SIM, "io": SIM | {"sim"}, "view": L2,
-    "cli": SIM | {"sim", "io", "view", "bench"},
+    "media": L0, "rig": L2 | {"media"}, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2, "track": L2,
+    "sim": SIM, "io": SIM | {"sim"}, "view": L2 | {"media"},
+    "cli": SIM | {"sim", "io", "view", "media", "bench"},
 }
 INCLUDE = re.compile(r'#include "tactus/(\w+)/')
 LIBM = re.compile(r"\b(std::(sin|cos|tan|exp|log|pow|sqrt|atan2?|fma)|(?<![\w:.])(sinf|cosf|expf|logf|powf|sqrtf))\s*\(")

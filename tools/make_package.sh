@@ -75,6 +75,11 @@ if command -v dpkg-deb >/dev/null; then
     if [ -n "$library" ]; then package_of "$library"; fi
   done | sort -u | grep . | paste -sd, | sed 's/,/, /g')
   architecture=$(dpkg --print-architecture)
+  # FFmpeg is loaded when the first film is opened, in the version that the program was compiled with.
+  suggests=$(for part in avformat swscale avdevice; do
+    package_of "$(ls /usr/lib/*/lib$part.so.* 2>/dev/null | head -1)"
+  done | grep . | paste -sd, | sed 's/,/, /g')
+  suggests=${suggests:-ffmpeg}
   cat >"$stage/DEBIAN/control" <<C
 Package: tactus
 Version: $version
@@ -85,9 +90,10 @@ Priority: optional
 Installed-Size: $(du -sk "$stage/usr" | cut -f1)
 Depends: $depends
 Recommends: libegl1, libegl-mesa0, libgl1-mesa-dri
+Suggests: $suggests
 Description: real objects, seen by cameras, touch virtual soft bodies
  Tactus rebuilds what calibrated cameras see in 3D, as it moves, and lets it push virtual soft bodies, in real time.
- Pictures and films need OpenGL 4.5; Mesa's software driver is enough.
+ Pictures and films need OpenGL 4.5; Mesa's software driver is enough. Films of cameras are read by FFmpeg, where it is.
 C
   deb=$out/tactus_${version}_$architecture.deb
   dpkg-deb --build --root-owner-group "$stage" "$deb" >/dev/null

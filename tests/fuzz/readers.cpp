@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
@@ -166,7 +165,7 @@ void read_input(Family family, const std::string& bytes) {
     }
     case Family::image: {
       const MemoryFile file(bytes);
-      expect_answer([&] { read_image(file.path(), cv::IMREAD_UNCHANGED); });
+      expect_answer([&] { read_image(file.path(), ReadAs::as_is); });
       expect_answer([&] { read_mask(file.path(), 8, 8); });
       return;
     }

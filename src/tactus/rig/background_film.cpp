@@ -3,11 +3,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/media/film_reader.h"
+#include "tactus/rig/film_opening.h"
 #include "tactus/rig/image_reading.h"
 #include "tactus/rig/numbered_files.h"
 
@@ -33,23 +33,24 @@ double sharpness_of(const cv::Mat& photo) {
 
 LearntRoom learn_room(const std::string& film, bool median) {
   if (is_picture(film)) {
-    const cv::Mat photo = read_image(film, cv::IMREAD_COLOR);
+    const cv::Mat photo = read_image(film, ReadAs::color);
     LearntRoom room{
         BackgroundModel(photo.cols, photo.rows), photo.cols, photo.rows, 1, 0, sharpness_of(photo)};
     room.model.learn(photo.data);
     return room;
   }
   if (!std::filesystem::is_regular_file(film)) throw Error(film + ": no such film" + suggest_file(film));
-  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-  cv::VideoCapture video(film, cv::CAP_FFMPEG);
-  cv::Mat photo;
-  if (!video.isOpened() || !video.read(photo)) throw Error(film + ": no frame of the film can be read");
-  const int told = static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT));
+  FilmReader video = open_film(film);
+  FilmFrame frame;
+  if (!video.read(frame)) throw Error(film + ": no frame of the film can be read");
+  cv::Mat photo = view_of(frame);
+  const int told = video.frame_count();
   const int stride = median ? std::max(told / kMedianFrames, 1) : 1;
   LearntRoom room{BackgroundModel(photo.cols, photo.rows), photo.cols, photo.rows, 0, 0, sharpness_of(photo)};
   double sum = 0, sum2 = 0;
   do {
-    if (photo.cols != room.width_px || photo.rows != room.height_px || !photo.isContinuous()) break;
+    photo = view_of(frame);
+    if (photo.cols != room.width_px || photo.rows != room.height_px) break;
     const cv::Scalar mean = cv::mean(photo);
     const double brightness = (mean[0] + mean[1] + mean[2]) / 3;
     sum += brightness;
@@ -59,7 +60,7 @@ LearntRoom learn_room(const std::string& film, bool median) {
     else if (room.frames % stride == 0)
       room.model.collect(photo.data);
     ++room.frames;
-  } while (video.read(photo));
+  } while (video.read(frame));
   if (median) room.model.finish_median();
   const double n = room.frames;
   room.flicker = std::sqrt(std::max(sum2 / n - sqr(sum / n), 0.0));

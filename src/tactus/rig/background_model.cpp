@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/video/background_segm.hpp>
 #include <vector>
 
 #include "tactus/base/error.h"
+#include "tactus/base/safe_file.h"
+#include "tactus/media/picture.h"
 #include "tactus/rig/background_edges.h"
 #include "tactus/rig/background_rows.h"
+#include "tactus/rig/image_reading.h"
 
 namespace tactus {
 namespace {
@@ -148,23 +150,19 @@ void BackgroundModel::write(const std::string& file) const {
   cv::Mat picture(2 * s.height_px, s.width_px, CV_8UC3);
   for (std::size_t i = 0; i < s.pixels(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      picture.data[3 * i + c] = s.room[c][i];
+      picture.data[3 * i + c] = s.room[2 - c][i];
       picture.data[3 * (s.pixels() + i) + c] = s.spread[i];
     }
   }
-  bool written = false;
-  try {
-    written = cv::imwrite(file, picture);
-  } catch (const cv::Exception&) {
-    written = false;
-  }
-  if (!written) throw Error(file + ": can't be written; expected a folder that is there and a name in .png");
+  if (!file.ends_with(".png"))
+    throw Error(file + ": can't be written; expected a folder that is there and a name in .png");
+  const std::vector<std::uint8_t> png = encode_png(picture.cols, picture.rows, 3, 8, picture.data);
+  write_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
 void BackgroundModel::read(const std::string& file) {
   State& s = *state_;
-  const cv::Mat picture = cv::imread(file, cv::IMREAD_COLOR);
-  if (picture.empty()) throw Error(file + ": no such picture of a room, or not an image");
+  const cv::Mat picture = read_image(file, ReadAs::color);
   const bool has_spread = picture.rows == 2 * s.height_px;
   if (picture.cols != s.width_px || (picture.rows != s.height_px && !has_spread))
     throw Error(file + ": " + std::to_string(picture.cols) + "x" + std::to_string(picture.rows) +

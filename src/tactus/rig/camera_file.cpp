@@ -1,7 +1,6 @@
 #include "tactus/rig/camera_file.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "tactus/base/error.h"
@@ -10,7 +9,7 @@
 namespace tactus {
 
 ColorImage read_photo(const std::string& file) {
-  const cv::Mat bgr = read_image(file, cv::IMREAD_COLOR);
+  const cv::Mat bgr = read_image(file, ReadAs::color);
   ColorImage result(bgr.cols, bgr.rows);
   for (int y = 0; y < bgr.rows; ++y) {
     for (int x = 0; x < bgr.cols; ++x) {
@@ -92,7 +91,7 @@ float least_label(const cv::Mat& value, float brightest, double white, const std
 }  // namespace
 
 Image<std::uint8_t> read_mask(const std::string& file, Index width_px, Index height_px, std::string* notice) {
-  const cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED);
+  const cv::Mat image = read_image(file, ReadAs::as_is);
   if (image.cols != width_px || image.rows != height_px) {
     throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
                 " pixels, the rig's image_size_px is " + std::to_string(width_px) + "x" +

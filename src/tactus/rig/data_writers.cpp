@@ -1,24 +1,20 @@
 #include "tactus/rig/data_writers.h"
 
 #include <cmath>
-#include <filesystem>
+#include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/media/picture.h"
 
 namespace tactus {
 namespace {
 
+/// Grey, of 8 or 16 bits.
 void write_image(const std::string& file, const cv::Mat& image) {
-  std::vector<std::uint8_t> bytes;
-  bool encoded = false;
-  try {
-    encoded = cv::imencode(std::filesystem::path(file).extension().string(), image, bytes);
-  } catch (const cv::Exception&) {
-  }
-  if (!encoded) throw Error(file + ": OpenCV can't encode it");
+  const std::vector<std::uint8_t> bytes =
+      encode_png(image.cols, image.rows, 1, image.depth() == CV_16U ? 16 : 8, image.data);
   write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/rig/image_reading.h"
@@ -60,7 +59,7 @@ void DepthUndistortion::radial_m(const Image<std::uint16_t>& raw, DepthImage& re
 }
 
 Image<std::uint16_t> read_depth_png(const std::string& file, Index width_px, Index height_px) {
-  const cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED);
+  const cv::Mat image = read_image(file, ReadAs::as_is);
   if (image.type() != CV_16UC1) throw Error(file + ": expected distances as 16-bit grey");
   if (image.cols != width_px || image.rows != height_px)
     throw Error(file + ": " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +

@@ -3,12 +3,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
-#include "tactus/rig/image_header.h"
+#include "tactus/media/image_header.h"
+#include "tactus/media/picture.h"
 #include "tactus/rig/numbered_files.h"
 
 namespace tactus {
@@ -39,9 +40,48 @@ bool is_cut_short(const std::string& bytes) {
   return false;
 }
 
+/// OpenCV's order of colours, and its conversions.
+cv::Mat converted(Picture picture, ReadAs as) {
+  const cv::Mat from(picture.height_px, picture.width_px,
+                     CV_MAKETYPE(picture.bits == 32   ? CV_32F
+                                 : picture.bits == 16 ? CV_16U
+                                                      : CV_8U,
+                                 picture.channels),
+                     picture.bytes.data());
+  cv::Mat image;
+  switch (picture.channels) {
+    case 3:
+      cv::cvtColor(from, image, cv::COLOR_RGB2BGR);
+      break;
+    case 4:
+      cv::cvtColor(from, image, cv::COLOR_RGBA2BGRA);
+      break;
+    case 2:  // grey and alpha
+      if (as == ReadAs::as_is) {
+        std::vector<cv::Mat> parts;
+        cv::split(from, parts);
+        cv::merge(std::vector<cv::Mat>{parts[0], parts[0], parts[0], parts[1]}, image);
+      } else {
+        cv::extractChannel(from, image, 0);
+      }
+      break;
+    default:
+      image = from.clone();
+  }
+  if (as == ReadAs::as_is) return image;
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 256);
+  if (image.depth() == CV_32F) image.convertTo(image, CV_8U, 255);
+  const int channels = image.channels();
+  if (as == ReadAs::grey && channels > 1)
+    cv::cvtColor(image, image, channels == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
+  if (as == ReadAs::color && channels != 3)
+    cv::cvtColor(image, image, channels == 1 ? cv::COLOR_GRAY2BGR : cv::COLOR_BGRA2BGR);
+  return image;
+}
+
 }  // namespace
 
-cv::Mat read_image(const std::string& file, int flags) {
+cv::Mat read_image(const std::string& file, ReadAs as) {
   if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such image" + suggest_file(file));
   const std::string bytes = read_file(file, kMaxImageBytes, ReadFrom::regular_file);
   if (is_cut_short(bytes)) throw Error(file + ": the image is cut short");
@@ -53,15 +93,11 @@ cv::Mat read_image(const std::string& file, int flags) {
                 " pixels are too many, expected at most " + std::to_string(kMaxPixels >> 20U) +
                 " megapixels");
   }
-  cv::Mat image;
   try {
-    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
-    image = cv::imdecode(row, flags);
-  } catch (const std::exception&) {  // cv::Exception, std::bad_alloc: told below as of any other bad file
-    image.release();
+    return converted(decode_picture(bytes), as);
+  } catch (const std::exception& error) {  // Error, std::bad_alloc
+    throw Error(file + ": not an image that can be read: " + error.what());
   }
-  if (image.empty()) throw Error(file + ": not an image that can be read");
-  return image;
 }
 
 }  // namespace tactus

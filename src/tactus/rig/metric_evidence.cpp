@@ -5,11 +5,14 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/core/persistence.hpp>
 #include <set>
+#ifdef TACTUS_WITH_CALIB3D
+#include <opencv2/calib3d.hpp>
+#endif
 
 #include "tactus/base/error.h"
+#include "tactus/rig/calibrate/board.h"
 
 namespace tactus {
 namespace {
@@ -64,6 +67,7 @@ std::vector<Vec2d> read_clicked_corners(const std::string& file, const ClickedBo
   return corners;
 }
 
+#ifdef TACTUS_WITH_CALIB3D
 BoardPose pose_from_board(const CalibratedCamera& calibrated, const ClickedBoard& board,
                           const std::vector<Vec2d>& corners_px) {
   const Camera& c = calibrated.camera;
@@ -97,6 +101,11 @@ BoardPose pose_from_board(const CalibratedCamera& calibrated, const ClickedBoard
   pose.center_m = {center.at<double>(0), center.at<double>(1), center.at<double>(2)};
   return pose;
 }
+#else
+BoardPose pose_from_board(const CalibratedCamera&, const ClickedBoard&, const std::vector<Vec2d>&) {
+  throw Error(boards_missing());
+}
+#endif
 
 FrameSkew read_frame_skew(const std::string& file) {
   std::ifstream in(file);

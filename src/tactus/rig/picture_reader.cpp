@@ -2,9 +2,9 @@
 
 #include <cstdlib>
 #include <opencv2/core.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/film_opening.h"
 
 namespace tactus {
 namespace {
@@ -20,8 +20,6 @@ class VideoReader final : public PictureReader {
       throw usage_error("'" + what + "' has no trigger; expected 'live.sync: time', or a GenICam camera");
     if (settings.is_depth)
       throw usage_error("'" + what + "' gives no distances; expected a GenICam camera, aravis:ID");
-    // What FFmpeg prints would stand beside our own message; who set the level keeps it.
-    ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     open();
   }
   bool read(cv::Mat& bgr) override {
@@ -33,27 +31,27 @@ class VideoReader final : public PictureReader {
 
  private:
   void open() {
-    video_.open(what_, is_v4l_ ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
-    if (!video_.isOpened())
+    try {
+      if (is_v4l_)
+        film_ = FilmReader::device(what_, {settings_.width_px, settings_.height_px, settings_.fps});
+      else
+        film_ = is_stream_ ? FilmReader::stream(what_) : FilmReader(what_);
+    } catch (const Error& error) {
       throw Error("'" + what_ +
-                  "' can't be opened: no such device, stream or film, or another program has it");
-    if (!is_v4l_) return;
-    video_.set(cv::CAP_PROP_FRAME_WIDTH, settings_.width_px);
-    video_.set(cv::CAP_PROP_FRAME_HEIGHT, settings_.height_px);
-    video_.set(cv::CAP_PROP_FPS, settings_.fps);
-    video_.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest picture, not those that wait
+                  "' can't be opened: no such device, stream or film, or another program has it (" +
+                  error.what() + ")");
+    }
   }
   bool read_once(cv::Mat& bgr) {
-    try {
-      return video_.read(bgr);
-    } catch (const cv::Exception&) {
-      return false;
-    }
+    if (!film_ || !film_->read(frame_)) return false;
+    view_of(frame_).copyTo(bgr);
+    return true;
   }
   std::string what_;
   PictureSettings settings_;
   bool is_v4l_, is_stream_;
-  cv::VideoCapture video_;
+  std::optional<FilmReader> film_;
+  FilmFrame frame_;
 };
 
 }  // namespace

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <opencv2/videoio.hpp>
+#include <opencv2/core.hpp>
 
 #include "tactus/base/error.h"
 #include "tactus/rig/data_sources.h"
+#include "tactus/rig/film_opening.h"
 #include "tactus/rig/frame_window.h"
 #include "tactus/rig/numbered_files.h"
 #include "tactus/rig/rig_file.h"
@@ -19,13 +20,9 @@ std::string size_text(int width_px, int height_px) {
   return std::to_string(width_px) + "x" + std::to_string(height_px);
 }
 
-cv::VideoCapture open_video(const std::string& path, const Camera& camera) {
-  if (!std::filesystem::is_regular_file(path)) throw Error(path + ": no such video" + suggest_file(path));
-  // FFmpeg alone: the other readers of OpenCV print their own complaints before ours.
-  cv::VideoCapture video(path, cv::CAP_FFMPEG);
-  if (!video.isOpened()) throw Error(path + ": not a video that can be read (cut short, or another format)");
-  const int w = static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH));
-  const int h = static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT));
+FilmReader open_video(const std::string& path, const Camera& camera) {
+  FilmReader video = open_film(path);
+  const int w = video.width_px(), h = video.height_px();
   if (w != camera.width_px || h != camera.height_px) {
     throw Error(path + ": the video has " + size_text(w, h) + " pixels, the rig's image_size_px is " +
                 size_text(camera.width_px, camera.height_px));
@@ -36,11 +33,11 @@ cv::VideoCapture open_video(const std::string& path, const Camera& camera) {
 /// Frames of a video: as its header says, or counted where that says nothing. A header may promise more than
 /// a damaged file holds; such frames fail when they are read.
 int count_frames(const std::string& path, const Camera& camera) {
-  cv::VideoCapture video = open_video(path, camera);
-  if (!video.grab()) throw Error(path + ": no frame of the video can be read");
-  if (const int told = static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT)); told > 0) return told;
+  FilmReader video = open_video(path, camera);
+  if (!video.skip()) throw Error(path + ": no frame of the video can be read");
+  if (const int told = video.frame_count(); told > 0) return told;
   int count = 1;
-  while (video.grab()) ++count;
+  while (video.skip()) ++count;
   return count;
 }
 
@@ -59,22 +56,19 @@ struct Reader {
   void learn_room(const std::string& empty_room, const Camera& camera) {
     const std::string end = empty_room.substr(std::min(empty_room.rfind('.'), empty_room.size()));
     if (end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".bmp") return model.read(empty_room);
-    cv::VideoCapture room = open_video(empty_room, camera);
+    FilmReader room = open_video(empty_room, camera);
     int n = 0;
-    for (; room.read(photo) && fits(); ++n) model.learn(photo.data);
+    for (; room.read(photo) && fits(); ++n) model.learn(photo.bgr.data());
     if (n == 0) throw Error(empty_room + ": no frame of the empty room can be read");
   }
   /// A damaged stream may change its size on the way.
-  bool fits() const {
-    return photo.type() == CV_8UC3 && photo.isContinuous() && photo.cols == size.width &&
-           photo.rows == size.height;
-  }
+  bool fits() const { return photo.width_px == size.width && photo.height_px == size.height; }
   Undistortion undistort;
   BackgroundModel model;
   std::string path;
   int frame_count;
-  cv::VideoCapture video;
-  cv::Mat photo;
+  FilmReader video;
+  FilmFrame photo;
   cv::Size size;     ///< of the photos
   BitMask bits;      ///< of the newest photo, with the lens
   AlphaImage alpha;  ///< likewise
@@ -89,8 +83,6 @@ class VideoSource final : public FrameSource {
         alphas_(options.alphas) {
     file_.rig.depth_cameras = depths_.cameras();
     if (options.workspace_m) file_.rig.workspace_m = *options.workspace_m;
-    // What FFmpeg prints about damaged files would stand beside our own message; who set the level keeps it.
-    ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     for (std::size_t i = 0; i < file_.videos.size(); ++i) {
       for_camera(path, file_.rig.cameras[i].name, [&] {
         for (const auto& [key, value] : {std::pair<std::string, const std::string&>("video", file_.videos[i]),
@@ -106,11 +98,11 @@ class VideoSource final : public FrameSource {
                            options.last_frame ? options.last_frame : file_.last_frame, held,
                            lengths_.empty() ? "" : " (" + lengths_ + ")");
     tick_ = window_.first;
-    const double own_fps = readers_.front()->video.get(cv::CAP_PROP_FPS);  // 0, or odd, in damaged headers
+    const double own_fps = readers_.front()->video.fps();  // 0, or odd, in damaged headers
     fps_ =
         options.fps.value_or(file_.frames_per_s.value_or(own_fps >= 0.001 && own_fps <= 1e5 ? own_fps : 30));
     for (const auto& r : readers_) {
-      for (int i = 0; i < tick_; ++i) r->video.grab();
+      for (int i = 0; i < tick_; ++i) r->video.skip();
     }
   }
   const Rig& rig() const override { return file_.rig; }
@@ -150,30 +142,25 @@ class VideoSource final : public FrameSource {
   }
   void read(std::size_t i, FrameSet& frame) {
     Reader& r = *readers_[i];
-    bool read = false;
-    try {
-      read = r.video.read(r.photo);
-    } catch (const cv::Exception&) {  // costs this camera the frame, as what can't be read does
-    }
-    if (!read) {
+    if (!r.video.read(r.photo)) {
       notes_.fail(i, r.path + ": frame " + std::to_string(tick_) +
                          " can't be read; the file is cut short or damaged");
       return;
     }
     if (!r.fits()) {
       notes_.fail(i, r.path + ": frame " + std::to_string(tick_) + " has " +
-                         size_text(r.photo.cols, r.photo.rows) + " pixels, expected " +
+                         size_text(r.photo.width_px, r.photo.height_px) + " pixels, expected " +
                          size_text(r.size.width, r.size.height));
       return;
     }
-    r.model.classify(r.photo.data, file_.background, r.bits, 1 / fps_);
+    r.model.classify(r.photo.bgr.data(), file_.background, r.bits, 1 / fps_);
     notes_.odd(i, odd_coverage(r.bits.area_px(), std::int64_t{r.size.width} * r.size.height));
     r.undistort.mask(r.bits, frame.silhouettes[i]);
     if (alphas_) {
-      r.model.alpha(r.photo.data, file_.background, r.bits, r.alpha);
+      r.model.alpha(r.photo.bgr.data(), file_.background, r.bits, r.alpha);
       r.undistort.bytes(r.alpha.pixels.data(), frame.alphas[i]);
     }
-    if (colors_) r.undistort.color(r.photo.data, frame.colors[i]);
+    if (colors_) r.undistort.color(r.photo.bgr.data(), frame.colors[i]);
   }
 
   RigFile file_;

@@ -1,14 +1,16 @@
 #include "tactus/view/image_files.h"
 
+#include <cmath>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <utility>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/media/h264_encoder.h"
+#include "tactus/media/mp4_muxer.h"
+#include "tactus/media/picture.h"
 #include "tactus/view/mp4_check.h"
 
 namespace tactus {
@@ -20,25 +22,13 @@ namespace fs = std::filesystem;
   throw Error("can't write '" + path + "': " + why);
 }
 
-cv::Mat to_bgr(const ColorImage& image) {
-  // OpenCV only reads through this view.
-  const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<Rgb8*>(image.pixels.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  return bgr;
-}
-
 cv::Mat view_of(ColorImage& image) { return {image.height_px, image.width_px, CV_8UC3, image.pixels.data()}; }
 
 }  // namespace
 
 std::vector<std::uint8_t> encode_png(const ColorImage& image) {
   if (image.empty()) throw Error("can't encode a PNG: the image is empty");
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", to_bgr(image), bytes, {cv::IMWRITE_PNG_COMPRESSION, 7}))
-    throw Error("can't encode a PNG of " + std::to_string(image.width_px) + "x" +
-                std::to_string(image.height_px) + " px");
-  return bytes;
+  return encode_png(image.width_px, image.height_px, 3, 8, image.pixels.data());
 }
 
 void write_png(const std::string& path, const ColorImage& image) {
@@ -86,13 +76,30 @@ struct VideoWriter::Impl {
   Index width_px = 0, height_px = 0;
   int frames = 0;
   bool finished = false;
-  cv::VideoWriter writer;
+  std::unique_ptr<H264Encoder> encoder;
+  std::unique_ptr<Mp4Muxer> muxer;
+  double fps = 0;
 
-  /// The encoder tells of no failure, so what it left is looked at.
+  void add(const ColorImage& frame) {
+    const cv::Mat rgb(frame.height_px, frame.width_px, CV_8UC3, const_cast<Rgb8*>(frame.pixels.data()));
+    cv::Mat i420;
+    cv::cvtColor(rgb, i420, cv::COLOR_RGB2YUV_I420);
+    try {
+      muxer->add(encoder->encode(i420.data, std::lround(1000 * frames / fps)));
+    } catch (const Error& error) {
+      fail(path, error.what());
+    }
+    ++frames;
+  }
+
   void finish() {
     if (std::exchange(finished, true)) return;
-    writer.release();
     if (frames == 0) return;
+    try {
+      muxer->finish();
+    } catch (const Error& error) {
+      fail(path, error.what());
+    }
     const std::string wrong = what_is_wrong_with_mp4(file.fd(), frames);
     if (!wrong.empty()) fail(path, wrong + "; is the disk full?");
     file.commit();
@@ -109,12 +116,14 @@ VideoWriter::VideoWriter(const std::string& path, Index width_px, Index height_p
   impl_ = std::make_unique<Impl>(path);
   impl_->width_px = width_px;
   impl_->height_px = height_px;
-  for (const char* codec : {"avc1", "mp4v"}) {
-    const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-    impl_->codec = codec;
-    if (impl_->writer.open(impl_->file.path(), cv::CAP_FFMPEG, fourcc, fps, {width_px, height_px})) return;
+  impl_->fps = fps;
+  impl_->codec = "avc1";
+  try {
+    impl_->encoder = std::make_unique<H264Encoder>(width_px, height_px, fps);
+  } catch (const Error& error) {
+    fail(path, error.what());
   }
-  fail(path, "OpenCV has neither an H.264 nor an MPEG-4 encoder here (its videoio needs FFmpeg)");
+  impl_->muxer = std::make_unique<Mp4Muxer>(impl_->file.fd(), width_px, height_px, fps);
 }
 
 VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
@@ -135,8 +144,7 @@ void VideoWriter::add(const ColorImage& frame) {
                           " px in a video of " + std::to_string(impl_->width_px) + "x" +
                           std::to_string(impl_->height_px));
   }
-  impl_->writer.write(to_bgr(frame));
-  ++impl_->frames;
+  impl_->add(frame);
 }
 
 void VideoWriter::finish() { impl_->finish(); }

@@ -29,7 +29,7 @@ Index text_width_px(const std::string& text, float height_px);
 void draw_text_within(ColorImage& image, const std::string& text, Index x_px, Index y_px, float height_px,
                       Index most_px, Rgb8 color);
 
-/// An MP4 (H.264 where OpenCV's build has an encoder, else MPEG-4). Frames go to a temporary file.
+/// An MP4 of H.264. Frames go to a temporary file.
 class VideoWriter {
  public:
   /// @throws Error when the path can't be written or doesn't end in ".mp4", the sides are not even and
@@ -46,7 +46,7 @@ class VideoWriter {
   /// @throws Error naming the path, when the disk was full for example.
   void finish();
   int frame_count() const;
-  /// "avc1" or "mp4v".
+  /// "avc1".
   const std::string& codec() const;
 
  private:

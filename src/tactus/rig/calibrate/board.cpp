@@ -3,8 +3,10 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#ifdef TACTUS_WITH_CALIB3D
+#include <opencv2/calib3d.hpp>
+#endif
 #ifdef TACTUS_WITH_ARUCO
 #include <opencv2/aruco/charuco.hpp>
 #endif
@@ -15,6 +17,7 @@
 namespace tactus {
 namespace {
 
+#ifdef TACTUS_WITH_CALIB3D
 std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
   std::vector<cv::Point2f> found;
   const cv::Size size(board.columns, board.rows);
@@ -38,6 +41,11 @@ std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& gr
         {static_cast<Index>(i), {static_cast<double>(found[i].x), static_cast<double>(found[i].y)}});
   return corners;
 }
+#else
+std::vector<BoardCorner> detect_chessboard(const Board&, const cv::Mat&, int) {
+  throw Error(boards_missing());
+}
+#endif
 
 #ifdef TACTUS_WITH_ARUCO
 std::vector<BoardCorner> detect_charuco(const Board& board, const cv::Mat& grey) {
@@ -64,6 +72,14 @@ std::vector<BoardCorner> detect_charuco(const Board& board, const cv::Mat& grey)
 #endif
 
 }  // namespace
+
+std::string boards_missing() {
+#ifdef TACTUS_WITH_CALIB3D
+  return "";
+#else
+  return "boards can't be found: Tactus was built without OpenCV's calib3d (Debian: libopencv-calib3d-dev)";
+#endif
+}
 
 std::string charuco_missing() {
 #ifdef TACTUS_WITH_ARUCO

@@ -50,5 +50,7 @@ struct BoardView {
 std::vector<BoardCorner> detect_board(const Board& board, const Image<std::uint8_t>& grey, int window_px = 0);
 /// Why ChArUco boards can't be found by this build; "" when they can.
 std::string charuco_missing();
+/// Likewise for chessboards, and poses of boards.
+std::string boards_missing();
 
 }  // namespace tactus

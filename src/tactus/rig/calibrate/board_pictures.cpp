@@ -6,11 +6,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/rig/film_opening.h"
 #include "tactus/rig/image_reading.h"
 #include "tactus/rig/numbered_files.h"
 
@@ -41,28 +40,24 @@ void for_pictures(const std::string& path, Index step,
     for (const int i : numbers) use(i, pictures, read_grey(files.file(i)));
     return;
   }
-  if (!std::filesystem::is_regular_file(path)) throw Error(path + ": no such film" + suggest_file(path));
-  cv::VideoCapture film(path, cv::CAP_FFMPEG);
-  if (!film.isOpened()) throw Error(path + ": not a film that can be read (cut short, or another format)");
-  const auto count = static_cast<Index>(std::max(0.0, film.get(cv::CAP_PROP_FRAME_COUNT)));
-  cv::Mat photo, grey;
-  for (Index i = 0; film.grab(); ++i) {
+  FilmReader film = open_film(path);
+  const Index count = film.frame_count();
+  FilmFrame frame;
+  cv::Mat grey;
+  for (Index i = 0;; ++i) {
+    if (!(i % step == 0 ? film.read(frame) : film.skip())) break;
     if (i % step != 0) continue;
-    if (!film.retrieve(photo) || photo.empty()) continue;
-    cv::cvtColor(photo, grey, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(view_of(frame), grey, cv::COLOR_BGR2GRAY);
     use(i, count / step, to_image(grey));
   }
 }
 
 }  // namespace
 
-Image<std::uint8_t> read_grey(const std::string& file) {
-  return to_image(read_image(file, cv::IMREAD_GRAYSCALE));
-}
+Image<std::uint8_t> read_grey(const std::string& file) { return to_image(read_image(file, ReadAs::grey)); }
 
 BoardPictures find_boards(const Board& board, const std::vector<std::string>& pictures,
                           const BoardPictureOptions& options) {
-  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   BoardPictures found;
   found.size_px.resize(pictures.size());
   found.picture_count.resize(pictures.size());

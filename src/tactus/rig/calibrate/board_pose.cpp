@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#ifdef TACTUS_WITH_CALIB3D
 #include <opencv2/calib3d.hpp>
+#endif
 
 #include "tactus/base/error.h"
 #include "tactus/geom/rotation.h"
@@ -11,6 +13,7 @@
 namespace tactus {
 namespace {
 
+#ifdef TACTUS_WITH_CALIB3D
 constexpr std::size_t kFewestCorners = 6;
 
 /// Smallest extent across the corners' main direction, over the largest: 0 on a line.
@@ -31,6 +34,7 @@ double flatness(const Board& board, const BoardView& view) {
   const double half = 0.5 * (xx + yy), root = std::sqrt(std::max(0.0, half * half - xx * yy + xy * xy));
   return half > 0 ? std::sqrt(std::max(0.0, half - root) / (half + root)) : 0;
 }
+#endif
 
 double distance(const Rigidd& a, const Rigidd& b) {
   const Mat3d R = a.R * transpose(b.R);
@@ -55,6 +59,7 @@ Rigidd middle(const std::vector<Rigidd>& poses) {
 
 }  // namespace
 
+#ifdef TACTUS_WITH_CALIB3D
 std::optional<Rigidd> board_pose(const Board& board, const BoardView& view, const CalibratedCamera& camera) {
   if (view.corners.size() < kFewestCorners || flatness(board, view) < 0.1) return {};
   std::vector<cv::Point3d> points;
@@ -107,6 +112,15 @@ CalibratedCamera first_intrinsics(const Board& board, std::span<const BoardView>
   c.fx_px = c.fy_px = std::isfinite(f) && f > 0.2 * size_px.x && f < 20 * size_px.x ? f : size_px.x;
   return result;
 }
+#else
+std::optional<Rigidd> board_pose(const Board&, const BoardView&, const CalibratedCamera&) {
+  throw Error(boards_missing());
+}
+CalibratedCamera first_intrinsics(const Board&, std::span<const BoardView>, Index, const std::string&,
+                                  Vec2i) {
+  throw Error(boards_missing());
+}
+#endif
 
 std::vector<Rigidd> first_poses(std::span<const BoardView> views,
                                 std::span<const std::optional<Rigidd>> poses,

@@ -6,6 +6,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
+#include "tactus/media/film_reader.h"
+#include "tactus/rig/calibrate/board.h"
 #include "tactus/rig/calibrate/bundle.h"
 #include "tactus/rig/calibration_files/formats.h"
 #include "tactus/rig/numbered_files.h"
@@ -51,6 +53,9 @@ bool looks_like_table(const std::string& text) {
          text.find('{') == std::string::npos;
 }
 
+/// UTF-8's, which editors of Windows and PowerShell write.
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 Input load(const std::string& path) {
   Input input;
   input.path = path;
@@ -58,6 +63,7 @@ Input load(const std::string& path) {
   input.is_folder = fs::is_directory(path);
   if (input.is_folder) return input;
   input.text = read_file(path, kMaxCalibrationBytes, ReadFrom::regular_file);
+  if (input.text.starts_with(kByteOrderMark)) input.text.erase(0, kByteOrderMark.size());
   while (!input.text.empty() && input.text.back() == '\0')
     input.text.pop_back();  // Azure Kinect ends with one
   const std::size_t first = input.text.find_first_not_of(" \t\r\n");
@@ -166,7 +172,8 @@ void write_calibration_file(const std::string& path, const std::string& format,
 
 std::vector<std::string> missing_parts() {
   std::vector<std::string> parts;
-  for (const std::string& part : {toml_missing(), calibration_missing(), charuco_missing()}) {
+  for (const std::string& part :
+       {toml_missing(), calibration_missing(), boards_missing(), charuco_missing(), films_missing()}) {
     if (!part.empty()) parts.push_back(part);
   }
   return parts;

@@ -1,4 +1,4 @@
-#include "tactus/rig/image_header.h"
+#include "tactus/media/image_header.h"
 
 #include <algorithm>
 #include <charconv>

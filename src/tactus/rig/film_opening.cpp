@@ -1,0 +1,21 @@
+#include "tactus/rig/film_opening.h"
+
+#include <filesystem>
+
+#include "tactus/base/error.h"
+#include "tactus/rig/numbered_files.h"
+
+namespace tactus {
+
+FilmReader open_film(const std::string& file) {
+  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such video" + suggest_file(file));
+  try {
+    return FilmReader(file);
+  } catch (const Error& error) {
+    throw Error(file + ": not a video that can be read (" + error.what() + ")");
+  }
+}
+
+cv::Mat view_of(FilmFrame& frame) { return {frame.height_px, frame.width_px, CV_8UC3, frame.bgr.data()}; }
+
+}  // namespace tactus
