@@ -387,10 +387,11 @@ TEST(LiquidScene, RestsOnAnObstacleAsOnTheFloor) {
   }
 }
 
-/// A block of liquid falls on a slab that stands on the ground: a box, its closed mesh, and that mesh turned by a quarter about
-/// its vertical axis in the file and back in the scene. The surfaces are the same, so the flow must be the same but for
-/// rounding, which a splash amplifies: the fastest particle within 5 %, the mean force while the liquid rests within 2 %.
-/// Nothing is faster than a free fall over the whole height times two, as a splash goes sideways between particles.
+/// A block of liquid falls on a slab that stands on the ground: a box, its closed mesh, and that mesh turned
+/// by a quarter about its vertical axis in the file and back in the scene. The surfaces are the same, so the
+/// flow must be the same but for rounding, which a splash amplifies: the fastest particle within 5 %, the
+/// mean force while the liquid rests within 2 %. Nothing is faster than a free fall over the whole height
+/// times two, as a splash goes sideways between particles.
 TEST(LiquidScene, AMeshObstacleIsABoxObstacle) {
   const double d = 0.01;
   const Vec3d size_m{0.06, 0.04, 0.06};
@@ -414,8 +415,9 @@ TEST(LiquidScene, AMeshObstacleIsABoxObstacle) {
     slab.placement.rotation_deg = {0, turned_deg, 0};
     BodyAssets assets;
     if (kind == ObstacleShape::mesh) {
-      assets.obstacle_meshes["slab"] = box_mesh(Vec3f{0.5F * static_cast<float>(size_m.x), 0.5F * static_cast<float>(size_m.y),
-                                                      0.5F * static_cast<float>(size_m.z)});
+      assets.obstacle_meshes["slab"] =
+          box_mesh(Vec3f{0.5F * static_cast<float>(size_m.x), 0.5F * static_cast<float>(size_m.y),
+                         0.5F * static_cast<float>(size_m.z)});
     }
     DeviceSet devices("cpu");
     Simulation simulation(devices, scene, make_synthetic_rig(), assets);

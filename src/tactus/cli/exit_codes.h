@@ -4,7 +4,8 @@
 
 namespace tactus {
 
-inline constexpr int kExitFailed = 1, kExitUsage = 2, kExitBlewUp = 3, kExitDamaged = 6, kExitInterrupted = 130;
+inline constexpr int kExitFailed = 1, kExitUsage = 2, kExitBlewUp = 3, kExitDamaged = 6,
+                     kExitInterrupted = 130;
 
 struct ExitCode {
   int code;

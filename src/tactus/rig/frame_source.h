@@ -61,8 +61,9 @@ class FrameSource {
   /// Why the last frame was bad, which of its cameras missed the tick and why, or what is odd about it
   /// ("camera 'cam2': the mask is all white"); empty when all is well.
   virtual std::string status() const = 0;
-  /// What was found wrong with the whole source when it was opened ("it was cut off after 299 frames, at byte 1234"); empty when
-  /// nothing was. Frames may be missing, so whoever shows them says so, also where it ends well.
+  /// What was found wrong with the whole source when it was opened ("it was cut off after 299 frames, at byte
+  /// 1234"); empty when nothing was. Frames may be missing, so whoever shows them says so, also where it ends
+  /// well.
   virtual std::string damage() const { return ""; }
 };
 

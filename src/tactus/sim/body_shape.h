@@ -22,8 +22,8 @@ struct BodyAssets {
 
 /// A body's shape, placed in the world, and what its cubes are made of.
 struct BodyShape {
-  TriangleMesh surface_m;             ///< closed, world
-  CubeLattice lattice;                ///< with masses and the fixed nodes of the description
+  TriangleMesh surface_m;  ///< closed, world
+  CubeLattice lattice;     ///< with masses and the fixed nodes of the description
   ElementMask elements;
   std::vector<ElasticMaterial> materials;
   std::vector<std::uint8_t> material_of_cube;

@@ -226,7 +226,7 @@ class Simulation {
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
   std::vector<Notice> start_notices_;  ///< for the first frame to tell
-  std::set<std::string> told_cuts_;  ///< what was said of blades and bodies
+  std::set<std::string> told_cuts_;    ///< what was said of blades and bodies
   SubstepChoice substep_choice_;
   Timings timings_;
 };
