@@ -43,7 +43,7 @@ Vec3f BodyPoint::position_m(std::span<const Vec3f> node_x_m) const {
 }
 
 CubeStrain StrainAtPoint::mean(std::span<const CubeStrain> of_cubes) const {
-  CubeStrain sum{{}, {}, 0};
+  CubeStrain sum{Mat3d::zero(), Mat3d::zero(), 0};
   for (std::size_t k = 0; k < cubes.size(); ++k) {
     sum.strain = sum.strain + strain_weight[k] * of_cubes[k].strain;
     sum.stress_Pa = sum.stress_Pa + stress_weight[k] * of_cubes[k].stress_Pa;
