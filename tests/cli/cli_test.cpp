@@ -379,9 +379,10 @@ TEST_F(Cli, ARunWhoseBodiesAreCrushedSaysSo) {
 }
 
 TEST_F(Cli, QuietAndVerboseChangeWhatIsToldNotTheResult) {
-  const std::string masks =
-      "reconstruct --source masks " + write_mask_rig({0, 0}) + " --resolution 16 --devices cpu";
-  EXPECT_NE(run_tactus(masks).text.find("warning: camera 'a'"), std::string::npos);
+  const std::string film = path("film");
+  run_tactus("synth hand --cameras 2 --depth-cameras 0 --no-colors --out " + film);
+  const std::string masks = "reconstruct --source masks " + film + "/rig.yaml --resolution 48 --devices cpu";
+  EXPECT_NE(run_tactus(masks).text.find("warning: two cameras"), std::string::npos);
   const Outcome quiet = run_tactus(masks + " --quiet");
   EXPECT_EQ(quiet.code, 0) << quiet.text;
   EXPECT_EQ(quiet.text.find("warning"), std::string::npos) << quiet.text;

@@ -34,7 +34,7 @@ class FewCameras : public ProgramTest {
   void change_masks(const std::string& folder, F&& of) {
     for (const auto& file : fs::directory_iterator(folder + "/masks"))
       ASSERT_TRUE(
-          write_image(file.path().string(), of(cv::imread(file.path().string(), cv::IMREAD_GRAYSCALE))));
+          write_image(file.path().string(), of(cv::imread(file.path().string(), cv::IMREAD_UNCHANGED))));
   }
   /// Each camera file's matrix, its first two rows times `by`.
   static void change_lenses(const std::string& folder, double focal, double center) {
@@ -120,16 +120,13 @@ TEST_F(FewCameras, TwoBoundBadlyAndSixDoNot) {
   }
 }
 
-/// Lenses of images half as large; and focal lengths that are 5 % too long.
+/// Lenses of images half as large.
 TEST_F(FewCameras, LensesOfOtherImagesAreNamed) {
   const std::string folder = film(8);
   change_lenses(folder, 0.5, 0.5);
-  Outcome o = reconstruct(folder);
+  const Outcome o = reconstruct(folder);
   EXPECT_EQ(o.code, 1) << o.text;
   EXPECT_NE(o.text.find("K of half the size"), std::string::npos) << o.text;
-  change_lenses(folder, 2.1, 2);
-  o = reconstruct(folder);
-  EXPECT_NE(o.text.find("`tactus doctor RIG`"), std::string::npos) << o.text;
 }
 
 /// Contact's surface had room for 2^21 triangles, less than that of a hull of 512 voxels.

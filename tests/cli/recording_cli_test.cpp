@@ -16,12 +16,14 @@ class RecordingCli : public ProgramTest {
                         "    placement: {position_m: [0, 0.2, 0]}\n    spacing_m: 0.05\n"
                         "    fixed: [{kind: half_space, point_m: [0, -0.14, 0]}]\n");
   }
+  int also_right_ = 0;  ///< exit code that is expected beside 0
   /// The state after a run.
   std::string hash_of(const std::string& arguments) const {
     const Outcome o =
         run_tactus("run " + path("s.yaml") + " --view none --json " + path("r.json") + " " + arguments);
-    EXPECT_EQ(o.code, 0) << o.text;
-    return o.code == 0 ? read_json("r.json")["state_hash"].get<std::string>() : o.text;
+    EXPECT_TRUE(o.code == 0 || o.code == also_right_) << o.text;
+    return o.code == 0 || o.code == also_right_ ? read_json("r.json")["state_hash"].get<std::string>()
+                                                : o.text;
   }
 };
 
@@ -40,12 +42,16 @@ TEST_F(RecordingCli, KilledWhileRecordingItReplaysToTheLastWholeSet) {
       {"run", path("s.yaml"), "--devices", "cpu", "--view", "none", "--record", path("a.rec"), "--verbose"},
       "frame 5 ", SIGKILL);
   ASSERT_EQ(o.code, -1) << o.text;
+  also_right_ = 6;
   const std::string replayed = hash_of("--devices cpu --source " + path("a.rec"));
+  also_right_ = 0;
   const nlohmann::json json = read_json("r.json");
   const int frames = json["frames"];
   EXPECT_GE(frames, 6);
-  EXPECT_EQ(json["statuses"][0],
-            "the recording is not whole: it was cut off after " + std::to_string(frames) + " frames");
+  const std::string told = json["statuses"][0];
+  EXPECT_TRUE(told.starts_with("the recording is not whole: it was cut off after " + std::to_string(frames) +
+                               " frames, at byte "))
+      << told;
   EXPECT_EQ(hash_of("--devices cpu --frames " + std::to_string(frames)), replayed);
 }
 
@@ -76,7 +82,7 @@ TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
   EXPECT_FALSE(none.contains("budget"));
   EXPECT_EQ(tight["budget"]["savings"].back(), 2);  // hull, samples: no photographs, no liquid
   EXPECT_EQ(tight["budget"]["frames_above"], 12);
-  EXPECT_EQ(tight["notices"].size(), 2U);
+  EXPECT_EQ(tight["notices"].size(), 3U);  // two savings, and that the budget can't be met
   const std::string command = "run " + path("s.yaml") + " --view none --budget ";
   for (const std::string wrong : {"0", "-3ms", "11min", "fast", "nan"})
     expect_refused(command + wrong, 2, {"--budget '" + wrong + "'", "11ms"});

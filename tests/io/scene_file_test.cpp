@@ -170,7 +170,9 @@ TEST(SceneFile, MissingKey) {
   EXPECT_EQ(error_of("name: a\n"),
             "scenes/x.yaml:1: the scene lacks the required key 'source': what the cameras see");
   EXPECT_EQ(error_of("name: a\nsource:\n  figure: hand\n"),
-            "scenes/x.yaml:2: 'source' lacks the required key 'kind': where frames come from");
+            "scenes/x.yaml:2: 'source' lacks the required key 'kind': where frames come from; `none`: nobody "
+            "films, "
+            "and nothing is reconstructed");
   EXPECT_EQ(error_of("source: {kind: synthetic}\nbodies:\n  - name: a\n"),
             "scenes/x.yaml:3: 'bodies[0]' lacks the required key 'shape': outline of the body");
   EXPECT_EQ(

@@ -184,7 +184,9 @@ TEST_P(Wounds, BleedByRateAreaAndTime) {
   ASSERT_EQ(got.cuts.size(), 2U);
   double due_m3 = 0, bled_m3 = 0;
   for (const CutScore& cut : got.cuts) {
-    EXPECT_NEAR(cut.area_m2, 0.04 * 0.08, 1e-3 * 0.04 * 0.08);
+    // Nodes within 0.01 spacings of the blade all go to one side, which moves this rim by 0.11 % (measured,
+    // not derived).
+    EXPECT_NEAR(cut.area_m2, 0.04 * 0.08, 2e-3 * 0.04 * 0.08);
     due_m3 += cut.due_m3;
     bled_m3 += cut.bled_m3;
     EXPECT_LE(cut.bled_m3, cut.due_m3 * (1 + 1e-9));

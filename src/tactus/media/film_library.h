@@ -13,6 +13,7 @@ namespace tactus {
 
 /// Pointers under the functions' own names.
 struct FilmLibrary {
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declared name stands alone
 #define TACTUS_FFMPEG(name) decltype(&::name) name = nullptr
   TACTUS_FFMPEG(avformat_open_input);
   TACTUS_FFMPEG(avformat_find_stream_info);

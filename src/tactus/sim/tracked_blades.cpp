@@ -225,7 +225,8 @@ std::vector<Notice> TrackedBlades::last_notices() const {
                              "tool modelled",
                          "check 'path' and 'unit_m' of its model, or the masks"});
     else
-      notices.push_back({"blade.not_found", Severity::warning,
+      // It may just not have come yet.
+      notices.push_back({"blade.not_found", Severity::info,
                          "blade '" + blade.name + "' was never known and cut nothing",
                          "three cameras must see it, in more than a few pixels"});
   }
