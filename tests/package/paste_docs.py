@@ -22,7 +22,7 @@ SKIPPED = {
     "CONTRIBUTING.md": {"make ": "builds: .ci/run does it", ".ci/run": "runs this test", "tools/fuzz.sh": "ten minutes"},
     "docs/calibrate.md": {"tactus calibrate ": "needs pictures of a board", "tactus calibration ": "needs a calibration of yours"},
     "docs/first_scene.md": {"build/tactus reconstruct --source videos my_rig.yaml": "needs films of yours"},
-    "docs/gpu.md": {"make testbundle": "needs a GPU"},
+    "docs/gpu.md": {"make testbundle": "needs a GPU", "tools/gpu_report.sh": "needs a GPU"},
     "docs/live.md": {"tactus client cam0 rig.yaml": "needs a camera"},
     "docs/new_material.md": {"cmake": "package_new_material follows this page", "build/tests": "the same", "TACTUS_UPDATE": "the same"},
     "docs/performance.md": {"tactus bench": "an hour of benchmarks"},
