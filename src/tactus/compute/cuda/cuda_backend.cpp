@@ -90,7 +90,10 @@ std::vector<DeviceInfo> list_devices() {
                     properties.name,
                     static_cast<double>(properties.totalGlobalMem),
                     properties.multiProcessorCount,
-                    {}};
+                    {},
+                    {},
+                    {},
+                    true};
     const GpuCode code = code_of(i);
     info.capability = capability_text(10 * properties.major + properties.minor);
     info.code = code.text;
