@@ -289,7 +289,7 @@ TEST(Devices, CodeFitsOrSaysWhyNot) {
   using cuda::CodeOrigin;
   const cuda::BuildCode hopper = cuda::parse_build_code("90-real"),
                         newcomer = cuda::parse_build_code("75-virtual"),
-                        package = cuda::parse_build_code("75-real;80-real;90;75-virtual");
+                        package = cuda::parse_build_code("75-real,80-real,90;75-virtual");
   struct Case {
     const cuda::BuildCode& build;
     int capability, driver, runtime;
