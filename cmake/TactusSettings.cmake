@@ -123,8 +123,10 @@ target_compile_definitions(tactus_settings INTERFACE $<$<BOOL:${TACTUS_WITH_CUDA
                                                      $<$<BOOL:${TACTUS_CHECKED}>:TACTUS_CHECKED=1>)
 # One answer on every device: no contraction the source did not ask for (ARCHITECTURE.md, "One answer"). g++ 12's SLP
 # vectoriser fuses a*b-c, a*b+c pairs (vfmaddsub) in spite of -ffp-contract=off, so it is off; loops are still vectorised.
+# g++ 13.3 with -fipa-modref miscompiles loops under `omp simd`: hulls have holes (visual_hull_test fails). g++ 12 does not.
+set(modref_off $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-fno-ipa-modref>)
 target_compile_options(tactus_settings INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -fno-trapping-math -fno-math-errno -fopenmp-simd -fno-tree-slp-vectorize -march=${TACTUS_ARCH}>
+  $<$<COMPILE_LANGUAGE:CXX>:${modref_off} -ffp-contract=off -fno-trapping-math -fno-math-errno -fopenmp-simd -fno-tree-slp-vectorize -march=${TACTUS_ARCH}>
   $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false --expt-relaxed-constexpr -Xcompiler=-fopenmp-simd,-ffp-contract=off>)
 
 # Warnings are ours, not our users': only in this build. (-Wrestrict: false alarms on std::string in g++ 12, PR 105651. The same
