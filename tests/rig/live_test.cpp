@@ -462,6 +462,16 @@ TEST(LiveKeys, AreForTheirOwnersEyes) {
     ::chmod(path.c_str(), mode);
     EXPECT_NE(message_of([&] { read_live_key(path); }).find("expected mode 0600"), std::string::npos);
   }
+  ::chmod(path.c_str(), 0600);
+  // Who may write into the folder may put another key in its place; but not in a folder like /tmp.
+  for (const mode_t mode : {0777, 0770, 0702}) {
+    ::chmod(folder.c_str(), mode);
+    EXPECT_NE(message_of([&] { read_live_key(path); }).find("chmod go-w"), std::string::npos) << mode;
+  }
+  for (const mode_t mode : {01777, 0755, 0700}) {
+    ::chmod(folder.c_str(), mode);
+    EXPECT_EQ(message_of([&] { read_live_key(path); }).find("chmod go-w"), std::string::npos) << mode;
+  }
   LiveKey mixed = key;
   mixed.secret_key = make_live_key("x", "").secret_key;
   write_live_key(folder + "/mixed.key", mixed);
@@ -469,6 +479,13 @@ TEST(LiveKeys, AreForTheirOwnersEyes) {
   write_live_clients(live_clients_path(folder), {{"cam0", key.public_key}});
   EXPECT_EQ(read_live_clients(live_clients_path(folder))[0].public_key, key.public_key);
   fs::remove_all(folder);
+}
+
+TEST(LiveSettings, KnowAddressesOfEveryNetwork) {
+  for (const char* every : {"tcp://0.0.0.0:1", "tcp://*:1", "tcp://[::]:1"})
+    EXPECT_TRUE(is_every_interface(every));
+  for (const char* one : {"tcp://127.0.0.1:1", "tcp://192.168.1.2:1", "tcp://[::1]:1"})
+    EXPECT_FALSE(is_every_interface(one));
 }
 
 TEST(LiveMessage, IsReadAsItWasWrittenOrNotAtAll) {

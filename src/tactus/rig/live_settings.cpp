@@ -3,14 +3,28 @@
 #include "tactus/base/error.h"
 
 namespace tactus {
+namespace {
 
-bool is_loopback(const std::string& address) {
+/// Of tcp://HOST:PORT, without brackets.
+std::string host_of(const std::string& address) {
   constexpr std::string_view kTcp = "tcp://";
   const std::size_t port = address.rfind(':');
   if (!address.starts_with(kTcp) || port < kTcp.size() + 1 || port + 1 >= address.size())
     throw usage_error("address '" + address + "', expected tcp://HOST:PORT");
   std::string host = address.substr(kTcp.size(), port - kTcp.size());
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  return host;
+}
+
+}  // namespace
+
+bool is_every_interface(const std::string& address) {
+  const std::string host = host_of(address);
+  return host == "*" || host == "0.0.0.0" || host == "::";
+}
+
+bool is_loopback(const std::string& address) {
+  const std::string host = host_of(address);
   // A name may lead anywhere; 127.0.0.0/8 is this computer.
   const bool is_v4 = host.starts_with("127.") && host.find_first_not_of("0123456789.") == host.npos;
   return is_v4 || host == "::1";

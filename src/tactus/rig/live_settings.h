@@ -21,6 +21,9 @@ struct LiveSettings {
   std::string keys_folder;    ///< of `tactus keys`
 };
 
+/// Whether every network of this computer leads there (0.0.0.0, [::], *). Of addresses that is_loopback
+/// takes.
+bool is_every_interface(const std::string& address);
 /// Whether only this computer can connect there. @throws usage Error for what is no tcp://HOST:PORT.
 bool is_loopback(const std::string& address);
 

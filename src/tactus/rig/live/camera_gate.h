@@ -38,6 +38,8 @@ class CameraGate {
   Refusal check(const PacketHead& head, double now_s, double& captured_s);
   /// @returns how many of its kind there were.
   std::int64_t count(Refusal refusal) { return ++status_.refused[static_cast<std::size_t>(refusal)]; }
+  /// Of a packet that was sent over two connections, the other came first.
+  void count_copy() { ++status_.copies; }
   /// Whether the client of that boot has the camera, or may take it now.
   bool is_client(std::uint64_t boot, double now_s) const {
     return !heard_ || boot == boot_.id || now_s - heard_s_ >= silence_s();

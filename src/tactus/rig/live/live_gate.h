@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tactus/rig/live/live_keys.h"
+#include "tactus/rig/live/wake_up.h"
 #include "tactus/rig/live/zmq_io.h"
 
 namespace tactus {

@@ -27,6 +27,17 @@ bool is_key(const std::string& text) {
   return text.size() == kKeyLetters && zmq_z85_decode(bytes.data(), text.c_str()) != nullptr;
 }
 
+/// Whoever may write into a folder can put another file in the place of a key, but for one with the sticky
+/// bit.
+void check_folder_of(const std::string& path) {
+  const std::string folder = path.substr(0, path.rfind('/') + 1) + ".";
+  struct stat status {};
+  if (::stat(folder.c_str(), &status) != 0 || (status.st_mode & 022) == 0 || (status.st_mode & S_ISVTX) != 0)
+    return;
+  throw Error("the folder of key file '" + printable(path) +
+              "' can be changed by others; expected mode 0700: chmod go-w '" + printable(folder) + "'");
+}
+
 /// What only its owner may read, and nobody else change.
 std::string read_private(const std::string& path) {
   struct stat status {};
@@ -39,6 +50,7 @@ std::string read_private(const std::string& path) {
     throw Error("key file '" + printable(path) +
                 "' can be read or changed by others; expected mode 0600: chmod 600 '" + printable(path) +
                 "'");
+  check_folder_of(path);
   return read_file(path, kMostBytes, ReadFrom::regular_file);
 }
 

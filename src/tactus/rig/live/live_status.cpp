@@ -15,6 +15,7 @@ std::string live_status_json(const LiveStatus& status) {
       {"sets", status.sets},
       {"complete_sets", status.complete_sets},
       {"unseen_sets", status.unseen_sets},
+      {"socket_restarts", status.socket_restarts},
       {"refused_keys", status.refused_keys},
       {"refused_strangers", status.refused_strangers},
       {"release_ms", {{"p50", number(status.release_ms_p50)}, {"p99", number(status.release_ms_p99)}}},
@@ -34,6 +35,7 @@ std::string live_status_json(const LiveStatus& status) {
                                {"packets", c.packets},
                                {"in_sets", c.in_sets},
                                {"lost", c.lost},
+                               {"copies", c.copies},
                                {"replaced", c.replaced},
                                {"refused", std::move(refused)}});
   }

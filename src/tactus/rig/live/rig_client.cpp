@@ -12,18 +12,18 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
+#include "tactus/rig/live/client_connection.h"
 #include "tactus/rig/live/live_message.h"
+#include "tactus/rig/live/wake_up.h"
 #include "tactus/rig/live/zmq_io.h"
 
 namespace tactus {
 namespace {
 
-constexpr std::size_t kOnTheWay = 2;
-/// A receipt that takes so much longer than those before won't come: the server ended, the connection broke,
-/// or something on the way drops packets.
-constexpr double kLostAfterWays = 4, kLeastLost_s = 0.05, kMostLost_s = 1;
 constexpr double kHello_s = 0.5;
-constexpr int kReconnect_ms = 100, kReconnectMost_ms = 500, kHeartbeat_ms = 1000, kSilence_ms = 3000;
+constexpr int kReconnect_ms = 100, kReconnectMost_ms = 500;
+/// A connection that takes packets and brings nothing back for so long is made anew.
+constexpr double kSilence_s = 3;
 
 void set_keys(ZmqSocket& socket, const std::string& address, const std::optional<LiveKey>& key) {
   if (!key && !is_loopback(address))
@@ -37,12 +37,11 @@ void set_keys(ZmqSocket& socket, const std::string& address, const std::optional
     socket.set(ZMQ_CURVE_SECRETKEY, key->secret_key);
   }
   socket.set(ZMQ_IMMEDIATE, 1);
-  socket.set(ZMQ_SNDHWM, static_cast<int>(kOnTheWay));
+  socket.set(ZMQ_SNDHWM, static_cast<int>(PacketsOnTheWay::kMost));
   socket.set(ZMQ_MAXMSGSIZE, std::int64_t{1} << 20);
   socket.set(ZMQ_RECONNECT_IVL, kReconnect_ms);
   socket.set(ZMQ_RECONNECT_IVL_MAX, kReconnectMost_ms);
-  socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);
-  socket.set(ZMQ_HEARTBEAT_TIMEOUT, kSilence_ms);
+  drop_dead_connections(socket);
 }
 
 std::uint64_t random_boot() {
@@ -52,42 +51,28 @@ std::uint64_t random_boot() {
 
 }  // namespace
 
-/// Packets that have no receipt yet, oldest first.
-class PacketsOnTheWay {
- public:
-  bool has_room(double now_s) {
-    while (!sent_.empty() && now_s - sent_.front().at_s > lost_after_s_) sent_.erase(sent_.begin());
-    return sent_.size() < kOnTheWay;
+/// One of a client's.
+struct ClientConnection {
+  ClientConnection(const ZmqContext& context, const std::string& address, const std::optional<LiveKey>& key)
+      : socket(context, ZMQ_DEALER) {
+    set_keys(socket, address, key);
+    socket.connect(address);
   }
-  void send(std::uint64_t sequence, double now_s) { sent_.push_back({sequence, now_s}); }
-  /// Those before it are lost, or theirs are.
-  void receive(std::uint64_t sequence, double now_s) {
-    while (!sent_.empty() && sent_.front().sequence <= sequence) {
-      way_s_ = std::max(now_s - sent_.front().at_s, 0.9 * way_s_);
-      sent_.erase(sent_.begin());
-    }
-    lost_after_s_ = std::clamp(kLostAfterWays * way_s_, kLeastLost_s, kMostLost_s);
-  }
-
- private:
-  struct Sent {
-    std::uint64_t sequence;
-    double at_s;
-  };
-  std::vector<Sent> sent_;
-  double way_s_ = 0, lost_after_s_ = kMostLost_s;  ///< there and back, the longest of late
+  ZmqSocket socket;
+  PacketsOnTheWay on_the_way;
+  double hello_s = 0;
+  double unanswered_s = 0;  ///< since when it took packets and brought nothing; 0: it is answered
 };
 
 struct RigClient::Impl {
-  Impl(const LiveCamera& of, const std::string& address, const std::optional<LiveKey>& key)
-      : camera(of), socket(context, ZMQ_DEALER) {
+  Impl(const LiveCamera& of, const std::string& to, const std::optional<LiveKey>& with, int most)
+      : camera(of), address(to), key(with), most_connections(static_cast<std::size_t>(most)) {
     if (key && key->name != of.name)
       throw usage_error("the key is camera '" + key->name + "'s, expected one of camera '" + of.name + "'");
     head.camera = of.name;
     head.calibration = of.calibration;
     head.boot = random_boot();
-    set_keys(socket, address, key);
-    socket.connect(address);
+    connect_one_more();
     thread = std::thread([this] { work(); });
   }
   ~Impl() {
@@ -98,11 +83,17 @@ struct RigClient::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
+  void connect_one_more() { connections.push_back(std::make_unique<ClientConnection>(context, address, key)); }
   void work();
-  void receive();
-  void send();
+  void receive(ClientConnection& from);
+  void greet(ClientConnection& to, double now_s);
+  std::vector<ClientConnection*> best(double now_s);
+  void send(double now_s);
 
   LiveCamera camera;
+  std::string address;
+  std::optional<LiveKey> key;
+  std::size_t most_connections;
   mutable std::mutex mutex;
   std::condition_variable has_trigger;
   CameraImages waiting, sending;
@@ -115,52 +106,81 @@ struct RigClient::Impl {
   PacketHead head;
   PacketCoder coder;
   std::string packet;
-  PacketsOnTheWay on_the_way;
-  double last_hello_s = 0;
+  CopyRule copies;
 
   ZmqContext context;
-  ZmqSocket socket;
+  std::vector<std::unique_ptr<ClientConnection>> connections;
   WakeUp wake;
   std::atomic<bool> stops = false;
   std::thread thread;  ///< last: it uses the others
 };
 
 void RigClient::Impl::work() {
+  std::vector<zmq_pollitem_t> items;
   while (!stops) {
-    std::array<zmq_pollitem_t, 2> items{
-        {{socket.get(), 0, ZMQ_POLLIN, 0}, {nullptr, wake.fd(), ZMQ_POLLIN, 0}}};
+    items.assign(1, {nullptr, wake.fd(), ZMQ_POLLIN, 0});
+    for (const auto& c : connections) items.push_back({c->socket.get(), 0, ZMQ_POLLIN, 0});
     zmq_poll(items.data(), static_cast<int>(items.size()), 20);
     wake.clear();
-    receive();
+    for (const auto& c : connections) receive(*c);
     const double now = now_s();
-    if (now - last_hello_s > kHello_s) {
-      last_hello_s = now;
-      socket.send(live_message_bytes({LiveMessage::kHello, 0, head.boot, camera.name}));
-    }
-    if (on_the_way.has_room(now)) send();
+    for (const auto& c : connections) greet(*c, now);
+    if (copies.is_on(now) && connections.size() < most_connections) connect_one_more();
+    send(now);
   }
 }
 
-void RigClient::Impl::receive() {
-  for (ZmqMessage message; message.receive(socket);) {
+void RigClient::Impl::greet(ClientConnection& to, double now) {
+  if (to.unanswered_s > 0 && now - to.unanswered_s > kSilence_s) {
+    to.socket.disconnect(address);
+    to.socket.connect(address);
+    to.on_the_way.clear();
+    to.unanswered_s = 0;
+  }
+  if (now - to.hello_s <= kHello_s) return;
+  to.hello_s = now;
+  to.socket.send(live_message_bytes({LiveMessage::kHello, 0, head.boot, camera.name}));
+}
+
+void RigClient::Impl::receive(ClientConnection& from) {
+  for (ZmqMessage message; message.receive(from.socket);) {
     const auto m = parse_live_message(message.bytes());
     if (!m) continue;
+    from.unanswered_s = 0;
     const std::lock_guard lock(mutex);
     if (m->kind == LiveMessage::kTrigger) {
       trigger = static_cast<std::int64_t>(m->number);
       has_trigger.notify_one();
     } else if (m->kind == LiveMessage::kReceipt && m->detail < static_cast<std::uint32_t>(Refusal::count)) {
       heard_s = now_s();
-      on_the_way.receive(m->number, heard_s);
-      if (m->detail == 0)
+      const PacketsOnTheWay::Receipt receipt = from.on_the_way.receive(m->number, heard_s);
+      if (receipt.is_late) copies.late(heard_s);
+      const auto why = static_cast<Refusal>(m->detail);
+      if (why == Refusal::too_much || why == Refusal::too_many) copies.refused(heard_s);
+      if (why == Refusal::none)
         ++status.taken;
-      else
+      else if (why != Refusal::repeated || !receipt.is_copy)
         ++status.refused[m->detail];
     }
   }
 }
 
-void RigClient::Impl::send() {
+/// Those that may take a packet, the one that is least likely to stand still first.
+std::vector<ClientConnection*> RigClient::Impl::best(double now) {
+  std::vector<ClientConnection*> with_room;
+  for (const auto& c : connections) {
+    if (c->on_the_way.has_room(now)) with_room.push_back(c.get());
+    for (int lost = c->on_the_way.take_lost(); lost > 0; --lost) copies.late(now);
+  }
+  std::stable_sort(with_room.begin(), with_room.end(), [&](const ClientConnection* a, const ClientConnection* b) {
+    return a->on_the_way.age_s(now) < b->on_the_way.age_s(now);
+  });
+  return with_room;
+}
+
+void RigClient::Impl::send(double now) {
+  std::vector<ClientConnection*> to = best(now);
+  if (to.empty()) return;
   {
     const std::lock_guard lock(mutex);
     if (!is_waiting) return;
@@ -170,17 +190,25 @@ void RigClient::Impl::send() {
     head.captured_s = waiting_captured_s;
     head.replaced = static_cast<std::uint32_t>(status.replaced);
   }
+  const std::size_t most = copies.is_on(now) ? std::min<std::size_t>(2, to.size()) : 1;
   ++head.sequence;
   head.sent_s = now_s();
+  head.copies = static_cast<std::uint8_t>(most);
   coder.pack(head, sending, packet);
-  const bool sent = socket.send(packet);
+  std::size_t sent = 0;
+  for (auto c = to.begin(); c != to.end() && sent < most; ++c) {
+    if (!(*c)->socket.send(packet)) continue;  // nobody is there
+    ++sent;
+    (*c)->on_the_way.send(head.sequence, most > 1, head.sent_s);
+    if ((*c)->unanswered_s == 0) (*c)->unanswered_s = head.sent_s;
+  }
   const std::lock_guard lock(mutex);
-  if (sent) {
-    on_the_way.send(head.sequence, head.sent_s);
+  if (sent > 0) {
     ++status.sent;
+    status.copies += static_cast<std::int64_t>(sent) - 1;
     return;
   }
-  --head.sequence;  // nobody is there
+  --head.sequence;
   if (is_waiting) {
     ++status.replaced;
     return;
@@ -189,8 +217,9 @@ void RigClient::Impl::send() {
   is_waiting = true;
 }
 
-RigClient::RigClient(const LiveCamera& camera, const std::string& address, const std::optional<LiveKey>& key)
-    : impl_(std::make_unique<Impl>(camera, address, key)) {}
+RigClient::RigClient(const LiveCamera& camera, const std::string& address, const std::optional<LiveKey>& key,
+                     int most_connections)
+    : impl_(std::make_unique<Impl>(camera, address, key, most_connections)) {}
 RigClient::~RigClient() = default;
 
 void RigClient::put(CameraImages& images, std::int64_t trigger, double captured_s) {

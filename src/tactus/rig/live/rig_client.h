@@ -12,17 +12,21 @@ namespace tactus {
 
 /// Sends on a thread of its own, and connects again when the connection breaks. Images wait in a mailbox of
 /// one place: newer ones replace them, so what arrives is never old because the network is slow. At most two
-/// packets are on the way without a receipt.
+/// packets of a connection are on the way without a receipt. When packets are late, it makes more connections
+/// and sends each packet over two (CopyRule).
 class RigClient {
  public:
+  static constexpr int kConnections = 4;
   struct Status {
     bool is_heard = false;  ///< a receipt came in the last second
     std::int64_t sent = 0, taken = 0, replaced = 0;
+    std::int64_t copies = 0;  ///< sent over a second connection
     RefusalCounts refused{};
   };
   /// @param key none: plain, to this computer alone. @throws usage Error for plain to another one, and for a
   /// key that is not this camera's.
-  RigClient(const LiveCamera& camera, const std::string& address, const std::optional<LiveKey>& key);
+  RigClient(const LiveCamera& camera, const std::string& address, const std::optional<LiveKey>& key,
+            int most_connections = kConnections);
   ~RigClient();
   RigClient(const RigClient&) = delete;
   RigClient& operator=(const RigClient&) = delete;

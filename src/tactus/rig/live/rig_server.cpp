@@ -1,5 +1,7 @@
 #include "tactus/rig/live/rig_server.h"
 
+#include <poll.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -12,18 +14,14 @@
 #include "tactus/base/log.h"
 #include "tactus/base/timing.h"
 #include "tactus/rig/live/camera_gate.h"
-#include "tactus/rig/live/live_gate.h"
 #include "tactus/rig/live/live_message.h"
+#include "tactus/rig/live/socket_process.h"
+#include "tactus/rig/live/wake_up.h"
 #include "tactus/rig/wire/set_assembler.h"
 
 namespace tactus {
 namespace {
 
-/// What a stranger's connection may take before it has shown a key.
-constexpr int kHandshake_ms = 2000, kMostWaitingConnections = 64;
-/// Packets of one camera that wait in ZeroMQ: more stay in its own mailbox, where the newest replaces them.
-constexpr int kWaitingPackets = 4;
-constexpr int kHeartbeat_ms = 1000, kSilence_ms = 3000;
 /// A packet above a camera's limit is counted; a message above this ends the connection.
 constexpr std::int64_t kMostOverLimit = 2;
 /// Messages a second that are read without a pause: of strangers, and of each camera a frame.
@@ -62,8 +60,7 @@ struct RigServer::Impl {
       : settings(live),
         is_plain(!keys),
         assembler(assembler_options(cameras, live)),
-        intake(kStrangers_1_s + kPerFrame * live.fps * static_cast<double>(cameras.size())),
-        socket(context, ZMQ_ROUTER) {
+        intake(kStrangers_1_s + kPerFrame * live.fps * static_cast<double>(cameras.size())) {
     check_names(cameras);
     if (is_plain && !is_loopback(live.address))
       throw usage_error(
@@ -77,20 +74,18 @@ struct RigServer::Impl {
     }
     for (auto& slot : images) slot.resize(cameras.size());
     captures.resize(cameras.size());
+    SocketSettings of_sockets{live.address,
+                              is_plain,
+                              {},
+                              {},
+                              kMostOverLimit * static_cast<std::int64_t>(limit),
+                              static_cast<std::uint32_t>(most_at_once())};
     if (keys) {
-      gate.emplace(context, keys->clients);
-      socket.set(ZMQ_CURVE_SERVER, 1);
-      socket.set(ZMQ_CURVE_SECRETKEY, keys->server.secret_key);
+      of_sockets.secret_key = keys->server.secret_key;
+      of_sockets.clients = keys->clients;
     }
-    socket.set(ZMQ_HANDSHAKE_IVL, kHandshake_ms);
-    socket.set(ZMQ_BACKLOG, kMostWaitingConnections);
-    socket.set(ZMQ_RCVHWM, kWaitingPackets);
-    socket.set(ZMQ_SNDHWM, 64);
-    socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);
-    socket.set(ZMQ_HEARTBEAT_TIMEOUT, kSilence_ms);
-    socket.set(ZMQ_MAXMSGSIZE, kMostOverLimit * static_cast<std::int64_t>(limit));
-    socket.bind(live.address);
-    address = socket.endpoint();
+    sockets.emplace(of_sockets);
+    address = sockets->address();
     thread = std::thread([this] { listen(); });
   }
   ~Impl() {
@@ -103,6 +98,7 @@ struct RigServer::Impl {
 
   void listen();
   int receive_all(bool slowly);
+  int most_at_once() const { return 4 * static_cast<int>(gates.size()) + 16; }
   void receive(const std::string& identity, const std::string& user, std::string_view bytes);
   Refusal take_packet(CameraGate& of, std::string_view bytes, PacketHead& head);
   CameraGate* find(const std::string& name);
@@ -127,13 +123,11 @@ struct RigServer::Impl {
   Timings timings;
   PacketCoder coder;
   RateLimit intake;  ///< of messages of all connections
-  bool is_flooded = false;
+  bool is_flooded = false, has_more = false;
   CameraImages tried;  ///< of a camera that isn't waited for
   std::string failure;
 
-  ZmqContext context;
-  std::optional<LiveGate> gate;
-  ZmqSocket socket;
+  std::optional<SocketProcess> sockets;
   std::string address;
   WakeUp wake;
   std::atomic<bool> stops = false;
@@ -144,11 +138,11 @@ struct RigServer::Impl {
 
 void RigServer::Impl::listen() try {
   while (!stops) {
-    const double wait_s = next_event_s(now_s()) - now_s();
-    std::array<zmq_pollitem_t, 2> items{
-        {{socket.get(), 0, ZMQ_POLLIN, 0}, {nullptr, wake.fd(), ZMQ_POLLIN, 0}}};
-    const auto wait_ms = static_cast<long>(std::ceil(std::clamp(wait_s, 0.0, kMostSleep_s) * 1e3));
-    zmq_poll(items.data(), static_cast<int>(items.size()), wait_ms);
+    const double wait_s = has_more ? 0 : next_event_s(now_s()) - now_s();
+    std::array<pollfd, 2> items{{{sockets->fd(), POLLIN, 0}, {wake.fd(), POLLIN, 0}}};
+    const auto wait_ms = static_cast<int>(std::ceil(std::clamp(wait_s, 0.0, kMostSleep_s) * 1e3));
+    ::poll(items.data(), items.size(), wait_ms);
+    sockets->tend(now_s());
     const int received = receive_all(is_flooded);
     is_flooded = !intake.take(received, now_s());
     if (is_flooded) std::this_thread::sleep_for(kFloodPause);
@@ -170,26 +164,15 @@ double RigServer::Impl::next_event_s(double now) const {
   return next_s;
 }
 
-/// Some packets, then deadlines: who floods the socket does not hold the sets up, nor takes a core.
-/// (Connections take turns, so an honest one waits for one message of each other at most.) @returns how many
-/// there were.
+/// Some packets, then deadlines: who floods the sockets does not hold the sets up, nor takes a core. @returns
+/// how many there were.
 int RigServer::Impl::receive_all(bool slowly) {
-  const int all = static_cast<int>(gates.size()), most = slowly ? all + 8 : 4 * all + 16;
+  const int most = slowly ? static_cast<int>(gates.size()) + 8 : most_at_once();
   int count = 0;
-  for (; count < most; ++count) {
-    ZmqMessage identity;
-    if (!identity.receive(socket)) break;
-    bool more = identity.more();
-    ZmqMessage body;
-    if (!more || !body.receive(socket)) continue;
-    more = body.more();
-    if (!more) {
-      receive(std::string(identity.bytes()), body.user(), body.bytes());
-      continue;
-    }
-    ++strangers;  // no message of ours has two parts
-    for (ZmqMessage rest; more && rest.receive(socket);) more = rest.more();
-  }
+  for (LinkFrame message; count < most && sockets->receive(message); ++count)
+    receive(std::string(message.identity), std::string(message.user), message.body);
+  sockets->give_credit(static_cast<std::uint32_t>(count));
+  has_more = count == most;
   return count;
 }
 
@@ -200,7 +183,7 @@ CameraGate* RigServer::Impl::find(const std::string& name) {
 }
 
 void RigServer::Impl::answer(const std::string& identity, const std::string& bytes) {
-  if (socket.send(identity, true)) socket.send(bytes);
+  sockets->send(identity, bytes);
 }
 
 void RigServer::Impl::receive(const std::string& identity, const std::string& user, std::string_view bytes) {
@@ -217,8 +200,10 @@ void RigServer::Impl::receive(const std::string& identity, const std::string& us
   if (refusal == Refusal::none) refusal = parsed;
   if (refusal == Refusal::none) refusal = take_packet(*of, bytes, head);
   if (refusal == Refusal::none) of->identity = identity;
-  if (refusal != Refusal::none && of->count(refusal) == kSecondClientAfter &&
-      refusal == Refusal::other_client)
+  if (refusal == Refusal::repeated && head.copies > 1)
+    of->count_copy();
+  else if (refusal != Refusal::none && of->count(refusal) == kSecondClientAfter &&
+           refusal == Refusal::other_client)
     log_warning("camera '" + of->camera().name +
                 "': a second client sends for it, and is refused while the first is heard");
   release(now_s());
@@ -314,7 +299,8 @@ LiveStatus RigServer::Impl::status() const {
   s.sets = assembler.counts().released;
   s.complete_sets = assembler.counts().complete;
   s.unseen_sets = unseen;
-  s.refused_keys = gate ? gate->refused() : 0;
+  s.refused_keys = sockets->refused_keys();
+  s.socket_restarts = sockets->restarts();
   s.refused_strangers = strangers;
   s.release_ms_p50 = timings.percentile_ms("release", 50);
   s.release_ms_p99 = timings.percentile_ms("release", 99);
@@ -350,6 +336,8 @@ bool RigServer::wait(LiveSet& set, double until_s) {
   m.released.reset();
   return true;
 }
+
+std::int64_t RigServer::socket_restarts() const { return impl_->sockets->restarts(); }
 
 LiveStatus RigServer::status() const {
   const std::lock_guard lock(impl_->mutex);

@@ -38,6 +38,7 @@ struct LiveCameraStatus {
   double coverage = 0;  ///< share of the newest mask's, or distances', pixels that are set
   std::int64_t packets = 0, in_sets = 0;
   std::int64_t lost = 0;      ///< sent, never here
+  std::int64_t copies = 0;    ///< of packets that were here: they were sent over two connections
   std::int64_t replaced = 0;  ///< newer images came before they could be sent
   RefusalCounts refused{};
 };
@@ -46,15 +47,17 @@ struct LiveStatus {
   std::vector<LiveCameraStatus> cameras;
   std::int64_t sets = 0, complete_sets = 0;
   std::int64_t unseen_sets = 0;                          ///< a newer one came before they were asked for
+  std::int64_t socket_restarts = 0;                      ///< of the process that holds the sockets
   std::int64_t refused_keys = 0, refused_strangers = 0;  ///< connections, packets of no camera
   double release_ms_p50 = 0, release_ms_p99 = 0;         ///< from the capture to the release
 };
 /// JSON, for people and scripts.
 std::string live_status_json(const LiveStatus& status);
 
-/// Listens on a thread of its own. Every byte from outside is checked; what is refused is counted by camera
-/// and reason. Holds at most SetAssembler::kSlots images of each camera; the newest released set waits for
-/// whoever calls `wait`, and replaces one that nobody asked for.
+/// Listens on a thread of its own; a process of its own holds the sockets (SocketProcess). Every byte from
+/// outside is checked; what is refused is counted by camera and reason. Holds at most SetAssembler::kSlots
+/// images of each camera; the newest released set waits for whoever calls `wait`, and replaces one that
+/// nobody asked for.
 ///
 /// With keys, all connections are CURVE and each key sends for one camera. Without, only this computer can
 /// connect.
@@ -78,6 +81,8 @@ class RigServer {
   /// @returns whether there is one. @throws Error when the thread ended.
   bool wait(LiveSet& set, double until_s);
   LiveStatus status() const;
+  /// Of the process that holds the sockets.
+  std::int64_t socket_restarts() const;
 
  private:
   struct Impl;

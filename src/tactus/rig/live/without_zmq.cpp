@@ -29,9 +29,10 @@ RigServer::~RigServer() = default;
 std::string RigServer::address() const { refuse(); }
 bool RigServer::wait(LiveSet&, double) { refuse(); }
 LiveStatus RigServer::status() const { refuse(); }
+std::int64_t RigServer::socket_restarts() const { refuse(); }
 
 struct RigClient::Impl {};
-RigClient::RigClient(const LiveCamera&, const std::string&, const std::optional<LiveKey>&) { refuse(); }
+RigClient::RigClient(const LiveCamera&, const std::string&, const std::optional<LiveKey>&, int) { refuse(); }
 RigClient::~RigClient() = default;
 void RigClient::put(CameraImages&, std::int64_t, double) { refuse(); }
 std::optional<std::int64_t> RigClient::wait_trigger(double) { refuse(); }

@@ -1,8 +1,5 @@
 #include "tactus/rig/live/zmq_io.h"
 
-#include <sys/eventfd.h>
-#include <unistd.h>
-
 #include <array>
 
 #include "tactus/base/error.h"
@@ -39,6 +36,8 @@ void ZmqSocket::connect(const std::string& address) {
   if (zmq_connect(socket_, address.c_str()) != 0) throw_zmq("can't connect to '" + address + "'");
 }
 
+void ZmqSocket::disconnect(const std::string& address) { zmq_disconnect(socket_, address.c_str()); }
+
 std::string ZmqSocket::endpoint() const {
   std::array<char, 256> text{};
   std::size_t size = text.size();
@@ -51,17 +50,13 @@ bool ZmqSocket::send(std::string_view bytes, bool more) {
   return zmq_send(socket_, bytes.data(), bytes.size(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0)) >= 0;
 }
 
-WakeUp::WakeUp() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (fd_ < 0) throw Error("the system gives no event descriptor");
-}
-WakeUp::~WakeUp() { ::close(fd_); }
-void WakeUp::wake() const {
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const ssize_t n = ::write(fd_, &one, sizeof one);
-}
-void WakeUp::clear() const {
-  std::uint64_t count = 0;
-  [[maybe_unused]] const ssize_t n = ::read(fd_, &count, sizeof count);
+void drop_dead_connections(ZmqSocket& socket) {
+  constexpr int kOn = 1, kIdle_s = 1, kInterval_s = 1, kAnswers = 3, kUnanswered_ms = 4000;
+  socket.set(ZMQ_TCP_KEEPALIVE, kOn);
+  socket.set(ZMQ_TCP_KEEPALIVE_IDLE, kIdle_s);
+  socket.set(ZMQ_TCP_KEEPALIVE_INTVL, kInterval_s);
+  socket.set(ZMQ_TCP_KEEPALIVE_CNT, kAnswers);
+  socket.set(ZMQ_TCP_MAXRT, kUnanswered_ms);
 }
 
 }  // namespace tactus

@@ -35,6 +35,8 @@ class ZmqSocket {
   void set(int option, const std::string& text);
   void bind(const std::string& address);
   void connect(const std::string& address);
+  /// Forgets the connection there.
+  void disconnect(const std::string& address);
   /// Of the last bind, with the port that a wildcard became.
   std::string endpoint() const;
   /// Never waits. @returns false where it can't be sent now.
@@ -43,6 +45,11 @@ class ZmqSocket {
  private:
   void* socket_;
 };
+
+/// The system asks connections that say nothing whether their computer is there, and drops those that don't
+/// answer, or take nothing, for some seconds. (ZeroMQ's own heartbeats don't: in 4.3.4 their timer calls
+/// abort() on a connection that broke while its messages were not read.)
+void drop_dead_connections(ZmqSocket& socket);
 
 class ZmqMessage {
  public:
@@ -64,21 +71,6 @@ class ZmqMessage {
 
  private:
   mutable zmq_msg_t message_;
-};
-
-/// Wakes a thread that polls its file descriptor.
-class WakeUp {
- public:
-  WakeUp();
-  ~WakeUp();
-  WakeUp(const WakeUp&) = delete;
-  WakeUp& operator=(const WakeUp&) = delete;
-  int fd() const { return fd_; }
-  void wake() const;
-  void clear() const;
-
- private:
-  int fd_;
 };
 
 }  // namespace tactus

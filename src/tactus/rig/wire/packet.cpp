@@ -77,7 +77,8 @@ Refusal parse_packet_head(std::string_view packet, PacketHead& head) {
   if (packet.size() < PacketHead::kBytes) return Refusal::too_short;
   if (version != kVersion || head_bytes != PacketHead::kBytes) return Refusal::version;
   head.contents = in.take<std::uint8_t>();
-  in.take(3);
+  head.copies = in.take<std::uint8_t>();
+  in.take(2);
   head.payload_bytes = in.take<std::uint32_t>();
   head.camera = take_name(in);
   head.calibration = in.take<std::uint64_t>();
@@ -120,7 +121,8 @@ void PacketCoder::pack(PacketHead& head, const CameraImages& images, std::string
   put_bytes(to, kVersion);
   put_bytes(to, static_cast<std::uint16_t>(PacketHead::kBytes));
   put_bytes(to, head.contents);
-  to.append(3, '\0');
+  put_bytes(to, head.copies);
+  to.append(2, '\0');
   const std::size_t length_at = to.size();
   put_bytes(to, std::uint32_t{0});
   put_name(head.camera, to);

@@ -39,6 +39,7 @@ struct PacketHead {
   double captured_s = 0, sent_s = 0;  ///< on the sender's clock
   Vec2i size_px;                      ///< of the images
   PixelBox photo_box;
+  std::uint8_t copies = 1;     ///< connections that it was sent over; 0 means 1
   std::uint32_t replaced = 0;  ///< images since the boot that were newer before they could be sent
   std::uint32_t payload_bytes = 0;
 

@@ -1,0 +1,264 @@
+// The process that holds a server's sockets: messages to it, its ends, and what a client does of late
+// packets.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "tactus/base/timing.h"
+#include "tactus/rig/live/client_connection.h"
+#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live/socket_process.h"
+
+namespace tactus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kCameras = 3;
+constexpr Vec2i kSize{160, 120};
+constexpr double kFps = 30;
+
+/// Children of this process that hold sockets. (A process that was killed and not yet waited for has no
+/// name.)
+std::vector<pid_t> socket_processes() {
+  std::vector<pid_t> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
+    std::ifstream stat(entry.path() / "stat");
+    pid_t pid = 0, parent = 0;
+    std::string name, state;
+    if (stat >> pid >> name >> state >> parent && parent == ::getpid() && name == "(tactus-sockets)" &&
+        state != "Z")
+      found.push_back(pid);
+  }
+  return found;
+}
+
+/// A server and clients on threads of their own, thirty times a second.
+class LiveSockets : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    LiveSettings settings;
+    settings.address = "tcp://127.0.0.1:*";
+    settings.sync = LiveSync::trigger;
+    settings.fps = kFps;
+    std::vector<LiveCamera> cameras;
+    for (int c = 0; c < kCameras; ++c) cameras.push_back({"cam" + std::to_string(c), kSize, 1, false});
+    RigServer::Keys keys{make_live_key(kServerName, ""), {}};
+    std::vector<LiveKey> of_clients;
+    for (const LiveCamera& camera : cameras) {
+      of_clients.push_back(make_live_key(camera.name, keys.server.public_key));
+      keys.clients.push_back({camera.name, of_clients.back().public_key});
+    }
+    server_ = std::make_unique<RigServer>(cameras, settings, keys);
+    for (std::size_t c = 0; c < kCameras; ++c)
+      clients_.push_back(std::make_unique<RigClient>(cameras[c], server_->address(), of_clients[c]));
+    sender_ = std::thread([this] {
+      for (std::int64_t tick = 0; !stops_; ++tick) {
+        for (const auto& client : clients_) {
+          CameraImages images;
+          images.mask = BitMask(kSize.x, kSize.y);
+          images.mask.words[0] = static_cast<std::uint32_t>(tick);
+          client->put(images, tick, now_s());
+        }
+        std::this_thread::sleep_for(std::chrono::duration<double>(1 / kFps));
+      }
+    });
+    ASSERT_LT(seconds_until_whole(), 10);
+  }
+  void TearDown() override {
+    stops_ = true;
+    if (sender_.joinable()) sender_.join();
+  }
+  /// Until three sets in a row were complete and right; at most 15.
+  double seconds_until_whole() {
+    const double begin_s = now_s();
+    LiveSet set;
+    for (int whole = 0; whole < 3 && now_s() < begin_s + 15;) {
+      if (!server_->wait(set, now_s() + 0.1)) {
+        whole = 0;
+        continue;
+      }
+      bool ok = set.is_complete;
+      for (const CameraImages& images : set.images)
+        ok = ok && images.mask.words[0] == static_cast<std::uint32_t>(set.tick);
+      whole = ok ? whole + 1 : 0;
+    }
+    return now_s() - begin_s;
+  }
+  std::unique_ptr<RigServer> server_;
+  std::vector<std::unique_ptr<RigClient>> clients_;
+  std::atomic<bool> stops_ = false;
+  std::thread sender_;
+};
+
+/// As libzmq's own assertions end it, and as whoever is out of memory does. Two seconds, and ten sets at
+/// 30/s.
+TEST_F(LiveSockets, TheirEndCostsTwoSecondsAndNotTheRun) {
+  std::int64_t ends = 0;
+  for (const int signal : {SIGABRT, SIGKILL, SIGSEGV}) {
+    const std::vector<pid_t> before = socket_processes();
+    ASSERT_EQ(before.size(), 1U);
+    ::kill(before[0], signal);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // sets that were on the way
+    EXPECT_LT(seconds_until_whole(), 2) << "signal " << signal;
+    ++ends;
+    EXPECT_EQ(server_->status().socket_restarts, ends);
+    EXPECT_EQ(server_->socket_restarts(), ends);
+  }
+}
+
+/// A process that stands still is ended after a second of silence, and another takes its place.
+TEST_F(LiveSockets, APauseOfTheirsCostsThreeSeconds) {
+  const std::vector<pid_t> before = socket_processes();
+  ASSERT_EQ(before.size(), 1U);
+  ::kill(before[0], SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_LT(seconds_until_whole(), 3);
+  EXPECT_EQ(server_->status().socket_restarts, 1);
+  const std::vector<pid_t> after = socket_processes();
+  ASSERT_EQ(after.size(), 1U) << "the paused one is gone";
+  EXPECT_NE(after[0], before[0]);
+}
+
+TEST_F(LiveSockets, NoneIsLeftWhenTheServerEnds) {
+  EXPECT_EQ(socket_processes().size(), 1U);
+  stops_ = true;
+  sender_.join();
+  server_.reset();
+  EXPECT_EQ(socket_processes().size(), 0U);
+}
+
+/// Two ends of a link, and what was sent through it.
+class Links : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fd_.data()), 0);
+    there_ = std::make_unique<SocketLink>(fd_[0], 1 << 20);
+    here_ = std::make_unique<SocketLink>(fd_[1], 1 << 20);
+  }
+  std::array<int, 2> fd_{};
+  std::unique_ptr<SocketLink> there_, here_;
+};
+
+/// Of all sizes up to a megabyte, more than the system's buffers hold: in order, whole, and none waits.
+TEST_F(Links, FramesComeWholeAndInOrder) {
+  std::mt19937 random(3);
+  std::vector<std::string> bodies;
+  for (int i = 0; i < 200; ++i)
+    bodies.emplace_back(random() % (i % 20 == 0 ? 1'000'000 : 300), static_cast<char>(i));
+  std::size_t sent = 0, received = 0;
+  LinkFrame frame;
+  while (received < bodies.size()) {
+    if (sent < bodies.size()) {
+      there_->send({LinkFrame::message, std::string(sent % 256, 'i'), "cam", bodies[sent]});
+      ++sent;
+    }
+    there_->flush();
+    while (here_->receive(frame)) {
+      ASSERT_EQ(frame.identity.size(), received % 256);
+      ASSERT_EQ(frame.user, "cam");
+      ASSERT_TRUE(frame.body == bodies[received]) << received;
+      ++received;
+    }
+    ASSERT_TRUE(here_->is_open());
+  }
+  EXPECT_EQ(there_->waiting_bytes(), 0U);
+}
+
+/// Whatever bytes come: it is closed or waits for more, and never reads beyond them.
+TEST_F(Links, WhatIsNoFrameClosesThem) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 2000; ++i) {
+    SetUp();
+    std::string bytes(1 + random() % 64, '\0');
+    for (char& c : bytes) c = static_cast<char>(random() % 4 == 0 ? random() : random() % 8);
+    ASSERT_EQ(::send(fd_[0], bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+    for (LinkFrame frame; here_->receive(frame);)
+      ASSERT_LE(frame.identity.size() + frame.user.size() + frame.body.size() + 7, bytes.size());
+  }
+  SetUp();
+  const std::string too_long("\xff\xff\xff\x7f\x04", 5);
+  ::send(fd_[0], too_long.data(), too_long.size(), 0);
+  LinkFrame frame;
+  EXPECT_FALSE(here_->receive(frame));
+  EXPECT_FALSE(here_->is_open());
+}
+
+TEST(SocketSettings, AreReadAsTheyWereWrittenOrNotAtAll) {
+  const SocketSettings settings{
+      "tcp://127.0.0.1:7", false, "secret", {{"cam0", "key0"}, {"cam1", "key1"}}, 9, 3};
+  const std::string bytes = socket_settings_bytes(settings);
+  const auto back = parse_socket_settings(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->address, settings.address);
+  EXPECT_FALSE(back->is_plain);
+  EXPECT_EQ(back->clients[1].public_key, "key1");
+  EXPECT_EQ(back->most_bytes, 9);
+  for (std::size_t n = 0; n < bytes.size(); ++n) EXPECT_FALSE(parse_socket_settings(bytes.substr(0, n)));
+}
+
+/// Packets every 33 ms, ways of 40 ms; one in 50 takes 240 ms. Three of those within ten seconds are seen.
+TEST(CopyRule, BeginsAfterThreeLatePacketsAndEndsTenSecondsAfterTheLast) {
+  PacketsOnTheWay way;
+  CopyRule rule;
+  double now = 100, last_late_s = 0;
+  std::uint64_t sequence = 0;
+  const auto send = [&](double way_s) {
+    ASSERT_TRUE(way.has_room(now));
+    way.send(++sequence, false, now);
+    now += way_s;
+    if (way.receive(sequence, now).is_late) rule.late(last_late_s = now);
+  };
+  for (int k = 0; k < 300; ++k) send(0.035 + 0.01 * (k % 2));
+  EXPECT_EQ(last_late_s, 0) << "jitter is not late";
+  for (int late = 1; late <= 3; ++late) {
+    EXPECT_FALSE(rule.is_on(now));
+    for (int k = 0; k < 20; ++k) send(0.040);
+    send(0.240);
+    EXPECT_EQ(last_late_s, now);
+  }
+  EXPECT_TRUE(rule.is_on(now));
+  while (now < last_late_s + 9.9) send(0.040);
+  EXPECT_TRUE(rule.is_on(now));
+  while (now < last_late_s + 10.1) send(0.040);
+  EXPECT_FALSE(rule.is_on(now));
+}
+
+/// A server that refuses for too many bytes would refuse the copies' originals, too.
+TEST(CopyRule, GivesWayToAServerThatSaysTooMuch) {
+  CopyRule rule;
+  for (const double t : {100.0, 101.0, 102.0}) rule.late(t);
+  EXPECT_TRUE(rule.is_on(102));
+  rule.refused(102);
+  EXPECT_FALSE(rule.is_on(102));
+  rule.late(110.5);
+  EXPECT_FALSE(rule.is_on(111.9));
+  EXPECT_TRUE(rule.is_on(112.1));
+}
+
+TEST(PacketsOnTheWay, AreTwoAndTheLostAreForgotten) {
+  PacketsOnTheWay way;
+  EXPECT_TRUE(way.has_room(0));
+  way.send(1, false, 0);
+  way.send(2, true, 0.01);
+  EXPECT_FALSE(way.has_room(0.02));
+  EXPECT_NEAR(way.age_s(0.02), 0.02, 1e-12);
+  EXPECT_TRUE(way.receive(2, 0.03).is_copy) << "its receipt stands for the one before";
+  EXPECT_EQ(way.age_s(0.03), 0);
+  way.send(3, false, 1);
+  way.send(4, false, 1);
+  EXPECT_TRUE(way.has_room(1.2)) << "four times the longest way is over";
+  EXPECT_EQ(way.take_lost(), 2);
+  EXPECT_EQ(way.take_lost(), 0);
+}
+
+}  // namespace
+}  // namespace tactus
