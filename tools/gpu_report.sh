@@ -16,7 +16,9 @@ benches=("$@")
 [ ${#benches[@]} -gt 0 ] || benches=(frame tissue fig20 fluid cut hull table2 table3 table4 table5)
 count=$(nvidia-smi -L 2>/dev/null | grep -c '^GPU')
 [ "$count" -gt 0 ] || { echo "no GPU here (nvidia-smi -L lists none)" >&2; exit 2; }
-model=$(nvidia-smi --query-gpu=name --format=csv,noheader | head -1 | awk '{print tolower($NF)}')
+# "NVIDIA H100 80GB HBM3" is h100, "NVIDIA GeForce RTX 4090" is rtx4090.
+model=$(nvidia-smi --query-gpu=name --format=csv,noheader | head -1 | tr '[:upper:]' '[:lower:]' |
+  sed -E 's/nvidia|geforce|tesla//g; s/ *([0-9]+ ?gb|pcie|sxm|hbm|nvl).*//; s/-.*//; s/ //g')
 
 failed=0
 "$bundle/run-tests.sh" --gtest_filter='*cuda*' >"$out/tests.log" 2>&1 || failed=1

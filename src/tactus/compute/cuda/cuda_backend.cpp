@@ -120,7 +120,8 @@ void note_slow_load(double seconds) {
   static std::atomic<bool> noted = false;
   if (seconds < 0.3 || noted.exchange(true)) return;
   log_info(
-      "the driver compiles this build's code for your GPU: this start takes some seconds more, later ones "
+      "the driver compiles this build's code for your GPU: this start takes some ten seconds more, later "
+      "ones "
       "don't");
 }
 
