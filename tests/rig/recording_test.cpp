@@ -75,6 +75,37 @@ void expect_same(const FrameSet& a, const FrameSet& b) {
     EXPECT_TRUE(same_bytes(a.depths_m[c].pixels, b.depths_m[c].pixels));
 }
 
+/// Whoever writes a recording may write any number: kernels would read far beyond their images.
+TEST_F(Recording, CamerasAndWorkspacesBeyondReasonAreRefused) {
+  const Rig rig = make_synthetic_rig(film().rig);
+  int files = 0;
+  const auto refusal = [&](const Rig& wrong) {
+    const std::string file = path(std::to_string(++files));
+    RecordingWriter(file, wrong, 30).finish();
+    return message_of([&] { RecordingReader reader(file); });
+  };
+  EXPECT_EQ(refusal(rig), "");
+  for (const double huge : {1e12, 1e38, 1e300}) {
+    Rig wrong = rig;
+    wrong.depth_cameras[0].fx_px = huge;
+    EXPECT_NE(refusal(wrong).find("focal length"), std::string::npos) << refusal(wrong);
+    wrong = rig;
+    wrong.cameras[1].T_cam_world.t.y = -huge;
+    EXPECT_NE(refusal(wrong).find("translation"), std::string::npos) << refusal(wrong);
+    wrong = rig;
+    wrong.cameras[2].cx_px = huge;
+    EXPECT_NE(refusal(wrong).find("principal point"), std::string::npos) << refusal(wrong);
+  }
+  for (const float huge : {1e7F, 1e38F}) {
+    Rig wrong = rig;
+    wrong.workspace_m.max.z = huge;
+    EXPECT_NE(refusal(wrong).find("workspace"), std::string::npos) << refusal(wrong);
+  }
+  Rig flat = rig;
+  flat.workspace_m.max.x = std::nextafter(flat.workspace_m.min.x, 1e3F);
+  EXPECT_NE(refusal(flat).find("workspace"), std::string::npos) << refusal(flat);
+}
+
 TEST_F(Recording, GivesTheSetsThatWereWritten) {
   const std::vector<FrameSet> sets = write(path("r"), 4);
   RecordingReader reader(path("r"));

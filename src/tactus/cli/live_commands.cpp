@@ -151,22 +151,23 @@ void run_client(const LiveFlags& flags) {
 void print_status(const nlohmann::json& status) {
   std::printf(
       "%lld sets, %lld complete, %lld not looked at; capture to release p50 %.1f ms, p99 %.1f ms; refused: "
-      "%lld keys, %lld strangers\n",
+      "%lld keys, %lld strangers; sockets started again: %lld\n",
       status["sets"].get<long long>(), status["complete_sets"].get<long long>(),
       status["unseen_sets"].get<long long>(), status["release_ms"]["p50"].get<double>(),
       status["release_ms"]["p99"].get<double>(), status["refused_keys"].get<long long>(),
-      status["refused_strangers"].get<long long>());
-  std::printf("%-12s %8s %8s %9s %9s %9s %8s %8s  %s\n", "camera", "per s", "kB/s", "skew ms", "drift ppm",
-              "coverage", "lost", "replaced", "refused");
+      status["refused_strangers"].get<long long>(), status["socket_restarts"].get<long long>());
+  std::printf("%-12s %8s %8s %9s %9s %9s %8s %8s %8s  %s\n", "camera", "per s", "kB/s", "skew ms",
+              "drift ppm", "coverage", "lost", "replaced", "copies", "refused");
   for (const nlohmann::json& c : status["cameras"]) {
     std::string refused;
     for (const auto& [reason, count] : c["refused"].items())
       refused += (refused.empty() ? "" : ", ") + reason + " " + std::to_string(count.get<long long>());
-    std::printf(
-        "%-12s %8.1f %8.1f %9.2f %9.1f %8.1f%% %8lld %8lld  %s%s\n", c["name"].get<std::string>().c_str(),
-        c["packets_per_s"].get<double>(), c["bytes_per_s"].get<double>() / 1e3, c["skew_ms"].get<double>(),
-        c["drift_ppm"].get<double>(), 100 * c["coverage"].get<double>(), c["lost"].get<long long>(),
-        c["replaced"].get<long long>(), refused.c_str(), c["present"].get<bool>() ? "" : "  not here");
+    std::printf("%-12s %8.1f %8.1f %9.2f %9.1f %8.1f%% %8lld %8lld %8lld  %s%s\n",
+                c["name"].get<std::string>().c_str(), c["packets_per_s"].get<double>(),
+                c["bytes_per_s"].get<double>() / 1e3, c["skew_ms"].get<double>(),
+                c["drift_ppm"].get<double>(), 100 * c["coverage"].get<double>(), c["lost"].get<long long>(),
+                c["replaced"].get<long long>(), c["copies"].get<long long>(), refused.c_str(),
+                c["present"].get<bool>() ? "" : "  not here");
   }
 }
 
@@ -203,9 +204,14 @@ void ask_status(const LiveFlags& flags, const std::string& json_path) {
   if (!text)
     throw Error("nobody answers at " + address +
                 ": is 'tactus run' or 'tactus serve' there, with the same keys?");
-  const nlohmann::json status = nlohmann::json::parse(*text);
-  if (json_path.empty()) return print_status(status);
-  write_json_file(json_path, status);
+  try {
+    const nlohmann::json status = nlohmann::json::parse(*text);
+    if (json_path.empty()) return print_status(status);
+    write_json_file(json_path, status);
+  } catch (const nlohmann::json::exception&) {
+    throw Error("what answers at " + address +
+                " sends no status that this version reads: is the server's another?");
+  }
 }
 
 void add_plain(CLI::App& command, LiveFlags& flags) {

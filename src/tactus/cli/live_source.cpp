@@ -53,6 +53,8 @@ LiveSource::LiveSource(const std::string& rig_file, const LiveOptions& options)
   server_ = std::make_unique<RigServer>(live_cameras(file_), file_.live, keys_of(file_.live, options.plain));
   log_info("cameras of '" + rig_file + "' are expected on " + server_->address() +
            (options.plain ? ", without keys" : ""));
+  if (is_every_interface(file_.live.address))
+    log_info("every network of this computer leads there: 'live.address' may name one of its addresses");
   if (!options.depth) file_.rig.depth_cameras.clear();
   if (options.colors) photos_.resize(file_.rig.cameras.size());
 }
@@ -64,6 +66,10 @@ NextFrame LiveSource::next(FrameSet& frame) {
   last_return_s_ = now_s();
   last_was_set_ = is_new;
   status_.clear();
+  if (const std::int64_t restarts = server_->socket_restarts(); restarts != told_restarts_) {
+    told_restarts_ = restarts;
+    status_ = "the process of the live sockets was started again; cameras connect again by themselves";
+  }
   if (!is_new) {
     if (first_tick_) ++told_tick_;
     frame.time_s = static_cast<double>(told_tick_) * period_s;
@@ -89,6 +95,7 @@ void LiveSource::take(FrameSet& frame) {
   frame.alphas.resize(options_.alphas ? cameras.size() : 0);
   frame.colors.resize(options_.colors ? cameras.size() : 0);
   frame.depths_m.resize(file_.rig.depth_cameras.size());
+  std::string missed;
   for (std::size_t c = 0; c < set_.images.size(); ++c) {
     CameraImages& images = set_.images[c];
     const bool in = set_.is_in[c];
@@ -108,9 +115,9 @@ void LiveSource::take(FrameSet& frame) {
       if (!in || images.photo_jpeg.empty() || !photos_[c].unpack(images, size_px, frame.colors[c]))
         frame.colors[c] = {};
     }
-    if (!in) status_ += (status_.empty() ? "camera '" : ", '") + cameras[c].name + "'";
+    if (!in) missed += (missed.empty() ? "camera '" : ", '") + cameras[c].name + "'";
   }
-  if (!status_.empty()) status_ += " missed a tick";
+  if (!missed.empty()) status_ += (status_.empty() ? "" : "; ") + missed + " missed a tick";
 }
 
 }  // namespace tactus

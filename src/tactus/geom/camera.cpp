@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/place_limits.h"
 
 namespace tactus {
 
@@ -21,11 +22,14 @@ void check_camera(const Camera& camera) {
          ", expected positive");
   }
   for (const double f : {camera.fx_px, camera.fy_px}) {
-    if (!(f > 0) || !std::isfinite(f))
-      fail("focal length " + std::to_string(f) + " px, expected a positive number");
+    if (!(f >= kLeastFocal_px && f <= kMostFocal_px))
+      fail("focal length " + number_text(f) + " px, expected " + number_text(kLeastFocal_px) + " to " +
+           number_text(kMostFocal_px));
   }
   for (const double c : {camera.cx_px, camera.cy_px, camera.skew_px}) {
-    if (!std::isfinite(c)) fail("principal point or skew is not a finite number");
+    if (!(std::abs(c) <= kMostFocal_px))
+      fail("principal point or skew of " + number_text(c) + " px, expected at most " +
+           number_text(kMostFocal_px));
   }
   const Mat3d& R = camera.T_cam_world.R;
   const Vec3d t = camera.T_cam_world.t;
@@ -37,7 +41,11 @@ void check_camera(const Camera& camera) {
     fail("its rotation is not a rotation (|R R^T - I| = " + std::to_string(worst) +
          ", det R = " + std::to_string(determinant(R)) + ")");
   }
-  if (!std::isfinite(t.x + t.y + t.z)) fail("translation is not finite");
+  for (const double c : {t.x, t.y, t.z}) {
+    if (!(std::abs(c) <= kMostPlace_m))
+      fail("translation of " + number_text(c) + " m, expected at most " + number_text(kMostPlace_m) +
+           " (is its unit right?)");
+  }
 }
 
 }  // namespace tactus

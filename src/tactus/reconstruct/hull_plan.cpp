@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/place_limits.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
 #include "tactus/reconstruct/view_count_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -57,6 +58,7 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
   check_room(options.max_active_bricks, ((std::int64_t{1} << 31) - 1) / kBrickRows, "max_active_bricks");
   check_room(options.max_vertices, kMostElements, "max_vertices");
   check_room(options.max_triangles, kMostElements, "max_triangles");
+  if (!is_workspace(options.workspace_m)) throw usage_error(std::string("workspace: ") + kWorkspaceRange);
   for (const Camera& camera : rig) check_camera(camera);
 }
 

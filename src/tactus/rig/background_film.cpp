@@ -39,7 +39,7 @@ LearntRoom learn_room(const std::string& film, bool median) {
     room.model.learn(photo.data);
     return room;
   }
-  if (!std::filesystem::is_regular_file(film)) throw Error(film + ": no such film" + suggest_file(film));
+  if (!is_file(film)) throw Error(film + ": no such film" + suggest_file(film));
   FilmReader video = open_film(film);
   FilmFrame frame;
   if (!video.read(frame)) throw Error(film + ": no frame of the film can be read");

@@ -1,14 +1,12 @@
 #include "tactus/rig/film_opening.h"
 
-#include <filesystem>
-
 #include "tactus/base/error.h"
 #include "tactus/rig/numbered_files.h"
 
 namespace tactus {
 
 FilmReader open_film(const std::string& file) {
-  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such video" + suggest_file(file));
+  if (!is_file(file)) throw Error(file + ": no such video" + suggest_file(file));
   try {
     return FilmReader(file);
   } catch (const Error& error) {

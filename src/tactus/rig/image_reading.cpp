@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
@@ -82,7 +81,7 @@ cv::Mat converted(Picture picture, ReadAs as) {
 }  // namespace
 
 cv::Mat read_image(const std::string& file, ReadAs as) {
-  if (!std::filesystem::is_regular_file(file)) throw Error(file + ": no such image" + suggest_file(file));
+  if (!is_file(file)) throw Error(file + ": no such image" + suggest_file(file));
   const std::string bytes = read_file(file, kMaxImageBytes, ReadFrom::regular_file);
   if (is_cut_short(bytes)) throw Error(file + ": the image is cut short");
   const std::optional<HeaderSize> size = size_in_header(bytes);

@@ -37,6 +37,15 @@ std::optional<int> number_in(std::string_view name, std::string_view head, std::
 
 }  // namespace
 
+bool is_file(const std::string& path) {
+  std::error_code failed;
+  return fs::is_regular_file(path, failed);
+}
+bool is_there(const std::string& path) {
+  std::error_code failed;
+  return fs::exists(path, failed);
+}
+
 std::string suggest_file(const std::string& path) {
   const fs::path wanted(path);
   const std::vector<std::string> names = names_in(wanted.parent_path());
@@ -73,7 +82,7 @@ std::vector<int> NumberedFiles::numbers() const {
   for (const std::string& name : names_in(folder)) {
     const std::optional<int> number = number_in(name, head, tail);
     if (!number) continue;
-    if (!fs::exists(file(*number))) {
+    if (!is_there(file(*number))) {
       other = name;
       continue;
     }

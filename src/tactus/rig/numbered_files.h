@@ -34,6 +34,11 @@ class NumberedFiles {
 FrameWindow window_of(const std::string& path, std::vector<int> numbers, std::optional<int> first,
                       std::optional<int> last);
 
+/// Whether a regular file, or anything at all, is there. False for what can't be looked at: a link that leads
+/// to itself, a folder without permission. (std::filesystem's own throw.)
+bool is_file(const std::string& path);
+bool is_there(const std::string& path);
+
 /// "; did you mean 'x'?" for the name in the path's folder that is nearest to the path's, or "".
 std::string suggest_file(const std::string& path);
 

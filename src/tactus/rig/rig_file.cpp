@@ -8,6 +8,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/geom/place_limits.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/rig/numbered_files.h"
 #include "tactus/rig/rig_keys.h"
@@ -105,6 +106,7 @@ void read_world(const YamlMapping& yaml, RigFile& file) {
   file.rig.workspace_m = {vec(box.numbers("min", 3)), vec(box.numbers("max", 3))};
   const Vec3f e = file.rig.workspace_m.extent();
   if (!(e.x > 0 && e.y > 0 && e.z > 0)) yaml.fail("workspace_m", "max must be above min on every axis");
+  if (!is_workspace(file.rig.workspace_m)) yaml.fail("workspace_m", kWorkspaceRange);
   if (yaml.has("frames")) {
     const auto range = yaml.numbers("frames", 2);
     if (range[0] < 0 || range[1] < range[0] || range[1] > 1e8) {
@@ -210,9 +212,9 @@ std::string find_data(const std::string& path, const std::string& beside) {
   const auto there = [](const fs::path& p) {
     const std::string text = p.string();
     const auto percent = text.find('%');
-    if (percent == std::string::npos) return fs::exists(p);
+    if (percent == std::string::npos) return is_there(p);
     const fs::path of_numbered = fs::path(text.substr(0, percent)).parent_path();
-    return of_numbered.empty() || fs::exists(of_numbered);
+    return of_numbered.empty() || is_there(of_numbered);
   };
   if (wanted.is_absolute()) {
     if (there(wanted)) return path;

@@ -163,6 +163,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   start_notices_ = overlaps_at_start(scene, bodies_, obstacle_descriptions(scene, assets));
+  if (is_filmed_) tell_of_far_bodies(scene, bodies_, hull_options(scene, rig).workspace_m, start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
   add_stages();

@@ -8,6 +8,7 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/body_cut.h"
+#include "tactus/sim/body_progress.h"
 #include "tactus/tissue/hybrid/deflection_match.h"
 
 namespace tactus {
@@ -106,6 +107,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.cuttable) make_cuttable(devices.context(0));
   if (body.contact) make_points();
+  tell_of_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()), " cubes: made");
 }
 
 std::string SoftBody::devices_text() const {

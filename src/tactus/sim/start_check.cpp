@@ -123,4 +123,20 @@ std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::u
   return notices;
 }
 
+void tell_of_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
+                        const Box3f& workspace_m, std::vector<Notice>& notices) {
+  const Vec3f e = workspace_m.extent();
+  const float longest_m = std::max({e.x, e.y, e.z});
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Box3f box = bounds(bodies[b]->shape().surface_m);
+    const Vec3f apart = max(max(box.min - workspace_m.max, workspace_m.min - box.max), Vec3f{});
+    if (!scene.bodies[b].contact || !(length(apart) > longest_m)) continue;
+    notices.push_back({"body.far", Severity::warning,
+                       "body '" + bodies[b]->name() + "' lies " +
+                           number_text(std::round(1e2 * static_cast<double>(length(apart))) / 1e2) +
+                           " m outside of the workspace, where cameras see nothing that could touch it",
+                       "check 'placement' and its unit, or the workspace"});
+  }
+}
+
 }  // namespace tactus

@@ -17,4 +17,9 @@ namespace tactus {
 std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
                                       std::span<const ObstacleDescription> obstacles);
 
+/// A warning for each body that lies farther outside of what cameras see than that is long: nothing real can
+/// touch it there. @param workspace_m what is reconstructed
+void tell_of_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
+                        const Box3f& workspace_m, std::vector<Notice>& notices);
+
 }  // namespace tactus

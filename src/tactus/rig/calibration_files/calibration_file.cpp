@@ -59,8 +59,9 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 Input load(const std::string& path) {
   Input input;
   input.path = path;
-  if (!fs::exists(path)) throw Error(path + ": no such calibration" + suggest_file(path));
-  input.is_folder = fs::is_directory(path);
+  if (!is_there(path)) throw Error(path + ": no such calibration" + suggest_file(path));
+  std::error_code failed;
+  input.is_folder = fs::is_directory(path, failed);
   if (input.is_folder) return input;
   input.text = read_file(path, kMaxCalibrationBytes, ReadFrom::regular_file);
   if (input.text.starts_with(kByteOrderMark)) input.text.erase(0, kByteOrderMark.size());
@@ -106,8 +107,7 @@ const Format& recognise(const Input& input, const CalibrationAnswers& answers) {
   std::string keys;
   if (const DataNode* tree = input.tree(); tree != nullptr && tree->is_map()) {
     for (std::size_t i = 0; i < std::min<std::size_t>(8, tree->children.size()); ++i)
-      keys += (keys.empty() ? "; its keys are '" : "', '") + tree->children[i].key;
-    if (!keys.empty()) keys += "'";
+      keys += (keys.empty() ? "; its keys are " : ", ") + excerpt(tree->children[i].key);
   }
   throw Error(input.path + ": no calibration of a known format (" + names + ")" + keys);
 }

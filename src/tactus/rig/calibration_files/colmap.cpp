@@ -1,4 +1,5 @@
 #include "tactus/rig/calibration_files/colmap.h"
+#include "tactus/rig/numbered_files.h"
 
 #include <cmath>
 #include <filesystem>
@@ -98,9 +99,7 @@ std::string colmap_folder(const Input& input, const char* extension) {
   const bool is_part = !input.is_folder && (path.filename() == cameras || path.filename() == images);
   if (!input.is_folder && !is_part) return "";
   const fs::path folder = input.is_folder ? path : path.parent_path();
-  return fs::is_regular_file(folder / cameras) || is_part
-             ? (folder.empty() ? std::string(".") : folder.string())
-             : "";
+  return is_file(folder / cameras) || is_part ? (folder.empty() ? std::string(".") : folder.string()) : "";
 }
 
 }  // namespace tactus::calibration

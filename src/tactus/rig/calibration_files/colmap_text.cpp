@@ -35,7 +35,7 @@ std::map<std::uint32_t, CalibratedCamera> read_lenses(const std::string& file) {
       throw Error(where + ": an image of " + std::to_string(size.x) + "x" + std::to_string(size.y) +
                   " pixels");
     const ColmapModel* model = colmap_model(name);
-    if (model == nullptr) throw Error(where + ": the camera model '" + name + "' is not known");
+    if (model == nullptr) throw Error(where + ": the camera model " + excerpt(name) + " is not known");
     std::vector<double> p(model->parameters);
     for (double& v : p) {
       if (!(in >> v))

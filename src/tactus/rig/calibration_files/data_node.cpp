@@ -9,6 +9,12 @@
 #include "tactus/rig/yaml_document.h"
 
 namespace tactus {
+
+std::string excerpt(std::string_view text) {
+  constexpr std::size_t kMost = 16;
+  return "'" + std::string(text.substr(0, kMost)) + (text.size() > kMost ? "..." : "") + "'";
+}
+
 namespace {
 
 /// "1.5", "1.", "+2", "1e-3"; NaN for anything else and for what isn't finite.
@@ -71,11 +77,11 @@ void convert(const nlohmann::json& from, DataNode& to) {
   }
 }
 
-/// What of a text stands in a message.
+/// What of a text stands in a message. A text that is all of a file is of no calibration: nothing of it.
 std::string shown(const DataNode& node) {
   if (node.kind == DataNode::Kind::list) return "a list";
   if (node.kind == DataNode::Kind::map) return "a mapping";
-  return "'" + node.text.substr(0, 40) + (node.text.size() > 40 ? "..." : "") + "'";
+  return node.path.empty() && node.key.empty() ? "a text" : excerpt(node.text);
 }
 
 void add_numbers(const DataNode& node, std::vector<double>& values) {
@@ -93,7 +99,7 @@ void add_numbers(const DataNode& node, std::vector<double>& values) {
       const std::string word = node.text.substr(begin, end - begin);
       values.push_back(parse_number(word));
       if (std::isnan(values.back()))
-        node.fail((word.empty() ? "nothing" : "'" + word.substr(0, 40) + "'") + ", expected a finite number");
+        node.fail((word.empty() ? "nothing" : excerpt(word)) + ", expected a finite number");
       begin = node.text.find_first_not_of(kSpace, end);
     }
   }

@@ -3,11 +3,16 @@
 /// (JSON has none) and key.
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tactus/base/vec.h"
 
 namespace tactus {
+
+/// What of a foreign file's text stands in a message: at most 16 letters. A rig file may name any file, and a
+/// message must not be a way to read it.
+std::string excerpt(std::string_view text);
 
 class DataNode {
  public:

@@ -5,6 +5,7 @@
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
 #include "tactus/rig/calibration_files/formats.h"
+#include "tactus/rig/numbered_files.h"
 
 namespace tactus::calibration {
 namespace {
@@ -17,7 +18,7 @@ std::string folder_of(const Input& input) {
 std::string in(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
 bool recognise(const Input& input) {
-  if (input.is_folder) return fs::is_regular_file(in(input.path, "intri.yml"));
+  if (input.is_folder) return is_file(in(input.path, "intri.yml"));
   if (!input.yaml || !input.yaml->has("names")) return false;
   const DataNode& names = input.yaml->at("names");
   return !names.children.empty() &&

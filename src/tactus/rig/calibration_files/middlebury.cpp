@@ -73,7 +73,7 @@ std::vector<MiddleburyCamera> read_middlebury_cameras(const std::string& text, c
   std::getline(in, line);
   int told = -1;
   if (std::sscanf(line.c_str(), "%d", &told) != 1 || told < 0)
-    throw Error(file + ":1: '" + line + "', expected the number of cameras");
+    throw Error(file + ":1: " + excerpt(line) + ", expected the number of cameras");
   std::vector<MiddleburyCamera> cameras;
   for (int number = 2; std::getline(in, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;

@@ -5,6 +5,7 @@
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
 #include "tactus/rig/calibration_files/formats.h"
+#include "tactus/rig/numbered_files.h"
 
 namespace tactus::calibration {
 namespace {
@@ -103,7 +104,7 @@ std::optional<Rigidd> stereo_pose(const DataNode& root) {
   if (at == std::string::npos) return {};
   beside.replace(at, 10, "extrinsics");
   const std::string file = fs::path(root.file).parent_path() / beside;
-  if (!fs::is_regular_file(file)) return {};
+  if (!is_file(file)) return {};
   const DataNode other = parse_yaml_data(read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
   return Rigidd{read_rotation(other.at("R")), read_vector(other.at("T"))};
 }

@@ -68,13 +68,14 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
   while (in >> word) {
     if (!is_number(word)) {
       if (filled > 0)
-        throw Error(input.path + ": '" + word + "' after " + std::to_string(filled) +
+        throw Error(input.path + ": " + excerpt(word) + " after " + std::to_string(filled) +
                     " numbers of a matrix, expected 12");
       name = word;
       continue;
     }
     P[filled] = std::strtod(word.c_str(), nullptr);
-    if (!std::isfinite(P[filled])) throw Error(input.path + ": '" + word + "', expected a finite number");
+    if (!std::isfinite(P[filled]))
+      throw Error(input.path + ": " + excerpt(word) + ", expected a finite number");
     if (++filled < 12) continue;
     filled = 0;
     FileCamera c;
@@ -91,7 +92,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
     throw Error(input.path +
                 ": the last line has no end; the file may be cut short (else end it with a newline)");
   if (!name.empty() && filled == 0)
-    throw Error(input.path + ": no matrix after '" + name + "'; the file is cut short");
+    throw Error(input.path + ": no matrix after " + excerpt(name) + "; the file is cut short");
   if (filled != 0)
     throw Error(input.path + ": the last matrix has " + std::to_string(filled) +
                 " numbers, expected 12; the file is cut short");

@@ -4,6 +4,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
+#include "tactus/geom/place_limits.h"
 #include "tactus/rig/wire/image_coder.h"
 
 namespace tactus {
@@ -83,6 +84,7 @@ Rig take_rig(ByteReader& from) {
     if (!std::isfinite(low) || !std::isfinite(high) || !(low < high))
       throw Error("its workspace is no box: " + number_text(low) + " to " + number_text(high) + " m");
   }
+  if (!is_workspace(rig.workspace_m)) throw Error(std::string("its workspace: ") + kWorkspaceRange);
   if (rig.slack_px < 0 || rig.slack_px > 1000)
     throw Error("its slack is " + std::to_string(rig.slack_px) + " px, expected 0 to 1000");
   rig.cameras = take_cameras(from);
