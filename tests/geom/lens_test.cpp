@@ -27,7 +27,11 @@ std::vector<Lens> lenses() {
           make_lens(LensModel::brown, std::vector{0.5, -0.3, 1e-3, -1e-3, 0.02, 0.8, -0.1, 0.01}),
           make_lens(LensModel::brown, std::vector{-0.2, 0.05, 1e-3, 1e-3, 0.0, 0.0, 0.0, 0.0, 1e-3, -2e-3,
                                                   2e-3, 1e-3, 0.01, -0.02}),
-          make_lens(LensModel::fisheye, std::vector{0.05, -0.01, 3e-3, -1e-3})};
+          make_lens(LensModel::fisheye, std::vector{0.05, -0.01, 3e-3, -1e-3}),
+          make_lens(LensModel::omni, std::vector{-0.05, 0.02, 1e-3, -5e-4, 1.2}),
+          make_lens(LensModel::eucm, std::vector{0.62, 1.1}),
+          make_lens(LensModel::double_sphere, std::vector{-0.21, 0.59}),
+          make_lens(LensModel::double_sphere, std::vector{0.3, 0.4})};
 }
 
 TEST(Lens, UndistortInvertsDistort) {
@@ -57,6 +61,41 @@ TEST(Lens, ModelsAreOpenCvs) {
     EXPECT_NEAR(seen.x, expected[i].x, 1e-15) << i;  // some roundings of numbers below 1
     EXPECT_NEAR(seen.y, expected[i].y, 1e-15) << i;
   }
+}
+
+/// The papers' own formulas, for points to 80 degrees off the axis, over focal lengths that lens.h scales to
+/// slope 1 on the axis; and back.
+TEST(Lens, SphereModelsAreThoseOfTheirPapers) {
+  const double xi = 1.2, alpha = 0.62, beta = 1.1, dxi = -0.21, dalpha = 0.59;
+  const Lens omni = make_lens(LensModel::omni, std::vector{0.0, 0.0, 0.0, 0.0, xi}),
+             eucm = make_lens(LensModel::eucm, std::vector{alpha, beta}),
+             sphere = make_lens(LensModel::double_sphere, std::vector{dxi, dalpha});
+  for (double degrees = 0; degrees <= 80; degrees += 5) {
+    for (const double turn : {0.3, 2.0}) {
+      const double a = degrees / 57.29577951308232;
+      const Vec3d p = 2.5 * Vec3d{std::sin(a) * std::cos(turn), std::sin(a) * std::sin(turn), std::cos(a)};
+      const double d = length(p), r2 = p.x * p.x + p.y * p.y;
+      const double w_omni = p.z + xi * d,
+                   w_eucm = alpha * std::sqrt(beta * r2 + p.z * p.z) + (1 - alpha) * p.z, w = dxi * d + p.z,
+                   w_sphere = dalpha * std::sqrt(r2 + w * w) + (1 - dalpha) * w;
+      const std::pair<const Lens*, double> all[] = {
+          {&omni, (1 + xi) / w_omni}, {&eucm, 1 / w_eucm}, {&sphere, (1 + dxi) / w_sphere}};
+      for (const auto& [lens, scale] : all) {
+        const Vec2d ideal{p.x / p.z, p.y / p.z}, seen = lens->distort(ideal);
+        // A few roundings of numbers below 6.
+        EXPECT_NEAR(seen.x, scale * p.x, 1e-14) << lens_name(lens->model) << " " << degrees;
+        EXPECT_NEAR(seen.y, scale * p.y, 1e-14) << lens_name(lens->model) << " " << degrees;
+        const auto back = lens->undistort(seen);
+        ASSERT_TRUE(back.has_value()) << lens_name(lens->model) << " " << degrees;
+        // The image is met to 1e-12, and at 80 degrees its slope is about 1/70.
+        EXPECT_NEAR(back->x, ideal.x, 1e-10) << lens_name(lens->model) << " " << degrees;
+        EXPECT_NEAR(back->y, ideal.y, 1e-10) << lens_name(lens->model) << " " << degrees;
+      }
+    }
+  }
+  // No picture within 84 degrees ends there.
+  EXPECT_TRUE(std::isinf(omni.limit()));
+  EXPECT_TRUE(std::isinf(eucm.limit()));
 }
 
 TEST(Lens, FoldsWhereTheRadiusStopsGrowing) {
@@ -107,6 +146,12 @@ TEST(Lens, WrongCoefficientsAreNamed) {
             "a lens 'brown' with 3 coefficients, expected 2, 4, 5, 8, 12 or 14 (k1 k2 p1 p2 k3 ...)");
   EXPECT_EQ(message_of([] { make_lens(LensModel::fisheye, std::vector(5, 0.0)); }),
             "a lens 'fisheye' with 5 coefficients, expected 4 (k1 k2 k3 k4)");
+  EXPECT_EQ(message_of([] { make_lens(LensModel::eucm, std::vector(4, 0.0)); }),
+            "a lens 'eucm' with 4 coefficients, expected 2 (alpha beta)");
+  EXPECT_EQ(message_of([] {
+              make_lens(LensModel::double_sphere, std::vector{-1.5, 0.5});
+            }),
+            "xi of the lens is -1.5, expected above -1");
   EXPECT_EQ(message_of([] {
               make_lens(LensModel::brown, std::vector{0.0, std::nan("")});
             }),

@@ -152,6 +152,75 @@ TEST_F(CalibrationFiles, WrittenFilesReadBack) {
   }
 }
 
+/// Lenses that project onto spheres have one format, and names with folders become files without.
+TEST_F(CalibrationFiles, SphereLensesAndFoldersInNames) {
+  const CalibrationData data = read_calibration_file(path("camchain_sphere.yaml"));
+  ASSERT_EQ(data.cameras.size(), 5U);
+  const std::string file = path("sphere_again.yaml");
+  write_calibration_file(file, "kalibr", data.cameras);
+  const CalibrationData back = read_calibration_file(file);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(back.cameras[i].calibrated.lens, data.cameras[i].calibrated.lens) << i;
+    EXPECT_NEAR(back.cameras[i].calibrated.camera.fx_px, data.cameras[i].calibrated.camera.fx_px, 1e-9);
+  }
+  for (const std::string format : {"opencv", "multical", "colmap", "pose2sim"})
+    EXPECT_NE(message_of([&] { write_calibration_file(path("sphere_" + format), format, data.cameras); },
+                         ErrorKind::usage)
+                  .find("files can't hold the lens 'omni' of camera 'cam0'; write kalibr"),
+              std::string::npos)
+        << format;
+  CalibrationAnswers metres;
+  metres.unit_m = 1;
+  std::vector<FileCamera> cameras = read_calibration_file(path("multical.json"), metres).cameras;
+  cameras.resize(2);
+  cameras[0].calibrated.camera.name = "images/left";
+  write_calibration_file(path("foldered"), "opencv", cameras);
+  EXPECT_EQ(read_calibration_file(path("foldered/images_left.yaml"), metres).cameras.size(), 1U);
+  cameras[1].calibrated.camera.name = "images_left";
+  EXPECT_NE(message_of([&] { write_calibration_file(path("foldered"), "opencv", cameras); }, ErrorKind::usage)
+                .find("another one is written to images_left.yaml already"),
+            std::string::npos);
+}
+
+TEST_F(CalibrationFiles, LensesWithoutPosesStayBesideTheOthers) {
+  CalibrationAnswers answers;
+  answers.unit_m = 1;
+  answers.image_size_px = Vec2i{1280, 720};
+  const CalibrationData data = read_calibration_file(path("easymocap"), answers);
+  ASSERT_EQ(data.cameras.size(), 9U);
+  EXPECT_TRUE(camera_of(data, "view3", "x").has_pose);
+  EXPECT_NE(message_of([&] { camera_of(data, "never_placed", "x"); }).find("has no pose"), std::string::npos);
+}
+
+/// Rotations of three decimals: off by up to 5e-4 an entry, so by up to 1.5e-3 rad in all, half that as a
+/// rule. Points 2.5 m away at 900 px then move by at most 1.5e-3 * 900 px, and the rows are orthonormal.
+TEST_F(CalibrationFiles, RotationsOfThreeDecimalsAreMadeRotations) {
+  CalibrationAnswers answers;
+  answers.unit_m = 1;
+  const CalibrationData exact = read_calibration_file(path("multical.json"), answers);
+  std::vector<FileCamera> rounded = exact.cameras;
+  const auto round_to = [&](double step) {
+    for (std::size_t c = 0; c < rounded.size(); ++c) {
+      for (int i = 0; i < 9; ++i)
+        rounded[c].calibrated.camera.T_cam_world.R(i / 3, i % 3) =
+            step * std::round(exact.cameras[c].calibrated.camera.T_cam_world.R(i / 3, i % 3) / step);
+    }
+    write_calibration_file(path("rounded.json"), "multical", rounded);
+    return read_calibration_file(path("rounded.json"), answers);
+  };
+  const CalibrationData read = round_to(1e-3);
+  for (std::size_t c = 0; c < read.cameras.size(); ++c) {
+    const Camera& camera = read.cameras[c].calibrated.camera;
+    const Mat3d off = camera.T_cam_world.R * transpose(camera.T_cam_world.R) - Mat3d::identity();
+    for (int i = 0; i < 9; ++i) EXPECT_NEAR(off(i / 3, i % 3), 0, 1e-12);
+    const Vec3d p{0.1, 0.4, -0.2};
+    const Pixel a = project(camera, p), b = project(exact.cameras[c].calibrated.camera, p);
+    EXPECT_NEAR(a.u_px, b.u_px, 1.4);
+    EXPECT_NEAR(a.v_px, b.v_px, 1.4);
+  }
+  EXPECT_NE(message_of([&] { round_to(1e-1); }).find("its rotation is not a rotation"), std::string::npos);
+}
+
 /// Editors of Windows begin UTF-8 with a mark, which is no part of the text.
 TEST_F(CalibrationFiles, ByteOrderMarkIsPassedOver) {
   for (const auto& [format, w] : one_of_each()) {
@@ -283,16 +352,22 @@ TEST_F(CalibrationFiles, NamesWhatItCanNotRead) {
     text.replace(text.find(from), from.size(), to);
     std::ofstream(folder() / "changed") << text;
     CalibrationAnswers answers;
-    if (file != "camchain.yaml" && file != "config.toml") answers.unit_m = 1;
+    if (!file.starts_with("camchain") && file != "config.toml" && file != "rig.xcp") answers.unit_m = 1;
     return message_of([&] { read_calibration_file(path("changed"), answers); });
   };
   const std::string at = path("changed");
-  EXPECT_TRUE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: omni")
-                  .starts_with(at + ":2: 'cam0.camera_model': 'omni', expected pinhole: "));
-  for (const std::string model : {"ds", "eucm"})
-    EXPECT_NE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: " + model)
-                  .find("'" + model + "', expected pinhole"),
-              std::string::npos);
+  EXPECT_TRUE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: fov")
+                  .starts_with(at + ":2: 'cam0.camera_model': 'fov', expected pinhole, omni, eucm or ds"));
+  EXPECT_NE(changed("camchain.yaml", "camera_model: pinhole", "camera_model: ds")
+                .find("'cam0.intrinsics': holds 4 numbers, expected 6"),
+            std::string::npos);
+  EXPECT_NE(changed("camchain_sphere.yaml", "[0.62, 1.1,", "[1.62, 1.1,")
+                .find("'cam2.intrinsics': alpha of the lens is 1.62, expected 0 to 1"),
+            std::string::npos);
+  EXPECT_NE(changed("rig.xcp", "-1.5e-08", "-0.15").find("its radial distortion is no lens"),
+            std::string::npos);
+  EXPECT_NE(changed("rig.xcp", "Vicon3Parameter", "Other").find("expected Vicon3Parameter and five numbers"),
+            std::string::npos);
   EXPECT_EQ(changed("camchain.yaml", "intrinsics:", "intrinsicz:"),
             at + ":1: 'cam0' has no 'intrinsics'; did you mean 'intrinsicz'?");
   EXPECT_NE(changed("config.toml", "0.0, 1.0", "0.0, nan")

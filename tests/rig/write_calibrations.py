@@ -78,6 +78,28 @@ class Camera:
             k = self.d
             s = th * (1 + k[0] * th ** 2 + k[1] * th ** 4 + k[2] * th ** 6 + k[3] * th ** 8) / r
             x, y = x * s, y * s
+        elif self.lens in ("omni", "eucm", "ds"):
+            return self.project_sphere(x * z, y * z, z)
+        fx, fy, cx, cy = self.K
+        return fx * x + cx, fy * y + cy
+
+    def project_sphere(self, x, y, z):
+        """Mei's unified model with radtan, the enhanced unified model, the double sphere: as their papers have them."""
+        d = math.sqrt(x * x + y * y + z * z)
+        if self.lens == "omni":  # onto the unit sphere, then from a point xi behind its centre
+            xi, k1, k2, p1, p2 = self.d
+            x, y = x / d / (z / d + xi), y / d / (z / d + xi)
+            r2 = x * x + y * y
+            s = 1 + k1 * r2 + k2 * r2 ** 2
+            x, y = x * s + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * s + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        elif self.lens == "eucm":
+            alpha, beta = self.d
+            w = alpha * math.sqrt(beta * (x * x + y * y) + z * z) + (1 - alpha) * z
+            x, y = x / w, y / w
+        else:
+            xi, alpha = self.d
+            w = alpha * math.sqrt(x * x + y * y + (xi * d + z) ** 2) + (1 - alpha) * (xi * d + z)
+            x, y = x / w, y / w
         fx, fy, cx, cy = self.K
         return fx * x + cx, fy * y + cy
 
@@ -166,14 +188,18 @@ def opencv():
     put("stereo/intrinsics.yml", "%YAML:1.0\n---\n" + cv_matrix("M1", 3, 3, flat(a.matrix())) + cv_matrix("D1", 1, 5, a.d)
         + cv_matrix("M2", 3, 3, flat(b.matrix())) + cv_matrix("D2", 1, 5, b.d))
     put("stereo/extrinsics.yml", "%YAML:1.0\n---\n" + cv_matrix("R", 3, 3, flat(R)) + cv_matrix("T", 3, 1, T))
-    for name, c in (("cam1", a), ("cam2", b)):
-        row("opencv", "stereo/intrinsics.yml", name, points_file("stereo", c, to_a), 1, "1280x720")
+    put("stereo_k.yml", "%YAML:1.0\n---\n" + cv_matrix("K1", 3, 3, flat(a.matrix())) + cv_matrix("D1", 1, 5, a.d)
+        + cv_matrix("K2", 3, 3, flat(b.matrix())) + cv_matrix("D2", 1, 5, b.d) + cv_matrix("R", 3, 3, flat(R)) + cv_matrix("T", 3, 1, T))
+    for path in ("stereo/intrinsics.yml", "stereo/extrinsics.yml", "stereo_k.yml"):
+        for name, c in (("cam1", a), ("cam2", b)):
+            row("opencv", path, name, points_file("stereo", c, to_a), 1, "1280x720")
 
 
 def easymocap():
     cams = rig("brown5")
     names = "names:\n" + "".join(f'  - "{c.name}"\n' for c in cams)
-    put("easymocap/intri.yml", "%YAML:1.0\n---\n" + names + "".join(
+    put("easymocap/intri.yml", "%YAML:1.0\n---\n" + names + '  - "never_placed"\n' + cv_matrix(
+        "K_never_placed", 3, 3, flat(cams[0].matrix())) + "".join(
         cv_matrix(f"K_{c.name}", 3, 3, flat(c.matrix())) + cv_matrix(f"dist_{c.name}", 1, 5, c.d) for c in cams))
     put("easymocap/extri.yml", "%YAML:1.0\n---\n" + names + "".join(
         cv_matrix(f"R_{c.name}", 3, 1, rodrigues(c.R)) + cv_matrix(f"Rot_{c.name}", 3, 3, flat(c.R))
@@ -210,6 +236,68 @@ def kalibr():
             text += "  T_cn_cnm1:\n" + "".join(f"  - {r + [t]}\n" for r, t in zip(R, T)) + "  - [0.0, 0.0, 0.0, 1.0]\n"
         row("kalibr", "camchain.yaml", f"cam{i}", points_file("kalibr", c, world))
     put("camchain.yaml", text)
+
+
+def sphere_lenses():
+    """Kalibr's omni, eucm and ds: projections of whole spheres."""
+    lenses = (("omni", "radtan", [1.2, -0.05, 0.02, 1e-3, -5e-4]), ("omni", "none", [0.8, 0, 0, 0, 0]),
+              ("eucm", "none", [0.62, 1.1]), ("ds", "none", [-0.21, 0.59]), ("ds", "none", [0.3, 0.4]))
+    cams = [c.with_lens(lens, d) for c, (lens, _, d) in zip(rig("none"), lenses)]
+    first, text = cams[0], ""
+    world = lambda p: [x + y for x, y in zip(apply(first.R, p), first.t)]
+    for i, (c, (lens, distortion, d)) in enumerate(zip(cams, lenses)):
+        c.name = f"sphere{i}"
+        own = d[:1] if lens == "omni" else d
+        text += (f"cam{i}:\n  camera_model: {lens}\n  distortion_coeffs: {d[1:] if distortion == 'radtan' else []}\n"
+                 f"  distortion_model: {distortion}\n  intrinsics: {own + c.K}\n  resolution: [1280, 720]\n")
+        if i:
+            R = mul(c.R, transposed(cams[i - 1].R))
+            T = [x - y for x, y in zip(c.t, apply(R, cams[i - 1].t))]
+            text += "  T_cn_cnm1:\n" + "".join(f"  - {r + [t]}\n" for r, t in zip(R, T)) + "  - [0.0, 0.0, 0.0, 1.0]\n"
+        row("kalibr", "camchain_sphere.yaml", f"cam{i}", points_file("sphere", c, world))
+    put("camchain_sphere.yaml", text)
+
+
+def splatting():
+    """cameras.json: camera to world, the principal point in the picture's middle; unit 0.5 m."""
+    cams, entries = rig("none"), []
+    for i, c in enumerate(cams):
+        c.K[2:] = [639.5, 359.5]
+        c.name = f"splat{i}"
+        entries.append({"id": i, "img_name": f"{c.name}.png", "width": 1280, "height": 720, "position": [2 * v for v in c.eye],
+                        "rotation": transposed(c.R), "fy": c.K[1], "fx": c.K[0]})
+        row("3dgs", "cameras.json", c.name, points_file("splat", c), 0.5)
+    put("cameras.json", "[ " + json.dumps(entries)[1:])
+
+
+def vicon():
+    """A pixel of the photo, moved by a polynomial of its distance from a centre, is the pinhole's."""
+    text = '<?xml version="1.0" encoding="UTF-8" standalone="no" ?>\n<Cameras NAME="" VERSION="1.0">\n'
+    for i, c in enumerate(rig("none")):
+        c.K[1] = c.K[0]
+        center, k = ([c.K[2] + 2, c.K[3] - 1], [1.2e-8, -1e-15, 1e-22]) if i % 2 else (c.K[2:], [-1.5e-8, 4e-15, 0.0])
+
+        def seen(p, project=c.project, center=center, k=k):
+            uv = project(p)
+            if uv is None:
+                return None
+            x, y = uv[0] - center[0], uv[1] - center[1]
+            far, r = math.hypot(x, y), math.hypot(x, y)
+            for _ in range(50):  # Newton
+                r -= (r * (1 + k[0] * r ** 2 + k[1] * r ** 4 + k[2] * r ** 6) - far) / (1 + 3 * k[0] * r ** 2 + 5 * k[1] * r ** 4 + 7 * k[2] * r ** 6)
+            return center[0] + x * r / far, center[1] + y * r / far
+
+        c.project = seen
+        c.name = f"vicon{i}"
+        w, x, y, z = quaternion(c.R)
+        lens = (f'VICON_RADIAL2="Vicon3Parameter {center[0]!r} {center[1]!r} {k[0]!r} {k[1]!r} {k[2]!r}"' if i % 2
+                else f'VICON_RADIAL="{k[0]!r} {k[1]!r}"')
+        text += (f'  <Camera DEVICEID="{c.name}" DISPLAY_TYPE="Vue" PIXEL_ASPECT_RATIO="1" SENSOR_SIZE="1280 720" SKEW="0" USERID="{i}">\n'
+                 f'    <KeyFrames>\n      <KeyFrame FOCAL_LENGTH="{c.K[0]!r}" FRAME="0" ORIENTATION="{x!r} {y!r} {z!r} {w!r}"'
+                 f' POSITION="{1000 * c.eye[0]!r} {1000 * c.eye[1]!r} {1000 * c.eye[2]!r}" PRINCIPAL_POINT="{c.K[2]!r} {c.K[3]!r}" {lens}/>\n'
+                 f"    </KeyFrames>\n  </Camera>\n")
+        row("vicon", "rig.xcp", c.name, points_file("vicon", c))
+    put("rig.xcp", text + '  <Camera DEVICEID="not_calibrated" SENSOR_SIZE="1280 720"><KeyFrames/></Camera>\n</Cameras>\n')
 
 
 def multical():
@@ -342,6 +430,6 @@ def matlab():
 
 
 os.makedirs(OUT, exist_ok=True)
-for write in (opencv, easymocap, mc_calib, kalibr, multical, colmap, toml, qualisys, nerfstudio, ros, pinholes, matlab):
+for write in (opencv, easymocap, mc_calib, kalibr, sphere_lenses, splatting, vicon, multical, colmap, toml, qualisys, nerfstudio, ros, pinholes, matlab):
     write()
 put("manifest.txt", "\n".join(manifest) + "\n")

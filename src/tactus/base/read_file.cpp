@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
@@ -27,6 +28,39 @@ class FileDescriptor {
  private:
   int fd_;
 };
+
+void put_utf8(std::uint32_t c, std::string& to) {
+  if (c < 0x80) {
+    to += static_cast<char>(c);
+    return;
+  }
+  const int more = c < 0x800 ? 1 : (c < 0x10000 ? 2 : 3);
+  constexpr std::uint32_t kLead[] = {0, 0xc0, 0xe0, 0xf0};
+  to += static_cast<char>(kLead[more] | c >> 6 * more);
+  for (int i = more - 1; i >= 0; --i) to += static_cast<char>(0x80 | (c >> 6 * i & 0x3f));
+}
+
+/// What stands behind the mark; halves of pairs that lack the other become U+FFFD.
+std::string utf8_of_utf16(std::string_view bytes, bool little) {
+  const auto unit = [&](std::size_t i) -> std::uint32_t {
+    const auto a = static_cast<std::uint8_t>(bytes[i]), b = static_cast<std::uint8_t>(bytes[i + 1]);
+    return little ? b << 8U | a : a << 8U | b;
+  };
+  std::string text;
+  text.reserve(bytes.size() / 2);
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    std::uint32_t c = unit(i);
+    const std::uint32_t next = i + 3 < bytes.size() ? unit(i + 2) : 0;
+    if (c >= 0xd800 && c < 0xdc00 && next >= 0xdc00 && next < 0xe000) {
+      c = 0x10000 + ((c - 0xd800) << 10U) + (next - 0xdc00);
+      i += 2;
+    } else if (c >= 0xd800 && c < 0xe000) {
+      c = 0xfffd;
+    }
+    put_utf8(c, text);
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -59,6 +93,14 @@ std::string read_file(const std::string& path, std::uint64_t max_bytes, ReadFrom
     bytes.append(block.data(), static_cast<std::size_t>(n));
     if (bytes.size() > max_bytes) fail("it does not end" + limit);
   }
+}
+
+std::string read_text(const std::string& path, std::uint64_t max_bytes, ReadFrom from) {
+  std::string text = read_file(path, max_bytes, from);
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  const bool little = text.starts_with("\xff\xfe");
+  if (little || text.starts_with("\xfe\xff")) return utf8_of_utf16(std::string_view(text).substr(2), little);
+  return text;
 }
 
 }  // namespace tactus

@@ -14,6 +14,10 @@ enum class ReadFrom : std::uint8_t {
 /// file where one is asked for, more than `max_bytes`.
 std::string read_file(const std::string& path, std::uint64_t max_bytes, ReadFrom from = ReadFrom::anything);
 
+/// A text file as UTF-8: the byte order mark that editors of Windows begin it with goes, and UTF-16 behind
+/// one is converted. Other bytes stay as they are. @throws Error as read_file.
+std::string read_text(const std::string& path, std::uint64_t max_bytes, ReadFrom from = ReadFrom::anything);
+
 /// Size limit of what people write by hand: scenes, rigs.
 constexpr std::uint64_t kMaxYamlBytes = std::uint64_t{1} << 20;
 /// Size limit of calibrations: OpenCV's programs write all corners of all pictures into them.

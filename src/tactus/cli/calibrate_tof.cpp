@@ -29,7 +29,7 @@ struct Plane {
 };
 
 std::vector<Plane> read_planes(const std::string& file) {
-  std::istringstream in(read_file(file, kMaxYamlBytes));
+  std::istringstream in(read_text(file, kMaxYamlBytes));
   std::vector<Plane> planes;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {

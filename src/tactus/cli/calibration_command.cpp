@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cstdio>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/cli/commands.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 
@@ -72,12 +74,24 @@ std::vector<FileCamera> read_all(std::span<const std::string> files, const Calib
   return cameras;
 }
 
+/// Lenses of cameras that were not placed, beside cameras that were.
+void leave_out_lenses(std::vector<FileCamera>& cameras) {
+  if (std::ranges::none_of(cameras, &FileCamera::has_pose)) return;
+  std::erase_if(cameras, [](const FileCamera& c) {
+    if (!c.has_pose)
+      log_warning("camera '" + c.calibrated.camera.name +
+                  "' is a lens without a pose and left out; opencv files hold it");
+    return !c.has_pose;
+  });
+}
+
 void convert(const CalibrationOptions& options) {
   if (options.files.size() < 2)
     throw usage_error("convert: expected IN OUT, the files to read and the one to write");
   check_written_format(options.to);
-  const std::vector<FileCamera> cameras =
+  std::vector<FileCamera> cameras =
       read_all(std::span(options.files).first(options.files.size() - 1), answers_of(options));
+  if (options.to != "opencv") leave_out_lenses(cameras);
   write_calibration_file(options.files.back(), options.to, cameras);
   print_cameras(cameras);
   std::printf("written: %s (%s, metres)\n", options.files.back().c_str(), options.to.c_str());

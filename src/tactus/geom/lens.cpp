@@ -33,10 +33,75 @@ Radial fisheye_radial(const std::array<double, 14>& k, double r) {
   return {value, by_theta / (1 + r * r)};
 }
 
+/// Brown of m = r / (1 + xi d): dm/dr = (1 + xi / d) / (1 + xi d)^2, as d^2 - r^2 = 1.
+Radial omni_radial(const std::array<double, 14>& k, double r) {
+  const double xi = k[4], d = std::sqrt(1 + r * r), below = 1 + xi * d;
+  const Radial at = brown_radial({k[0], k[1]}, r / below);
+  return {(1 + xi) * at.value, (1 + xi) * at.slope * (1 + xi / d) / (below * below)};
+}
+
+Radial eucm_radial(const std::array<double, 14>& k, double r) {
+  const double alpha = k[0], beta = k[1], d = std::sqrt(beta * r * r + 1), below = alpha * d + 1 - alpha;
+  return {r / below, (below - alpha * beta * r * r / d) / (below * below)};
+}
+
+Radial double_sphere_radial(const std::array<double, 14>& k, double r) {
+  const double xi = k[0], alpha = k[1], d = std::sqrt(1 + r * r), w = xi * d + 1,
+               e = std::sqrt(r * r + w * w);
+  const double below = alpha * e + (1 - alpha) * w;
+  const double w_r = xi * r / d, below_r = alpha * (r + w * w_r) / e + (1 - alpha) * w_r;
+  return {(1 + xi) * r / below, (1 + xi) * (below - r * below_r) / (below * below)};
+}
+
 Radial radial(const Lens& lens, double r) {
-  if (lens.model == LensModel::brown) return brown_radial(lens.k, r);
-  if (lens.model == LensModel::fisheye) return fisheye_radial(lens.k, r);
+  switch (lens.model) {
+    case LensModel::brown:
+      return brown_radial(lens.k, r);
+    case LensModel::fisheye:
+      return fisheye_radial(lens.k, r);
+    case LensModel::omni:
+      return omni_radial(lens.k, r);
+    case LensModel::eucm:
+      return eucm_radial(lens.k, r);
+    case LensModel::double_sphere:
+      return double_sphere_radial(lens.k, r);
+    case LensModel::none:
+      break;
+  }
   return {r, 1};
+}
+
+/// How many coefficients a model has, and their names; brown has several counts.
+struct ModelText {
+  const char* name;
+  std::size_t count;
+  const char* expected;
+};
+const ModelText& text_of(LensModel model) {
+  static constexpr ModelText kTexts[] = {{"none", 0, "none"},
+                                         {"brown", 0, "2, 4, 5, 8, 12 or 14 (k1 k2 p1 p2 k3 ...)"},
+                                         {"fisheye", 4, "4 (k1 k2 k3 k4)"},
+                                         {"omni", 5, "5 (k1 k2 p1 p2 xi)"},
+                                         {"eucm", 2, "2 (alpha beta)"},
+                                         {"double sphere", 2, "2 (xi alpha)"}};
+  return kTexts[static_cast<std::size_t>(model)];
+}
+
+/// Within these ranges points before the camera have pictures.
+void check_ranges(const Lens& lens) {
+  const auto expect = [](bool right, const char* name, double value, const char* range) {
+    if (!right)
+      throw Error(std::string(name) + " of the lens is " + number_text(value) + ", expected " + range);
+  };
+  if (lens.model == LensModel::omni) expect(lens.k[4] >= 0, "xi", lens.k[4], "0 or more");
+  if (lens.model == LensModel::eucm) {
+    expect(lens.k[0] >= 0 && lens.k[0] <= 1, "alpha", lens.k[0], "0 to 1");
+    expect(lens.k[1] > 0, "beta", lens.k[1], "above 0");
+  }
+  if (lens.model == LensModel::double_sphere) {
+    expect(lens.k[0] > -1, "xi", lens.k[0], "above -1");
+    expect(lens.k[1] >= 0 && lens.k[1] <= 1, "alpha", lens.k[1], "0 to 1");
+  }
 }
 
 }  // namespace
@@ -44,6 +109,9 @@ Radial radial(const Lens& lens, double r) {
 Vec2d Lens::distort(Vec2d ideal) const {
   if (model == LensModel::brown) lens_maths::distort_brown(k.data(), ideal.x, ideal.y);
   if (model == LensModel::fisheye) lens_maths::distort_fisheye(k.data(), ideal.x, ideal.y);
+  if (model == LensModel::omni) lens_maths::distort_omni(k.data(), ideal.x, ideal.y);
+  if (model == LensModel::eucm) lens_maths::distort_eucm(k.data(), ideal.x, ideal.y);
+  if (model == LensModel::double_sphere) lens_maths::distort_double_sphere(k.data(), ideal.x, ideal.y);
   return ideal;
 }
 
@@ -91,13 +159,11 @@ std::optional<Vec2d> Lens::undistort(Vec2d distorted) const {
 
 Lens make_lens(LensModel model, std::span<const double> coefficients) {
   const std::size_t n = coefficients.size();
-  const bool right = model == LensModel::none    ? n == 0
-                     : model == LensModel::brown ? n == 0 || std::ranges::count(kBrownCounts, n) > 0
-                                                 : n == 4;
+  const bool right = model == LensModel::brown ? n == 0 || std::ranges::count(kBrownCounts, n) > 0
+                                               : n == text_of(model).count;
   if (!right) {
     throw Error("a lens '" + lens_name(model) + "' with " + std::to_string(n) + " coefficients, expected " +
-                (model == LensModel::brown ? "2, 4, 5, 8, 12 or 14 (k1 k2 p1 p2 k3 ...)"
-                                           : (model == LensModel::fisheye ? "4 (k1 k2 k3 k4)" : "none")));
+                text_of(model).expected);
   }
   Lens lens;
   if (n == 0) return lens;
@@ -107,12 +173,13 @@ Lens make_lens(LensModel model, std::span<const double> coefficients) {
       throw Error("coefficient " + std::to_string(i + 1) + " of the lens is not a finite number");
     lens.k[i] = coefficients[i];
   }
+  check_ranges(lens);
   return lens;
 }
 
 std::vector<double> coefficients(const Lens& lens) {
-  if (lens.model == LensModel::none) return {};
-  if (lens.model == LensModel::fisheye) return {lens.k.begin(), lens.k.begin() + 4};
+  if (lens.model != LensModel::brown)
+    return {lens.k.begin(), lens.k.begin() + static_cast<std::ptrdiff_t>(text_of(lens.model).count)};
   std::size_t used = lens.k.size();
   while (used > 0 && lens.k[used - 1] == 0) --used;
   for (const std::size_t n : kBrownCounts) {
@@ -122,9 +189,7 @@ std::vector<double> coefficients(const Lens& lens) {
   return {lens.k.begin(), lens.k.end()};
 }
 
-std::string lens_name(LensModel model) {
-  return model == LensModel::none ? "none" : (model == LensModel::brown ? "brown" : "fisheye");
-}
+std::string lens_name(LensModel model) { return text_of(model).name; }
 
 namespace {
 

@@ -10,9 +10,9 @@
 
 namespace tactus {
 
-enum class LensModel : std::uint8_t { none, brown, fisheye };
+enum class LensModel : std::uint8_t { none, brown, fisheye, omni, eucm, double_sphere };
 
-/// Maps ideal image coordinates (x/z, y/z) to distorted ones, as OpenCV defines both models:
+/// Maps ideal image coordinates (x/z, y/z) to distorted ones. OpenCV defines the first two models:
 ///  brown: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tau_x tau_y, r^2 = x^2 + y^2 (Brown-Conrady; rational, thin
 ///  prism
 ///         and tilted sensor where given)
@@ -21,6 +21,14 @@ enum class LensModel : std::uint8_t { none, brown, fisheye };
 ///    y' likewise with p1 and p2 exchanged, s3 and s4; then turned by the sensor's tilt.
 ///  fisheye: k1 k2 k3 k4 (Kannala-Brandt), theta = atan r
 ///    (x', y') = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8) / r (x, y)
+/// Three project onto spheres or an ellipsoid. They are scaled to slope 1 on the axis, so the focal length of
+/// the camera is that of the picture's middle; with d = sqrt(1 + r^2):
+///  omni: k1 k2 p1 p2 xi (Mei, Rives 2007)
+///    (x', y') = (1 + xi) brown((x, y) / (1 + xi d))
+///  eucm: alpha beta (Khomutenko, Garcia, Martinet 2016)
+///    (x', y') = (x, y) / (alpha sqrt(beta r^2 + 1) + 1 - alpha)
+///  double_sphere: xi alpha (Usenko, Demmel, Cremers 2018), with w = xi d + 1
+///    (x', y') = (1 + xi) (x, y) / (alpha sqrt(r^2 + w^2) + (1 - alpha) w)
 struct Lens {
   LensModel model = LensModel::none;
   std::array<double, 14> k{};  ///< coefficients in the order above; what a model doesn't use is 0
@@ -35,11 +43,11 @@ struct Lens {
 };
 
 /// @throws Error naming model, count and what is possible: brown 0 (then none), 2, 4, 5, 8, 12 or 14; fisheye
-/// 4; or a coefficient that is not finite.
+/// 4; omni 5; eucm and double_sphere 2; or a coefficient that is not finite or out of its range.
 Lens make_lens(LensModel model, std::span<const double> coefficients);
-/// As many coefficients as say it all: brown 4, 5, 8, 12 or 14, fisheye 4, none 0.
+/// As many coefficients as say it all: brown 4, 5, 8, 12 or 14, the others as make_lens.
 std::vector<double> coefficients(const Lens& lens);
-/// "none", "brown", "fisheye"
+/// "none", "brown", "fisheye", "omni", "eucm", "double sphere"
 std::string lens_name(LensModel model);
 
 /// A camera as it was calibrated: `camera` without its lens, and the lens. `camera.width_px` and `height_px`

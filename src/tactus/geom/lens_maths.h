@@ -46,4 +46,34 @@ void distort_fisheye(const T* k, T& x, T& y) {
   y = y * scale;
 }
 
+template <class T>
+void distort_omni(const T* k, T& x, T& y) {
+  using std::sqrt;
+  const T scale = 1.0 / (1.0 + k[4] * sqrt(1.0 + x * x + y * y));
+  x = x * scale;
+  y = y * scale;
+  const T zero(0.0),
+      brown[14] = {k[0], k[1], k[2], k[3], zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
+  distort_brown(brown, x, y);
+  x = (1.0 + k[4]) * x;
+  y = (1.0 + k[4]) * y;
+}
+
+template <class T>
+void distort_eucm(const T* k, T& x, T& y) {
+  using std::sqrt;
+  const T scale = 1.0 / (k[0] * sqrt(k[1] * (x * x + y * y) + 1.0) + 1.0 - k[0]);
+  x = x * scale;
+  y = y * scale;
+}
+
+template <class T>
+void distort_double_sphere(const T* k, T& x, T& y) {
+  using std::sqrt;
+  const T r2 = x * x + y * y, w = k[0] * sqrt(1.0 + r2) + 1.0;
+  const T scale = (1.0 + k[0]) / (k[1] * sqrt(r2 + w * w) + (1.0 - k[1]) * w);
+  x = x * scale;
+  y = y * scale;
+}
+
 }  // namespace tactus::lens_maths

@@ -303,6 +303,6 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   return scene;
 }
 
-Scene read_scene(const std::string& path) { return parse_scene(read_file(path, kMaxYamlBytes), path); }
+Scene read_scene(const std::string& path) { return parse_scene(read_text(path, kMaxYamlBytes), path); }
 
 }  // namespace tactus

@@ -149,7 +149,7 @@ void write_depth_error(const std::string& file, const DepthErrorTable& t) {
 }
 
 DepthErrorTable read_depth_error(const std::string& file) {
-  const DataNode root = parse_json_data(read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
+  const DataNode root = parse_json_data(read_text(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
   const std::vector<double> size = root.at("image_size_px").numbers(2), nodes = root.at("nodes").numbers(3),
                             range = root.at("distance_m").numbers(2);
   for (const double n : nodes) {

@@ -204,7 +204,7 @@ KinectCalibration read_kinect_calibration(const std::string& file, Index color_w
                                           Index color_height_px) {
   if (!fs::exists(file)) throw Error(file + ": no such file");
   // The device ends its text with a zero byte, some tools keep it.
-  std::string text = read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file);
+  std::string text = read_text(file, kMaxCalibrationBytes, ReadFrom::regular_file);
   while (!text.empty() && text.back() == '\0') text.pop_back();
   check_foreign_text(text, TextSyntax::json, file);
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);

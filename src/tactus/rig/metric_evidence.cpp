@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <opencv2/core/persistence.hpp>
 #include <set>
+#include <sstream>
 #ifdef TACTUS_WITH_CALIB3D
 #include <opencv2/calib3d.hpp>
 #endif
 
 #include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
 #include "tactus/rig/calibrate/board.h"
 
 namespace tactus {
@@ -108,9 +109,9 @@ BoardPose pose_from_board(const CalibratedCamera&, const ClickedBoard&, const st
 #endif
 
 FrameSkew read_frame_skew(const std::string& file) {
-  std::ifstream in(file);
+  std::istringstream in(read_text(file, kMaxCalibrationBytes));
   std::string line;
-  if (!in || !std::getline(in, line)) throw Error(file + ": can't be read, or is empty");
+  if (!std::getline(in, line)) throw Error(file + ": the file is empty");
   const std::vector<std::string> header = cells_of(line);
   const auto column = [&](const std::string& name) {
     const auto at = std::find(header.begin(), header.end(), name);

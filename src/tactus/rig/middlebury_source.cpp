@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
@@ -50,7 +51,7 @@ class MiddleburySource final : public FrameSource {
     std::set<std::string> good;
     std::string word;
     if (const std::string list = file_ending(folder, "_good_silhouette_images.txt"); !list.empty()) {
-      std::ifstream in(list);
+      std::istringstream in(read_text(list, kMaxYamlBytes, ReadFrom::regular_file));
       while (in >> word) good.insert(word);
     }
     read_cameras(folder, par, good);
@@ -77,7 +78,7 @@ class MiddleburySource final : public FrameSource {
  private:
   void read_cameras(const std::string& folder, const std::string& par, const std::set<std::string>& good) {
     for (const MiddleburyCamera& from :
-         read_middlebury_cameras(read_file(par, kMaxYamlBytes, ReadFrom::regular_file), par)) {
+         read_middlebury_cameras(read_text(par, kMaxYamlBytes, ReadFrom::regular_file), par)) {
       const std::string& name = from.camera.name;
       if (good.empty() || good.contains(name)) add_camera(from.camera, folder + "/" + name, from.where);
     }

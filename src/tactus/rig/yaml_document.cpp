@@ -91,6 +91,6 @@ YAML::Node parse_yaml(const std::string& text, const std::string& file) {
   }
 }
 
-YAML::Node load_yaml(const std::string& file) { return parse_yaml(read_file(file, kMaxYamlBytes), file); }
+YAML::Node load_yaml(const std::string& file) { return parse_yaml(read_text(file, kMaxYamlBytes), file); }
 
 }  // namespace tactus

@@ -75,6 +75,9 @@ struct CornerResidual {
     T x = p[0] / p[2], y = p[1] / p[2];
     if (lens == LensModel::brown) lens_maths::distort_brown(K + 4, x, y);
     if (lens == LensModel::fisheye) lens_maths::distort_fisheye(K + 4, x, y);
+    if (lens == LensModel::omni) lens_maths::distort_omni(K + 4, x, y);
+    if (lens == LensModel::eucm) lens_maths::distort_eucm(K + 4, x, y);
+    if (lens == LensModel::double_sphere) lens_maths::distort_double_sphere(K + 4, x, y);
     residual[0] = K[0] * x + K[2] - px.x;
     residual[1] = (one_focal_length ? K[0] : K[1]) * y + K[3] - px.y;
     return true;

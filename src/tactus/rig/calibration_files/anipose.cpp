@@ -19,6 +19,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 }
 
 void write(const std::string& path, std::span<const FileCamera> cameras) {
+  refuse_sphere_lens("Pose2Sim", cameras);
   std::string text;
   for (const FileCamera& file : cameras) {
     const Camera& c = file.calibrated.camera;

@@ -1,10 +1,12 @@
 #include "tactus/rig/calibration_files/calibration_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/base/read_file.h"
 #include "tactus/media/film_reader.h"
 #include "tactus/rig/calibrate/board.h"
@@ -21,12 +23,12 @@ using calibration::Input;
 
 /// In the order in which content is looked at: what can be told with certainty comes first.
 const Format* const kFormats[] = {
-    &calibration::kColmapBinary,  &calibration::kColmapText, &calibration::kQualisys,
-    &calibration::kAzureKinect,   &calibration::kNerfstudio, &calibration::kMultical,
-    &calibration::kMatlab,        &calibration::kCaliscope,  &calibration::kAnipose,
-    &calibration::kKalibr,        &calibration::kMcCalib,    &calibration::kEasyMocap,
-    &calibration::kRosCameraInfo, &calibration::kOpenCv,     &calibration::kMiddlebury,
-    &calibration::kProjections,
+    &calibration::kColmapBinary, &calibration::kColmapText, &calibration::kQualisys,
+    &calibration::kVicon,        &calibration::kSplatting,  &calibration::kAzureKinect,
+    &calibration::kNerfstudio,   &calibration::kMultical,   &calibration::kMatlab,
+    &calibration::kCaliscope,    &calibration::kAnipose,    &calibration::kKalibr,
+    &calibration::kMcCalib,      &calibration::kEasyMocap,  &calibration::kRosCameraInfo,
+    &calibration::kOpenCv,       &calibration::kMiddlebury, &calibration::kProjections,
 };
 
 /// "[x]" alone on a line, or "key = value".
@@ -46,15 +48,19 @@ bool looks_like_toml(const std::string& text) {
   return false;
 }
 
+/// "{" or "[{", with any space between; TOML begins lists of tables with "[[".
+bool is_json(std::string_view start) {
+  if (start[0] == '{') return true;
+  const std::size_t second = start.find_first_not_of(" \t\r\n", 1);
+  return start[0] == '[' && second != start.npos && (start[second] == '{' || start[1] == '\n');
+}
+
 /// Two or more words on the first line, all numbers but perhaps the first: no YAML that anybody writes.
 bool looks_like_table(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \t\r\n");
   return begin != std::string::npos && text.find(':') == std::string::npos &&
          text.find('{') == std::string::npos;
 }
-
-/// UTF-8's, which editors of Windows and PowerShell write.
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 Input load(const std::string& path) {
   Input input;
@@ -63,8 +69,7 @@ Input load(const std::string& path) {
   std::error_code failed;
   input.is_folder = fs::is_directory(path, failed);
   if (input.is_folder) return input;
-  input.text = read_file(path, kMaxCalibrationBytes, ReadFrom::regular_file);
-  if (input.text.starts_with(kByteOrderMark)) input.text.erase(0, kByteOrderMark.size());
+  input.text = read_text(path, kMaxCalibrationBytes, ReadFrom::regular_file);
   while (!input.text.empty() && input.text.back() == '\0')
     input.text.pop_back();  // Azure Kinect ends with one
   const std::size_t first = input.text.find_first_not_of(" \t\r\n");
@@ -73,7 +78,7 @@ Input load(const std::string& path) {
   const std::string_view start = std::string_view(input.text).substr(first);
   if (start[0] == '<') {
     input.xml = parse_xml_data(input.text, path);
-  } else if (start[0] == '{' || start.starts_with("[{") || start.starts_with("[\n")) {
+  } else if (is_json(start)) {
     input.json = parse_json_data(input.text, path);
   } else if (looks_like_toml(input.text)) {
     input.toml = parse_toml_data(input.text, path);
@@ -81,6 +86,26 @@ Input load(const std::string& path) {
     input.yaml = parse_yaml_data(input.text, path);
   }
   return input;
+}
+
+/// Rotations of so few digits are taken for what they mean; what is further off is no rotation.
+constexpr double kRounded = 1e-2, kTold = 1e-3;
+
+/// The rotation that is nearest to a rounded one, by Newton's iteration of the polar decomposition, which
+/// squares the error. What is no rotation stays, and is refused later.
+void make_rotation(const std::string& path, Camera& camera, bool has_centers) {
+  Rigidd& T = camera.T_cam_world;
+  const Mat3d off = T.R * transpose(T.R) - Mat3d::identity();
+  double worst = 0;
+  for (const Vec3d& row : off.row)
+    worst = std::max(worst, std::abs(row.x) + std::abs(row.y) + std::abs(row.z));
+  if (!(worst < kRounded) || !(determinant(T.R) > 0) || worst < 1e-9) return;
+  const Vec3d center = -(inverse(T.R) * T.t);
+  for (int i = 0; i < 5; ++i) T.R = 0.5 * (T.R - (-1.0) * transpose(inverse(T.R)));
+  if (has_centers) T.t = -(T.R * center);
+  if (worst >= kTold)
+    log_warning(path + ": camera '" + camera.name + "': its rotation has few digits (|R R^T - I| = " +
+                number_text(worst) + "); the nearest rotation is taken");
 }
 
 std::vector<std::string> format_names() {
@@ -126,6 +151,7 @@ CalibrationData read_calibration_file(const std::string& path, const Calibration
     Camera& camera = c.calibrated.camera;
     if (!names.insert(camera.name).second)
       throw Error(path + ": camera '" + camera.name + "' stands there twice");
+    make_rotation(path, camera, format.has_centers);
     try {
       check_camera(camera);
     } catch (const Error& e) {

@@ -14,7 +14,7 @@ bool recognise(const Input& input) { return !colmap_folder(input, ".txt").empty(
 /// Calls body(line, "FILE:LINE") for every line that is no comment.
 template <class F>
 void for_lines(const std::string& file, F&& body) {
-  std::istringstream in(read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file));
+  std::istringstream in(read_text(file, kMaxCalibrationBytes, ReadFrom::regular_file));
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (!line.starts_with('#')) body(line, file + ":" + std::to_string(number));
@@ -99,6 +99,7 @@ std::string parameters(const FileCamera& file) {
 
 void write(const std::string& path, std::span<const FileCamera> cameras) {
   refuse_skew("COLMAP", cameras);
+  refuse_sphere_lens("COLMAP", cameras);
   std::string lenses = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n",
               images = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[]\n";
   for (std::size_t i = 0; i < cameras.size(); ++i) {

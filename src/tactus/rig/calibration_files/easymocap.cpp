@@ -1,6 +1,8 @@
 /// EasyMocap: intri.yml (names; K_n, dist_n) and extri.yml (R_n as a vector, Rot_n, T_n) in one folder. World
 /// to camera.
+#include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
@@ -26,13 +28,17 @@ bool recognise(const Input& input) {
 }
 
 DataNode load(const std::string& file) {
-  return parse_yaml_data(read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
+  return parse_yaml_data(read_text(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
 }
 
 std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
   const std::string folder = folder_of(input);
   const DataNode intri = load(in(folder, "intri.yml")), extri = load(in(folder, "extri.yml"));
   const double unit_m = asked_unit_m(input.path, "EasyMocap", answers);
+  std::set<std::string> placed;
+  if (const DataNode* names = extri.find("names")) {
+    for (const DataNode& entry : names->children) placed.insert(entry.text);
+  }
   std::vector<FileCamera> cameras;
   for (const DataNode& entry : intri.at("names").children) {
     const std::string name = entry.text;
@@ -46,10 +52,16 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
     set_intrinsics(camera, intri.at("K_" + name).matrix3(), intri.at("K_" + name));
     if (const DataNode* d = intri.find_any({"dist_" + name, "D_" + name}))
       c.calibrated.lens = read_unnamed_lens(*d, answers);
-    camera.T_cam_world.R = read_rotation(extri.at_any({"Rot_" + name, "R_" + name}));
-    camera.T_cam_world.t = unit_m * read_vector(extri.at("T_" + name));
+    // There may be lenses of cameras that were not placed.
+    c.has_pose = placed.contains(name) || extri.has("T_" + name);
+    if (c.has_pose) {
+      camera.T_cam_world.R = read_rotation(extri.at_any({"Rot_" + name, "R_" + name}));
+      camera.T_cam_world.t = unit_m * read_vector(extri.at("T_" + name));
+    }
     cameras.push_back(std::move(c));
   }
+  if (std::ranges::none_of(cameras, &FileCamera::has_pose))
+    throw Error(extri.file + ": no pose of a camera of intri.yml, expected Rot_NAME or R_NAME, and T_NAME");
   return cameras;
 }
 

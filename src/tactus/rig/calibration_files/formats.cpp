@@ -151,4 +151,13 @@ void refuse_skew(const char* format, std::span<const FileCamera> cameras) {
   }
 }
 
+void refuse_sphere_lens(const char* format, std::span<const FileCamera> cameras) {
+  for (const FileCamera& c : cameras) {
+    const LensModel model = c.calibrated.lens.model;
+    if (model == LensModel::none || model == LensModel::brown || model == LensModel::fisheye) continue;
+    throw usage_error(std::string(format) + " files can't hold the lens '" + lens_name(model) +
+                      "' of camera '" + c.calibrated.camera.name + "'; write kalibr");
+  }
+}
+
 }  // namespace tactus::calibration

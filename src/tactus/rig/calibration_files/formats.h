@@ -28,11 +28,14 @@ struct Format {
   bool (*recognise)(const Input&);
   std::vector<FileCamera> (*read)(const Input&, const CalibrationAnswers&);
   void (*write)(const std::string& path, std::span<const FileCamera>);  ///< nullptr: only read
+  /// The file holds the cameras' centres, so they stay where a rounded rotation is made one.
+  bool has_centers = false;
 };
 
 // One per file of this folder.
 extern const Format kAnipose, kAzureKinect, kCaliscope, kColmapBinary, kColmapText, kEasyMocap, kKalibr,
-    kMatlab, kMcCalib, kMiddlebury, kMultical, kNerfstudio, kOpenCv, kProjections, kQualisys, kRosCameraInfo;
+    kMatlab, kMcCalib, kMiddlebury, kMultical, kNerfstudio, kOpenCv, kProjections, kQualisys, kRosCameraInfo,
+    kSplatting, kVicon;
 
 /// Metres per unit: the answer. @throws usage Error that says what to give when there is none.
 double asked_unit_m(const std::string& file, const char* format, const CalibrationAnswers& answers);
@@ -55,7 +58,7 @@ Mat3d read_rotation(const DataNode& node);
 Vec3d read_vector(const DataNode& node);
 /// A 4x4 or 3x4 matrix, row by row. @throws Error at `node` when its last row is not 0 0 0 1.
 Rigidd read_rigid(const DataNode& node);
-/// Inverse of a pose with a rotation of rounded numbers: exact to the digits of the file.
+/// Inverse of a pose with a rotation of rounded numbers: the centre keeps the digits of the file.
 Rigidd inverse_pose(const Rigidd& pose);
 
 /// A camera-to-world pose whose camera looks along -z with +y up (OpenGL, Blender, Qualisys), as
@@ -74,5 +77,7 @@ std::string exact_list(std::span<const double> values);
 std::vector<double> row_major(const Mat3d& M);
 /// @throws usage Error when the camera has a skew, which the format can not say.
 void refuse_skew(const char* format, std::span<const FileCamera> cameras);
+/// @throws usage Error when the camera's lens is neither brown nor fisheye, which the format can not say.
+void refuse_sphere_lens(const char* format, std::span<const FileCamera> cameras);
 
 }  // namespace tactus::calibration

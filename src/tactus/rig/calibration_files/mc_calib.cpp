@@ -33,6 +33,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kMcCalib{"mc-calib", "MC-Calib calibrated_cameras_data.yml", "unit", recognise, read, nullptr};
+const Format kMcCalib{"mc-calib", "MC-Calib calibrated_cameras_data.yml", "unit", recognise, read, nullptr,
+                      true};
 
 }  // namespace tactus::calibration

@@ -56,6 +56,7 @@ nlohmann::json rows(const Mat3d& M) {
 }
 
 void write(const std::string& path, std::span<const FileCamera> cameras) {
+  refuse_sphere_lens("multical", cameras);
   nlohmann::json json;
   for (const FileCamera& file : cameras) {
     const Camera& c = file.calibrated.camera;

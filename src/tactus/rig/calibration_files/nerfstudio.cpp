@@ -65,6 +65,6 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kNerfstudio{"nerfstudio", "nerfstudio transforms.json", "unit", recognise, read, nullptr};
+const Format kNerfstudio{"nerfstudio", "nerfstudio transforms.json", "unit", recognise, read, nullptr, true};
 
 }  // namespace tactus::calibration

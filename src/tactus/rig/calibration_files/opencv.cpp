@@ -1,6 +1,8 @@
 /// OpenCV's FileStorage, XML or YAML, with the node names that people use: one camera a file, or a stereo
-/// pair (M1 D1 M2 D2 R T of stereo_calib; R and T may stand in extrinsics.yml beside it). World to camera.
+/// pair (M1 D1 M2 D2 R T of stereo_calib, or K1 D1 K2 D2 R T; R and T may stand in extrinsics.yml beside it).
+/// World to camera.
 #include <filesystem>
+#include <set>
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
@@ -34,6 +36,9 @@ const Names kDistortion{"DistortionCoeffs",
 const Names kRotation{"RotationValues", "R", "Rot", "rotation", "rotation_matrix", "rvec", "rotation_vector"};
 const Names kTranslation{"TranslationValues", "T", "t", "translation", "translation_vector", "tvec"};
 const Names kRigid{"Rt", "RT", "extrinsic", "extrinsics", "extrinsic_matrix"};
+/// Of a stereo pair, with 1 or 2 behind them.
+const Names kPairIntrinsics{"M", "K", "cameraMatrix", "camera_matrix", "CameraMatrix", "camera_matrix_"};
+const Names kPairDistortion{"D", "distCoeffs", "dist_coeffs", "distortion", "dist", "dist_coeffs_"};
 const Names kWidth{"image_width", "image_Width", "width"}, kHeight{"image_height", "image_Height", "height"};
 
 /// The node of the given name, else the usual ones. @throws Error naming what is missing.
@@ -96,27 +101,42 @@ FileCamera read_one(const DataNode& root, const CalibrationAnswers& answers) {
   return c;
 }
 
-/// R and T of a stereo pair: in the file, else in the one beside it that OpenCV's program writes.
-std::optional<Rigidd> stereo_pose(const DataNode& root) {
-  if (root.has("R") && root.has("T")) return Rigidd{read_rotation(root.at("R")), read_vector(root.at("T"))};
-  std::string beside = fs::path(root.file).filename();
-  const std::size_t at = beside.find("intrinsics");
-  if (at == std::string::npos) return {};
-  beside.replace(at, 10, "extrinsics");
-  const std::string file = fs::path(root.file).parent_path() / beside;
-  if (!is_file(file)) return {};
-  const DataNode other = parse_yaml_data(read_file(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
-  return Rigidd{read_rotation(other.at("R")), read_vector(other.at("T"))};
+Names numbered(const Names& names, const char* number) {
+  Names result;
+  for (const std::string& name : names) result.push_back(name + number);
+  return result;
 }
 
-std::vector<FileCamera> read_pair(const DataNode& root, const CalibrationAnswers& answers) {
-  std::optional<Rigidd> pose = stereo_pose(root);
+/// intrinsics.yml for extrinsics.yml and back, as OpenCV's program writes them side by side.
+std::optional<DataNode> beside(const DataNode& root, const char* own, const char* other) {
+  std::string name = fs::path(root.file).filename();
+  const std::size_t at = name.find(own);
+  if (at == std::string::npos) return {};
+  name.replace(at, std::string_view(own).size(), other);
+  const std::string file = fs::path(root.file).parent_path() / name;
+  if (!is_file(file)) return {};
+  return parse_yaml_data(read_text(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
+}
+
+bool is_pair(const DataNode& root) {
+  return root.find_any(numbered(kPairIntrinsics, "1")) != nullptr &&
+         root.find_any(numbered(kPairIntrinsics, "2")) != nullptr;
+}
+
+std::optional<Rigidd> stereo_pose(const DataNode& root) {
+  if (!root.has("R") || !root.has("T")) return {};
+  return Rigidd{read_rotation(root.at("R")), read_vector(root.at("T"))};
+}
+
+std::vector<FileCamera> read_pair(const DataNode& root, std::optional<Rigidd> pose,
+                                  const CalibrationAnswers& answers) {
   std::vector<FileCamera> cameras;
-  for (const std::string number : {"1", "2"}) {
+  for (const char* number : {"1", "2"}) {
     FileCamera c;
-    c.calibrated.camera.name = "cam" + number;
+    c.calibrated.camera.name = std::string("cam") + number;
     c.has_pose = pose.has_value();
-    read_camera(root.at("M" + number), root.find("D" + number), root, answers, c);
+    read_camera(root.at_any(numbered(kPairIntrinsics, number)),
+                root.find_any(numbered(kPairDistortion, number)), root, answers, c);
     cameras.push_back(c);
   }
   if (pose) {
@@ -124,6 +144,20 @@ std::vector<FileCamera> read_pair(const DataNode& root, const CalibrationAnswers
     cameras[1].calibrated.camera.T_cam_world = *pose;
   }
   return cameras;
+}
+
+/// R and T of a pair stand in the file, or in the one beside it.
+std::vector<FileCamera> read_either(const DataNode& root, const CalibrationAnswers& answers) {
+  if (is_pair(root)) {
+    if (const auto pose = stereo_pose(root)) return read_pair(root, pose, answers);
+    const std::optional<DataNode> other = beside(root, "intrinsics", "extrinsics");
+    return read_pair(root, other ? stereo_pose(*other) : std::nullopt, answers);
+  }
+  if (root.find_any(kIntrinsics) == nullptr && root.has("R") && root.has("T")) {
+    const std::optional<DataNode> other = beside(root, "extrinsics", "intrinsics");
+    if (other && is_pair(*other)) return read_pair(*other, stereo_pose(root), answers);
+  }
+  return {read_one(root, answers)};
 }
 
 const DataNode& tree_of(const Input& input) {
@@ -138,13 +172,11 @@ bool recognise(const Input& input) {
   const DataNode& root = tree_of(input);
   if (input.xml && input.xml->has("opencv_storage")) return true;
   if (input.text.starts_with("%YAML")) return true;
-  return root.find_any(kIntrinsics) != nullptr || root.has("M1");
+  return root.find_any(kIntrinsics) != nullptr || is_pair(root);
 }
 
 std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
-  const DataNode& root = tree_of(input);
-  if (root.has("M1") && root.has("M2")) return read_pair(root, answers);
-  return {read_one(root, answers)};
+  return read_either(tree_of(input), answers);
 }
 
 std::string matrix(const char* name, int rows, int columns, std::span<const double> values) {
@@ -171,12 +203,26 @@ std::string opencv_text(const FileCamera& c) {
 
 namespace {
 
+/// Names of other tools hold folders ("images/left"); a file of its own has none.
+std::string file_name(const std::string& camera) {
+  std::string name = camera;
+  for (char& c : name) c = c == '/' || c == '\\' ? '_' : c;
+  return name + ".yaml";
+}
+
 /// One camera: the file itself; several: a folder with one file each, named like the cameras.
 void write(const std::string& path, std::span<const FileCamera> cameras) {
+  refuse_sphere_lens("OpenCV", cameras);
   if (cameras.size() == 1 && fs::path(path).has_extension()) return write_text(path, opencv_text(cameras[0]));
   make_folder(path);
-  for (const FileCamera& c : cameras)
-    write_text(path + "/" + c.calibrated.camera.name + ".yaml", opencv_text(c));
+  std::set<std::string> names;
+  for (const FileCamera& c : cameras) {
+    const std::string name = file_name(c.calibrated.camera.name);
+    if (!names.insert(name).second)
+      throw usage_error("camera '" + c.calibrated.camera.name + "': another one is written to " + name +
+                        " already; write a format that keeps all cameras in one file, such as multical");
+    write_text(path + "/" + name, opencv_text(c));
+  }
 }
 
 }  // namespace
@@ -184,7 +230,7 @@ void write(const std::string& path, std::span<const FileCamera> cameras) {
 const Format kOpenCv{
     "opencv",
     "OpenCV XML or YAML: one camera (camera matrix, distortion, R, T under the usual names) or a stereo "
-    "pair M1 D1 M2 D2 R T",
+    "pair (M1 D1 M2 D2 R T or K1 D1 K2 D2 R T)",
     "unit, image size where it is not written",
     recognise,
     read,

@@ -55,6 +55,6 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kQualisys{"qualisys", "Qualisys .qca.txt (video cameras)", "", recognise, read, nullptr};
+const Format kQualisys{"qualisys", "Qualisys .qca.txt (video cameras)", "", recognise, read, nullptr, true};
 
 }  // namespace tactus::calibration
