@@ -116,7 +116,10 @@ struct FilmReader::State {
   }
 
   double fps() const {
-    const AVRational rate = av.av_guess_frame_rate(file, stream, nullptr);
+    // The guess may be the rate of the coding, which a film of variable rate never has.
+    const AVRational mean = stream->avg_frame_rate;
+    const AVRational rate =
+        mean.num > 0 && mean.den > 0 ? mean : av.av_guess_frame_rate(file, stream, nullptr);
     const double fps = rate.den == 0 ? 0 : av_q2d(rate);
     return std::isfinite(fps) && fps > 0 ? fps : 0;
   }
@@ -207,6 +210,7 @@ int FilmReader::frame_count() const {
 
 bool FilmReader::read(FilmFrame& frame) { return state_->decode() && state_->picture(frame); }
 bool FilmReader::skip() { return state_->decode(); }
+bool FilmReader::picture(FilmFrame& frame) { return state_->frames > 0 && state_->picture(frame); }
 double FilmReader::time_s() const { return state_->now_s; }
 
 }  // namespace tactus
@@ -234,6 +238,7 @@ double FilmReader::fps() const { return 0; }
 int FilmReader::frame_count() const { return 0; }
 bool FilmReader::read(FilmFrame&) { return false; }
 bool FilmReader::skip() { return false; }
+bool FilmReader::picture(FilmFrame&) { return false; }
 double FilmReader::time_s() const { return 0; }
 
 }  // namespace tactus

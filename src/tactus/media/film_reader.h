@@ -33,7 +33,7 @@ class FilmReader {
 
   int width_px() const;
   int height_px() const;
-  /// Mean, by the header; 0 where that says nothing.
+  /// Mean, by the header's frames and their times; 0 where that says nothing.
   double fps() const;
   /// By the header, which may promise more than a damaged file holds; 0 where it says nothing.
   int frame_count() const;
@@ -41,6 +41,8 @@ class FilmReader {
   bool read(FilmFrame& frame);
   /// Goes past a frame without making its picture.
   bool skip();
+  /// The picture of the frame that was read or skipped last. @returns false when it can't be made.
+  bool picture(FilmFrame& frame);
   /// Time of the last frame that was read or skipped [s], from that of the first.
   double time_s() const;
 

@@ -53,16 +53,33 @@ std::string suggest_file(const std::string& path) {
   return near.empty() ? "" : "; did you mean '" + near + "'?";
 }
 
+std::optional<NumberPlace> number_place(const std::string& path) {
+  if (path.find('%') == std::string::npos) return {};
+  std::error_code failed;
+  if (fs::exists(path, failed)) return {};
+  std::optional<NumberPlace> place;
+  bool is_first = true;
+  for (std::size_t at = path.find('%'); at != std::string::npos; at = path.find('%', at + 1)) {
+    const std::size_t end = path.find_first_not_of("0123456789", at + 1);
+    if (end == std::string::npos || path[end] != 'd' || end - at > 3) continue;
+    const fs::path folder = fs::path(path.substr(0, at) + "x").parent_path();
+    if (is_first || fs::is_directory(folder, failed)) place = NumberPlace{at, end + 1};
+    is_first = false;
+  }
+  return place;
+}
+
 NumberedFiles::NumberedFiles(std::string pattern) : pattern_(std::move(pattern)) {
-  const auto percent = pattern_.find('%');
-  if (percent == std::string::npos) return;
-  const auto end = pattern_.find_first_not_of("0123456789", percent + 1);
-  const bool plain = end != std::string::npos && pattern_[end] == 'd' && end - percent <= 3 &&
-                     pattern_.find('%', end) == std::string::npos;
-  if (!plain) throw usage_error(pattern_ + ": expected one %d or %04d in the pattern");
-  if (end > percent + 1) digits_ = std::stoul(pattern_.substr(percent + 1, end - percent - 1));
-  head_ = pattern_.substr(0, percent);
-  tail_ = pattern_.substr(end + 1);
+  const std::optional<NumberPlace> place = number_place(pattern_);
+  std::error_code failed;
+  if (!place && pattern_.find('%') != std::string::npos && !fs::exists(pattern_, failed))
+    throw usage_error(pattern_ + ": expected one %d or %04d in the pattern");
+  if (!place) return;
+  const std::string digits = pattern_.substr(place->begin + 1, place->end - place->begin - 2);
+  if (!digits.empty()) digits_ = std::stoul(digits);
+  head_ = pattern_.substr(0, place->begin);
+  tail_ = pattern_.substr(place->end);
+  if (number_place(tail_)) throw usage_error(pattern_ + ": expected one %d or %04d in the pattern");
   is_sequence_ = true;
 }
 

@@ -8,10 +8,18 @@
 
 namespace tactus {
 
+/// Where the number of a path stands: its %d or %0Nd.
+struct NumberPlace {
+  std::size_t begin = 0, end = 0;
+};
+/// Other '%' belong to names. A path that is there as it is written has no number. Of several conversions the
+/// last counts, if the folder before it is there.
+std::optional<NumberPlace> number_place(const std::string& path);
+
 /// A path with one %d or %0Nd in it, or without: then every number means the same file.
 class NumberedFiles {
  public:
-  /// @throws usage Error for another conversion than %d.
+  /// @throws usage Error for another conversion than %d, of a file that is not there.
   explicit NumberedFiles(std::string pattern);
   bool is_sequence() const { return is_sequence_; }
   const std::string& pattern() const { return pattern_; }

@@ -211,9 +211,10 @@ std::string find_data(const std::string& path, const std::string& beside) {
   const fs::path wanted(path);
   const auto there = [](const fs::path& p) {
     const std::string text = p.string();
-    const auto percent = text.find('%');
-    if (percent == std::string::npos) return is_there(p);
-    const fs::path of_numbered = fs::path(text.substr(0, percent)).parent_path();
+    const std::optional<NumberPlace> place = number_place(text);
+    const std::size_t percent = place ? place->begin : text.find('%');
+    if (is_there(p) || percent == std::string::npos) return is_there(p);
+    const fs::path of_numbered = fs::path(text.substr(0, percent) + "x").parent_path();
     return of_numbered.empty() || is_there(of_numbered);
   };
   if (wanted.is_absolute()) {
