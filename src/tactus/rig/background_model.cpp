@@ -10,6 +10,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/media/picture.h"
 #include "tactus/rig/background_edges.h"
+#include "tactus/rig/background_exposure.h"
 #include "tactus/rig/background_rows.h"
 #include "tactus/rig/image_reading.h"
 
@@ -34,8 +35,11 @@ struct BackgroundModel::State {
         photo_row(width, height),
         cleaner(width, height),
         near_subject(width, height),
-        core(width, height) {
+        core(width, height),
+        band(width, height),
+        exposure_fit(width, height) {
     for (auto& plane : room) plane.resize(pixels());
+    for (auto& plane : shown) plane.resize(pixels());
     for (auto& plane : fine) plane.resize(pixels());
     spread.assign(pixels(), 0);
     noise.assign(pixels(), 0);
@@ -56,13 +60,18 @@ struct BackgroundModel::State {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px);
   }
   void set_up_noise(const BackgroundOptions& o);
+  void set_up_exposure(const std::uint8_t* bgr);
+  /// The room as the camera shows it in the last photo.
+  const std::uint8_t* plane(std::size_t channel) const {
+    return is_as_learnt ? room[channel].data() : shown[channel].data();
+  }
   void subtract(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
   void subtract_by_opencv(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
   void clean(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask);
   PhotoOfRoom photo_of_room(const std::uint8_t* bgr) const {
-    return {bgr, {room[0].data(), room[1].data(), room[2].data()}, noise.data()};
+    return {bgr, {plane(0), plane(1), plane(2)}, noise.data()};
   }
-  void adapt(const std::uint8_t* bgr, const BitMask& mask, double adapt_s, double dt_s);
+  void adapt(const std::uint8_t* bgr, double adapt_s, double dt_s);
 
   Index width_px, height_px;
   std::vector<double> sum, sum2;
@@ -70,11 +79,15 @@ struct BackgroundModel::State {
   std::vector<std::vector<std::uint8_t>> photos;
   std::vector<std::uint8_t> room[3], spread, noise, nothing;  ///< as RoomRow
   std::vector<std::uint16_t> fine[3];                         ///< the room in 1/256 grey level
-  double noise_of = -1, spread_of = -1;
+  double noise_of = -1, spread_of = -1, noise_gain = 1;
+  Exposure exposure;
+  std::vector<std::uint8_t> shown[3];  ///< the room at that exposure
+  bool is_as_learnt = true;            ///< at the exposure of the empty room
   SmoothedRow photo_row;
   cv::Mat learnt;
   MaskCleaner cleaner;
-  BitMask near_subject, core;
+  BitMask near_subject, core, band;
+  ExposureFit exposure_fit;
   Index next_row = 0;
   bool was_learnt = false;
   cv::Ptr<cv::BackgroundSubtractor> other;
@@ -185,22 +198,42 @@ double BackgroundModel::mean_spread() const {
 
 /// The distance within which each pixel is background whatever its colour.
 void BackgroundModel::State::set_up_noise(const BackgroundOptions& o) {
-  if (noise_of == o.noise && spread_of == o.spread) return;
+  // A camera that amplifies its signal amplifies its noise; steps of 1/8 are enough.
+  double gain = 1;
+  for (const ColorExposure& e : exposure) gain = std::max(gain, std::round(8 * e.gain) / 8);
+  if (noise_of == o.noise && spread_of == o.spread && noise_gain == gain) return;
   noise_of = o.noise;
   spread_of = o.spread;
+  noise_gain = gain;
   for (std::size_t i = 0; i < pixels(); ++i) {
     noise[i] = static_cast<std::uint8_t>(
-        std::lround(clamp(std::max(o.noise, o.spread * spread[i] / kLevelsOfSpread), 0.0, 255.0)));
+        std::lround(clamp(gain * std::max(o.noise, o.spread * spread[i] / kLevelsOfSpread), 0.0, 255.0)));
     nothing[i] = static_cast<std::uint8_t>(noise[i] / std::numbers::sqrt3);
   }
 }
 
+/// The room as a camera of the photo's gain and offset shows it.
+void BackgroundModel::State::set_up_exposure(const std::uint8_t* bgr) {
+  exposure = exposure_fit.fit(bgr, {room[0].data(), room[1].data(), room[2].data()}, near_subject);
+  is_as_learnt = exposure == Exposure{};
+  if (is_as_learnt) return;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const int gain = static_cast<int>(std::lround(exposure[c].gain * 256));
+    const int offset = static_cast<int>(std::lround(exposure[c].offset * 256)) + 128;
+    const std::uint8_t* from = room[c].data();
+    std::uint8_t* to = shown[c].data();
+    const auto n = static_cast<std::ptrdiff_t>(pixels());
+#pragma omp simd
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+      const int level = (from[i] * gain + offset) >> 8;
+      to[i] = static_cast<std::uint8_t>(std::min(std::max(level, 0), 255));
+    }
+  }
+}
+
 /// Some rows follow the photo, with the step of an exponential of this time constant; not near the subject.
-void BackgroundModel::State::adapt(const std::uint8_t* bgr, const BitMask& mask, double adapt_s,
-                                   double dt_s) {
+void BackgroundModel::State::adapt(const std::uint8_t* bgr, double adapt_s, double dt_s) {
   if (!(adapt_s > 0) || !(dt_s > 0)) return;
-  near_subject.words = mask.words;
-  cleaner.dilate(near_subject, kKeptAway);
   const double share = 1 - std::exp(-dt_s * kAdaptedRows / adapt_s);
   const int weight = static_cast<int>(std::lround(clamp(share, 0.0, 1.0) * 65536));
   for (Index y = next_row; y < height_px; y += kAdaptedRows) {
@@ -209,7 +242,10 @@ void BackgroundModel::State::adapt(const std::uint8_t* bgr, const BitMask& mask,
       if (near_subject(x, y)) continue;
       const std::size_t i = row_begin(y) + static_cast<std::size_t>(x);
       for (std::size_t c = 0; c < 3; ++c) {
-        const int wanted = photo_row.plane(c)[x] * 256, is = fine[c][i];
+        const double seen = photo_row.plane(c)[x];
+        const int wanted =
+            static_cast<int>(std::lround(clamp(256 * exposure[c].room_of(seen), 0.0, 65280.0)));
+        const int is = fine[c][i];
         const int step = static_cast<int>((static_cast<std::int64_t>(wanted - is) * weight) / 65536);
         fine[c][i] = static_cast<std::uint16_t>(is + step);
         room[c][i] = static_cast<std::uint8_t>(std::min((fine[c][i] + 128) >> 8, 255));
@@ -220,9 +256,10 @@ void BackgroundModel::State::adapt(const std::uint8_t* bgr, const BitMask& mask,
 }
 
 void BackgroundModel::State::subtract(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask) {
+  if (o.method == BackgroundMethod::model) set_up_exposure(bgr);
   set_up_noise(o);
-  const Decision decision{static_cast<float>(o.chroma * o.chroma), static_cast<float>(o.darkest_shadow),
-                          static_cast<float>(o.brightest)};
+  const Decision decision{static_cast<float>(sqr(noise_gain * o.chroma)),
+                          static_cast<float>(o.darkest_shadow), static_cast<float>(o.brightest)};
   const double cosine = std::cos(o.key_degrees * std::numbers::pi / 180);
   std::uint32_t* bits = mask.words.data();
   for (Index y = 0; y < height_px; ++y, bits += mask.words_per_row()) {
@@ -232,10 +269,8 @@ void BackgroundModel::State::subtract(const std::uint8_t* bgr, const BackgroundO
       key_row(width_px, photo_row, o.key, static_cast<float>(cosine * cosine), bits);
     else
       decide_row(width_px, photo_row,
-                 {{room[0].data() + i, room[1].data() + i, room[2].data() + i},
-                  noise.data() + i,
-                  nothing.data() + i},
-                 decision, bits);
+                 {{plane(0) + i, plane(1) + i, plane(2) + i}, noise.data() + i, nothing.data() + i}, decision,
+                 bits);
   }
 }
 
@@ -280,7 +315,10 @@ void BackgroundModel::classify(const std::uint8_t* bgr, const BackgroundOptions&
   else
     s.subtract(bgr, o, mask);
   s.clean(bgr, o, mask);
-  if (!by_opencv) s.adapt(bgr, mask, o.adapt_s, dt_s);
+  if (by_opencv) return;
+  s.near_subject.words = mask.words;
+  s.cleaner.dilate(s.near_subject, kKeptAway);
+  s.adapt(bgr, o.adapt_s, dt_s);
 }
 
 void BackgroundModel::alpha(const std::uint8_t* bgr, const BackgroundOptions& o, const BitMask& mask,
@@ -289,13 +327,13 @@ void BackgroundModel::alpha(const std::uint8_t* bgr, const BackgroundOptions& o,
   if (alpha.width_px != s.width_px || alpha.height_px != s.height_px)
     alpha = AlphaImage(s.width_px, s.height_px);
   s.set_up_noise(o);
-  s.core.words = s.near_subject.words = mask.words;
+  s.core.words = s.band.words = mask.words;
   s.cleaner.erode(s.core, kEdge);
   if (o.method == BackgroundMethod::key)
-    s.near_subject.words = s.core.words;  // the room isn't known
+    s.band.words = s.core.words;  // the room isn't known
   else
-    s.cleaner.dilate(s.near_subject, kEdge);
-  edge_alpha(s.photo_of_room(bgr), s.core, s.near_subject, mask, alpha);
+    s.cleaner.dilate(s.band, kEdge);
+  edge_alpha(s.photo_of_room(bgr), s.core, s.band, mask, alpha);
 }
 
 BackgroundMethod background_method(const std::string& word) {

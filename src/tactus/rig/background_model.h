@@ -17,7 +17,8 @@ enum class BackgroundMethod : std::uint8_t {
 };
 
 /// A pixel is foreground when its colour is off the line black-background (chromaticity distortion) or its
-/// brightness ratio is not that of a shadow.
+/// brightness ratio is not that of a shadow. The background is the room at the gain and offset of the photo,
+/// which are fitted (background_exposure.h): cameras that adjust their exposure, and a sun that comes out.
 struct BackgroundOptions {
   BackgroundMethod method = BackgroundMethod::model;
   double chroma = 9;             ///< distance off the line [grey levels]
