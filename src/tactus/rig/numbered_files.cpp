@@ -55,8 +55,8 @@ std::string suggest_file(const std::string& path) {
 
 std::optional<NumberPlace> number_place(const std::string& path) {
   if (path.find('%') == std::string::npos) return {};
+  if (is_there(path)) return {};
   std::error_code failed;
-  if (fs::exists(path, failed)) return {};
   std::optional<NumberPlace> place;
   bool is_first = true;
   for (std::size_t at = path.find('%'); at != std::string::npos; at = path.find('%', at + 1)) {
@@ -71,8 +71,7 @@ std::optional<NumberPlace> number_place(const std::string& path) {
 
 NumberedFiles::NumberedFiles(std::string pattern) : pattern_(std::move(pattern)) {
   const std::optional<NumberPlace> place = number_place(pattern_);
-  std::error_code failed;
-  if (!place && pattern_.find('%') != std::string::npos && !fs::exists(pattern_, failed))
+  if (!place && pattern_.find('%') != std::string::npos && !is_there(pattern_))
     throw usage_error(pattern_ + ": expected one %d or %04d in the pattern");
   if (!place) return;
   const std::string digits = pattern_.substr(place->begin + 1, place->end - place->begin - 2);
