@@ -21,8 +21,8 @@ class ExposureFit {
  public:
   ExposureFit(Index width_px, Index height_px);
   /// The exposure of a photo, robustly: the mode of the ratios, then least squares with Tukey's biweight.
-  /// Changes of less than four grey levels everywhere are none. Where fewer than three in ten pixels agree, the
-  /// last answer stays. Allocates nothing.
+  /// Changes of less than four grey levels everywhere are none. Where fewer than three in ten pixels agree,
+  /// the last answer stays. Allocates nothing.
   /// @param bgr tightly packed @param room planes of blue, green, red
   /// @param subject where the subject was in the last photo; it is left out, unless that leaves little
   const Exposure& fit(const std::uint8_t* bgr, const std::uint8_t* const (&room)[3], const BitMask& subject);
