@@ -136,6 +136,16 @@ target_compile_options(tactus_warnings INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:$<$<BOOL:${TACTUS_WERROR}>:-Werror> -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict
     $<$<BOOL:${TACTUS_PCH}>:-Wno-stringop-overflow>>
   $<$<COMPILE_LANGUAGE:CUDA>:-Werror=cross-execution-space-call -Xcompiler=-Wall,-Wextra>)
+# What reads bytes of others (files, packets) is compiled with the compiler's and the C library's checks, and without names of this
+# folder: the same bits come from another one. Kernels are not: they read what was checked, and their bits and times stay as they are.
+add_library(tactus_hardened INTERFACE)
+if(NOT TACTUS_SANITIZE)
+  target_compile_options(tactus_hardened INTERFACE
+    "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-fstack-protector-strong;-fstack-clash-protection;-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=3;-ffile-prefix-map=${PROJECT_SOURCE_DIR}=.>")
+endif()
+# Programs: all addresses of libraries are found before main(), and can't be changed afterwards.
+add_link_options(-Wl,-z,relro,-z,now)
+
 # Only what is used: a test of kernels must not drag in every image codec of the machine.
 add_link_options(-Wl,--no-undefined -Wl,--as-needed)
 if(TACTUS_ARCH STREQUAL "x86-64-v3")

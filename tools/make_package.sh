@@ -2,7 +2,7 @@
 # tools/make_package.sh BUILD OUT: the program for people who don't compile, from a build of `tactus`:
 #   OUT/tactus_VERSION_ARCH.deb                  for this Debian; its libraries are packages it depends on
 #   OUT/tactus-VERSION-linux-MACHINE.tar.gz      for any Linux with this libc or a newer one; libraries and their licences inside
-# Both hold LICENSE, README, the documents, scenes, rigs, the man page, completions, and the benchmarks where they were built. OpenGL belongs to the machine: without it the
+# Both hold LICENSE, README, the list of parts (SPDX), the documents, scenes, rigs, the man page, completions, and the benchmarks where they were built. OpenGL belongs to the machine: without it the
 # program runs with --view none, and says so.
 set -euo pipefail
 build=$1 out=$2
@@ -23,7 +23,7 @@ if [ -x "$build/tactus-bench" ]; then programs+=("$build/tactus-bench"); fi
 share() {  # share FOLDER DOCUMENTS: what goes with the program
   mkdir -p "$1" "$2/docs"
   cp -r scenes rigs "$1/"
-  cp LICENSE README.md CHANGELOG.md CITATION.cff "$2/"
+  cp LICENSE README.md CHANGELOG.md CITATION.cff SECURITY.md "$2/"
   cp -r docs/*.md docs/images "$2/docs/"
 }
 
@@ -50,6 +50,7 @@ done
 for package in libcli11-dev nlohmann-json3-dev libtinygltf-dev; do
   if [ -e "/usr/share/doc/$package/copyright" ]; then cp "/usr/share/doc/$package/copyright" "$archive/licenses/$package"; fi
 done
+tools/make_sbom.py "${programs[@]}" >"$archive/tactus.spdx.json"
 wrong=$(env -i /usr/bin/ldd "$archive"/bin/* | grep '=>' | grep -v "=> $(realpath "$archive")/" | grep -vE "$from_the_host" || true)
 if [ -n "$wrong" ]; then
   echo "not found in the archive's own lib/:" && echo "$wrong"
@@ -66,6 +67,7 @@ if command -v dpkg-deb >/dev/null; then
   cp "$archive"/bin/* "$stage/usr/bin/"
   share "$stage/usr/share/tactus" "$stage/usr/share/doc/tactus"
   cp LICENSE "$stage/usr/share/doc/tactus/copyright"
+  cp "$archive/tactus.spdx.json" "$stage/usr/share/doc/tactus/"
   gzip -9nc "$build/help/tactus.1" >"$stage/usr/share/man/man1/tactus.1.gz"
   cp "$build/help/tactus.bash" "$stage/usr/share/bash-completion/completions/tactus"
   cp "$build/help/_tactus" "$stage/usr/share/zsh/vendor-completions/"
