@@ -10,6 +10,7 @@
 #include "tactus/geom/mask_cleaning.h"
 #include "tactus/geom/mask_metrics.h"
 #include "tactus/geom/rasterize.h"
+#include "tactus/reconstruct/frontier_points.h"
 #include "tactus/reconstruct/rig_doctor.h"
 #include "tactus/reconstruct/workspace_from_cones.h"
 
@@ -331,6 +332,23 @@ void HullCheck::find_bounds(Exam& exam) {
   }
 }
 
+/// Once, of a hull that nothing else is said of: focal lengths that are wrong alike leave a hull that fits.
+void HullCheck::find_focal_lengths(Exam& exam) {
+  if (focal_asked_ || !exam.found.empty() || exam.has_tools || exam.mesh.positions_m.empty()) return;
+  focal_asked_ = true;
+  std::vector<SeenView> views;
+  std::vector<Camera> cameras;
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    if (exam.given[c].words.empty() || exam.given[c].area_px() < kLeastPixels) continue;
+    views.push_back({cameras_[c], &exam.given[c]});
+    cameras.push_back(cameras_[c]);
+  }
+  if (views.size() < kDeterminedViews) return;
+  if (const std::optional<FocalFit> fit = better_focal_lengths(views))
+    exam.found.push_back(
+        {HullFault::focal_length, -1, false, fit->text(cameras) + "; `tactus doctor RIG` says more"});
+}
+
 /// Where the masks contradict the rig, one slip of all calibrations may explain it, as the doctor would.
 void HullCheck::name_cause(Exam& exam) const {
   for (HullFinding& finding : exam.found) {
@@ -344,6 +362,7 @@ void HullCheck::name_cause(Exam& exam) const {
 /// Notes whether the rig was ever right.
 std::vector<HullFinding> HullCheck::take(Exam& exam) {
   find_bounds(exam);
+  find_focal_lengths(exam);
   cause_asked_ |= !exam.found.empty();
   if (!any_fatal(exam.found)) was_well_ |= exam.quality.something_seen;
   return std::move(exam.found);

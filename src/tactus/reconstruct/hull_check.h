@@ -73,6 +73,7 @@ class HullCheck {
   void measure_exactly(Exam& exam) const;
   void measure_whole_masks(Exam& exam) const;
   void find_bounds(Exam& exam);
+  void find_focal_lengths(Exam& exam);
   void name_cause(Exam& exam) const;
   /// First word of a camera's tiles.
   std::size_t begin_of(std::size_t camera) const {
@@ -94,7 +95,7 @@ class HullCheck {
   };
   std::vector<Content> content_;
   bool something_seen_ = false, was_well_ = false;
-  bool has_depth_ = false, bounds_told_ = false, cause_asked_ = false;
+  bool has_depth_ = false, bounds_told_ = false, cause_asked_ = false, focal_asked_ = false;
   bool has_tools_ = false;                  ///< taken out of masks in this frame
   std::vector<std::uint32_t> taken_tiles_;  ///< that have a pixel of them
   std::vector<HullFinding> told_;

@@ -42,6 +42,7 @@ enum class HullFault : std::uint8_t {
   looks_elsewhere,   ///< one camera does not look at the workspace
   views_contradict,  ///< no view is odd, yet their masks are poorly covered
   body_seen_by_few,  ///< a separate piece that few cameras see
+  focal_length,      ///< frontier points fit with other focal lengths
   bounded_badly,     ///< one or two cameras, or all on one line of sight
 };
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/reconstruct/frontier_points.h"
 #include "tactus/reconstruct/hull_findings.h"
 #include "tactus/reconstruct/rig_examination.h"
 
@@ -19,6 +20,54 @@ bool Examination::cameras_stand_within() const {
             : 0U;
   }
   return 2 * within > used_.size();
+}
+
+/// What frontier points say of focal lengths. @param cured the cameras with what they name
+std::optional<DoctorFinding> Examination::focal_finding(std::vector<Camera>& cured) const {
+  cured = diagnosis_.cameras;
+  const std::optional<FocalFit> fit = better_focal_lengths(views());
+  if (!fit) return {};
+  std::vector<Camera> cameras;
+  for (std::size_t v = 0; v < used_.size(); ++v) {
+    Camera& camera = cured[used_[v]];
+    cameras.push_back(camera);
+    if (fit->view >= 0 && static_cast<std::size_t>(fit->view) != v) continue;
+    camera.fx_px *= fit->factor;
+    camera.fy_px *= fit->factor;
+    camera.skew_px *= fit->factor;
+  }
+  DoctorFinding finding{
+      fit->view < 0 ? -1 : static_cast<int>(used_[static_cast<std::size_t>(fit->view)]),
+      -1,
+      "focal length",
+      fit->text(cameras) + ": multiply fx and fy by " + number(fit->factor, "%.3f") + " (" +
+          number(2 * fit->deviation, "%.3f") +
+          " at 2 sigma), or calibrate the lens again with pictures of the film's size and zoom",
+      0,
+      0};
+  // Poses that are a little wrong may pass for a few percent.
+  constexpr double kFault = 0.08;
+  finding.is_fault = used_.size() >= kDeterminedViews && std::abs(fit->factor - 1) >= kFault;
+  return finding;
+}
+
+/// Recall forgives focal lengths that are wrong alike: the hull is smaller or larger, and looks the same.
+void Examination::check_focal_lengths() {
+  std::vector<Camera> cured;
+  const std::optional<DoctorFinding> finding = focal_finding(cured);
+  if (!finding) return;
+  if (finding->is_fault) diagnosis_.cameras = cured;
+  note(*finding);
+}
+
+bool Examination::cure_focal_lengths() {
+  std::vector<Camera> cured;
+  std::optional<DoctorFinding> finding = focal_finding(cured);
+  if (!finding || !agreement(views_of(cured, diagnosis_.masks), kFine).is_consistent(limits_)) return false;
+  diagnosis_.cameras = cured;
+  finding->is_fault = true;
+  note(*finding);
+  return true;
 }
 
 /// Worth a word: a hull that one or two cameras leave says nothing of the workspace.

@@ -83,8 +83,9 @@ class Examination {
     diagnosis_.recall_before = full(before);
     bool explained = before.is_consistent(limits_);
     if (explained) find_holes();
+    if (explained) check_focal_lengths();
     if (!explained && used_.size() >= 3)
-      explained = cure_all() || cure_some() || cure_all_and_some() || name_leaks();
+      explained = cure_all() || cure_some() || cure_all_and_some() || cure_focal_lengths() || name_leaks();
     const Agreement after = agreement(views(), kFine);
     diagnosis_.recall_after = full(after);
     for (DoctorFinding& f : diagnosis_.findings) {
@@ -159,6 +160,9 @@ class Examination {
   bool try_motion(std::size_t view, const SilhouetteConsistency& trusted);
   void name_mask(std::size_t view, const SilhouetteConsistency& trusted);
   bool name_leaks();
+  std::optional<DoctorFinding> focal_finding(std::vector<Camera>& cured) const;
+  void check_focal_lengths();
+  bool cure_focal_lengths();
   bool is_bounded_badly(const SilhouetteConsistency& hull);
   Camera slip(const RigHypothesis& h, const Camera& given) const;
   void check_workspace(const Agreement& after);
