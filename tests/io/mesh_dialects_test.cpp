@@ -160,6 +160,23 @@ TEST(MeshDialects, PlyTriangleStrips) {
   }
 }
 
+/// Case ply_tristrips: the second strip repeats two faces of a tetrahedron, whose edges would then have three
+/// triangles. Both sides of a sheet stay.
+TEST(MeshDialects, ply_tristrips) {
+  const TempFolder folder;
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+      "z\nelement "
+      "tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  const TriangleMesh solid = read_mesh(folder.write("a.ply", head + "11 0 2 1 3 0 2 -1 0 1 3 2\n"));
+  EXPECT_EQ(solid.triangles.size(), 4U);
+  EXPECT_TRUE(topology(solid).closed_manifold());
+  EXPECT_NEAR(volume_m3(solid), 1. / 6, 1e-7);
+  const TriangleMesh sheet =
+      read_mesh(folder.write("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\nf 2 3 1\n"));
+  EXPECT_EQ(sheet.triangles.size(), 2U);
+}
+
 TEST(MeshDialects, OffHeadersOfOtherPrograms) {
   const TempFolder folder;
   const PolygonMesh cube = triangle_cube({0, 0, 0}, 0.1);

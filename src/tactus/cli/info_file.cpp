@@ -1,10 +1,11 @@
 #include "tactus/cli/info_file.h"
 
-#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "tactus/geom/mesh_defects.h"
+#include "tactus/geom/point_box.h"
 #include "tactus/io/label_file.h"
 #include "tactus/io/mesh_file.h"
 
@@ -13,18 +14,8 @@ namespace {
 
 nlohmann::json to_json(Vec3d v) { return {v.x, v.y, v.z}; }
 
-struct Box {
-  Vec3d min{HUGE_VAL, HUGE_VAL, HUGE_VAL}, max{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  void add(Vec3d p) {
-    for (int k = 0; k < 3; ++k) {
-      min[k] = std::min(min[k], p[k]);
-      max[k] = std::max(max[k], p[k]);
-    }
-  }
-};
-
-void print_box(const char* name, const Box& box) {
-  const Vec3d size = box.max - box.min;
+void print_box(const char* name, const PointBox& box) {
+  const Vec3d size = box.extent();
   std::printf("%-12s (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m, size %.6g x %.6g x %.6g m\n", name,
               box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z, size.x, size.y, size.z);
 }
@@ -35,7 +26,7 @@ nlohmann::json print_mesh(const std::string& path, double unit_m) {
   const MeshTopology t = topology(mesh);
   const EdgeDefects edges = find_edge_defects(mesh);
   const SelfCrossings crossings = find_self_crossings(mesh);
-  Box box;
+  PointBox box;
   for (const Vec3f p : mesh.positions_m) box.add(vec_cast<double>(p) + imported.origin_m);
   const double volume = volume_m3(mesh), area = area_m2(mesh);
   std::printf("%-12s %zu vertices, %zu triangles\n", "mesh", mesh.positions_m.size(), mesh.triangles.size());
@@ -67,14 +58,14 @@ nlohmann::json print_mesh(const std::string& path, double unit_m) {
 }
 
 /// Voxels of one label.
-struct Label {
+struct LabelCount {
   std::int64_t voxels = 0;
   Vec3i min{1 << 30, 1 << 30, 1 << 30}, max{-1, -1, -1};
 };
 
 /// In the body's coordinates, around the voxels of the label.
-Box box_of(const LabelVolume& volume, const Label& label) {
-  Box box;
+PointBox box_of(const LabelVolume& volume, const LabelCount& label) {
+  PointBox box;
   for (int corner = 0; corner < 8; ++corner) {
     Vec3d p;
     for (int k = 0; k < 3; ++k)
@@ -88,12 +79,14 @@ Box box_of(const LabelVolume& volume, const Label& label) {
 nlohmann::json print_labels(const std::string& path) {
   const LabelVolume volume = read_label_volume(path);
   const Vec3d size = vec_cast<double>(volume.voxel_size_m);
-  std::array<Label, 256> labels;
+  std::map<int, LabelCount> labels;
   std::size_t i = 0;
   for (Index z = 0; z < volume.dims.z; ++z) {
     for (Index y = 0; y < volume.dims.y; ++y) {
       for (Index x = 0; x < volume.dims.x; ++x) {
-        Label& label = labels.at(volume.labels[i++]);
+        const int number = volume.labels[i++];
+        if (number == 0) continue;
+        LabelCount& label = labels[number];
         ++label.voxels;
         label.min = min(label.min, Vec3i{x, y, z});
         label.max = max(label.max, Vec3i{x, y, z});
@@ -103,14 +96,16 @@ nlohmann::json print_labels(const std::string& path) {
   std::printf("%-12s %d x %d x %d voxels of %.4g x %.4g x %.4g mm\n", "labels", volume.dims.x, volume.dims.y,
               volume.dims.z, 1e3 * size.x, 1e3 * size.y, 1e3 * size.z);
   nlohmann::json list = nlohmann::json::array();
-  for (std::size_t k = 1; k < labels.size(); ++k) {
-    if (labels[k].voxels == 0) continue;
-    const double volume_m3 = static_cast<double>(labels[k].voxels) * size.x * size.y * size.z;
-    const Box box = box_of(volume, labels[k]);
-    std::printf("\n%-12s %zu\n%-12s %.6g m^3 (%.6g l)\n", "label", k, "volume", volume_m3, 1e3 * volume_m3);
+  for (const auto& [number, label] : labels) {
+    const double volume_m3 = static_cast<double>(label.voxels) * size.x * size.y * size.z;
+    const PointBox box = box_of(volume, label);
+    std::printf("\n%-12s %d\n%-12s %.6g m^3 (%.6g l)\n", "label", number, "volume", volume_m3,
+                1e3 * volume_m3);
     print_box("bounds", box);
-    list.push_back(
-        {{"label", k}, {"volume_m3", volume_m3}, {"min_m", to_json(box.min)}, {"max_m", to_json(box.max)}});
+    list.push_back({{"label", number},
+                    {"volume_m3", volume_m3},
+                    {"min_m", to_json(box.min)},
+                    {"max_m", to_json(box.max)}});
   }
   return {{"kind", "labels"},
           {"dims", {volume.dims.x, volume.dims.y, volume.dims.z}},

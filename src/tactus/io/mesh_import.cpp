@@ -7,6 +7,8 @@
 #include <cstdio>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
+#include "tactus/geom/point_box.h"
 #include "tactus/geom/polygon_triangles.h"
 
 namespace tactus::mesh_reading {
@@ -88,18 +90,6 @@ void triangulate(const std::string& path, RawMesh& raw) {
   }
 }
 
-struct Box {
-  Vec3d min{HUGE_VAL, HUGE_VAL, HUGE_VAL}, max{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  void add(Vec3d p) {
-    for (int k = 0; k < 3; ++k) {
-      min[k] = std::min(min[k], p[k]);
-      max[k] = std::max(max[k], p[k]);
-    }
-  }
-  double size() const { return std::max({max.x - min.x, max.y - min.y, max.z - min.z}); }
-  Vec3d center() const { return min + 0.5 * (max - min); }
-};
-
 /// The vertices so far, by cells of four weld distances: a vertex looks into few, and few fit into one.
 class Welder {
  public:
@@ -148,6 +138,33 @@ class Welder {
   std::vector<Vec3d> places_;
 };
 
+/// The same corners in the same sense, the smallest first.
+std::array<Index, 3> turned(std::array<Index, 3> t) {
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
+/// Drops faces that stand there a second time: three triangles at an edge bound no solid. Faces that look the
+/// other way stay, as a sheet may have two sides. @returns how many went
+std::size_t drop_repeated(std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<Index> table(std::bit_ceil(2 * triangles.size() + 1), -1);
+  std::size_t kept = 0;
+  for (const std::array<Index, 3>& t : triangles) {
+    const std::array<Index, 3> key = turned(t);
+    std::uint64_t h = 0;
+    for (const Index v : key) h = (h ^ static_cast<std::uint64_t>(v)) * 0x9e3779b97f4a7c15ULL;
+    std::size_t slot = (h ^ (h >> 29)) & (table.size() - 1);
+    while (table[slot] >= 0 && turned(triangles[at(table[slot])]) != key)
+      slot = (slot + 1) & (table.size() - 1);
+    if (table[slot] >= 0) continue;
+    table[slot] = static_cast<Index>(kept);
+    triangles[kept++] = t;
+  }
+  const std::size_t dropped = triangles.size() - kept;
+  triangles.resize(kept);
+  return dropped;
+}
+
 }  // namespace
 
 ImportedMesh import_raw(const std::string& path, RawMesh&& raw, double unit_m) {
@@ -155,7 +172,7 @@ ImportedMesh import_raw(const std::string& path, RawMesh&& raw, double unit_m) {
   const std::vector<char> used = vertices_in_use(raw);
   check_positions(path, raw, used, unit_m);
   triangulate(path, raw);
-  Box box;
+  PointBox box;
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (used[i]) box.add(raw.positions[i]);
   }
@@ -184,6 +201,8 @@ ImportedMesh import_raw(const std::string& path, RawMesh&& raw, double unit_m) {
     const std::array<Index, 3> t = {target[at(a)], target[at(b)], target[at(c)]};
     if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles.push_back(t);
   }
+  if (const std::size_t repeated = drop_repeated(mesh.triangles); repeated > 0)
+    log_warning(path + ": " + std::to_string(repeated) + " faces stand there a second time and are left out");
   if (mesh.triangles.empty())
     throw Error(path + ": all its triangles are points or lines, expected a surface");
   return imported;
