@@ -1,21 +1,14 @@
 /// NRRD (.nrrd, .seg.nrrd, .nhdr), https://teem.sourceforge.net/nrrd/format.html.
 #include <algorithm>
-#include <map>
-#include <vector>
 
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
-#include "tactus/io/label_voxels.h"
+#include "tactus/io/label_header.h"
 
 namespace tactus {
 namespace {
 
-using Fields = std::map<std::string, std::string>;
-
-std::string trimmed(std::string_view s) {
-  const std::size_t b = s.find_first_not_of(" \t"), e = s.find_last_not_of(" \t");
-  return b == s.npos ? "" : std::string(s.substr(b, e - b + 1));
-}
+constexpr const char* kVectors = " \t(),";  ///< "(1,0,0) (0,1,0) (0,0,1)"
 
 std::string lower(std::string s) {
   std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -23,8 +16,8 @@ std::string lower(std::string s) {
 }
 
 /// Fields up to the empty line; in a detached header up to its end.
-Fields read_header(LabelBytes& file, const std::string& path) {
-  Fields fields;
+HeaderFields read_header(LabelBytes& file, const std::string& path) {
+  HeaderFields fields;
   std::string line;
   file.line(line);  // the magic
   while (file.line(line) && !line.empty()) {
@@ -40,28 +33,9 @@ Fields read_header(LabelBytes& file, const std::string& path) {
   return fields;
 }
 
-std::string field(const Fields& fields, const std::string& key) {
+std::string field(const HeaderFields& fields, const std::string& key) {
   const auto found = fields.find(key);
   return found == fields.end() ? "" : found->second;
-}
-
-std::vector<std::string> words_of(const std::string& text, const std::string& separators) {
-  std::vector<std::string> words;
-  for (std::size_t b = text.find_first_not_of(separators); b != text.npos;) {
-    const std::size_t e = std::min(text.find_first_of(separators, b), text.size());
-    words.push_back(text.substr(b, e - b));
-    b = text.find_first_not_of(separators, e);
-  }
-  return words;
-}
-
-/// So many numbers of a field.
-std::vector<double> numbers(const std::string& path, const std::string& key, const std::string& text,
-                            std::size_t count) {
-  std::vector<double> values;
-  for (const std::string& word : words_of(text, " \t(),")) values.push_back(header_number(path, key, word));
-  if (values.size() != count) refuse_field(path, key, text, std::to_string(count) + " numbers");
-  return values;
 }
 
 VoxelType type_of(const std::string& path, const std::string& name) {
@@ -103,9 +77,7 @@ VoxelType type_of(const std::string& path, const std::string& name) {
                                                           {"long long int", VoxelType::i64},
                                                           {"float", VoxelType::f32},
                                                           {"double", VoxelType::f64}};
-  const auto found = kTypes.find(name);
-  if (found == kTypes.end()) refuse_field(path, "type", name, "whole or real numbers, such as uchar");
-  return found->second;
+  return voxel_type(path, "type", name, kTypes, "uchar");
 }
 
 /// Which way the axes of the file's space point, seen from right, front and head.
@@ -126,19 +98,20 @@ double unit_mm(const std::string& path, const std::string& units) {
   refuse_field(path, "space units", units, "\"mm\"");
 }
 
-void place(const std::string& path, const Fields& fields, VoxelLayout& layout) {
+void place(const std::string& path, const HeaderFields& fields, VoxelLayout& layout) {
   const std::string directions = field(fields, "spacedirections");
   if (directions.empty()) {
     if (field(fields, "spacings").empty())
       throw Error(path + ": the header lacks 'space directions' and 'spacings', so its voxels have no size");
-    const std::vector<double> size = numbers(path, "spacings", field(fields, "spacings"), 3);
+    const std::vector<double> size = header_numbers(path, "spacings", field(fields, "spacings"), 3);
     return layout.place_at_corner({size[0], size[1], size[2]});
   }
   const double unit = unit_mm(path, field(fields, "spaceunits"));
   const Vec3d sign = signs_of_space(path, field(fields, "space"));
-  const std::vector<double> d = numbers(path, "space directions", directions, 9);
+  const std::vector<double> d = header_numbers(path, "space directions", directions, 9, kVectors);
   const std::string origin = field(fields, "spaceorigin");
-  const std::vector<double> o = numbers(path, "space origin", origin.empty() ? "0 0 0" : origin, 3);
+  const std::vector<double> o =
+      header_numbers(path, "space origin", origin.empty() ? "0 0 0" : origin, 3, kVectors);
   for (int j = 0; j < 3; ++j) {
     for (int k = 0; k < 3; ++k)
       layout.step_mm[k][j] = unit * sign[j] * d[static_cast<std::size_t>(3 * k + j)];
@@ -146,31 +119,17 @@ void place(const std::string& path, const Fields& fields, VoxelLayout& layout) {
   }
 }
 
-std::uint64_t skipped(const std::string& path, const Fields& fields, const std::string& key) {
-  const std::string word = field(fields, key);
-  if (word.empty()) return 0;
-  const std::int64_t n = header_integer(path, key, word);
-  if (n < 0 || n > 1000000000) refuse_field(path, key, word, "0 to 1e9");
-  return static_cast<std::uint64_t>(n);
-}
-
 }  // namespace
 
 LabelVolume read_nrrd(const std::string& path) {
   LabelBytes header(path);
-  const Fields fields = read_header(header, path);
+  const HeaderFields fields = read_header(header, path);
   const std::string dimension = field(fields, "dimension");
   if (dimension != "3")
     refuse_field(path, "dimension", dimension,
                  "3; where segments overlap, 3D Slicer writes a list of volumes: export them as a label map");
   VoxelLayout layout;
-  const std::vector<double> sizes = numbers(path, "sizes", field(fields, "sizes"), 3);
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (!(sizes[k] >= 1 && sizes[k] <= 1e9))
-      refuse_field(path, "sizes", field(fields, "sizes"), "numbers from 1 on");
-    layout.dims[k] = static_cast<std::int64_t>(sizes[k]);
-  }
-  check_voxel_count(path, layout);
+  read_sizes(path, "sizes", field(fields, "sizes"), layout);
   layout.type = type_of(path, field(fields, "type"));
   const std::string endian = field(fields, "endian");
   if (!endian.empty() && endian != "little" && endian != "big")
@@ -182,13 +141,14 @@ LabelVolume read_nrrd(const std::string& path) {
   if (!packed && encoding != "raw") refuse_field(path, "encoding", encoding, "raw or gzip");
   const std::string data_file = field(fields, "datafile");
   std::unique_ptr<LabelBytes> apart;
-  if (!data_file.empty())
-    apart = std::make_unique<LabelBytes>(named_data_file(path, data_file), LabelBytes::Packing::none);
+  if (!data_file.empty()) apart = data_apart(path, data_file);
   LabelBytes& bytes = apart ? *apart : header;
   std::string line;
-  for (std::uint64_t n = skipped(path, fields, "lineskip"); n > 0 && bytes.line(line); --n) continue;
+  for (std::uint64_t n = header_skip(path, "lineskip", field(fields, "lineskip")); n > 0 && bytes.line(line);
+       --n)
+    continue;
   if (packed) bytes.unpack();
-  bytes.skip(skipped(path, fields, "byteskip"));
+  bytes.skip(header_skip(path, "byteskip", field(fields, "byteskip")));
   return read_voxels(path, bytes, layout);
 }
 
