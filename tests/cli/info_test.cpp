@@ -62,9 +62,10 @@ TEST_F(InfoFile, Labels) {
   EXPECT_EQ(json["kind"], "labels");
   ASSERT_EQ(json["labels"].size(), 2U);
   EXPECT_EQ(json["labels"][0]["label"], 117);
-  EXPECT_NEAR(json["labels"][0]["volume_m3"].get<double>(), 8e-9, 1e-15);
+  // Sizes of voxels are floats: three relative errors of 6e-8.
+  EXPECT_NEAR(json["labels"][0]["volume_m3"].get<double>(), 8e-9, 2e-15);
   EXPECT_EQ(json["labels"][1]["label"], 200);
-  EXPECT_NEAR(json["labels"][1]["volume_m3"].get<double>(), 64e-9, 1e-14);
+  EXPECT_NEAR(json["labels"][1]["volume_m3"].get<double>(), 64e-9, 2e-14);
   // Voxels 2 and 3 reach from 1 mm before the centre of the third to 1 mm behind that of the fourth.
   const double low_m[] = {0.013, 0.023, 0.033}, high_m[] = {0.017, 0.027, 0.037};
   for (std::size_t k = 0; k < 3; ++k) {
