@@ -1,5 +1,6 @@
 #include "tactus/rig/calibrate/board.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -18,28 +19,64 @@ namespace tactus {
 namespace {
 
 #ifdef TACTUS_WITH_CALIB3D
+/// Brightness of the square whose first corner is `i`.
+int square_of(const cv::Mat& grey, const std::vector<cv::Point2f>& corners, std::size_t i,
+              std::size_t columns) {
+  const cv::Point2f middle =
+      0.25F * (corners[i] + corners[i + 1] + corners[i + columns] + corners[i + columns + 1]);
+  const cv::Rect around(cvRound(middle.x) - 1, cvRound(middle.y) - 1, 3, 3);
+  const cv::Rect inside = around & cv::Rect(0, 0, grey.cols, grey.rows);
+  return inside.empty() ? 0 : static_cast<int>(cv::mean(grey(inside))[0]);
+}
+
+/// A board looks the same after half a turn, but for its colours where one side is odd and the other even:
+/// there the first square is black, as findChessboardCorners has it; else the first corner is the upper one.
+void orient(const cv::Mat& grey, cv::Size size, std::vector<cv::Point2f>& corners) {
+  const auto columns = static_cast<std::size_t>(size.width);
+  const bool by_color = (size.width + size.height) % 2 == 1;
+  const bool turned = by_color ? square_of(grey, corners, 0, columns) >
+                                     square_of(grey, corners, corners.size() - columns - 2, columns)
+                               : corners.front().y > corners.back().y;
+  if (turned) std::reverse(corners.begin(), corners.end());
+}
+
+std::vector<BoardCorner> numbered(const std::vector<cv::Point2f>& corners) {
+  std::vector<BoardCorner> result;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    result.push_back(
+        {static_cast<Index>(i), {static_cast<double>(corners[i].x), static_cast<double>(corners[i].y)}});
+  return result;
+}
+
+/// The quick search loses boards that a lens bends, that are oblique or far out in the picture: where it
+/// finds none, the search for corners by their sectors (Duda, Frese 2018) follows, whose corners need no
+/// refining. findChessboardCorners without its quick test takes seconds for a picture without a board, and
+/// finds less.
 std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
   std::vector<cv::Point2f> found;
   const cv::Size size(board.columns, board.rows);
   if (!cv::findChessboardCorners(
           grey, size, found,
-          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK))
-    return {};
-  // The window stays within the squares around a corner.
+          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK)) {
+    if (!cv::findChessboardCornersSB(grey, size, found, cv::CALIB_CB_NORMALIZE_IMAGE)) return {};
+    orient(grey, size, found);
+    return numbered(found);
+  }
+  // The window stays within the squares around a corner, which may be short either way.
   double nearest = 1e9;
+  const auto columns = static_cast<std::size_t>(board.columns);
+  const auto look = [&](std::size_t a, std::size_t b) {
+    nearest =
+        std::min(nearest, static_cast<double>(std::hypot(found[a].x - found[b].x, found[a].y - found[b].y)));
+  };
   for (std::size_t i = 1; i < found.size(); ++i) {
-    if (i % static_cast<std::size_t>(board.columns) != 0)
-      nearest = std::min(
-          nearest, static_cast<double>(std::hypot(found[i].x - found[i - 1].x, found[i].y - found[i - 1].y)));
+    if (i % columns != 0) look(i, i - 1);
+    if (i >= columns) look(i, i - columns);
   }
   const int half = window_px > 0 ? window_px : std::clamp(static_cast<int>(nearest / 2 - 1), 2, 11);
   cv::cornerSubPix(grey, found, {half, half}, {-1, -1},
                    cv::TermCriteria(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 50, 0.001));
-  std::vector<BoardCorner> corners;
-  for (std::size_t i = 0; i < found.size(); ++i)
-    corners.push_back(
-        {static_cast<Index>(i), {static_cast<double>(found[i].x), static_cast<double>(found[i].y)}});
-  return corners;
+  return numbered(found);
 }
 #else
 std::vector<BoardCorner> detect_chessboard(const Board&, const cv::Mat&, int) {
