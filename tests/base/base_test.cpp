@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
 #include "tactus/base/timing.h"
@@ -35,6 +36,17 @@ TEST(Math, LogMatchesLibm) {
     EXPECT_NEAR(log(x), truth, 2e-7 * (1 + std::abs(truth))) << x;
   }
   EXPECT_EQ(log(1.F), 0);
+}
+
+/// "0.2 m, expected at most 0.2 m" helps nobody.
+TEST(IndependentText, ANumberReadsUnlikeItsLimit) {
+  EXPECT_EQ(number_text(0.35, 0.2), "0.35");
+  EXPECT_EQ(number_text(0.2, 0.2), "0.2");
+  EXPECT_EQ(number_text(0.20000004, 0.2), "0.20000004");
+  EXPECT_EQ(number_text(std::nextafter(0.2, 1), 0.2), "0.20000000000000004");
+  EXPECT_EQ(number_text(-0.09999999, -0.1), "-0.09999999");
+  EXPECT_EQ(bytes_text(4300000, 67108864), "4.3 MB");
+  EXPECT_EQ(bytes_text(67108865, 67108864), "67108865 B");
 }
 
 TEST(Math, FloorToIntOnBothSidesOfZero) {

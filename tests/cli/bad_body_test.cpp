@@ -137,7 +137,7 @@ TEST_F(BadBody, SubstepsThatAreTooFew) {
   const std::string box = "shape: {kind: box, size_m: [0.2, 0.2, 0.2]}, spacing_m: 0.05, material: {model: ";
   expect_refused(run(box + "tled, young_modulus_pa: 1e6}", "frame: {substeps: 2}\ngravity_m_s2: [0, 0, 0]\n"),
                  2,
-                 {"body 'b': 'frame.substeps' is 2, steps of 0.0167 s, but its elements are stable up to ",
+                 {"body 'b': 'frame.substeps' is 2, steps of 0.0166667 s, but its elements are stable up to ",
                   "; expected at least ", ", or auto"});
   const Outcome o = run_tactus(
       run(box + "flsm, young_modulus_pa: 1e6}", "frame: {substeps: 2}\ngravity_m_s2: [0, 0, 0]\n"));

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
 
@@ -81,7 +82,8 @@ std::string read_file(const std::string& path, std::uint64_t max_bytes, ReadFrom
   std::string bytes;
   if (S_ISREG(status.st_mode)) {
     if (static_cast<std::uint64_t>(status.st_size) > max_bytes)
-      fail("it has " + bytes_text(static_cast<double>(status.st_size)) + limit);
+      fail("it has " + bytes_text(static_cast<double>(status.st_size), static_cast<double>(max_bytes)) +
+           limit);
     bytes.reserve(static_cast<std::size_t>(status.st_size));
   }
   std::string block(std::size_t{1} << 16, '\0');

@@ -1,4 +1,5 @@
 /// The scene's liquid.
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/io/region_schema.h"
 
@@ -85,7 +86,7 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
     v.only_when(carreau, key, "'viscosity' is carreau");
   v.only_when(f.surface_tension_n_m > 0, "contact_angle_deg", "'surface_tension_n_m' is > 0");
   v.check(!carreau || f.zero_shear_viscosity_pa_s >= f.viscosity_pa_s, "zero_shear_viscosity_pa_s",
-          "'zero_shear_viscosity_pa_s' is " + number_text(f.zero_shear_viscosity_pa_s) +
+          "'zero_shear_viscosity_pa_s' is " + number_text(f.zero_shear_viscosity_pa_s, f.viscosity_pa_s) +
               ", expected at least 'viscosity_pa_s', " + number_text(f.viscosity_pa_s) +
               ": what is sheared fast is thinner");
   const Vec3d edge = f.box.max_m - f.box.min_m;

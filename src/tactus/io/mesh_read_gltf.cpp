@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/foreign_text.h"
 #include "tactus/base/printable.h"
@@ -342,8 +343,8 @@ void check_json(const std::string& path, std::string_view text) {
     if (buffer.is_object() && length != buffer.end() && length->is_number()) bytes += length->get<double>();
   }
   if (bytes > static_cast<double>(kMaxMeshBytes))
-    throw Error(path + ": its buffers take " + bytes_text(bytes) + ", expected at most " +
-                bytes_text(static_cast<double>(kMaxMeshBytes)));
+    throw Error(path + ": its buffers take " + bytes_text(bytes, static_cast<double>(kMaxMeshBytes)) +
+                ", expected at most " + bytes_text(static_cast<double>(kMaxMeshBytes)));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
@@ -69,8 +70,9 @@ template <class Key>
 void check_times(FieldVisitor& v, const char* key, const std::vector<Key>& keys) {
   for (std::size_t k = 1; k < keys.size(); ++k)
     v.check(keys[k].time_s > keys[k - 1].time_s, key,
-            "'" + std::string(key) + "[" + std::to_string(k) + "].time_s' is " + number_text(keys[k].time_s) +
-                ", expected more than the " + number_text(keys[k - 1].time_s) + " before it");
+            "'" + std::string(key) + "[" + std::to_string(k) + "].time_s' is " +
+                number_text(keys[k].time_s, keys[k - 1].time_s) + ", expected more than the " +
+                number_text(keys[k - 1].time_s) + " before it");
 }
 
 void describe_motion_key(FieldVisitor& v, MotionKeyDescription& k) {

@@ -1,6 +1,7 @@
 /// The one declaration of the scene file: parsing, checking and docs/scene.md all come from here.
 #include <algorithm>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/figures.h"
 #include "tactus/io/region_schema.h"
@@ -308,13 +309,14 @@ void describe_blade(FieldVisitor& v, BladeDescription& b) {
   v.check(length(b.axis) > 0, "axis", "'axis' is zero, expected a direction");
   for (std::size_t k = 1; k < b.path.size(); ++k)
     v.check(b.path[k].time_s > b.path[k - 1].time_s, "path",
-            "'path[" + std::to_string(k) + "]' has a 'time_s' of " + number_text(b.path[k].time_s) +
+            "'path[" + std::to_string(k) + "]' has a 'time_s' of " +
+                number_text(b.path[k].time_s, b.path[k - 1].time_s) +
                 ", expected more than the one before it, " + number_text(b.path[k - 1].time_s));
   double area_m2 = 0;
   for (std::size_t k = 1; k < b.path.size(); ++k)
     area_m2 += swept(b, b.path[k - 1].time_s, b.path[k].time_s, 0).area_m2();
   v.check(area_m2 > 1e-9, "path",
-          "'path' sweeps an area of " + number_text(area_m2) +
+          "'path' sweeps an area of " + number_text(area_m2, 1e-9) +
               " m^2, expected more than 1e-09: the edge from 'from_m' to 'to_m' stands still or moves along "
               "itself");
 }

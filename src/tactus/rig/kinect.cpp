@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/foreign_text.h"
 #include "tactus/base/read_file.h"
@@ -83,7 +84,8 @@ constexpr double kWidest_px = 8192;
 /// of the workspace. What lies outside the field of view is background there, and not unknown.
 Camera silhouette_camera(const Camera& depth, const Box3f& workspace_m, const std::string& folder) {
   if (!(workspace_m.max.z <= -kNearest_m))
-    throw usage_error(folder + ": the workspace ends at z = " + number_text(workspace_m.max.z) +
+    throw usage_error(folder +
+                      ": the workspace ends at z = " + number_text(workspace_m.max.z, -double{kNearest_m}) +
                       " m; a depth camera alone sees what lies before it, along -z: expected at most -0.1 m");
   double left = 0, top = 0, right = depth.width_px - 1, bottom = depth.height_px - 1;
   for (int i = 0; i < 8; ++i) {

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/foreign_text.h"
 #include "tactus/base/read_file.h"
@@ -74,7 +75,8 @@ class Census final : public YAML::EventHandler {
 
 YAML::Node parse_yaml(const std::string& text, const std::string& file) {
   if (text.size() > kMaxYamlBytes)
-    throw usage_error(file + ": " + bytes_text(static_cast<double>(text.size())) +
+    throw usage_error(file + ": " +
+                      bytes_text(static_cast<double>(text.size()), static_cast<double>(kMaxYamlBytes)) +
                       " of YAML, expected at most " + bytes_text(static_cast<double>(kMaxYamlBytes)));
   try {
     check_foreign_text(text, TextSyntax::yaml, file);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
 #include "tactus/rig/yaml_document.h"
@@ -80,7 +81,8 @@ double YamlMapping::finite(const YAML::Node& node, const std::string& key) const
 double YamlMapping::number(const std::string& key, double least, double most) const {
   const double value = finite(required(key), key);
   if (value < least || value > most) {
-    fail(key, number_text(value) + ", expected " + number_text(least) + " to " + number_text(most));
+    fail(key, number_text(value, value < least ? least : most) + ", expected " + number_text(least) + " to " +
+                  number_text(most));
   }
   return value;
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/closest_point.h"
 #include "tactus/sim/body_point.h"
@@ -108,7 +109,7 @@ PlannedLine::PlannedLine(const PlanDescription& plan, const BodyDescription& bod
     if (on.distance_m > body.spacing_m) {
       const auto text = [&](Vec3d p) { return point_text(in_body ? body.placement.to_body(p) : p); };
       throw usage_error("plan '" + plan.name + "': " + what + " " + text(p_m) + " misses body '" + body.name +
-                        "': it is " + number_text(std::round(on.distance_m * 1e6) / 1e6) +
+                        "': it is " + number_text(on.distance_m, body.spacing_m) +
                         " m from its surface at rest, expected at most its spacing_m, " +
                         number_text(body.spacing_m) + "; the nearest point of the surface is " +
                         text(on.at_m) + " (frame: " + (in_body ? "body" : "world") + ")");

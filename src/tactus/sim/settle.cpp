@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/kinetic_damping.h"
@@ -174,7 +175,7 @@ void Simulation::settle(StepReport& report) {
     report.notices.push_back({"body.unsettled", Severity::warning,
                               "body '" + bodies_[b]->name() + "' is not at rest after " +
                                   std::to_string(report.settling_substeps) + " substeps: the force left is " +
-                                  number_text(all[b].residual()) + " of its loads, expected " +
+                                  number_text(all[b].residual(), kResidual) + " of its loads, expected " +
                                   number_text(kResidual),
                               "hold it better, or let it swing with 'drag_per_s'"});
   }

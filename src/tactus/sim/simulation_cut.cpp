@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/sim/simulation.h"
 
@@ -48,8 +49,9 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
         if (told_cuts_.insert(blade.name + "jumps").second)
           report.notices.push_back({"cut.jump", Severity::warning,
                                     "blade '" + blade.name + "' moves by " +
-                                        number_text(std::round(1e3 * double{way_m}) / 1e3) +
-                                        " m in a frame, expected at most 0.2 m; it cuts nothing there",
+                                        number_text(double{way_m}, double{kLongestStrip_m}) +
+                                        " m in a frame, expected at most " +
+                                        number_text(double{kLongestStrip_m}) + " m; it cuts nothing there",
                                     "give its path more time, or frames less ('frame.dt_s')"});
         continue;
       }

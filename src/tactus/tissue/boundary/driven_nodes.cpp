@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
@@ -24,7 +25,7 @@ void check_keys(const NodeMotion& motion) {
       refuse(motion, head + "holds a value that is not a number");
     if (key.time_s < 0) refuse(motion, head + "is at " + number_text(key.time_s) + " s, expected 0 or more");
     if (key.time_s <= last_s)
-      refuse(motion, head + "is at " + number_text(key.time_s) +
+      refuse(motion, head + "is at " + number_text(key.time_s, last_s) +
                          " s, expected later than the one before, at " + number_text(last_s) + " s");
     last_s = key.time_s;
   }

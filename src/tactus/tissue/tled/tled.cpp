@@ -6,6 +6,7 @@
 #include <random>
 #include <string>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/summary_kernels.h"
@@ -362,8 +363,9 @@ void Tled::keep_history(ExecContext& ctx, int count, View<const FrameParams> fra
 
 void Tled::check_step(float dt_s) const {
   if (!(dt_s > 0 && dt_s <= stable_step_s_ * 1.0001F))
-    throw Error("a substep of " + number_text(dt_s) + " s is not stable: expected more than 0 and at most " +
-                number_text(stable_step_s_) + " s for this body");
+    throw Error("a substep of " + number_text(dt_s, stable_step_s_) +
+                " s is not stable: expected more than 0 and at most " + number_text(stable_step_s_) +
+                " s for this body");
 }
 
 void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int count) {
