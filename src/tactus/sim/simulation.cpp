@@ -427,19 +427,21 @@ Simulation::FramePart Simulation::next_part(double left_s, double age_s, double 
     unstrained = std::max(unstrained, body->model().substeps_for(static_cast<float>(left_s)));
   }
   if (liquid_) unstrained = std::max(unstrained, liquid_->substeps_for(left_s));
-  const auto in_units = [&](int count) { return ceil_div(count, schedule_.unit()) * schedule_.unit(); };
+  const auto in_units = [&](double count) {
+    return ceil_div(static_cast<int>(std::ceil(count - 1e-6)), schedule_.unit()) * schedule_.unit();
+  };
   // A part in which things move by a spacing, and in each of its substeps by a quarter.
-  const int most = std::max(scene_.frame.max_substeps - done, unstrained);
-  const int parts =
-      static_cast<int>(std::ceil(std::clamp(left_s * spacings_per_s, 1.0, double{kMostSubsteps})));
-  const double dt_s = left_s / parts;
-  const double most_per_s = spacings_per_s + falls_per_s;
-  const int count = substeps_for(dt_s, 4 * most_per_s);
-  if (parts == 1 && done == 0) return {left_s, in_units(substep_choice_.of_frame(count, most)), true};
-  const int rest = static_cast<int>(unstrained * (1 - 1.0 / parts));
-  if (parts == 1 || count + rest >= most)
-    return {left_s, in_units(std::min(substeps_for(left_s, 4 * most_per_s), most)), true};
-  return {dt_s, in_units(count), false};
+  const double part_s = left_s / std::ceil(std::clamp(left_s * spacings_per_s, 1.0, double{kMostSubsteps}));
+  // Substeps of a whole frame, which its parts share: a step that changes with each part adds energy.
+  const double frame_s = last_dt_s_, rest_of_frame = left_s / frame_s;
+  const int most = std::max(scene_.frame.max_substeps - done, unstrained),
+            most_of_frame = static_cast<int>(std::min(most / rest_of_frame, double{kMostSubsteps})),
+            needed = substeps_for(frame_s, 4 * (spacings_per_s + falls_per_s));
+  const int whole = in_units(done == 0 ? substep_choice_.of_frame(needed, most_of_frame)
+                                       : substep_choice_.of_part(needed, most_of_frame));
+  const int rest = in_units(whole * rest_of_frame), part = in_units(whole * part_s / frame_s);
+  if (part >= rest) return {left_s, rest, true};
+  return {frame_s * part / whole, part, false};
 }
 
 FrameSnapshot Simulation::snapshot() {
@@ -458,7 +460,7 @@ FrameSnapshot Simulation::snapshot() {
 
 std::vector<BodyMonitors> Simulation::monitors() {
   std::vector<BodyMonitors> all;
-  for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0)));
+  for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0), last_substep_s_));
   return all;
 }
 

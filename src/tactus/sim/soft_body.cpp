@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/body_cut.h"
@@ -314,13 +315,11 @@ void SoftBody::check_substeps(float dt_frame_s, int substeps, int most_of_frame)
   const float dt_s = dt_frame_s / static_cast<float>(substeps);
   char text[256];
   if (model().has_elements() && dt_s > 1.0001F * model().tled().stable_step_s()) {
-    std::snprintf(
-        text, sizeof text,
-        "': 'frame.substeps' is %d, steps of %.3g s, but its elements are stable up to %.3g s; expected "
-        "at least %d, or auto",
-        substeps, static_cast<double>(dt_s), static_cast<double>(model().tled().stable_step_s()),
-        model().tled().substeps_for(dt_frame_s));
-    throw usage_error("body '" + name() + text);
+    const double stable_s = model().tled().stable_step_s();
+    throw usage_error("body '" + name() + "': 'frame.substeps' is " + std::to_string(substeps) +
+                      ", steps of " + number_text(dt_s, stable_s) + " s, but its elements are stable up to " +
+                      number_text(stable_s) + " s; expected at least " +
+                      std::to_string(model().tled().substeps_for(dt_frame_s)) + ", or auto");
   }
   if (matching_every() > 1 && substeps % matching_every() != 0) {
     std::snprintf(text, sizeof text,
@@ -365,10 +364,10 @@ std::string SoftBody::cube_text(Index cube) const {
   return text + (region.empty() ? "" : " in region '" + region + "'");
 }
 
-BodyMonitors SoftBody::monitors(ExecContext& ctx) const {
+BodyMonitors SoftBody::monitors(ExecContext& ctx, double step_s) const {
   return measure_body(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
                       element_options_, to_host(ctx, tissue_.body().x_m.const_view()),
-                      to_host(ctx, tissue_.body().v_m_s.const_view()));
+                      to_host(ctx, tissue_.body().v_m_s.const_view()), step_s);
 }
 
 std::vector<CubeStrain> SoftBody::strains(ExecContext& ctx) const {

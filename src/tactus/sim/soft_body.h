@@ -107,7 +107,8 @@ class SoftBody {
   /// All of it that a run goes on from. Synchronizes. @throws Error when what is read is another body's.
   void archive(StateArchive& a);
   /// Energies, momentum, volume. Synchronizes.
-  BodyMonitors monitors(ExecContext& ctx) const;
+  /// @param step_s the last substep
+  BodyMonitors monitors(ExecContext& ctx, double step_s = 0) const;
 
   // body_cut.cpp
   bool is_cuttable() const { return cutter_.has_value(); }

