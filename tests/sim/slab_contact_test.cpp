@@ -123,8 +123,8 @@ class Player {
     cutter_.emplace(bar_.lattice, std::vector<std::uint8_t>{}, bar_.surface,
                     anchor_vertices(bar_.lattice, bar_.surface),
                     cut::CutSurface::Room{.vertices = 60000, .triangles = 60000});
-    cut_points_ =
-        cut::CutPoints(bar_.lattice, boundary_.points, boundary_.anchors, boundary_.first_count, kPointRoom);
+    cut_points_ = cut::CutPoints(bar_.lattice, boundary_.points, boundary_.anchors, boundary_.bearing,
+                                 boundary_.first_count, kPointRoom);
   }
   ~Player() { devices_.synchronize(); }
   Played play() {

@@ -35,10 +35,10 @@ class CutBlock {
                 {.vertices = 20000, .triangles = 40000}),
         solid_(rest_solid(lattice_, surface_, MeshFill::closed)),
         boundary_(body_boundary(lattice_, surface_, ElementMask(lattice_.cubes.size(), 1))),
-        points_(embed_points(lattice_, boundary_.points, boundary_.anchors)) {
+        points_(embed_points(lattice_, boundary_.points, boundary_.bearing)) {
     points_.insert(points_.begin() + boundary_.first_count, at(kPointRoom), EmbeddedPoint{});
-    cut::CutPoints cut_points(lattice_, boundary_.points, boundary_.anchors, boundary_.first_count,
-                              kPointRoom);
+    cut::CutPoints cut_points(lattice_, boundary_.points, boundary_.anchors, boundary_.bearing,
+                              boundary_.first_count, kPointRoom);
     CutSolid cut_solid(lattice_, solid_);
     TopologyChange change;
     const auto edge = [](float x) {

@@ -57,8 +57,8 @@ void SoftBody::make_points() {
   const Index room = point_room(shape_.lattice);
   points_ = SlabPoints(tissue_, shape_.lattice, boundary, room);
   if (is_cuttable())
-    cut_points_ =
-        cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.first_count, room);
+    cut_points_ = cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.bearing,
+                                 boundary.first_count, room);
 }
 
 /// Whether no point of the strip is in reach of the body.

@@ -20,14 +20,15 @@ BodyBoundary body_boundary(const CubeLattice& lattice, const TriangleMesh& surfa
   const std::vector<SpreadPoint> points = spread_points(surface, 0.5F * lattice.spacing_m);
   std::vector<Vec3f> x_m;
   for (const SpreadPoint& point : points) x_m.push_back(point.x_m);
-  const std::vector<embed::Anchor> anchors = anchor_points(lattice, x_m, 1);
+  const std::vector<embed::Anchor> anchors = anchor_points(lattice, x_m, 1),
+                                   bearing = bearing_anchors(lattice, anchors);
   std::vector<std::uint8_t> in_element(lattice.nodes.size());
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
     if (!elements.empty() && elements[c] == 0) continue;
     for (const Index node : lattice.cube_nodes[c]) in_element[at(node)] = 1;
   }
   BodyBoundary first, others;
-  const std::vector<EmbeddedPoint> embedded = embed_points(lattice, points, anchors);
+  const std::vector<EmbeddedPoint> embedded = embed_points(lattice, points, bearing);
   for (std::size_t p = 0; p < points.size(); ++p) {
     const EmbeddedPoint& point = embedded[p];
     bool is_first = false;
@@ -36,10 +37,12 @@ BodyBoundary body_boundary(const CubeLattice& lattice, const TriangleMesh& surfa
     BodyBoundary& part = is_first ? first : others;
     part.points.push_back(points[p]);
     part.anchors.push_back(anchors[p]);
+    part.bearing.push_back(bearing[p]);
   }
   first.first_count = static_cast<Index>(first.points.size());
   first.points.insert(first.points.end(), others.points.begin(), others.points.end());
   first.anchors.insert(first.anchors.end(), others.anchors.begin(), others.anchors.end());
+  first.bearing.insert(first.bearing.end(), others.bearing.begin(), others.bearing.end());
   return first;
 }
 
@@ -50,7 +53,7 @@ SlabPoints::SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const Bod
       first_count_(boundary.first_count),
       others_(count_ - first_count_),
       room_(room) {
-  const std::vector<EmbeddedPoint> points = embed_points(lattice, boundary.points, boundary.anchors);
+  const std::vector<EmbeddedPoint> points = embed_points(lattice, boundary.points, boundary.bearing);
   for (int s = 0; s < tissue.slab_count(); ++s) add_part(s, lattice, points);
 }
 

@@ -12,7 +12,8 @@ namespace tactus {
 /// Points spread over a body's surface; those that elements move come first.
 struct BodyBoundary {
   std::vector<SpreadPoint> points;
-  std::vector<embed::Anchor> anchors;
+  std::vector<embed::Anchor> anchors;  ///< in the cube that holds each
+  std::vector<embed::Anchor> bearing;  ///< in the cube that moves it, and that it pushes
   Index first_count = 0;
 };
 /// @param elements as Hybrid's

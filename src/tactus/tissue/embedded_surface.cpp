@@ -67,6 +67,23 @@ class CubeFinder {
     }
     return {best, best_square};
   }
+  /// Of the neighbours of a cell that are wanted, the nearest to p, in lattice coordinates; -1: none.
+  template <class F>
+  Index nearest_around(Vec3i cell, Vec3d p, F&& is_wanted) const {
+    const Vec3i low = max(cell - Vec3i{1, 1, 1}, Vec3i{}),
+                high = min(cell + Vec3i{1, 1, 1}, dims_ - Vec3i{1, 1, 1});
+    Index best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (Index z = low.z; z <= high.z; ++z)
+      for (Index y = low.y; y <= high.y; ++y)
+        for (Index x = low.x; x <= high.x; ++x) {
+          const Index id = id_[index({x, y, z})];
+          if (id < 0 || !is_wanted(id)) continue;
+          const Vec3d d = p - (vec_cast<double>(Vec3i{x, y, z}) + Vec3d{0.5, 0.5, 0.5});
+          if (dot(d, d) < least) least = dot(d, d), best = id;
+        }
+    return best;
+  }
 
  private:
   std::size_t index(Vec3i p) const { return at((std::int64_t{p.z} * dims_.y + p.y) * dims_.x + p.x); }
@@ -115,12 +132,27 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
   return anchors;
 }
 
+std::vector<embed::Anchor> bearing_anchors(const CubeLattice& lattice, std::vector<embed::Anchor> anchors) {
+  if (lattice.cube_fill.empty()) return anchors;
+  const CubeFinder finder(lattice);
+  for (embed::Anchor& anchor : anchors) {
+    if (lattice.cube_fill[at(anchor.cube)] >= kBearingFill) continue;
+    const Vec3i cell = lattice.cubes[at(anchor.cube)];
+    const Vec3d p = vec_cast<double>(cell) + vec_cast<double>(anchor.local);
+    const Index other =
+        finder.nearest_around(cell, p, [&](Index c) { return lattice.cube_fill[at(c)] >= kBearingFill; });
+    if (other < 0) continue;
+    anchor = {other, vec_cast<float>(p - vec_cast<double>(lattice.cubes[at(other)]))};
+  }
+  return anchors;
+}
+
 std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
                                           float spacing_m, float max_outside) {
   const std::vector<SpreadPoint> points = spread_points(surface, spacing_m);
   std::vector<Vec3f> x_m;
   for (const SpreadPoint& point : points) x_m.push_back(point.x_m);
-  return embed_points(lattice, points, anchor_points(lattice, x_m, max_outside));
+  return embed_points(lattice, points, bearing_anchors(lattice, anchor_points(lattice, x_m, max_outside)));
 }
 
 std::vector<EmbeddedPoint> embed_points(const CubeLattice& lattice, std::span<const SpreadPoint> points,
@@ -163,6 +195,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
                                  float max_outside, SurfaceRoom room) {
   std::vector<Index> flat = flat_triangles(mesh);
   std::vector<embed::Anchor> anchors = anchor_vertices(lattice, mesh, max_outside);
+  if (lattice.copies.empty()) anchors = bearing_anchors(lattice, std::move(anchors));
   std::vector<Vec3f> positions = mesh.positions_m;
   counts_ = {static_cast<Index>(positions.size()), static_cast<Index>(mesh.triangles.size())};
   positions.resize(at(std::max(room.vertices, counts_[0])));

@@ -18,6 +18,14 @@ namespace tactus {
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
                                          float max_outside, std::span<const Vec3f> outward = {});
 
+/// A cube so full bears what pushes its surface.
+inline constexpr float kBearingFill = 0.5F;
+/// What pushes the surface of a cube that holds little would stretch it several times: its own nodes carry
+/// next to nothing. So a point there moves with the nearest neighbour of that cube that bears, continued
+/// linearly. The cube follows: nothing pulls it.
+/// @param anchors of the points, in regular cubes
+std::vector<embed::Anchor> bearing_anchors(const CubeLattice& lattice, std::vector<embed::Anchor> anchors);
+
 /// Points spread over a body's surface, moved by its nodes: what contact acts on.
 /// @throws Error as anchor_points and spread_points.
 std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
@@ -39,7 +47,8 @@ struct SurfaceRoom {
 /// body was cut.
 class EmbeddedSurface {
  public:
-  /// Vertices outside every cube go to the nearest one (linearly continued).
+  /// Vertices outside every cube go to the nearest one (linearly continued); those in cubes that hold little
+  /// to the one that bears what pushes them, unless the body has room for a cut.
   /// @param room at least what the mesh has
   /// @throws Error when a vertex is further from all cubes than `max_outside` spacings (which, how far), or
   /// the mesh has no triangles, NaN or a bad index.

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/tissue/embedded_surface.h"
 
@@ -24,8 +25,8 @@ void check_load(const SurfaceLoad& load) {
     if (!std::isfinite(key.time_s + key.factor)) refuse(head + "holds a value that is not a number");
     if (key.time_s < 0) refuse(head + "is at " + number_text(key.time_s) + " s, expected 0 or more");
     if (key.time_s <= last_s)
-      refuse(head + "is at " + number_text(key.time_s) + " s, expected later than the one before, at " +
-             number_text(last_s) + " s");
+      refuse(head + "is at " + number_text(key.time_s, last_s) +
+             " s, expected later than the one before, at " + number_text(last_s) + " s");
     last_s = key.time_s;
   }
 }
@@ -61,7 +62,8 @@ std::vector<Vec3f> points_of(const SurfaceLoad& load, const TriangleMesh& surfac
 
 std::map<Index, Part> parts_of(const SurfaceLoad& load, const CubeLattice& lattice,
                                const TriangleMesh& surface) {
-  const std::vector<embed::Anchor> anchors = anchor_points(lattice, points_of(load, surface), 1);
+  const std::vector<embed::Anchor> anchors =
+      bearing_anchors(lattice, anchor_points(lattice, points_of(load, surface), 1));
   auto anchor_of = anchors.begin();
   std::map<Index, Part> parts;
   for (const Index t : load.triangles) {

@@ -37,12 +37,14 @@ WallSide side_of(const LatticeCutter& cutter, Index cube, Vec3d local, const Poi
 }  // namespace
 
 CutPoints::CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> points,
-                     std::span<const embed::Anchor> anchors, Index first_new, Index room)
+                     std::span<const embed::Anchor> anchors, std::span<const embed::Anchor> bearing,
+                     Index first_new, Index room)
     : next_(first_new), end_(first_new + room) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     const embed::Anchor& anchor = anchors[p];
     const auto place = static_cast<Index>(p);
     of_cube_[anchor.cube].push_back(points_.size());
+    if (bearing[p].cube != anchor.cube) of_cube_[bearing[p].cube].push_back(points_.size());
     points_.push_back({place < first_new ? place : place + room,
                        vec_cast<double>(lattice.cubes[at(anchor.cube)]) + vec_cast<double>(anchor.local),
                        anchor.cube, points[p].area_m2});
@@ -82,6 +84,8 @@ std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const Cu
   for (const Index cube : cubes)
     if (const auto known = of_cube_.find(cube); known != of_cube_.end())
       moved.insert(moved.end(), known->second.begin(), known->second.end());
+  std::sort(moved.begin(), moved.end());
+  moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
   std::vector<SpreadPoint> points;
   std::vector<Index> cube_of;
   std::vector<Vec3f> local_of;

@@ -12,9 +12,11 @@ namespace tactus::cut {
 class CutPoints {
  public:
   CutPoints() = default;
-  /// @param anchors in regular cubes @param first_new place of the first new point @param room for them
+  /// @param anchors in regular cubes @param bearing those that move the points before the first cut (the same
+  /// ones, or neighbours) @param first_new place of the first new point @param room for them
   CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> points,
-            std::span<const embed::Anchor> anchors, Index first_new, Index room);
+            std::span<const embed::Anchor> anchors, std::span<const embed::Anchor> bearing, Index first_new,
+            Index room);
 
   /// After CutSurface::update. @returns ascending
   std::vector<PointChange> update(const LatticeCutter& cutter, const CutSurface& surface,
@@ -34,7 +36,8 @@ class CutPoints {
   void add(const LatticeCutter& cutter, const Point& point);
 
   std::vector<Point> points_;
-  std::unordered_map<Index, std::vector<std::size_t>> of_cube_;  ///< points in each regular cube
+  /// Points in each regular cube, or moved by it.
+  std::unordered_map<Index, std::vector<std::size_t>> of_cube_;
   Index next_ = 0, end_ = 0;
   bool is_full_ = false;
 };
