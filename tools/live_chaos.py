@@ -289,6 +289,10 @@ def chaos(rig: Rig, rng: random.Random, seconds: float) -> list[str]:
     print(f"{count} faults in {lasted:.0f} s: {after['sets'] - before['sets']} sets; of the ticks, honest cameras are in "
           f"{100 * min(shares):.2f} to {100 * max(shares):.2f} %; {grown:+.2f} MB after the first minute; sockets started again: "
           f"{after['socket_restarts']}; refused of the mad one: {after['cameras'][-1]['refused']}")
+    honest = [(a, b) for a, b in zip(after["cameras"], before["cameras"]) if a["name"] not in (VICTIM, MAD)]
+    for key in ("packets", "lost", "replaced", "copies"):
+        print(f"honest cameras, {key}: {[a[key] - b[key] for a, b in honest]}")
+    print(f"honest cameras, refused: {[a['refused'] for a, _ in honest]}")
     wrong = []
     if min(shares) < 0.99:
         wrong.append(f"an honest camera is in {100 * min(shares):.2f} % of the ticks")

@@ -80,6 +80,25 @@ class Camera:
                 self.receipts.append((number, detail))
 
 
+def status_of_nonsense(tactus: str, rig: pathlib.Path) -> bool:
+    """Who answers the question for the status with something else is named, in one line and in no library's words."""
+    socket = zmq.Context().socket(zmq.ROUTER)
+    socket.linger = 0
+    port = socket.bind_to_random_port("tcp://127.0.0.1")
+    ok = True
+    for answer in (b"nonsense", b"{", b"[]", b'{"sets": "many"}', b'{"cameras": [{}]}', bytes(300)):
+        asked = subprocess.Popen([tactus, "rig", "status", rig, "--plain", "--server", f"tcp://127.0.0.1:{port}"],
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        if socket.poll(20000):
+            identity, _ = socket.recv_multipart()
+            socket.send_multipart([identity, answer])
+        told = asked.communicate()[1]
+        if asked.returncode != 1 or "sends no status" not in told or "json.exception" in told or told.count("\n") != 1:
+            print(f"{answer!r}: {asked.returncode}, {told}")
+            ok = False
+    return ok
+
+
 def main() -> int:
     tactus, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     subprocess.run([tactus, "synth", "hand", "--cameras", "2", "--depth-cameras", "0", "--no-colors", "--out", folder],
@@ -119,6 +138,7 @@ def main() -> int:
         ok = ok and taken >= 0.9 * FRAMES
     print(f"{status['sets']} sets, {status['complete_sets']} complete")
     # Sets of the first ticks may miss a camera that was still connecting.
+    ok = status_of_nonsense(tactus, rig) and ok
     return 0 if ok and status["complete_sets"] >= 0.9 * FRAMES else 1
 
 
