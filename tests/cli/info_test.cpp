@@ -36,7 +36,7 @@ TEST_F(InfoFile, Mesh) {
   EXPECT_EQ(read_json("b.json")["bounds_solid"], false);
 }
 
-/// A NIfTI of 4x4x4 voxels of 2 mm, whose first is centred at (10, 20, 30) mm: label 200 in 2x2x2 of them,
+/// A NIfTI of 4x4x4 voxels of 2 mm, whose first is centred at (10, 20, 30) mm: label 14175 in 2x2x2 of them,
 /// label 117 in one.
 TEST_F(InfoFile, Labels) {
   std::string nifti(352, '\0');
@@ -53,7 +53,7 @@ TEST_F(InfoFile, Labels) {
   put(344, std::int32_t{0x00312b6e});  // "n+1"
   for (int i = 0; i < 64; ++i) {
     const bool in = i % 4 >= 2 && i / 4 % 4 >= 2 && i / 16 >= 2;
-    const std::int32_t label = i == 0 ? 117 : in ? 200 : 0;
+    const std::int32_t label = i == 0 ? 117 : in ? 14175 : 0;
     nifti.append(reinterpret_cast<const char*>(&label), 4);
   }
   const Outcome o = run_tactus("info " + write("a.nii", nifti) + " --json " + path("a.json"));
@@ -64,7 +64,7 @@ TEST_F(InfoFile, Labels) {
   EXPECT_EQ(json["labels"][0]["label"], 117);
   // Sizes of voxels are floats: three relative errors of 6e-8.
   EXPECT_NEAR(json["labels"][0]["volume_m3"].get<double>(), 8e-9, 2e-15);
-  EXPECT_EQ(json["labels"][1]["label"], 200);
+  EXPECT_EQ(json["labels"][1]["label"], 14175);
   EXPECT_NEAR(json["labels"][1]["volume_m3"].get<double>(), 64e-9, 2e-14);
   // Voxels 2 and 3 reach from 1 mm before the centre of the third to 1 mm behind that of the fourth.
   const double low_m[] = {0.013, 0.023, 0.033}, high_m[] = {0.017, 0.027, 0.037};

@@ -29,7 +29,7 @@ constexpr std::uint8_t kLabel = 7;
 struct Grid {
   Index dims[3] = {44, 30, 20};
   Vec3d step[3], first;
-  std::vector<std::uint8_t> labels;
+  std::vector<VoxelLabel> labels;
 
   /// @param axes unit vectors of the file's axes; the ellipsoid lies in the middle, a little off it.
   explicit Grid(const Mat3d& axes) {
@@ -53,10 +53,9 @@ struct Grid {
 };
 
 template <class T>
-std::string numbers(const std::vector<std::uint8_t>& labels, bool big, double slope = 1,
-                    double intercept = 0) {
+std::string numbers(const std::vector<VoxelLabel>& labels, bool big, double slope = 1, double intercept = 0) {
   std::string bytes;
-  for (const std::uint8_t label : labels) {
+  for (const VoxelLabel label : labels) {
     const std::size_t at = bytes.size();
     put_bytes(bytes, static_cast<T>((label - intercept) / slope));
     if (big) std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.end());
@@ -258,6 +257,20 @@ TEST(LabelFormats, NiftiHoldsNumbersOfAllTypes) {
   expect(64, double{});
 }
 
+/// Numbers as TotalSegmentator and FreeSurfer have them, and the largest.
+TEST(LabelFormats, LabelsBeyondABytesAreKept) {
+  const TempFolder folder;
+  Grid grid(Mat3d::identity());
+  const VoxelLabel large[] = {117, 256, 1035, 14175, 65535};
+  for (std::size_t i = 0; i < grid.labels.size(); i += 97) grid.labels[i] = large[i / 97 % 5];
+  const std::string as_u16 =
+      Nifti(grid, 1, Form::sform, 512, false).bytes() + numbers<std::uint16_t>(grid.labels, false);
+  EXPECT_EQ(read_label_volume(folder.write("a.nii", as_u16)).labels, grid.labels);
+  const std::string as_f32 =
+      Nifti(grid, 1, Form::sform, 16, true).bytes() + numbers<float>(grid.labels, true);
+  EXPECT_EQ(read_label_volume(folder.write("b.nii", as_f32)).labels, grid.labels);
+}
+
 TEST(LabelFormats, NrrdPlainPackedAndDetached) {
   const TempFolder folder;
   for (const Mat3d& axes : orientations()) {
@@ -381,7 +394,7 @@ TEST_F(LabelErrors, Nifti) {
             "FILE: a header of Analyze 7.5, which says no orientation; expected NIfTI (.nii, .nii.gz)");
   Nifti image(grid_, 1, Form::sform, 4, false);
   EXPECT_EQ(error("a.nii", image.bytes() + numbers<std::int16_t>(grid_.labels, false, 1, 1024)),
-            "FILE: voxel (0, 0, 0) holds -1024, expected labels from 0 to 255: is it an image and no "
+            "FILE: voxel (0, 0, 0) holds -1024, expected labels from 0 to 65535: is it an image and no "
             "segmentation?");
   const std::string good = with([](Nifti&) {});
   EXPECT_EQ(error("a.nii", good.substr(0, 400)), "FILE: truncated, it holds 48 of 26400 voxels");

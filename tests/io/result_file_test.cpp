@@ -44,7 +44,7 @@ TEST(LabelFile, ReadsPlainAndCompressed) {
     const LabelVolume volume = read_label_volume(path);
     EXPECT_EQ(volume.dims, (Vec3i{2, 3, 1}));
     EXPECT_EQ(volume.voxel_size_m, (Vec3f{0.0005F, 0.001F, 0.002F}));
-    EXPECT_EQ(volume.labels, (std::vector<std::uint8_t>{'a', 'b', 'c', 'd', 'e', 'f'}));
+    EXPECT_EQ(volume.labels, (std::vector<VoxelLabel>{'a', 'b', 'c', 'd', 'e', 'f'}));
   }
 }
 

@@ -331,11 +331,14 @@ TEST(BodyShape, ABoxIsSharp) {
   EXPECT_NEAR(shape.lattice.mass_kg() / 8, 1, 1e-5);
 }
 
-/// 0.2 m of 40^3 voxels: label 1 with a core of label 7 in the corner where x, y, z < 0.1 m.
+/// FreeSurfer has such numbers.
+constexpr int kCoreLabel = 12175;
+
+/// 0.2 m of 40^3 voxels: label 1 with a core of another label in the corner where x, y, z < 0.1 m.
 BodyAssets labelled_cube() {
   LabelVolume volume{{}, {40, 40, 40}, {0.005F, 0.005F, 0.005F}, {}};
   for (int i = 0; i < 40 * 40 * 40; ++i)
-    volume.labels.push_back(i % 40 < 20 && i / 40 % 40 < 20 && i / 1600 < 20 ? 7 : 1);
+    volume.labels.push_back(i % 40 < 20 && i / 40 % 40 < 20 && i / 1600 < 20 ? kCoreLabel : 1);
   return {{}, {{"cube", volume}}};
 }
 
@@ -347,7 +350,7 @@ TEST(BodyShape, LabelsPaintAndHold) {
   body.spacing_m = 0.02;
   SpaceRegion core;
   core.kind = RegionKind::label;
-  core.labels = {7};
+  core.labels = {kCoreLabel};
   body.regions.push_back(core_region(core));
   body.fixed.push_back({core});
   const BodyShape shape = make_body_shape(body, labelled_cube());
@@ -369,9 +372,10 @@ TEST(BodyShape, LabelsPaintAndHold) {
   }
   body.regions[0].where.labels = {9};
   EXPECT_EQ(refusal(body, labelled_cube()),
-            "2: body 'cube': region 0 ('core') holds no cube of the body; they have label 1, 7");
+            "2: body 'cube': region 0 ('core') holds no cube of the body; they have label 1, 12175");
   body.shape.labels = {9};
-  EXPECT_EQ(refusal(body, labelled_cube()), "2: body 'cube': its label volume has no label 9; it has 1, 7");
+  EXPECT_EQ(refusal(body, labelled_cube()),
+            "2: body 'cube': its label volume has no label 9; it has 1, 12175");
   EXPECT_EQ(refusal([&] {
               body.shape.labels.clear();
               make_body_shape(body, {{}, {{"cube", {{0}, {1, 1, 1}, {0.1F, 0.1F, 0.1F}, {}}}}});

@@ -300,7 +300,7 @@ CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, cons
   return to_lattice(grid, options);
 }
 
-CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
+CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<VoxelLabel>& solid,
                                 const LatticeOptions& options) {
   const Vec3i n = volume.dims;
   if (n.x <= 0 || n.y <= 0 || n.z <= 0 || volume.labels.size() != at(std::int64_t{n.x} * n.y * n.z))
@@ -346,29 +346,39 @@ CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::u
   return to_lattice(grid, options);
 }
 
-std::vector<std::uint8_t> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
-                                          const std::set<std::uint8_t>& solid,
-                                          const std::function<Vec3d(Vec3d)>& to_volume) {
+std::vector<VoxelLabel> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
+                                        const std::set<VoxelLabel>& solid,
+                                        const std::function<Vec3d(Vec3d)>& to_volume) {
   constexpr int kSamples = 4;  // along each edge
   const double h = lattice.spacing_m;
   // The map is affine: a corner and three edges tell it all.
   const Vec3d zero = to_volume({}), edge[3] = {to_volume({h, 0, 0}) - zero, to_volume({0, h, 0}) - zero,
                                                to_volume({0, 0, h}) - zero};
-  bool is_solid[256] = {};
-  for (const std::uint8_t label : solid) is_solid[label] = true;
+  std::vector<char> is_solid(kMostLabel + 1);
+  for (const VoxelLabel label : solid) is_solid[label] = true;
   const auto fullest = [&](Vec3d center, double size) {
-    int votes[256] = {};
-    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
+    std::array<VoxelLabel, kSamples * kSamples * kSamples> seen;
+    auto end = seen.begin();
+    for (int k = 0; k < static_cast<int>(seen.size()); ++k) {
       const auto along = [&](int i) { return size * ((i + 0.5) / kSamples - 0.5); };
       const Vec3d p = center + along(k % kSamples) * edge[0] + along(k / kSamples % kSamples) * edge[1] +
                       along(k / kSamples / kSamples) * edge[2];
-      const std::uint8_t label = volume.at(p);
-      if (is_solid[label]) ++votes[label];
+      const VoxelLabel label = volume.at(p);
+      if (is_solid[label] != 0) *end++ = label;
     }
-    const auto most = std::max_element(std::begin(votes), std::end(votes));
-    return *most > 0 ? static_cast<std::uint8_t>(most - std::begin(votes)) : std::uint8_t{0};
+    // Of those that are as many, the smallest number.
+    std::sort(seen.begin(), end);
+    VoxelLabel best = 0;
+    std::ptrdiff_t most = 0;
+    for (auto run = seen.begin(); run != end;) {
+      const auto next = std::upper_bound(run, end, *run);
+      if (next - run > most) best = *run;
+      most = std::max(most, next - run);
+      run = next;
+    }
+    return best;
   };
-  std::vector<std::uint8_t> labels(lattice.cubes.size());
+  std::vector<VoxelLabel> labels(lattice.cubes.size());
   for (std::size_t c = 0; c < labels.size(); ++c) {
     const Vec3d center = to_volume(vec_cast<double>(lattice.origin_m) +
                                    h * (vec_cast<double>(lattice.cubes[c]) + Vec3d{0.5, 0.5, 0.5}));

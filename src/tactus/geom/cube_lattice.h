@@ -97,15 +97,15 @@ CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, cons
 
 /// Cubes that share volume with a voxel whose label is in `solid`, at least options.smallest_fill of their
 /// own.
-CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
+CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<VoxelLabel>& solid,
                                 const LatticeOptions& options);
 
 /// Per cube the label in `solid` that fills most of it, by 4^3 samples; of those cubes that hold none, what
 /// lies round them. `to_volume` takes lattice coordinates to the volume's.
 /// @throws Error when none is near a cube.
-std::vector<std::uint8_t> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
-                                          const std::set<std::uint8_t>& solid,
-                                          const std::function<Vec3d(Vec3d)>& to_volume);
+std::vector<VoxelLabel> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
+                                        const std::set<VoxelLabel>& solid,
+                                        const std::function<Vec3d(Vec3d)>& to_volume);
 
 /// A box of nx*ny*nz cubes with its lowest corner at origin_m.
 CubeLattice lattice_from_box(Vec3f origin_m, Vec3i cubes, const LatticeOptions& options);

@@ -58,24 +58,24 @@ std::string dims_text(const VoxelLayout& v) {
   return std::to_string(v.dims[0]) + " x " + std::to_string(v.dims[1]) + " x " + std::to_string(v.dims[2]);
 }
 
-/// One byte a voxel of what the file holds. @param first the number of the first of these voxels
+/// A label a voxel of what the file holds. @param first the number of the first of these voxels
 void append_labels(const std::string& path, const VoxelLayout& layout,
                    const std::vector<unsigned char>& bytes, std::size_t count,
-                   std::vector<std::uint8_t>& labels) {
+                   std::vector<VoxelLabel>& labels) {
   const std::size_t size = size_of(layout.type);
   for (std::size_t i = 0; i < count; ++i) {
     const double value =
         layout.slope * value_of(layout.type, bytes.data() + i * size, layout.big_endian) + layout.intercept;
     const double label = std::round(value);
     // A thousandth is the rounding of scaled numbers.
-    if (!(label >= 0 && label <= 255 && std::abs(value - label) <= 1e-3)) {
+    if (!(label >= 0 && label <= kMostLabel && std::abs(value - label) <= 1e-3)) {
       const auto n = static_cast<std::int64_t>(labels.size());
       throw Error(path + ": voxel (" + std::to_string(n % layout.dims[0]) + ", " +
                   std::to_string(n / layout.dims[0] % layout.dims[1]) + ", " +
                   std::to_string(n / layout.dims[0] / layout.dims[1]) + ") holds " + number_text(value) +
-                  ", expected labels from 0 to 255: is it an image and no segmentation?");
+                  ", expected labels from 0 to 65535: is it an image and no segmentation?");
     }
-    labels.push_back(static_cast<std::uint8_t>(label));
+    labels.push_back(static_cast<VoxelLabel>(label));
   }
 }
 

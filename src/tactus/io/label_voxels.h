@@ -32,7 +32,7 @@ void check_voxel_count(const std::string& path, const VoxelLayout& layout);
 
 /// Reads the voxels. Memory is taken as they come. Volumes that are turned keep their turn; mirrored ones are
 /// mirrored back.
-/// @throws Error naming the file, the voxel and its value: truncated, no label from 0 to 255, axes that are
+/// @throws Error naming the file, the voxel and its value: truncated, no label from 0 to 65535, axes that are
 /// no lengths or not at right angles.
 LabelVolume read_voxels(const std::string& path, LabelBytes& bytes, const VoxelLayout& layout);
 

@@ -49,7 +49,7 @@ void describe_region(FieldVisitor& v, SpaceRegion& r) {
   v.real({"radius_m", "sphere: its radius"}, r.radius_m, positive("m", 1000));
   v.vector({"point_m", "half_space: a point on the plane"}, r.point_m, kPosition);
   v.vector({"normal", "half_space: points out of the region"}, r.normal, {"", -1000, 1000});
-  v.integers({"labels", "label: which"}, r.labels, {"", 1, 255});
+  v.integers({"labels", "label: which"}, r.labels, {"", 1, 65535});
   const bool box = r.kind == RegionKind::box, half_space = r.kind == RegionKind::half_space;
   for (const char* key : {"min_m", "max_m"}) v.only_when(box, key, "'kind' is box");
   for (const char* key : {"center_m", "radius_m"})

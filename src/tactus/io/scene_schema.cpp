@@ -90,7 +90,7 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
        "mesh: what is inside. `closed`: what the surface goes round; open, inverted and unpaired edges are "
        "refused. `winding`: generalized winding number of at least 1/2, so that holes are spanned"},
       s.fill, {{"closed", MeshFill::closed}, {"winding", MeshFill::winding}});
-  v.integers({"labels", "which labels are the body (default: all but 0)"}, s.labels, {"", 1, 255});
+  v.integers({"labels", "which labels are the body (default: all but 0)"}, s.labels, {"", 1, 65535});
   const bool file = s.kind == ShapeKind::mesh || s.kind == ShapeKind::labels;
   v.check(!file || !s.path.empty(), "path", "'shape' lacks the key 'path': the file of the mesh or labels");
   v.check(s.kind != ShapeKind::figure || !s.figure.empty(), "figure",

@@ -19,14 +19,14 @@ std::string region_text(const char* key, std::size_t index, const std::string& n
 
 }  // namespace
 
-std::string label_list(const std::set<std::uint8_t>& labels) {
+std::string label_list(const std::set<VoxelLabel>& labels) {
   std::string text;
-  for (const std::uint8_t label : labels) text += (text.empty() ? "" : ", ") + std::to_string(label);
+  for (const VoxelLabel label : labels) text += (text.empty() ? "" : ", ") + std::to_string(label);
   return text;
 }
 
 RegionFinder::RegionFinder(const BodyDescription& body, const BodyAssets& assets, const CubeLattice& lattice,
-                           const std::function<std::set<std::uint8_t>(const LabelVolume&)>& solid)
+                           const std::function<std::set<VoxelLabel>(const LabelVolume&)>& solid)
     : body_(body), lattice_(lattice) {
   const auto region_by_label = [](const auto& r) { return by_label(r.where); };
   if (std::none_of(body.fixed.begin(), body.fixed.end(), region_by_label) &&

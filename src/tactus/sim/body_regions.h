@@ -7,13 +7,13 @@
 namespace tactus {
 
 /// "1, 2, 5".
-std::string label_list(const std::set<std::uint8_t>& labels);
+std::string label_list(const std::set<VoxelLabel>& labels);
 
 class RegionFinder {
  public:
   /// @param solid which labels of a volume are the body
   RegionFinder(const BodyDescription& body, const BodyAssets& assets, const CubeLattice& lattice,
-               const std::function<std::set<std::uint8_t>(const LabelVolume&)>& solid);
+               const std::function<std::set<VoxelLabel>(const LabelVolume&)>& solid);
 
   bool holds_cube(const SpaceRegion& region, std::size_t cube) const;
   /// By where they rest; with labels, the corners of cubes. Ascending.
@@ -24,7 +24,7 @@ class RegionFinder {
  private:
   const BodyDescription& body_;
   const CubeLattice& lattice_;
-  std::vector<std::uint8_t> labels_;  ///< per cube; empty where no region asks for it
+  std::vector<VoxelLabel> labels_;  ///< per cube; empty where no region asks for it
 };
 
 /// What the description holds, moves and loads, into the shape. @throws Error naming the region that would do

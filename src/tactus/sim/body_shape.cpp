@@ -46,16 +46,16 @@ Solid make_solid(const ShapeDescription& shape) {
 }
 
 /// The labels that are the body. @throws Error for labels that the volume doesn't have.
-std::set<std::uint8_t> solid_labels(const ShapeDescription& shape, const LabelVolume& volume) {
-  const std::set<std::uint8_t> there(volume.labels.begin(), volume.labels.end());
+std::set<VoxelLabel> solid_labels(const ShapeDescription& shape, const LabelVolume& volume) {
+  const std::set<VoxelLabel> there(volume.labels.begin(), volume.labels.end());
   if (shape.labels.empty()) {
-    std::set<std::uint8_t> solid = there;
+    std::set<VoxelLabel> solid = there;
     solid.erase(0);
     if (solid.empty()) throw Error("its label volume holds nothing but 0");
     return solid;
   }
   for (const int label : shape.labels) {
-    if (!there.contains(static_cast<std::uint8_t>(label)))
+    if (!there.contains(static_cast<VoxelLabel>(label)))
       throw usage_error("its label volume has no label " + std::to_string(label) + "; it has " +
                         label_list(there));
   }
@@ -117,10 +117,10 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
     const LabelVolume& volume = assets.labels.at(body.name);
     const Vec3f n = vec_cast<float>(volume.dims), v = volume.voxel_size_m;
     check_size({n.x * v.x, n.y * v.y, n.z * v.z});
-    const std::set<std::uint8_t> solid = solid_labels(shape, volume);
+    const std::set<VoxelLabel> solid = solid_labels(shape, volume);
     TriangleMesh mesh = surface_of_labels(volume, solid, fineness);
     const auto voxels = std::count_if(volume.labels.begin(), volume.labels.end(),
-                                      [&](std::uint8_t label) { return solid.contains(label); });
+                                      [&](VoxelLabel label) { return solid.contains(label); });
     grow_to_volume(mesh, static_cast<double>(voxels) * double{v.x} * double{v.y} * double{v.z}, fineness);
     return mesh;
   }

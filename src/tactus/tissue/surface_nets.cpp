@@ -114,7 +114,7 @@ TriangleMesh surface_nets(const std::function<float(Vec3f)>& distance_m, const B
   return mesh;
 }
 
-TriangleMesh surface_of_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
+TriangleMesh surface_of_labels(const LabelVolume& volume, const std::set<VoxelLabel>& solid,
                                float spacing_m) {
   const Vec3i n = volume.dims;
   if (n.x <= 0 || n.y <= 0 || n.z <= 0 || volume.labels.size() != at(std::int64_t{n.x} * n.y * n.z))

@@ -17,7 +17,6 @@ TriangleMesh surface_nets(const std::function<float(Vec3f)>& distance_m, const B
 
 /// The boundary of the labelled voxels, in the body's coordinates: surface nets of their smoothed indicator,
 /// sampled at `spacing_m`.
-TriangleMesh surface_of_labels(const LabelVolume& volume, const std::set<std::uint8_t>& solid,
-                               float spacing_m);
+TriangleMesh surface_of_labels(const LabelVolume& volume, const std::set<VoxelLabel>& solid, float spacing_m);
 
 }  // namespace tactus
