@@ -15,9 +15,9 @@ constexpr int kMostLabel = 65535;
 /// own coordinates, which R_body_volume turns into those of the body.
 struct LabelVolume {
   std::vector<VoxelLabel> labels;  ///< x fastest, then y, then z; dims.x*dims.y*dims.z of them
-  Vec3i dims{};                      ///< voxels along x, y, z; each >= 1
-  Vec3f voxel_size_m{};              ///< edge lengths of a voxel, each > 0
-  Vec3f origin_m{};                  ///< lowest corner of the volume
+  Vec3i dims{};                    ///< voxels along x, y, z; each >= 1
+  Vec3f voxel_size_m{};            ///< edge lengths of a voxel, each > 0
+  Vec3f origin_m{};                ///< lowest corner of the volume
   Mat3d R_body_volume = Mat3d::identity();
 
   /// The label at a point of the body; 0 outside of the volume.
