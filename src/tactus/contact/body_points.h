@@ -6,6 +6,7 @@
 
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/exec_context.h"
+#include "tactus/contact/friction.h"
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/boundary_points.h"
@@ -60,6 +61,8 @@ struct PointContact {
   Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
   Vec3f anchor_m;    ///< where friction holds it; moves along with what it touches
   float left_m = 0;  ///< how deep it stays for now: the wall of a cut that is being parted
+  FrictionMemory friction = {};
+  Index label = -1;  ///< of a piece of the real surface: pieces are numbered anew in each frame
 };
 
 /// What one point, or all, did to an owner since the frame began.

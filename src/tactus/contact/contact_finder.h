@@ -32,6 +32,19 @@ struct ContactFinder {
   TACTUS_HD Index tool_of(Index owner) const {
     return owner < kPieces ? -1 : boundaries.obstacles[owner - kPieces].tool;
   }
+  /// A piece is known again by its label.
+  TACTUS_HD Index label_of(Index owner) const {
+    return owner < kPieces ? poses().piece[owner].piece.label : -1;
+  }
+  /// What a point touched, by its number in this frame; -1: it is gone.
+  TACTUS_HD Index owner_of(const PointContact& contact) const {
+    const Index owner = contact.owner, count = poses().count;
+    if (owner < 0 || owner >= kPieces || (owner < count && label_of(owner) == contact.label)) return owner;
+    TACTUS_ROLLED
+    for (Index k = 0; k < count; ++k)
+      if (label_of(k) == contact.label) return k;
+    return -1;
+  }
   TACTUS_HD Vec3f velocity_of(Index owner, Vec3f x) const {
     if (owner < kPieces) return poses().piece[owner].velocity_at(x);
     const Index t = tool_of(owner);
@@ -58,9 +71,9 @@ struct ContactFinder {
   /// came in, and from beyond the middle of a thin plate it would be brought to the wrong one.
   TACTUS_HD Vec3f way(Index i, Index owner, Vec3f x, Vec3f v) const {
     const PointContact& contact = body.state.contact[i];
-    if (body.state.touching[i] != 1 || contact.owner != owner || tool_of(owner) >= 0)
+    if (body.state.touching[i] != 1 || owner_of(contact) != owner || tool_of(owner) >= 0)
       return dt_s * (v - velocity_of(owner, x));
-    const Vec3f held = contact.anchor_m + dt_s * velocity_of(owner, contact.anchor_m);
+    const Vec3f held = contact.x_m + dt_s * velocity_of(owner, contact.x_m);
     return (x - held) - kAbove * body.reach_m * contact.n;
   }
   /// Out of the wall of a cut that a point is on; 0: it is on none.
@@ -81,7 +94,7 @@ struct ContactFinder {
       if (const Vec3f out = wall_out(i); out != Vec3f{}) return -normalized(out);
     }
     const PointContact& contact = body.state.contact[i];
-    const bool same = contact.owner == owner || (contact.owner < kPieces && owner < kPieces);
+    const bool same = owner_of(contact) == owner || (contact.owner < kPieces && owner < kPieces);
     return body.state.touching[i] != 0 && same ? contact.n : Vec3f{};
   }
   /// Squared: how far a point moved at most relative to anything since the pose `then`, at which it was at
@@ -239,8 +252,8 @@ struct ContactFinder {
     const Index touching = body.state.touching[i];
     if (touching == 0) return;
     PointContact& contact = body.state.contact[i];
-    if (contact.owner >= kPieces || contact.owner < poses().count)
-      contact.anchor_m += dt_s * velocity_of(contact.owner, contact.anchor_m);
+    if (const Index owner = owner_of(contact); owner >= 0)
+      contact.anchor_m += dt_s * velocity_of(owner, contact.anchor_m);
     body.set_touching(i, body.table.points[i], touching < kLingering ? touching + 1 : 0);
   }
 
@@ -451,20 +464,23 @@ struct ContactFinder {
   }
 
   /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back
-  /// to where the point was held, at most by mu times how deep it went: Coulomb's law for positions, without
-  /// which what rests creeps. Restitution is for what arrives: what touched already is carried.
+  /// to where the point was held, at most by mu times how deep it goes in the mean: Coulomb's law for
+  /// positions, without which what rests creeps. Restitution is for what arrives: what touched already is
+  /// carried.
   TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
     const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
     PointContact& contact = body.state.contact[i];
-    const bool same = touching != 0 && contact.owner == deepest.owner;
+    const bool same = touching != 0 && owner_of(contact) == deepest.owner;
     const float deep = -deepest.gap_m, before = same ? max(contact.left_m - kParting_m_s * dt_s, 0.F) : deep,
                 left = deepest.parts ? min(before, deep) : 0.F, depth = deep - left;
+    FrictionMemory memory = same ? contact.friction : FrictionMemory::begin(depth);
+    memory.press(depth);
     const Vec3f anchor = same ? contact.anchor_m + dt_s * deepest.velocity_m_s : x - dt_s * rel;
     const Vec3f away = x - anchor, slide = away - dot(away, n) * n;
-    const float distance = length(slide), most = friction * depth;
+    const float distance = length(slide), most = friction * memory.depth_m;
     const Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
-    const Vec3f kick = touch_kick(rel, n, touching == 1 ? 0.F : restitution, friction);
-    contact = {x + push, push, kick, deep, deepest.owner, n, x + push, left};
+    const Vec3f kick = memory.kick_m_s(rel, n, touching == 1 ? 0.F : restitution, friction);
+    contact = {x + push, push, kick, deep, deepest.owner, n, x + push, left, memory, label_of(deepest.owner)};
   }
 };
 

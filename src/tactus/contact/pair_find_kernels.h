@@ -428,11 +428,16 @@ struct FindPairs {
     const bool same = contact.touching != 0 && table.cubes[contact.anchor_cube].body == cube.body;
     const Vec3f anchor =
         same ? CubeCorners::map(other.nodes, table.cubes[contact.anchor_cube]).at(contact.anchor_q) : x;
+    FrictionMemory memory = same ? contact.friction : FrictionMemory::begin(depth);
+    memory.press(depth);
     const Vec3f away = x - anchor, slide = away - dot(away, n) * n;
-    const float distance = length(slide), most = friction * depth;
+    const float distance = length(slide), most = friction * memory.depth_m;
     Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
-    contact.anchor_cube = c;
-    contact.anchor_q = q + jacobian.solve(push);
+    // Where it sticks the anchor stays as it is: each time it is found anew it is off by a rounding.
+    if (!same || distance > most) {
+      contact.anchor_cube = c;
+      contact.anchor_q = q + jacobian.solve(push);
+    }
     // What was put into one another must not be shot apart. But what came in since the last correction goes
     // back at once: else what carries more than that a substep sinks in.
     const float stayed = same && contact.touching == 1 ? contact.depth_m - length(contact.push_m) : depth;
@@ -444,7 +449,8 @@ struct FindPairs {
       shift_weights(contact, q);
     else if (contact.touching == 1)
       add_weights(i, contact, -1);
-    contact.kick_m_s = touch_kick(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
+    contact.kick_m_s = memory.kick_m_s(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
+    contact.friction = memory;
     contact.push_m = push;
     contact.x_m = x;
     contact.depth_m = depth;

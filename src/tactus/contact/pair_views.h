@@ -169,6 +169,7 @@ struct PairContact {
   Vec3f anchor_q;  ///< where friction holds it
   Vec3f x_m, push_m, kick_m_s;
   float depth_m = 0;
+  FrictionMemory friction = {};
   Vec3f impulse_N_s, shift_kg_m;  ///< after all that touch were seen
 };
 

@@ -4,6 +4,7 @@
 
 #include "tactus/compute/fold.h"
 #include "tactus/contact/body_points.h"
+#include "tactus/contact/friction.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/frame/frame_params.h"
 
@@ -102,18 +103,6 @@ struct PoseSurface {
   }
 };
 
-/// Change of velocity of a point that moves by `rel` relative to what it touches, whose normal is n: nothing
-/// when separating, else the normal part is reflected with restitution e and friction takes at most μ times
-/// the normal impulse from the tangential part.
-TACTUS_HD inline Vec3f touch_kick(Vec3f rel, Vec3f n, float restitution, float friction) {
-  const float approach = dot(rel, n);
-  if (!(approach < 0.F)) return {};
-  const Vec3f slide = rel - approach * n;
-  const float speed = length(slide), most = -friction * (1.F + restitution) * approach;
-  const float taken = speed > most ? most / speed : 1.F;
-  return -(1.F + restitution) * approach * n - taken * slide;
-}
-
 /// What is touched: the real surface at one time, what stands still, and tools.
 struct Boundaries {
   SurfaceTrianglesView surface;
@@ -156,10 +145,6 @@ struct TouchingPoints {
     }
   }
 };
-
-/// A point remembers what it touched for so many corrections, less one: what rests leaves the surface for a
-/// substep now and then, by rounding or because it swings, and must not creep with each time.
-inline constexpr Index kLingering = 8;
 
 /// Block: points that sleep together, of which mostly none touches. What the impulse of a touching point
 /// moves; with that, what it does to its owner is noted.
@@ -344,7 +329,7 @@ struct DeepRescue {
     const float gap = dot(p - coarse.x_m[nearest], coarse.n[nearest]);
     if (!(gap < 0.F) || !inside(p, own)) return;
     const Vec3f n = now.turn * coarse.n[nearest], push = -gap * n;
-    body.state.contact[i] = {x + push, push, {}, -gap, k, n, x + push};
+    body.state.contact[i] = {x + push, push, {}, -gap, k, n, x + push, 0, {}, now.piece.label};
     body.set_touching(i, point, 1);
   }
   TACTUS_HD bool has_fine_sample(Vec3f p, Index own) const {
