@@ -284,7 +284,7 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
       Index part = -1;
       for (std::size_t k = 0; k < 3 && part < 0 && d != nullptr; ++k) part = part_round(s, *d, piece, k);
       const Parted& parted = parted_[index(place)];
-      t.home = part >= 0 ? part : parted.part[index(parted.wall.side(middle))];
+      t.home = part >= 0 ? part : parted.part_at(middle);
     }
     for (Corner& corner : t.corner) corner.cube = t.home;
     return;
@@ -344,6 +344,7 @@ void CutSurface::find_pieces(const LatticeCutter& cutter, Stage& s) {
   const std::size_t near = s.near.size(), splits = s.splits.size(), walls = s.walls.size();
   s.shares.resize(splits);
   s.is_sliver.resize(splits);
+  s.empty_side.resize(splits);
   s.near_pieces.resize(near);
   s.wall_pieces.resize(walls);
   const auto is_whole = [&](const Chains<Segment>& segments, std::size_t list, const Piece& corners) {

@@ -154,7 +154,7 @@ void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& trian
 Index CutSurface::leaf(Index cube, Vec3d p) const {
   while (parted_place_[index(cube)] >= 0) {
     const Parted& parted = parted_[index(parted_place_[index(cube)])];
-    cube = parted.part[index(parted.wall.side(p))];
+    cube = parted.part_at(p);
   }
   return cube;
 }
@@ -200,7 +200,8 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
       if (split.point[pair] >= 0) place[pair] = at(split.point[pair]);
     Parted& parted = parted_[first_parted + k];
     parted = {Wall(lattice.cubes[index(split.regular)], split.split.sides, place),
-              {split.split.part[0], split.split.part[1]}};
+              {split.split.part[0], split.split.part[1]},
+              -1};
     split.wall = &parted.wall;
     find_reference(cutter, split);
     find_faces(s, split);
@@ -383,16 +384,20 @@ double CutSurface::share(const LatticeCutter& cutter, const Stage& s, const Spli
     });
   });
   const auto [low, high] = sum;
-  return low + high > 0 ? high / (low + high) : 0.5;
+  return low + high > 0 ? high / (low + high) : -1;
 }
 
 void CutSurface::find_share(const LatticeCutter& cutter, Stage& s, std::size_t k) const {
   const Split& split = s.splits[k];
   const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
-  const double own = share(cutter, s, split);
+  const double found = share(cutter, s, split), own = found < 0 ? 0.5 : found;
   s.shares[k] = std::clamp(own, least, 1 - least);
   s.is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
+  s.empty_side[k] = found < 0    ? kBothSides
+                    : found == 0 ? std::int8_t{1}
+                    : found == 1 ? std::int8_t{0}
+                                 : kNoSide;
 }
 
 const std::vector<double>& CutSurface::cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage) {
@@ -402,9 +407,10 @@ const std::vector<double>& CutSurface::cut(const LatticeCutter& cutter, const st
   make_walls(cutter, stage, s);
   intersect_all(s);
   find_pieces(cutter, s);
-  slivers_ += static_cast<Index>(std::count(s.is_sliver.begin(), s.is_sliver.end(), 1));
   divide_near(cutter, s);
   add_walls(cutter, s);
+  drop_empty_parts(cutter, s);
+  slivers_ += static_cast<Index>(std::count(s.is_sliver.begin(), s.is_sliver.end(), 1));
   return s.shares;
 }
 

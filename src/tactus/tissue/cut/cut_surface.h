@@ -222,8 +222,10 @@ class CutSurface {
         rim;  ///< points of the surface on edges of walls; whether they are their ends
     std::vector<double> shares;
     std::vector<std::uint8_t> is_sliver;  ///< per split
-    std::vector<Index> near_pieces;       ///< per triangle in `near`: place in divided_; kWhole
-    std::vector<Index> wall_pieces;       ///< per wall: the same, or kOutside
+    /// Per split: the side of its wall where samples found nothing, or kNoSide, or kBothSides.
+    std::vector<std::int8_t> empty_side;
+    std::vector<Index> near_pieces;  ///< per triangle in `near`: place in divided_; kWhole
+    std::vector<Index> wall_pieces;  ///< per wall: the same, or kOutside
     bool is_crossing(Index point) const {
       return point >= first_point && point - first_point < parents.count() &&
              !parents.empty(point - first_point);
@@ -243,6 +245,7 @@ class CutSurface {
       rim.clear();
     }
   };
+  static constexpr std::int8_t kNoSide = -1, kBothSides = 2;
   /// Instead of a place in divided_: it is in one piece, or outside of the body.
   static constexpr Index kWhole = -1, kOutside = -2, kInPieces = -3;
   /// Where an edge of one triangle meets another.
@@ -288,6 +291,7 @@ class CutSurface {
   template <class F>
   void for_each_tet(const LatticeCutter& cutter, Index cube, F&& f) const;
   double inside_share(const Stage& s, const Split& split, const Tet& tet) const;
+  /// @returns side 1's; -1: no sample found anything
   double share(const LatticeCutter& cutter, const Stage& s, const Split& split) const;
   void find_share(const LatticeCutter& cutter, Stage& s, std::size_t k) const;
   void find_faces(Stage& s, Split& split) const;
@@ -320,15 +324,15 @@ class CutSurface {
   void part_cubes(const Stage& s);
   void note_depths();
   void divide_near(const LatticeCutter& cutter, const Stage& s);
+  void drop_empty_parts(const LatticeCutter& cutter, Stage& s);
+  bool is_empty(const Stage& s, const Split& split, int side) const;
+  int side_of_faces(const LatticeCutter& cutter, const Stage& s, const Split& split) const;
   void add_walls(const LatticeCutter& cutter, const Stage& s);
   void add_wall(const LatticeCutter& cutter, const Stage& s, std::size_t number, const Piece& piece);
   // cut_vertices.cpp
   void take_room_for_frame(std::size_t splits);
   void take_room_for_stage(std::size_t splits);
-  void drop_fills(const std::vector<Index>& triangles);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
-  void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
-  void part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   /// A corner of a triangle.
   struct Use {
     Index triangle;  ///< number in a list
@@ -354,6 +358,14 @@ class CutSurface {
   void set_vertices(Index triangle, const std::array<Index, 3>& vertices, std::uint64_t change);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
   void sum_edges();
+  // cut_parts.cpp
+  void drop_fills(const std::vector<Index>& triangles);
+  void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
+  void note_suspects(const std::vector<Index>& triangles);
+  void separate(const LatticeCutter& cutter);
+  void add_triangles_round(const LatticeCutter& cutter, Corner corner);
+  void part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles,
+                      const std::vector<Index>& part_of_node);
   void close(const LatticeCutter& cutter);
 
   Room room_;
@@ -367,6 +379,8 @@ class CutSurface {
   struct Parted {
     Wall wall;
     std::array<Index, 2> part;
+    int only = -1;  ///< side that has all of the material; -1: both have some
+    Index part_at(Vec3d p) const { return part[index(only >= 0 ? only : wall.side(p))]; }
   };
   std::vector<Parted> parted_;
   std::vector<Index> parted_place_;  ///< per cube and copy: in parted_; -1: it is whole
@@ -400,6 +414,7 @@ class CutSurface {
   std::vector<Index> near_cubes_;
   std::vector<Index> near_;                    ///< triangles round the cubes that fell apart, ascending
   std::vector<std::uint8_t> is_mended_;        ///< of these
+  std::vector<Index> suspects_;                ///< triangles that may reach from part to part one day
   std::vector<Piece> named_;                   ///< their vertices
   std::vector<std::uint64_t> weight_changes_;  ///< what these change of edge_weight_
   std::vector<Index> use_points_;              ///< ascending

@@ -1,8 +1,7 @@
-// Vertices of a surface that is cut: which nodes move them, and that the surface stays closed.
+// Vertices of a surface that is cut: which nodes move them.
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <span>
 #include <utility>
 
@@ -73,6 +72,7 @@ void CutSurface::take_room_for_stage(std::size_t splits) {
   s.wall_segments.take_room_for(12 * splits, 4 * splits);
   take_room(s.shares, splits);
   take_room(s.is_sliver, splits);
+  take_room(s.empty_side, splits);
   take_room(s.near_pieces, 20 * splits);
   take_room(s.wall_pieces, 12 * splits);
   take_room(next_splits_, splits);
@@ -178,97 +178,6 @@ void CutSurface::set_vertices(Index triangle, const std::array<Index, 3>& vertic
   edge_weight_ += change;
   now = vertices;
   new_triangles_.push_back(triangle);
-}
-
-/// A corner whose copy shares no node with those of the others in its triangle, which agree, is on the wrong
-/// side by rounding: it goes to the copy that agrees with them.
-void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
-  const auto agree = [&](Index a, Index b) {
-    if (a == b) return true;
-    if (cutter.regular_of(a) == cutter.regular_of(b)) return false;
-    const auto &of_a = cutter.lattice().cube_nodes[index(a)], &of_b = cutter.lattice().cube_nodes[index(b)];
-    return std::any_of(of_a.begin(), of_a.end(),
-                       [&](Index node) { return std::find(of_b.begin(), of_b.end(), node) != of_b.end(); });
-  };
-  const auto is_wrong = [&](const Triangle& t, std::size_t k) {
-    const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
-    return !agree(t.corner[k].cube, p) && !agree(t.corner[k].cube, q) && agree(p, q);
-  };
-  is_mended_.resize(triangles.size());
-  cpu_for(triangles.size(), 512, [&](std::size_t i) {
-    const Triangle& t = triangles_[index(triangles[i])];
-    const bool ab = agree(t.corner[0].cube, t.corner[1].cube), bc = agree(t.corner[1].cube, t.corner[2].cube),
-               ca = agree(t.corner[2].cube, t.corner[0].cube);
-    if (t.is_fill || t.home >= 0 || (ab && bc && ca))
-      is_mended_[i] = 0;
-    else
-      is_mended_[i] = int{ab} + int{bc} + int{ca} == 1 ? 1 : 2;
-  });
-  std::map<Index, Index> original;  // cube of original points that go elsewhere
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (is_mended_[i] != 1) continue;
-    Triangle& t = triangles_[index(triangles[i])];
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (!is_wrong(t, k)) continue;
-      Corner& corner = t.corner[k];
-      const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
-      for (const Index copy : cutter.live(cutter.regular_of(corner.cube)))
-        if (agree(copy, p) && agree(copy, q)) corner.cube = copy;
-      if (!points_[index(corner.point)].is_wall) original[corner.point] = corner.cube;
-    }
-  }
-  if (original.empty()) return;
-  for (const Index triangle : triangles)
-    for (Corner& corner : triangles_[index(triangle)].corner)
-      if (const auto other = original.find(corner.point); other != original.end())
-        corner.cube = other->second;
-}
-
-/// Each triangle is of one part of the lattice: that of its original vertices, else that of most corners.
-/// Corners on walls go to the copies of that part; where the others are of two parts, the triangle is
-/// dropped, and fans close what it leaves open, in each part on its own.
-void CutSurface::part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
-  const std::vector<Index> part_of_node = cutter.part_of_nodes();
-  const auto part = [&](Index cube) {
-    return part_of_node[index(cutter.lattice().cube_nodes[index(cube)][0])];
-  };
-  // An original vertex that triangles put into two parts goes where its place is.
-  std::map<Index, Index> part_of_point;
-  const auto for_each_original = [&](auto&& f) {
-    for (const Index triangle : triangles)
-      for (Corner& corner : triangles_[index(triangle)].corner)
-        if (!triangles_[index(triangle)].is_fill && !points_[index(corner.point)].is_wall) f(corner);
-  };
-  for_each_original([&](const Corner& corner) {
-    const auto [known, is_new] = part_of_point.try_emplace(corner.point, part(corner.cube));
-    if (known->second != part(corner.cube)) known->second = -1;
-  });
-  for_each_original([&](Corner& corner) {
-    if (part_of_point.at(corner.point) < 0)
-      corner.cube = leaf(cutter.regular_of(corner.cube), at(corner.point));
-  });
-  for (const Index triangle : triangles) {
-    Triangle& t = triangles_[index(triangle)];
-    const std::array<Index, 3> of{part(t.corner[0].cube), part(t.corner[1].cube), part(t.corner[2].cube)};
-    if (t.is_fill || (of[0] == of[1] && of[1] == of[2])) continue;
-    std::size_t first = of[1] == of[2] ? 1 : 0;  // a corner of the part that most have
-    for (std::size_t k = 0; k < 3; ++k)
-      if (!points_[index(t.corner[k].point)].is_wall) first = k;
-    bool is_one = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (of[k] == of[first]) continue;
-      Index to = -1;
-      if (points_[index(t.corner[k].point)].is_wall)
-        for (const Index copy : cutter.live(cutter.regular_of(t.corner[k].cube)))
-          if (part(copy) == of[first]) to = copy;
-      is_one = is_one && to >= 0;
-      if (to >= 0) t.corner[k].cube = to;
-    }
-    if (is_one) continue;
-    t.is_fill = true;
-    set_vertices(triangle, {0, 0, 0});
-    free_.push_back(triangle);
-  }
 }
 
 /// In ascending order of points; of one point by nodes. Uses are counted per point, so points are sorted
@@ -415,57 +324,6 @@ void CutSurface::name_vertices(const LatticeCutter& cutter, const std::vector<In
     set_vertices(triangles[i], named_[i], weight_changes_[i]);
 }
 
-/// Fills are made anew where something is cut.
-void CutSurface::drop_fills(const std::vector<Index>& triangles) {
-  for (const Index triangle : triangles) {
-    if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{})
-      continue;
-    set_vertices(triangle, {0, 0, 0});
-    free_.push_back(triangle);
-    --filled_;
-  }
-}
-
-/// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small
-/// as what rounding left open, and gets a fan of triangles.
-void CutSurface::close(const LatticeCutter& cutter) {
-  sum_edges();
-  std::map<Index, std::vector<Index>> next;  // against the open edges
-  for (const auto& [key, sum] : open_edges_) {
-    const auto low = static_cast<Index>(key >> 32U), high = static_cast<Index>(key & 0xFFFFFFFFU);
-    for (int k = 0; k < std::abs(sum); ++k) sum > 0 ? next[high].push_back(low) : next[low].push_back(high);
-  }
-  for (auto& [from, to] : next) std::sort(to.begin(), to.end());
-  while (!next.empty()) {
-    std::vector<Index> way{next.begin()->first};
-    while (true) {
-      auto& out = next.at(way.back());
-      const Index to = out.back();
-      out.pop_back();
-      if (out.empty()) next.erase(way.back());
-      const auto seen = std::find(way.begin(), way.end(), to);
-      if (seen == way.end()) {
-        way.push_back(to);
-        continue;
-      }
-      for (auto v = seen + 1; v != way.end() && v + 1 != way.end(); ++v) {
-        Triangle fill;
-        fill.is_fill = true;
-        const std::array<Index, 3> vertices{*seen, *v, *(v + 1)};
-        for (std::size_t k = 0; k < 3; ++k)
-          fill.corner[k] = {vertex_point_[index(vertices[k])], vertex_cube_[index(vertices[k])]};
-        const Index place = free_.empty() ? triangle_count() : free_.back();
-        add_triangle(cutter, fill);
-        if (place >= triangle_count()) return;
-        set_vertices(place, vertices);
-        ++filled_;
-      }
-      way.erase(seen + 1, way.end());
-      if (!next.contains(way.back())) break;
-    }
-  }
-}
-
 void CutSurface::update(const LatticeCutter& cutter, TopologyChange& change) {
   const std::vector<Index>& triangles = near_;
   const auto take = [](auto& now, auto& next) {
@@ -480,11 +338,8 @@ void CutSurface::update(const LatticeCutter& cutter, TopologyChange& change) {
   drop_fills(triangles);
   mend_sides(cutter, triangles);
   name_vertices(cutter, triangles);
-  const bool agree = std::none_of(is_mended_.begin(), is_mended_.end(), [](auto m) { return m != 0; });
-  if (edge_weight_ != 0 || !open_edges_.empty() || !agree) {
-    part_triangles(cutter, triangles);
-    name_vertices(cutter, triangles);
-  }
+  note_suspects(triangles);
+  separate(cutter);
   close(cutter);
   for (auto* list : {&new_anchors_, &new_triangles_}) {
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());

@@ -165,6 +165,7 @@ class LatticeCutter {
   void mark_cube(Index cube, const Crossed& crossed, Marked& marked);
   bool add_cut(Index low, Index high, float place);
   int steps_of(const BladeTrail& trail, const std::vector<Vec3f>& edge) const;
+  void take_nodes_off(BladeTrail& trail, Marked& marked);
   bool move_nodes(BladeTrail& trail, float share);
   void mark_step(BladeTrail& trail, const std::vector<Vec3f>& edge, int k, int steps, Marked& marked);
   void place_nodes(const RestFrame& frame, std::span<const Vec3f> x_m, std::vector<Vec3f>& nodes) const;
@@ -232,6 +233,7 @@ class LatticeCutter {
   // In mark().
   std::vector<Vec3f> next_nodes_, step_nodes_;
   std::vector<std::uint8_t> step_names_;
+  std::vector<std::pair<Index, Vec3f>> off_ways_;  ///< of nodes that the strip takes off its way
   Journal journal_;
   std::vector<NamedTriangle> strip_;
   std::vector<std::uint32_t> hits_;  ///< per kCubeBlock regular cubes: bits of those that meet the strip

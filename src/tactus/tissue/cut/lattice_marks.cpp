@@ -21,8 +21,10 @@ constexpr float kNearWall = 0.02F, kOffWall = 0.02F;
 /// So far ahead of a strip's end nodes are looked at.
 constexpr float kAhead = 0.5F;
 /// Nodes go no farther than this, in spacings, between two moves of the blade; in so many steps at most.
-constexpr float kStep = 0.1F;
-constexpr int kMostSteps = 8;
+/// While the blade moves they are half a step from where they should be: no farther than kNearBlade.
+constexpr float kStep = 0.02F;
+constexpr int kMostSteps = 40;
+
 Box3f box_of(std::span<const Vec3f> points) {
   Box3f box{points.front(), points.front()};
   for (const Vec3f p : points) box = {min(box.min, p), max(box.max, p)};
@@ -67,7 +69,9 @@ class SweptPlane {
     above_ = dot(normal_, d);
     // d = a along + b way + above normal.
     const float a = dot(normal_, cross(d, way)) / size, b = dot(normal_, cross(along_, d)) / size;
-    return a >= 0 && a <= 1 && b >= 0 && (b - 1) * length(way) <= kAhead;
+    // Segments overlap a little: by rounding, a point before their common end is before neither.
+    constexpr float kOverlap = 0.01F;
+    return a >= -kOverlap && a <= 1 + kOverlap && b >= 0 && (b - 1) * length(way) <= kAhead;
   }
   Vec3f normal() const { return normal_; }
   float above() const { return above_; }
@@ -78,10 +82,26 @@ class SweptPlane {
   float above_ = 0;
 };
 
-/// Takes nodes that a blade is about to graze off its way, all to one side. Else each would go where rounding
-/// takes it, and walls would run to and fro between them. @param before where they come from
-void keep_off_blade(std::span<const Vec3f> begin, std::span<const Vec3f> end, std::span<const Vec3f> before,
-                    std::vector<Vec3f>& nodes, std::vector<Vec3f>& kept_off, std::vector<Index>& near_wall) {
+/// Whether a cube round a node lies that way.
+bool has_cube(const LatticeCutter& cutter, std::size_t node, Vec3f way) {
+  constexpr float kAside =
+      0.05F;  // of a spacing: the middle of a cube whose edge lies along the blade's plane
+  for (int q = 0; q < 8; ++q) {
+    const Vec3i corner{q & 1, q >> 1 & 1, q >> 2};
+    const Vec3f to_middle = Vec3f{0.5F, 0.5F, 0.5F} - vec_cast<float>(corner);
+    if (dot(to_middle, way) > kAside && cutter.regular_at(cutter.lattice().nodes[node] - corner) >= 0)
+      return true;
+  }
+  return false;
+}
+
+/// Takes nodes that a blade is about to graze off its way, all to one side; those in a face of the body,
+/// behind which nothing is, to the body's. Else each would go where rounding takes it, and walls would run to
+/// and fro between them. @param before where they come from @param ways of nodes that are taken off
+void keep_off_blade(const LatticeCutter& cutter, std::span<const Vec3f> begin, std::span<const Vec3f> end,
+                    std::span<const Vec3f> before, std::span<const Vec3f> nodes, std::vector<Vec3f>& kept_off,
+                    std::vector<Index>& near_wall, std::vector<std::pair<Index, Vec3f>>& ways) {
+  ways.clear();
   std::vector<SweptPlane> planes;
   Box3f all{begin[0], begin[0]};
   for (std::size_t k = 0; k + 1 < begin.size(); ++k) {
@@ -98,8 +118,9 @@ void keep_off_blade(std::span<const Vec3f> begin, std::span<const Vec3f> end, st
       Vec3f way = plane.normal() - dot(plane.normal(), known) * known;
       const float part = dot(way, plane.normal());
       if (part < 0.2F) break;  // it is kept off this way already
-      way = (kOffBlade - plane.above()) / part * way;
-      nodes[i] += way;
+      const float to = has_cube(cutter, i, plane.normal()) ? kOffBlade : -kOffBlade;
+      way = (to - plane.above()) / part * way;
+      ways.emplace_back(static_cast<Index>(i), way);
       keep_node_off(static_cast<Index>(i), kept_off, near_wall, way);
       break;
     }
@@ -203,7 +224,9 @@ LatticeCutter::Marked LatticeCutter::mark(const BladeStrip& strip, std::span<con
   Marked marked;
   journal_.edges.clear();
   journal_.cubes.clear();
-  mark({strip, x_m, x_m, {}, {}}, marked);
+  const Sweep sweep{strip, x_m, x_m, {}, {}};
+  find_cubes_in(strip.box_m(), sweep);
+  mark(sweep, marked);
   keep_journal();
   return marked;
 }
@@ -213,10 +236,10 @@ void LatticeCutter::keep_journal() {
   if (!journal_.edges.empty()) journals_.push_back(journal_);
 }
 
+/// In the cubes that find_cubes_in() found.
 void LatticeCutter::mark(const Sweep& sweep, Marked& marked) {
   strip_.clear();
   sweep.strip.add_triangles_to(strip_);
-  find_cubes_in(sweep.strip.box_m(), sweep);
   crossed_.resize(std::max(crossed_.size(), found_.size()));
   cpu_for(found_.size(), 16, [&](std::size_t k) {
     crossed_[k].pairs = 0;
@@ -266,15 +289,34 @@ LatticeCutter::Marked LatticeCutter::mark(BladeTrail& trail, const BladeStrip& s
   const RestFrame frame = frame_at(strip.end_m, x_m, trail.nodes);
   const std::vector<Vec3f> edge = edge_at(frame, strip.end_m);
   place_nodes(frame, x_m, next_nodes_);
-  keep_off_blade(trail.edge, edge, trail.nodes, next_nodes_, kept_off_, near_wall_);
+  keep_off_blade(*this, trail.edge, edge, trail.nodes, next_nodes_, kept_off_, near_wall_, off_ways_);
   Marked marked;
   journal_.edges.clear();
   journal_.cubes.clear();
+  // All steps are on the way from where nodes and edge were to where they go, but for nodes that are taken
+  // off.
+  const Sweep whole{{trail.edge, edge}, trail.nodes, next_nodes_, {}, {}};
+  const Box3f box = whole.strip.box_m();
+  const Vec3f off{2 * kOffBlade, 2 * kOffBlade, 2 * kOffBlade};
+  find_cubes_in({box.min - off, box.max + off}, whole);
+  take_nodes_off(trail, marked);
   const int steps = steps_of(trail, edge);
   for (int k = 1; k <= steps; ++k) mark_step(trail, edge, k, steps, marked);
   keep_journal();
   trail.frame = strip.frame;
   return marked;
+}
+
+/// Nodes go off the blade's way while it stands, so it finds them there from where it starts.
+void LatticeCutter::take_nodes_off(BladeTrail& trail, Marked& marked) {
+  if (off_ways_.empty()) return;
+  for (const auto& [node, way] : off_ways_) next_nodes_[at(node)] += way;
+  std::vector<Vec3f> goal = trail.nodes;
+  for (const auto& [node, way] : off_ways_) goal[at(node)] += way;
+  std::swap(goal, next_nodes_);
+  move_nodes(trail, 1);
+  std::swap(goal, next_nodes_);
+  mark({{trail.edge, {}, trail.steps}, step_nodes_, trail.nodes, step_names_, trail.names}, marked);
 }
 
 /// So many that no node near the blade goes far in one.

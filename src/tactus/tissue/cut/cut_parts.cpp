@@ -1,0 +1,250 @@
+// That each part of the lattice has a closed surface of its own.
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "tactus/compute/cpu_for.h"
+#include "tactus/tissue/cut/cut_geometry.h"
+#include "tactus/tissue/cut/cut_surface.h"
+
+namespace tactus::cut {
+
+/// Whether a part of a cube has nothing of the body: no sample, no wall, no corner of the surface.
+bool CutSurface::is_empty(const Stage& s, const Split& split, int side) const {
+  for (std::size_t w = split.first_wall; w < split.end_wall; ++w) {
+    const Index pieces = s.wall_pieces[w];
+    if (pieces != kOutside && (pieces < 0 || !divided_[index(pieces)].pieces.empty())) return false;
+  }
+  for (const Index triangle : bins_.of(split.regular))
+    for (const Corner& corner : triangles_[index(triangle)].corner)
+      if (corner.cube == split.split.part[side]) return false;
+  return true;
+}
+
+/// On which side of a wall, which the surface does not meet, it lies: points of its triangles tell, or, where
+/// no triangle is, the corner of the cube that is nearest to it.
+int CutSurface::side_of_faces(const LatticeCutter& cutter, const Stage& s, const Split& split) const {
+  constexpr int kParts = 8;
+  const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]),
+              high = low + Vec3d{1, 1, 1};
+  for (const Face& f : std::span(s.faces).subspan(split.first_face, split.face_count))
+    for (int i = 0; i <= kParts; ++i)
+      for (int j = 0; i + j <= kParts; ++j) {
+        const Vec3d p = f.a + (i * (f.b - f.a) + j * (f.c - f.a)) / double{kParts};
+        if (!apart(p, p, low, high)) return split.wall->side(p);
+      }
+  int nearest = 0;
+  double least = 1e30;
+  for (int q = 0; q < 8; ++q) {
+    const Vec3d corner = low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2});
+    if (const double d = depth(corner); d < least) least = d, nearest = q;
+  }
+  return split.split.sides >> nearest & 1;
+}
+
+/// Cubes at the surface reach out of the body. What a wall parts off there has no mass, so it is no part.
+void CutSurface::drop_empty_parts(const LatticeCutter& cutter, Stage& s) {
+  for (std::size_t k = 0; k < s.splits.size(); ++k) {
+    if (s.empty_side[k] == kNoSide || !s.splits[k].has_surface) continue;
+    const int side =
+        s.empty_side[k] == kBothSides ? 1 - side_of_faces(cutter, s, s.splits[k]) : s.empty_side[k];
+    if (!is_empty(s, s.splits[k], side)) continue;
+    s.shares[k] = side == 0 ? 1 : 0;
+    s.is_sliver[k] = 0;
+    parted_[index(parted_place_[index(s.splits[k].split.parent)])].only = 1 - side;
+  }
+}
+
+/// A corner whose copy shares no node with those of the others in its triangle, which agree, is on the wrong
+/// side by rounding: it goes to the copy that agrees with them.
+void CutSurface::mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
+  const auto agree = [&](Index a, Index b) {
+    if (a == b) return true;
+    if (cutter.regular_of(a) == cutter.regular_of(b)) return false;
+    const auto &of_a = cutter.lattice().cube_nodes[index(a)], &of_b = cutter.lattice().cube_nodes[index(b)];
+    return std::any_of(of_a.begin(), of_a.end(),
+                       [&](Index node) { return std::find(of_b.begin(), of_b.end(), node) != of_b.end(); });
+  };
+  const auto is_wrong = [&](const Triangle& t, std::size_t k) {
+    const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
+    return !agree(t.corner[k].cube, p) && !agree(t.corner[k].cube, q) && agree(p, q);
+  };
+  is_mended_.resize(triangles.size());
+  cpu_for(triangles.size(), 512, [&](std::size_t i) {
+    const Triangle& t = triangles_[index(triangles[i])];
+    const bool ab = agree(t.corner[0].cube, t.corner[1].cube), bc = agree(t.corner[1].cube, t.corner[2].cube),
+               ca = agree(t.corner[2].cube, t.corner[0].cube);
+    if (t.is_fill || t.home >= 0 || (ab && bc && ca))
+      is_mended_[i] = 0;
+    else
+      is_mended_[i] = int{ab} + int{bc} + int{ca} == 1 ? 1 : 2;
+  });
+  std::map<Index, Index> original;  // cube of original points that go elsewhere
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (is_mended_[i] != 1) continue;
+    Triangle& t = triangles_[index(triangles[i])];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!is_wrong(t, k)) continue;
+      Corner& corner = t.corner[k];
+      const Index p = t.corner[(k + 1) % 3].cube, q = t.corner[(k + 2) % 3].cube;
+      for (const Index copy : cutter.live(cutter.regular_of(corner.cube)))
+        if (cutter.lattice().cube_fill[index(copy)] > 0 && agree(copy, p) && agree(copy, q))
+          corner.cube = copy;
+      if (!points_[index(corner.point)].is_wall) original[corner.point] = corner.cube;
+    }
+  }
+  if (original.empty()) return;
+  for (const Index triangle : triangles)
+    for (Corner& corner : triangles_[index(triangle)].corner)
+      if (const auto other = original.find(corner.point); other != original.end())
+        corner.cube = other->second;
+}
+
+/// Triangles whose corners' cubes don't hang together as neighbours do, by rounding or as they are long, and
+/// those with an original vertex that another triangle has moved by another cube. As long as the lattice is
+/// in one piece there, nothing is wrong with them; a later cut may part it.
+void CutSurface::note_suspects(const std::vector<Index>& triangles) {
+  std::erase_if(suspects_,
+                [&](Index t) { return std::binary_search(triangles.begin(), triangles.end(), t); });
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles_[index(triangles[i])];
+    const bool is_moved_elsewhere =
+        !t.is_fill && std::any_of(t.corner.begin(), t.corner.end(), [&](const Corner& c) {
+          return !points_[index(c.point)].is_wall && vertex_cube_[index(c.point)] != c.cube;
+        });
+    if (is_mended_[i] != 0 || is_moved_elsewhere) suspects_.push_back(triangles[i]);
+  }
+}
+
+/// Takes care that no triangle reaches from one part of the lattice to another, whenever it was made.
+void CutSurface::separate(const LatticeCutter& cutter) {
+  const bool is_open = edge_weight_ != 0 || !open_edges_.empty();
+  if (!is_open && suspects_.empty()) return;
+  const std::vector<Index> part_of_node = cutter.part_of_nodes();
+  const auto part = [&](Index vertex) {
+    const Index cube = vertex_cube_[index(vertex)];
+    return part_of_node[index(cutter.lattice().cube_nodes[index(cube)][0])];
+  };
+  bool reaches = is_open;
+  for (const Index triangle : near_) set_.insert(triangle);
+  for (const Index triangle : suspects_) {
+    const auto [a, b, c] = vertices_of_[index(triangle)];
+    if (part(a) == part(b) && part(b) == part(c)) continue;
+    reaches = true;
+    for (const Corner& corner : triangles_[index(triangle)].corner) add_triangles_round(cutter, corner);
+  }
+  set_.take(near_);
+  if (!reaches) return;
+  drop_fills(near_);
+  part_triangles(cutter, near_, part_of_node);
+  name_vertices(cutter, near_);
+}
+
+/// Into set_: all that have a point, and more.
+void CutSurface::add_triangles_round(const LatticeCutter& cutter, Corner corner) {
+  const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(corner.cube))];
+  for (Index k = 0; k < 27; ++k)
+    if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}); cube >= 0)
+      for (const Index triangle : bins_.of(cube)) set_.insert(triangle);
+}
+
+/// Each triangle is of one part of the lattice: that of its original vertices, else that of most corners.
+/// Corners on walls go to the copies of that part; where the others are of two parts, the triangle is
+/// dropped, and fans close what it leaves open, in each part on its own.
+void CutSurface::part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles,
+                                const std::vector<Index>& part_of_node) {
+  const auto part = [&](Index cube) {
+    return part_of_node[index(cutter.lattice().cube_nodes[index(cube)][0])];
+  };
+  // An original vertex that triangles put into two parts goes where its place is.
+  std::map<Index, Index> part_of_point;
+  const auto for_each_original = [&](auto&& f) {
+    for (const Index triangle : triangles)
+      for (Corner& corner : triangles_[index(triangle)].corner)
+        if (!triangles_[index(triangle)].is_fill && !points_[index(corner.point)].is_wall) f(corner);
+  };
+  for_each_original([&](const Corner& corner) {
+    const auto [known, is_new] = part_of_point.try_emplace(corner.point, part(corner.cube));
+    if (known->second != part(corner.cube)) known->second = -1;
+  });
+  for_each_original([&](Corner& corner) {
+    if (part_of_point.at(corner.point) < 0)
+      corner.cube = leaf(cutter.regular_of(corner.cube), at(corner.point));
+  });
+  for (const Index triangle : triangles) {
+    Triangle& t = triangles_[index(triangle)];
+    const std::array<Index, 3> of{part(t.corner[0].cube), part(t.corner[1].cube), part(t.corner[2].cube)};
+    if (t.is_fill || (of[0] == of[1] && of[1] == of[2])) continue;
+    std::size_t first = of[1] == of[2] ? 1 : 0;  // a corner of the part that most have
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!points_[index(t.corner[k].point)].is_wall) first = k;
+    bool is_one = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (of[k] == of[first]) continue;
+      Index to = -1;
+      if (points_[index(t.corner[k].point)].is_wall)
+        for (const Index copy : cutter.live(cutter.regular_of(t.corner[k].cube)))
+          if (part(copy) == of[first] && cutter.lattice().cube_fill[index(copy)] > 0) to = copy;
+      is_one = is_one && to >= 0;
+      if (to >= 0) t.corner[k].cube = to;
+    }
+    if (is_one) continue;
+    t.is_fill = true;
+    set_vertices(triangle, {0, 0, 0});
+    free_.push_back(triangle);
+  }
+}
+
+/// Fills are made anew where something is cut.
+void CutSurface::drop_fills(const std::vector<Index>& triangles) {
+  for (const Index triangle : triangles) {
+    if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{})
+      continue;
+    set_vertices(triangle, {0, 0, 0});
+    free_.push_back(triangle);
+    --filled_;
+  }
+}
+
+/// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small
+/// as what rounding left open, and gets a fan of triangles.
+void CutSurface::close(const LatticeCutter& cutter) {
+  sum_edges();
+  std::map<Index, std::vector<Index>> next;  // against the open edges
+  for (const auto& [key, sum] : open_edges_) {
+    const auto low = static_cast<Index>(key >> 32U), high = static_cast<Index>(key & 0xFFFFFFFFU);
+    for (int k = 0; k < std::abs(sum); ++k) sum > 0 ? next[high].push_back(low) : next[low].push_back(high);
+  }
+  for (auto& [from, to] : next) std::sort(to.begin(), to.end());
+  while (!next.empty()) {
+    std::vector<Index> way{next.begin()->first};
+    while (true) {
+      auto& out = next.at(way.back());
+      const Index to = out.back();
+      out.pop_back();
+      if (out.empty()) next.erase(way.back());
+      const auto seen = std::find(way.begin(), way.end(), to);
+      if (seen == way.end()) {
+        way.push_back(to);
+        continue;
+      }
+      for (auto v = seen + 1; v != way.end() && v + 1 != way.end(); ++v) {
+        Triangle fill;
+        fill.is_fill = true;
+        const std::array<Index, 3> vertices{*seen, *v, *(v + 1)};
+        for (std::size_t k = 0; k < 3; ++k)
+          fill.corner[k] = {vertex_point_[index(vertices[k])], vertex_cube_[index(vertices[k])]};
+        const Index place = free_.empty() ? triangle_count() : free_.back();
+        add_triangle(cutter, fill);
+        if (place >= triangle_count()) return;
+        set_vertices(place, vertices);
+        suspects_.push_back(place);
+        ++filled_;
+      }
+      way.erase(seen + 1, way.end());
+      if (!next.contains(way.back())) break;
+    }
+  }
+}
+
+}  // namespace tactus::cut
