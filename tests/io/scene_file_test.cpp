@@ -250,7 +250,7 @@ TEST(SceneFile, WrongTypesAndRanges) {
        "2: 'bodies[0].shape.labels' is '1', expected a list of whole numbers"},
       {"bodies: [{name: a, shape: {kind: mesh, path: [x]}}]",
        "2: 'bodies[0].shape.path' is a list of 1, expected a path"},
-      {"bodies: [{name: a, shape: {kind: box}, material: {half_width: 5}}]",
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: flsm, half_width: 5}}]",
        "2: 'bodies[0].material.half_width' is '5', expected a whole number >= 1 and <= 4"},
       {"bodies: [{name: a, shape: {kind: box}, material: {young_modulus_pa: 0}}]",
        "2: 'bodies[0].material.young_modulus_pa' is '0', expected a number > 0 and <= 1e+09 Pa"},
@@ -274,7 +274,8 @@ TEST(SceneFile, WrongTypesAndRanges) {
       {"bodies: [{name: a, shape: {kind: box}, material: {model: tled, relaxation: [{share: 0.1, time_s: 1}, "
        "{share: 0.1, time_s: 1}, {share: 0.1, time_s: 1}]}}]",
        "2: in 'bodies[0].material': 'relaxation' has 3 terms, expected at most 2"},
-      {"bodies: [{name: a, shape: {kind: box}, material: {relaxation: [{share: 0.1, time_s: 1}]}}]",
+      {"bodies: [{name: a, shape: {kind: box}, material: {model: flsm, relaxation: [{share: 0.1, time_s: "
+       "1}]}}]",
        "2: 'relaxation' in 'bodies[0].material' has no effect, it is for when 'model' is tled or hybrid"},
       {"bodies: [{name: a, shape: {kind: box}, regions: [{kind: sphere, poisson_ratio: 0.5}]}]",
        "2: 'bodies[0].regions[0].poisson_ratio' is '0.5', expected a number >= -0.99 and <= 0.499 or auto"},

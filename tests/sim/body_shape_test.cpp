@@ -61,6 +61,7 @@ BodyDescription cube_body() {
   body.name = "cube";
   body.shape.kind = ShapeKind::mesh;
   body.spacing_m = 0.05;
+  body.material.model = TissueModel::flsm;
   return body;
 }
 

@@ -24,6 +24,7 @@ Scene bar_scene(TissueModel model) {
   scene.reconstruction.resolution = 32;
   scene.gravity_m_s2 = {0, 0, 0};
   BodyDescription bar;
+  bar.material.half_width = 2;
   bar.name = "bar";
   bar.shape.size_m = {0.4, 0.1, 0.1};
   bar.placement.position_m = {0, 0.4, 0.5};

@@ -107,6 +107,8 @@ Scene scene_with_liquid() {
   scene.name = "slab";
   scene.reconstruction.resolution = 32;
   BodyDescription slab;
+  slab.material.model = TissueModel::flsm;
+  slab.material.half_width = 2;
   slab.name = "slab";
   slab.shape.size_m = {0.4, 0.1, 0.4};
   slab.placement.position_m = {0, 0.25, 0};

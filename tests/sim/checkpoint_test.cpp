@@ -18,6 +18,7 @@ Scene all_scene() {
   Scene scene;
   scene.reconstruction.resolution = 32;
   BodyDescription slab;
+  slab.material.half_width = 2;
   slab.name = "slab";
   slab.shape.size_m = {0.3, 0.1, 0.9};
   slab.placement.position_m = {0, 0.25, 0};
@@ -49,6 +50,8 @@ Scene all_scene() {
   block.shape.size_m = {0.15, 0.1, 0.15};
   block.placement.position_m = {0.35, 0.06, 0.3};
   block.material = {};
+  block.material.model = TissueModel::flsm;
+  block.material.half_width = 2;
   block.fixed.clear();
   block.moved.clear();
   block.loads.clear();

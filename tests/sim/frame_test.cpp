@@ -20,6 +20,7 @@ Scene slab_scene() {
   Scene scene;
   scene.reconstruction.resolution = 32;
   BodyDescription slab;
+  slab.material.half_width = 2;
   slab.name = "slab";
   slab.shape.size_m = {0.4, 0.1, 0.4};
   slab.placement.position_m = {0, 0.25, 0};

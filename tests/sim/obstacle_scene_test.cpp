@@ -19,6 +19,8 @@ Scene table_scene() {
   Scene scene;
   scene.reconstruction.resolution = 24;
   BodyDescription block;
+  block.material.model = TissueModel::flsm;
+  block.material.half_width = 2;
   block.name = "block";
   block.shape.size_m = {0.2, 0.1, 0.2};
   block.placement.position_m = {-0.3, 0.27, 0};

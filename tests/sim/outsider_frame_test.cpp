@@ -15,6 +15,7 @@ Scene block_scene() {
   Scene scene;
   scene.reconstruction.resolution = 32;
   BodyDescription block;
+  block.material.half_width = 2;
   block.name = "block";
   block.shape.size_m = {0.1, 0.1, 0.1};
   block.placement.position_m = {0, 0.25, 0};

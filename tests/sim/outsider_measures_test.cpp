@@ -13,6 +13,7 @@ Scene free_block() {
   Scene scene;
   scene.reconstruction.resolution = 16;
   BodyDescription block;
+  block.material.half_width = 2;
   block.name = "block";
   block.shape.size_m = {0.1, 0.06, 0.08};
   block.spacing_m = 0.02;

@@ -28,6 +28,7 @@ Scene box_scene(Vec3d low_m, Vec3d high_m, TissueModel model) {
   scene.reconstruction.resolution = 16;
   scene.gravity_m_s2 = {};
   BodyDescription box;
+  box.material.half_width = 2;
   box.name = "box";
   box.shape.size_m = high_m - low_m;
   box.placement.position_m = 0.5 * (low_m + high_m);

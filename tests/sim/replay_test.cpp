@@ -39,6 +39,8 @@ std::vector<Vec3f> replay(const std::string& path, const std::string& devices_te
   Scene scene;
   scene.reconstruction.resolution = 48;
   BodyDescription body;
+  body.material.model = TissueModel::flsm;
+  body.material.half_width = 2;
   body.name = "cushion";
   body.shape.size_m = {0.4, 0.12, 0.4};
   body.placement.position_m = {0, 0.25, 0};

@@ -17,6 +17,8 @@ Scene slab_scene() {
   scene.name = "slab";
   scene.reconstruction.resolution = 40;
   BodyDescription slab;
+  slab.material.model = TissueModel::flsm;
+  slab.material.half_width = 2;
   slab.name = "slab";
   slab.shape.size_m = {0.8, 0.1, 0.4};
   slab.placement.position_m = {0, 0.25, 0};

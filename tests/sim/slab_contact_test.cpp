@@ -307,6 +307,7 @@ Scene ball_scene() {
   Scene scene;
   scene.reconstruction.resolution = 32;
   BodyDescription bar;
+  bar.material.half_width = 2;
   bar.name = "bar";
   bar.shape.size_m = {0.3, 0.05, 0.8};
   bar.placement.position_m = {0, 0.3, 0};

@@ -21,6 +21,7 @@ TACTUS_INSTANTIATE_DEVICES(TouchingBodiesOnDevices);
 
 BodyDescription block(const char* name, double spacing_m, double bottom_m, TissueModel model) {
   BodyDescription body;
+  body.material.half_width = 2;
   body.name = name;
   body.shape.size_m = {0.2, 0.1, 0.2};
   body.placement.position_m = {0, bottom_m + 0.05, 0};

@@ -105,8 +105,8 @@ struct RelaxationDescription {
 };
 
 struct MaterialDescription {
-  TissueModel model = TissueModel::flsm;
-  int half_width = 2;               ///< of the FLSM regions, in lattice cubes, 1..4
+  TissueModel model = TissueModel::tled;
+  int half_width = 1;               ///< of the FLSM regions, in lattice cubes, 1..4
   double young_modulus_pa = 10000;  ///< E
   double poisson_ratio = 0.45;      ///< nu, elements only
   double density_kg_m3 = 1000;
