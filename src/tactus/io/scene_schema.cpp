@@ -124,14 +124,13 @@ void describe_relaxation(FieldVisitor& v, RelaxationDescription& r) {
 void describe_material(FieldVisitor& v, MaterialDescription& m) {
   v.choice(
       {"model",
-       "how it deforms: `tled` finite elements (right for whatever happens to it), `flsm` shape matching "
-       "(some 2.5 times as fast on a CPU; for what is held and pressed), `hybrid` both: `ratio` or `regions` "
-       "of the body say where"},
+       "how it deforms: `flsm` shape matching (fast; for what is held and pressed), `tled` finite elements "
+       "(right; also for what is stacked or falls fast, at some 2.5 times the time on a CPU), `hybrid` both: "
+       "`ratio` or `regions` of the body say where"},
       m.model, {{"flsm", TissueModel::flsm}, {"tled", TissueModel::tled}, {"hybrid", TissueModel::hybrid}});
   v.integer({"half_width",
              "half width of the shape matching regions in cubes: larger is smoother, takes fewer substeps, "
-             "and gives "
-             "way more under its own weight"},
+             "and gives way more under its own weight"},
             m.half_width, {"", 1, 4});
   v.real({"young_modulus_pa", "stiffness E; liver 3e3 to 1e4, rubber 1e6"}, m.young_modulus_pa,
          positive("Pa", 1e9));

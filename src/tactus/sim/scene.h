@@ -105,7 +105,7 @@ struct RelaxationDescription {
 };
 
 struct MaterialDescription {
-  TissueModel model = TissueModel::tled;
+  TissueModel model = TissueModel::flsm;
   int half_width = 1;               ///< of the FLSM regions, in lattice cubes, 1..4
   double young_modulus_pa = 10000;  ///< E
   double poisson_ratio = 0.45;      ///< nu, elements only
