@@ -31,6 +31,9 @@ else()
   option(TACTUS_PCH "Precompile the headers that most sources include" ON)
 endif()
 
+# A few sources are compiled with -O1, and g++ 13 then reads the headers themselves: no reason to warn.
+set(CMAKE_PCH_WARN_INVALID OFF)
+
 # Likewise, sources whose headers are most of their work are compiled together (tactus_unite). .ci/run builds so, too.
 if(CCACHE_PROGRAM)
   option(TACTUS_UNITY "Compile small sources in groups" OFF)

@@ -244,7 +244,7 @@ TEST(SceneFile, WrongTypesAndRanges) {
        "2: in 'bodies[0].shape': 'shape' lacks the key 'figure': the name of a built-in figure"},
       {"bodies: [{name: a, shape: {kind: box, radius_m: 1}}]",
        "2: 'radius_m' in 'bodies[0].shape' has no effect, it is for when 'kind' is sphere"},
-      {"bodies: [{name: a, shape: {kind: labels, path: x, labels: [256]}}]",
+      {"bodies: [{name: a, shape: {kind: labels, path: x, labels: [65536]}}]",
        "2: 'bodies[0].shape.labels' is '65536', expected a whole number >= 1 and <= 65535"},
       {"bodies: [{name: a, shape: {kind: labels, path: x, labels: 1}}]",
        "2: 'bodies[0].shape.labels' is '1', expected a list of whole numbers"},
