@@ -40,7 +40,7 @@ TEST_F(InfoFile, Mesh) {
 /// label 117 in one.
 TEST_F(InfoFile, Labels) {
   std::string nifti(352, '\0');
-  const auto put = [&](std::size_t at, auto value) { std::memcpy(&nifti[at], &value, sizeof value); };
+  const auto put = [&](std::size_t at, const auto& value) { std::memcpy(&nifti[at], &value, sizeof value); };
   put(0, std::int32_t{348});
   const std::int16_t dims[] = {3, 4, 4, 4, 1, 1, 1, 1};
   put(40, dims);
