@@ -298,6 +298,12 @@ void LatticeCutter::divide(const std::vector<CubeSplit>& stage, const std::vecto
       const double of = part == 1 ? share[k] : 1 - share[k];
       lattice_.cube_fill[at(split.part[part])] = static_cast<float>(of * fill);
       lattice_.cube_mass_kg[at(split.part[part])] = static_cast<float>(of * mass_kg);
+      if (lattice_.cube_fill[at(split.part[part])] > 0) continue;
+      // Nothing is in it, so it is none of those that have the cube's material.
+      Live& live = live_[at(cut_place_[at(regular_of(split.parent))])];
+      const auto end = live.cubes.begin() + live.count;
+      live.count =
+          static_cast<Index>(std::remove(live.cubes.begin(), end, split.part[part]) - live.cubes.begin());
     }
   }
 }
