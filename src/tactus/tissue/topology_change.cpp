@@ -17,6 +17,10 @@ void check(Index id, Index count, const char* what) {
 
 }  // namespace
 
+HeldAxes held_axes(const CubeLattice& lattice, Index node) {
+  return lattice.node_mass_kg[at(node)] > 0 ? lattice.fixed[at(node)] : HeldAxes{kAllAxes};
+}
+
 TopologyChange topology_change(const CubeLattice& before, const CubeLattice& after) {
   if (before.node_count() != after.node_count() || before.cube_count() != after.cube_count() ||
       before.regular_nodes() != after.regular_nodes() || before.regular_cubes() != after.regular_cubes())
@@ -41,7 +45,7 @@ TopologyChange topology_change(const CubeLattice& before, const CubeLattice& aft
                               .from = is_new ? after.virtual_nodes[at(k)] : -1,
                               .layer = after.nodes[at(i)].z,
                               .mass_kg = after.node_mass_kg[at(i)],
-                              .fixed = after.fixed[at(i)]});
+                              .fixed = held_axes(after, i)});
   }
   return change;
 }

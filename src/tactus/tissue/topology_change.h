@@ -59,6 +59,10 @@ struct TopologyChange {
   }
 };
 
+/// The axes along which a node does not move: all, if no cube with material hangs on it, since it has no
+/// mass.
+HeldAxes held_axes(const CubeLattice& lattice, Index node);
+
 /// From a lattice that has room, and no cuts yet, to one with the same room that cut_lattice made.
 /// @throws Error when they are not of one body, or their room differs.
 TopologyChange topology_change(const CubeLattice& before, const CubeLattice& after);

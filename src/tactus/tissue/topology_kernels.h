@@ -69,6 +69,9 @@ struct AddCopies {
   }
 };
 
+/// A node that no cube with material hangs on has no mass.
+TACTUS_HD inline float inverse_or_0(float mass_kg) { return mass_kg > 0 ? 1.F / mass_kg : 0.F; }
+
 /// New masses where elements move nodes.
 struct SetCellMasses {
   View<const LocalNode> nodes;
@@ -76,7 +79,7 @@ struct SetCellMasses {
   View<float> inverse_mass_per_kg;  ///< over cells
   TACTUS_HD void operator()(Index i) const {
     const LocalNode n = nodes[i];
-    inverse_mass_per_kg[cell[n.node]] = n.fixed == kAllAxes ? 0.F : 1.F / n.mass_kg;
+    inverse_mass_per_kg[cell[n.node]] = n.fixed == kAllAxes ? 0.F : inverse_or_0(n.mass_kg);
   }
 };
 
@@ -88,8 +91,9 @@ struct SetNodeMasses {
   View<Index> fixed;
   TACTUS_HD void operator()(Index i) const {
     const LocalNode n = nodes[i];
-    inverse_mass_per_kg[n.node] = 1.F / n.mass_kg;
-    matched_share[n.node] = matched_mass_kg[n.node] / n.mass_kg * held[n.node];
+    const float inverse_mass = inverse_or_0(n.mass_kg);
+    inverse_mass_per_kg[n.node] = inverse_mass;
+    matched_share[n.node] = inverse_mass > 0 ? matched_mass_kg[n.node] / n.mass_kg * held[n.node] : 0.F;
     fixed[n.node] = n.fixed;
   }
 };

@@ -264,14 +264,14 @@ void LatticeCutter::share_masses(Index first_new, TopologyChange& change) {
     }
     for (const auto& [node, mass] : std::span(mass_kg).first(count)) {
       lattice_.node_mass_kg[at(node)] = mass;
-      if (node >= first_new)
+      const HeldAxes fixed = held_axes(lattice_, node);
+      if (node >= first_new) {
         change.nodes[at(node - first_new)].mass_kg = mass;
-      else
-        change.nodes.push_back({.node = node,
-                                .from = -1,
-                                .layer = shared.corner.z,
-                                .mass_kg = mass,
-                                .fixed = lattice_.fixed[at(node)]});
+        change.nodes[at(node - first_new)].fixed = fixed;
+      } else {
+        change.nodes.push_back(
+            {.node = node, .from = -1, .layer = shared.corner.z, .mass_kg = mass, .fixed = fixed});
+      }
     }
   }
 }
