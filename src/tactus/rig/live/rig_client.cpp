@@ -83,7 +83,9 @@ struct RigClient::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  void connect_one_more() { connections.push_back(std::make_unique<ClientConnection>(context, address, key)); }
+  void connect_one_more() {
+    connections.push_back(std::make_unique<ClientConnection>(context, address, key));
+  }
   void work();
   void receive(ClientConnection& from);
   void greet(ClientConnection& to, double now_s);
@@ -172,9 +174,10 @@ std::vector<ClientConnection*> RigClient::Impl::best(double now) {
     if (c->on_the_way.has_room(now)) with_room.push_back(c.get());
     for (int lost = c->on_the_way.take_lost(); lost > 0; --lost) copies.late(now);
   }
-  std::stable_sort(with_room.begin(), with_room.end(), [&](const ClientConnection* a, const ClientConnection* b) {
-    return a->on_the_way.age_s(now) < b->on_the_way.age_s(now);
-  });
+  std::stable_sort(with_room.begin(), with_room.end(),
+                   [&](const ClientConnection* a, const ClientConnection* b) {
+                     return a->on_the_way.age_s(now) < b->on_the_way.age_s(now);
+                   });
   return with_room;
 }
 
