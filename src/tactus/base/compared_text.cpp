@@ -18,7 +18,7 @@ std::string number_text(double x, double limit) {
 }
 
 std::string bytes_text(double bytes, double limit) {
-  const std::string text = bytes_text(bytes);
+  std::string text = bytes_text(bytes);
   if (text != bytes_text(limit) || bytes == limit) return text;
   char all[40];
   std::snprintf(all, sizeof all, "%.0f B", bytes);
