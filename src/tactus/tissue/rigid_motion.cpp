@@ -14,11 +14,6 @@ Vec3d spin_of(const Mat3d& inertia, Vec3d angular_momentum) {
 
 }  // namespace
 
-Vec3d RigidMotion::spin_after_rad_s(double time_s) const {
-  const Vec3d change = spin_of(inertia_kg_m2, cross(angular_momentum_kg_m2_s, spin_rad_s));
-  return spin_rad_s + time_s * change;
-}
-
 RigidMotion rigid_motion(std::span<const MotionSums> sums) {
   MotionSums all;
   for (const MotionSums& sum : sums) all.add(sum);

@@ -18,8 +18,6 @@ struct RigidMotion {
   Vec3d low_m, high_m;             ///< box of the nodes
   /// The turn with this angular momentum; 0 for a body without inertia about some axis.
   Vec3d spin_rad_s;
-  /// The spin a little later, of a body on which no torque acts (Euler's equations, to first order).
-  Vec3d spin_after_rad_s(double time_s) const;
 };
 
 /// @param sums in the order of the body's nodes

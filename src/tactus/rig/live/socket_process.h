@@ -42,7 +42,7 @@ class SocketProcess {
 
   /// With the port that a wildcard became.
   const std::string& address() const { return settings_.address; }
-  /// Readable when something came; -1 for now.
+  /// Readable when a message came; -1 while the process is being restarted.
   int fd() const { return link_ && link_->is_open() ? link_->fd() : -1; }
   /// @returns whether there was a message. Its views live until the next call.
   bool receive(LinkFrame& message);
@@ -55,7 +55,7 @@ class SocketProcess {
 
   std::int64_t restarts() const { return restarts_; }
   std::int64_t refused_keys() const { return refused_before_ + refused_now_; }
-  pid_t pid() const { return pid_; }  ///< -1 for now
+  pid_t pid() const { return pid_; }  ///< -1 while it is being restarted
 
  private:
   void start(double now_s);
