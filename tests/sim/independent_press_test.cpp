@@ -166,7 +166,9 @@ TEST(IndependentPress, TheSkinIsStrainedAsWhatLiesBelow) {
     EXPECT_GT(got.force_N, 0) << name_of(p);
     EXPECT_EQ(got.notices.find("blew up"), std::string::npos) << got.notices;
     // Vertices lie between points that touch, half a spacing apart.
-    if (!p.by_ball) EXPECT_LT(got.inside, 0.1) << name_of(p);
+    if (!p.by_ball) {
+      EXPECT_LT(got.inside, 0.1) << name_of(p);
+    }
   }
 }
 
