@@ -91,14 +91,16 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
   std::uniform_real_distribution<double> jitter_s(-c.jitter_s, c.jitter_s);
   FrameSet frame;
   double last_s = 0;
+  bool is_first = true;  // its tick is not 0 where a film begins later
   int substeps = 0;
   double simulated_s = 0, wall_s = 0;
   double first_ms = 0;  // of the frame that simulates nothing: bodies settle, and tools are looked for
   std::vector<FrameTime> frames;
   while (source.next(frame) == NextFrame::success) {
     check_stop();
-    const double dt_s = frame.tick == 0 ? 0 : frame.time_s - last_s + (c.jitter_s > 0 ? jitter_s(random) : 0);
+    const double dt_s = is_first ? 0 : frame.time_s - last_s + (c.jitter_s > 0 ? jitter_s(random) : 0);
     last_s = frame.time_s;
+    is_first = false;
     frame.captured_s = now_s();  // the masks are on the host now
     const StepReport report = simulation.step(frame, dt_s);
     const int count = report.substeps;

@@ -71,14 +71,25 @@ TEST(IndependentEnergy, ASwingingBarKeepsItFor60Seconds) {
 }
 
 TEST(IndependentEnergy, PartsOfAFrameShareTheStep) {
+  constexpr double kFrame_s = 1.0 / 30;
   SubstepChoice choice;
-  EXPECT_EQ(choice.of_frame(30, 2000), 30);
-  EXPECT_EQ(choice.of_part(29, 2000), 30);
-  EXPECT_EQ(choice.of_part(36, 2000), 36) << "a need that grows";
-  EXPECT_EQ(choice.of_frame(30, 2000), 36) << "is kept";
-  EXPECT_EQ(choice.of_part(100, 2000), 100) << "a blow";
-  EXPECT_EQ(choice.of_part(30, 2000), 36) << "is not";
-  EXPECT_EQ(choice.of_part(30, 20), 20) << "what is left of the frame's most";
+  EXPECT_EQ(choice.of_frame(kFrame_s, 30, 2000), 30);
+  EXPECT_EQ(choice.of_part(kFrame_s, 29, 2000), 30);
+  EXPECT_EQ(choice.of_part(kFrame_s, 36, 2000), 36) << "a need that grows";
+  EXPECT_EQ(choice.of_frame(kFrame_s, 30, 2000), 36) << "is kept";
+  EXPECT_EQ(choice.of_part(kFrame_s, 100, 2000), 100) << "a blow";
+  EXPECT_EQ(choice.of_part(kFrame_s, 30, 2000), 36) << "is not";
+  EXPECT_EQ(choice.of_part(kFrame_s, 30, 20), 20) << "what is left of the frame's most";
+}
+
+/// A live frame that comes 0.25 s late simulates 0.25 s, in steps as long as ever. (The number of substeps
+/// was kept in place of their length: the 60 frames after it took seven times as long.)
+TEST(IndependentEnergy, AFrameThatComesLateLeavesTheStep) {
+  SubstepChoice choice;
+  EXPECT_EQ(choice.of_frame(0.25, 240, 2000), 240);
+  EXPECT_EQ(choice.of_frame(1.0 / 30, 32, 2000), 32);
+  EXPECT_EQ(choice.of_frame(1.0 / 60, 16, 2000), 16);
+  EXPECT_EQ(choice.of_part(1.0 / 30, 31, 2000), 32);
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ double energy_drift(bool seldom) {
   for (int f = 0; f < 1800; ++f) {
     const float strain = f == 0 ? 1.F : body.extremes().speed_ratio;
     const int needed = body.model().substeps_for(dt_frame, strain);
-    const int count = seldom ? choice.of_frame(needed, 2000) : needed;
+    const int count = seldom ? choice.of_frame(dt_frame, needed, 2000) : needed;
     changes += count != before && f > 0 ? 1 : 0;
     before = count;
     least = std::min(least, count), most = std::max(most, count);
@@ -132,13 +132,14 @@ TEST(OutsiderEnergy, IsKeptWhenTheStepChanges) {
 }
 
 TEST(OutsiderEnergy, TheNumberOfSubstepsChangesSeldom) {
+  constexpr double kFrame_s = 1.0 / 30;
   SubstepChoice choice;
-  EXPECT_EQ(choice.of_frame(18, 2000), 18);
-  for (int k = 0; k < 500; ++k) EXPECT_EQ(choice.of_frame(18 + k % 4, 2000), 18 + std::min(k, 3));
-  EXPECT_EQ(choice.of_frame(100000, 2000), 2000);
+  EXPECT_EQ(choice.of_frame(kFrame_s, 18, 2000), 18);
+  for (int k = 0; k < 500; ++k) EXPECT_EQ(choice.of_frame(kFrame_s, 18 + k % 4, 2000), 18 + std::min(k, 3));
+  EXPECT_EQ(choice.of_frame(kFrame_s, 100000, 2000), 2000);
   for (int k = 0; k + 1 < SubstepChoice::kFramesOfFewer; ++k)
-    EXPECT_EQ(choice.of_frame(20 + k % 3, 2000), 2000);
-  EXPECT_EQ(choice.of_frame(20, 2000), 22);
+    EXPECT_EQ(choice.of_frame(kFrame_s, 20 + k % 3, 2000), 2000);
+  EXPECT_EQ(choice.of_frame(kFrame_s, 20, 2000), 22);
 }
 
 }  // namespace
