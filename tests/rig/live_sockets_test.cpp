@@ -232,6 +232,27 @@ TEST(CopyRule, BeginsAfterThreeLatePacketsAndEndsTenSecondsAfterTheLast) {
   EXPECT_FALSE(rule.is_on(now));
 }
 
+/// Receipts of a computer that other programs keep busy: most take 25 ms, one in ten 90 ms; the shortest ever
+/// took one. Late is from 2 x 1 + 30 + 4 x 24 = 128 ms on. (2 x shortest + 30 ms would call one in ten late,
+/// and begin copies, which load the computer more.)
+TEST(CopyRule, DoesNotBeginOnABusyComputer) {
+  PacketsOnTheWay way;
+  CopyRule rule;
+  double now = 100;
+  int late = 0;
+  for (std::uint64_t sequence = 1; sequence <= 600; ++sequence) {
+    ASSERT_TRUE(way.has_room(now));
+    way.send(sequence, false, now);
+    now += sequence == 1 ? 0.001 : sequence % 10 == 9 ? 0.090 : 0.025;
+    if (!way.receive(sequence, now).is_late) continue;
+    ++late;
+    rule.late(now);
+  }
+  EXPECT_EQ(late, 0);
+  EXPECT_EQ(way.take_lost(), 0);
+  EXPECT_FALSE(rule.is_on(now));
+}
+
 /// A server that refuses for too many bytes would refuse the copies' originals, too.
 TEST(CopyRule, GivesWayToAServerThatSaysTooMuch) {
   CopyRule rule;

@@ -263,6 +263,59 @@ TEST(SetAssembler, DoesNotWaitForACameraThatIsGone) {
   EXPECT_TRUE(release(0.541));  // 0.506 s after the last of camera 0
 }
 
+/// A server that is held up after the first packet finds two more and a deadline that is over. Without
+/// Until::whole the first of the two would end the set, and the other would be late.
+TEST(SetAssembler, PacketsThatWaitAreInTheirSetThoughTheDeadlineIsOver) {
+  SetAssembler a({.cameras = 3, .by_trigger = true});
+  const auto arrive = [&](int camera, std::int64_t tick, double arrived_s) {
+    const SetAssembler::Place place =
+        a.admit({camera, tick, static_cast<double>(tick) * kPeriod_s, arrived_s});
+    ASSERT_EQ(place.refusal, Refusal::none) << camera << ' ' << tick;
+    a.fill(place);
+  };
+  for (int c = 0; c < 3; ++c) arrive(c, 0, 0.001);
+  a.recycle(a.release(0.001)->slot);
+  const double held_up_s = kPeriod_s + 0.040;
+  arrive(0, 1, kPeriod_s + 0.001);
+  arrive(1, 1, held_up_s);
+  EXPECT_FALSE(a.release(held_up_s, SetAssembler::Until::whole)) << "the third may wait, too";
+  arrive(2, 1, held_up_s);
+  const auto whole = a.release(held_up_s, SetAssembler::Until::whole);
+  ASSERT_TRUE(whole);
+  EXPECT_TRUE(whole->is_complete);
+  a.recycle(whole->slot);
+  arrive(0, 2, 2 * kPeriod_s + 0.001);
+  const auto alone = a.release(2 * kPeriod_s + 0.040);
+  ASSERT_TRUE(alone) << "none waits: the deadline ends the set";
+  EXPECT_FALSE(alone->is_complete);
+}
+
+/// Six cameras capture on the beat. A seventh sends eight packets a period, each captured 0.45 periods later.
+/// It has one of seven parts of the weight, so the beat moves by 0.45 / 7 = 0.064 periods, and a camera that
+/// is new, 0.4 periods early, comes to the others' tick. (Were each packet to count, the beat would move by 8
+/// / 14 of 0.45 = 0.26 periods, and 0.4 + 0.26 is more than half a period.)
+TEST(SetAssembler, ACameraThatSendsMuchDoesNotMoveTheBeat) {
+  SetAssembler a({.cameras = 8});
+  int apart = 0;
+  for (int k = 0; k < 600; ++k) {
+    const double at_s = 10 + k * kPeriod_s;
+    std::int64_t honest = -1;
+    for (int c = 0; c < 7; ++c) {
+      const bool is_new = c == 6;
+      if (is_new && k < 500) continue;
+      const double captured_s = at_s - (is_new ? 0.4 : 0) * kPeriod_s;
+      const SetAssembler::Place place = a.admit({c, 0, captured_s, at_s + 0.001});
+      if (c == 0) honest = place.slot;
+      if (is_new && place.slot != honest) ++apart;
+      if (place.refusal == Refusal::none) a.fill(place);
+    }
+    for (int n = 0; n < 8; ++n)
+      a.admit({7, 0, at_s + 0.45 * kPeriod_s, at_s + (0.45 + 0.01 * n) * kPeriod_s});
+    while (const auto set = a.release(at_s + 0.033)) a.recycle(set->slot);
+  }
+  EXPECT_EQ(apart, 0);
+}
+
 /// One camera with numbers from nowhere is refused; when most count anew, counting begins anew.
 TEST(SetAssembler, OneCameraCannotMakeTheOthersLate) {
   SetAssembler a({.cameras = 3, .by_trigger = true});

@@ -1,6 +1,7 @@
 // Verbs of live rigs: keys, client, serve, rig status.
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -89,13 +90,23 @@ void make_keys(const LiveFlags& flags) {
   std::printf("\nGive each computer of a camera its one file; server.key and clients.keys stay here.\n");
 }
 
-/// Numbers of ticks from the computer's own clock: computers whose clocks agree play the same frame.
-std::int64_t wait_for_beat(double fps) {
-  using Clock = std::chrono::system_clock;
-  const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-  const auto number = static_cast<std::int64_t>(now * fps) + 1;
-  std::this_thread::sleep_for(std::chrono::duration<double>(static_cast<double>(number) / fps - now));
-  return number;
+/// A tick of the computer's own clock: computers whose clocks agree play the same frame.
+struct Beat {
+  std::int64_t number = 0;
+  double at_s = 0;  ///< on the clock of now_s()
+};
+double system_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+/// The next, or the newest where the system wakes us later than that. A film's camera was not late then: its
+/// images are of the beat.
+Beat wait_for_beat(double fps) {
+  double now = system_s();
+  const auto next = static_cast<std::int64_t>(now * fps) + 1;
+  std::this_thread::sleep_for(std::chrono::duration<double>(static_cast<double>(next) / fps - now));
+  now = system_s();
+  const std::int64_t number = std::max(next, static_cast<std::int64_t>(now * fps));
+  return {number, now_s() - std::max(now - static_cast<double>(number) / fps, 0.0)};
 }
 
 /// Tells of refusals once a reason.
@@ -123,14 +134,17 @@ void run_client(const LiveFlags& flags) {
   const double end_s = flags.seconds > 0 ? now_s() + flags.seconds : HUGE_VAL;
   while (!interrupted() && now_s() < end_s) {
     std::int64_t number = 0;
+    double captured_s = 0;
     if (live.sync == LiveSync::software) {
       const auto trigger = client.wait_trigger(now_s() + 0.2);
       if (!trigger) continue;
       number = *trigger;
+      captured_s = now_s();
     } else if (!camera->has_own_pace()) {
-      number = wait_for_beat(live.fps);
+      const Beat beat = wait_for_beat(live.fps);
+      number = beat.number;
+      captured_s = beat.at_s;
     }
-    const double captured_s = now_s();
     const std::string why = camera->grab(number, images);
     number = camera->number().value_or(number);
     if (why.empty())

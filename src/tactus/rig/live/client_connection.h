@@ -35,11 +35,15 @@ class PacketsOnTheWay {
     bool is_copy;
     double at_s;
   };
+  double median_s() const;
   static constexpr double kMostLost_s = 1;
+  static constexpr std::size_t kWays = 31;  ///< a second
   std::vector<Sent> sent_;
-  double way_s_ = 0;       ///< there and back, the longest of late
-  double shortest_s_ = 0;  ///< likewise, the shortest of late; 0: not known yet
-  double lost_after_s_ = kMostLost_s;
+  double way_s_ = 0;                    ///< there and back, the longest of late
+  double shortest_s_ = 0;               ///< likewise, the shortest of late; 0: not known yet
+  std::array<double, kWays> ways_s_{};  ///< of the last packets
+  std::size_t way_count_ = 0;
+  double late_after_s_ = kMostLost_s, lost_after_s_ = kMostLost_s;
   int lost_ = 0;
 };
 

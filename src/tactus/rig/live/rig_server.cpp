@@ -105,7 +105,7 @@ struct RigServer::Impl {
   void answer(const std::string& identity, const std::string& bytes);
   void greet(const std::string& identity, const std::string& user, const LiveMessage& message);
   void send_triggers(double now_s);
-  void release(double now_s);
+  void release(double now_s, SetAssembler::Until until);
   double next_event_s(double now_s) const;
   LiveStatus status() const;
 
@@ -148,7 +148,7 @@ void RigServer::Impl::listen() try {
     if (is_flooded) std::this_thread::sleep_for(kFloodPause);
     send_triggers(now_s());
     const std::lock_guard lock(mutex);
-    release(now_s());
+    release(now_s(), SetAssembler::Until::deadline);
   }
 } catch (const std::exception& error) {
   const std::lock_guard lock(mutex);
@@ -206,7 +206,7 @@ void RigServer::Impl::receive(const std::string& identity, const std::string& us
            refusal == Refusal::other_client)
     log_warning("camera '" + of->camera().name +
                 "': a second client sends for it, and is refused while the first is heard");
-  release(now_s());
+  release(now_s(), SetAssembler::Until::whole);
   lock.unlock();
   answer(identity,
          live_message_bytes({LiveMessage::kReceipt, static_cast<std::uint32_t>(refusal), head.sequence, {}}));
@@ -274,9 +274,9 @@ void RigServer::Impl::send_triggers(double now) {
   }
 }
 
-void RigServer::Impl::release(double now) {
+void RigServer::Impl::release(double now, SetAssembler::Until until) {
   bool any = false;
-  while (const auto set = assembler.release(now)) {
+  while (const auto set = assembler.release(now, until)) {
     if (released) {
       assembler.recycle(released->slot);
       ++unseen;

@@ -6,7 +6,7 @@
 namespace tactus {
 namespace {
 
-/// Part of a capture's distance from its beat that the beat follows.
+/// Part of a capture's distance from its beat that the beat follows in a period.
 constexpr double kPhaseGain = 0.01;
 /// A camera keeps its beats up to so many periods off.
 constexpr double kStays = 0.75;
@@ -55,7 +55,10 @@ std::int64_t SetAssembler::tick_of(const Arrival& arrival) {
         clamped_tick(heard.tick + ticks((arrival.captured_s - heard.captured_s) / period_s));
     if (std::abs(arrival.captured_s - beat_s(next)) <= kStays * period_s) tick = next;
   }
-  phase_s_ += kPhaseGain * (arrival.captured_s - beat_s(tick));
+  // By the server's clock: a camera's own may say anything.
+  const double weight =
+      heard.ever ? std::clamp((arrival.arrived_s - heard.arrived_s) / period_s, 0.0, 1.0) : 1;
+  phase_s_ += kPhaseGain * weight * (arrival.captured_s - beat_s(tick));
   return tick;
 }
 
@@ -157,14 +160,14 @@ std::optional<double> SetAssembler::next_deadline_s() const {
   return slot == nullptr ? std::nullopt : std::optional<double>(slot->deadline_s);
 }
 
-std::optional<SetAssembler::Released> SetAssembler::release(double now_s) {
+std::optional<SetAssembler::Released> SetAssembler::release(double now_s, Until until) {
   Slot* slot = oldest();
   if (slot == nullptr) return {};
   bool has_all_present = slot->in > 0;
   for (int c = 0; c < options_.cameras; ++c)
     has_all_present = has_all_present &&
                       (slot->is_in[static_cast<std::size_t>(c)] || is_doubted(c) || !is_present(c, now_s));
-  if (!has_all_present && now_s < slot->deadline_s) return {};
+  if (!has_all_present && (until == Until::whole || now_s < slot->deadline_s)) return {};
   for (int c = 0; c < options_.cameras; ++c) {
     Heard& heard = heard_[static_cast<std::size_t>(c)];
     if (!slot->is_in[static_cast<std::size_t>(c)] && heard.failures < kFailures) ++heard.failures;

@@ -16,10 +16,13 @@ namespace tactus {
 ///   while (set = a.release(now))    oldest first: complete, or at its deadline with what it has
 ///   a.recycle(set.slot)             its images were taken
 ///
+/// Who was held up finds packets that came in time and a deadline that is over. So while packets wait, sets
+/// are released when they are whole (Until::whole); deadlines come after them.
+///
 /// A tick is the number of the trigger, or where cameras don't count triggers, the beat of the rig's period
 /// that is nearest to the capture. The beat's phase follows the captures. A camera stays on its beats:
 /// between two of its images lie as many ticks as periods, so one whose phase is half a period off doesn't
-/// alternate.
+/// alternate. A camera moves the phase by the same part a period, however many packets it sends.
 ///
 /// A camera that was not heard of for absent_s is not waited for, nor one that missed kFailures sets in a row
 /// although it was heard: from then on `trust` says that it delivers again. Numbers of triggers that are far
@@ -57,12 +60,14 @@ class SetAssembler {
   struct Counts {
     std::int64_t released = 0, complete = 0;
   };
+  enum class Until : std::uint8_t { whole, deadline };
 
   explicit SetAssembler(const Options& options);
 
   Place admit(const Arrival& arrival);
   void fill(const Place& place);
-  std::optional<Released> release(double now_s);
+  /// @param until what ends a set's wait: its last image, or its deadline, too
+  std::optional<Released> release(double now_s, Until until = Until::deadline);
   void recycle(int slot) { slots_[static_cast<std::size_t>(slot)].state = State::free; }
   /// Whether the set in a slot has images of a camera.
   bool has(int slot, int camera) const {
