@@ -292,9 +292,9 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
   piece_speeds_ = tool_speeds_;
   for (Index k = 0; k < surface.pieces.count; ++k) {
     const SurfaceMotion& motion = surface.motions.at(static_cast<std::size_t>(k));
-    if (motion.source == MotionSource::too_fast) continue;
-    const float turning = 0.5F * surface.pieces.piece[k].size_m() * length(motion.spin_rad_s);
     const SurfacePiece& piece = surface.pieces.piece[k];
+    if (motion.source == MotionSource::too_fast || piece.samples == 0) continue;
+    const float turning = 0.5F * piece.size_m() * length(motion.spin_rad_s);
     piece_speeds_.push_back({vec_cast<double>(piece.low_m), vec_cast<double>(piece.high_m),
                              double{length(motion.velocity_m_s) + turning}});
   }
