@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 #include <thread>
 
 #include "cli/program.h"
@@ -85,6 +86,31 @@ TEST_F(LiveCli, ServeTellsWhoIsThere) {
       run_tactus("reconstruct --source recording " + path("r") + " --frames 10 --resolution 16 --devices cpu")
           .code,
       0);
+}
+
+/// With keys a server may listen on every network. It says so, once.
+TEST_F(LiveCli, OneLineSaysThatEveryNetworkLeadsThere) {
+  const auto served = [&](const std::string& address) {
+    std::stringstream text;
+    text << std::ifstream(rig_).rdbuf();
+    std::string open = text.str();
+    const std::string own = "tcp://127.0.0.1:";
+    open.replace(open.find(own), own.size(), address);
+    write("film/open.yaml", open);
+    return run_tactus("serve " + path("film/open.yaml") + " --seconds 0.2");
+  };
+  ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
+  const std::string line = "every network of this computer leads there";
+  for (const char* every : {"tcp://0.0.0.0:", "tcp://*:"}) {
+    const Outcome outcome = served(every);
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    const std::size_t at = outcome.text.find(line);
+    ASSERT_NE(at, std::string::npos) << outcome.text;
+    EXPECT_EQ(outcome.text.find(line, at + 1), std::string::npos) << outcome.text;
+  }
+  const Outcome here = served("tcp://127.0.0.1:");
+  EXPECT_EQ(here.code, 0) << here.text;
+  EXPECT_EQ(here.text.find(line), std::string::npos) << here.text;
 }
 
 TEST_F(LiveCli, WhatIsWrongHasOneMessage) {
