@@ -15,7 +15,8 @@ ALLOWED = {
     "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM, "frame": GEOM,
     "media": L0, "rig": L2 | {"media"}, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2, "track": L2,
     "sim": SIM, "io": SIM | {"sim"}, "view": L2 | {"media"},
-    "cli": SIM | {"sim", "io", "view", "media", "bench"},
+    "run": SIM | {"sim", "io", "view", "media"},
+    "cli": SIM | {"sim", "io", "view", "media", "run", "bench"},
 }
 INCLUDE = re.compile(r'#include "tactus/(\w+)/')
 LIBM = re.compile(r"\b(std::(sin|cos|tan|exp|log|pow|sqrt|atan2?|fma)|(?<![\w:.])(sinf|cosf|expf|logf|powf|sqrtf))\s*\(")

@@ -5,7 +5,7 @@
 
 #include "cli/program.h"
 #include "tactus/cli/exit_codes.h"
-#include "tactus/cli/progress.h"
+#include "tactus/run/progress_text.h"
 
 namespace tactus::test {
 namespace {

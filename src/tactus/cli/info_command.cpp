@@ -4,7 +4,6 @@
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
-#include "tactus/cli/frame_sources.h"
 #include "tactus/cli/info_file.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
@@ -15,6 +14,7 @@
 #include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/picture_reader.h"
 #include "tactus/rig/wire/photo_coder.h"
+#include "tactus/run/frame_sources.h"
 #include "tactus/sim/simulation.h"
 #include "tactus/view/renderer.h"
 

@@ -13,11 +13,11 @@
 #include "tactus/base/timing.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
-#include "tactus/cli/live_source.h"
 #include "tactus/io/json_file.h"
 #include "tactus/rig/client_camera.h"
 #include "tactus/rig/live/rig_client.h"
 #include "tactus/rig/wire/recording_file.h"
+#include "tactus/run/live_source.h"
 
 namespace tactus {
 namespace {

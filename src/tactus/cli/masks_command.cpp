@@ -4,9 +4,10 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/cli/commands.h"
-#include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/source_flags.h"
 #include "tactus/rig/data_writers.h"
+#include "tactus/run/frame_sources.h"
 
 namespace tactus {
 namespace {

@@ -9,10 +9,10 @@
 #include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
-#include "tactus/cli/frame_sources.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/motion_output.h"
 #include "tactus/cli/reconstruct_measures.h"
+#include "tactus/cli/source_flags.h"
 #include "tactus/cli/texture_output.h"
 #include "tactus/cli/version.h"
 #include "tactus/cli/view_check.h"
@@ -22,6 +22,7 @@
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/reconstruct/workspace_from_cones.h"
 #include "tactus/rig/synthetic_source.h"
+#include "tactus/run/frame_sources.h"
 
 namespace tactus {
 namespace {

@@ -65,6 +65,8 @@ class FrameSource {
   /// 1234"); empty when nothing was. Frames may be missing, so whoever shows them says so, also where it ends
   /// well.
   virtual std::string damage() const { return ""; }
+  /// How the links to live cameras are, as JSON (docs/live.md); empty where there are none.
+  virtual std::string links_json() const { return ""; }
 };
 
 }  // namespace tactus

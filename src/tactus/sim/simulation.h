@@ -114,6 +114,8 @@ class Simulation {
   /// The stages of a frame in order, with what they read and write.
   std::string frame_text() const { return schedule_.text(); }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
+  /// Whether anybody films: else nothing is reconstructed.
+  bool is_filmed() const { return is_filmed_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
   const VisualHull& hull() const { return surface().hull(); }

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "tactus/base/worker.h"
-#include "tactus/cli/run_pictures.h"
+#include "tactus/run/run_pictures.h"
 
 namespace tactus {
 
@@ -25,12 +25,11 @@ class PictureThread {
   void show_models(std::vector<std::vector<std::uint8_t>> element_triangles) {
     painter_.add([this, models = std::move(element_triangles)] { pictures_->show_models(models); });
   }
-  void add(FrameSnapshot snapshot, std::vector<ColorImage> photos, std::string overlay, std::string caption) {
-    auto job = std::make_shared<FrameSnapshot>(std::move(snapshot));
-    painter_.add(
-        [this, job, photos = std::move(photos), overlay = std::move(overlay), caption = std::move(caption)] {
-          pictures_->add(std::move(*job), photos, overlay, caption);
-        });
+  void add(std::shared_ptr<const FrameSnapshot> snapshot, std::vector<ColorImage> photos, std::string overlay,
+           std::string caption) {
+    painter_.add([this, snapshot = std::move(snapshot), photos = std::move(photos),
+                  overlay = std::move(overlay),
+                  caption = std::move(caption)] { pictures_->add(*snapshot, photos, overlay, caption); });
   }
   /// Waits until the files are closed.
   void finish() {

@@ -1,4 +1,4 @@
-#include "tactus/cli/live_source.h"
+#include "tactus/run/live_source.h"
 
 #include <algorithm>
 

@@ -1,6 +1,7 @@
-#include "tactus/cli/progress.h"
+#include "tactus/run/progress_text.h"
 
 #include <cmath>
+#include <cstdio>
 
 namespace tactus {
 namespace {
@@ -21,6 +22,21 @@ std::string progress_text(int done, std::optional<int> total, double elapsed_s) 
   text += " of " + std::to_string(*total);
   if (done <= 0 || done >= *total) return text;
   return text + ", " + duration_text(elapsed_s / done * (*total - done)) + " left";
+}
+
+std::string times_text(const RunFrame& frame) {
+  const Timings& t = frame.simulation.timings();
+  char text[160] = "";
+  if (frame.simulation.is_filmed())
+    std::snprintf(text, sizeof text, "hull %.1f ms   mesh %.1f ms   ", t.last_ms("hull"), t.last_ms("mesh"));
+  const std::string hull = text;
+  std::snprintf(text, sizeof text, "bodies %.1f ms (%d substeps)   frame %.1f ms", t.last_ms("bodies"),
+                frame.report.substeps, t.last_ms("frame"));
+  return hull + text;
+}
+
+std::string frame_text(const RunFrame& frame) {
+  return "frame " + std::to_string(frame.images.tick) + "   " + times_text(frame);
 }
 
 }  // namespace tactus

@@ -1,11 +1,6 @@
-#include "tactus/cli/run_report.h"
+#include "tactus/run/report_sink.h"
 
 #include <algorithm>
-#include <cstdio>
-
-#include "tactus/base/byte_io.h"
-#include "tactus/base/log.h"
-#include "tactus/cli/version.h"
 
 namespace tactus {
 namespace {
@@ -168,7 +163,6 @@ nlohmann::json stroke_json(const StrokeResult& stroke) {
 }  // namespace
 
 void RunSummary::add(const StepReport& report) {
-  ++frames;
   substeps = std::max(substeps, report.substeps);
   settling_substeps += report.settling_substeps;
   max_vertices = std::max(max_vertices, report.hull.vertices);
@@ -176,47 +170,32 @@ void RunSummary::add(const StepReport& report) {
   pushed_out += report.contact.pushed_out;
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
-  if (report.hull.overflow) ++open_frames;
   liquid.push_back(report.liquid);
   liquid_forces.push_back(report.liquid_forces);
   contacts.push_back(report.contacts);
-  for (const Notice& notice : report.notices) note(notice);
 }
 
-void RunSummary::add_strain(const Simulation& simulation) {
-  least_volume.resize(simulation.bodies().size(), 1.F);
-  for (std::size_t b = 0; b < least_volume.size(); ++b)
-    least_volume[b] = std::min(least_volume[b], simulation.bodies()[b]->strain().smallest_J);
+void ReportSink::frame(RunFrame& frame) {
+  Simulation& simulation = frame.simulation;
+  summary_.add(frame.report);
+  summary_.probes.push_back(simulation.probe_positions_m());
+  summary_.probe_strains.push_back(simulation.probe_strains());
+  summary_.monitors.push_back(simulation.monitors());
+  summary_.blades.push_back(simulation.tracked_blades().now());
+  summary_.motion_forces_N.push_back(simulation.motion_forces_N());
+  summary_.motion_torques_N_m.push_back(simulation.motion_torques_N_m());
 }
 
-void RunSummary::note(const std::string& status, Severity severity) {
-  // "camera 'a': ...; camera 'b': ...": a line a camera, which is then told once, whatever others do.
-  if (const auto next = status.find("; camera '"); next != std::string::npos) {
-    note(status.substr(0, next), severity);
-    return note(status.substr(next + 2), severity);
-  }
-  if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
-  statuses.push_back(status);
-  severity == Severity::info ? log_info(status) : log_warning(status);
-}
-
-void RunSummary::note(const Notice& notice) {
-  constexpr std::size_t kMost = 1000;
-  const auto same = [&](const Notice& n) { return n.code == notice.code && n.text == notice.text; };
-  if (notices.size() < kMost && std::none_of(notices.begin(), notices.end(), same)) notices.push_back(notice);
-  note(notice.message(), notice.severity);
-}
-
-nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation& simulation,
-                       const std::string& devices) {
-  nlohmann::json json{
-      {"scene", scene.name}, {"devices", devices}, {"commit", commit_text()}, {"frames", summary.frames}};
+nlohmann::json ReportSink::to_json(const FrameLoop& loop, Simulation& simulation,
+                                   const std::string& devices) const {
+  const RunSummary& summary = summary_;
+  nlohmann::json json{{"scene", scene_.name}, {"devices", devices}, {"frames", loop.frames()}};
   for (const std::string& stage : simulation.timings().stages()) {
     json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
                          {"p99", simulation.timings().percentile_ms(stage, 99)}};
   }
   json["counters"] = {
-      {"bad_frames", summary.bad_frames},      {"open_frames", summary.open_frames},
+      {"bad_frames", loop.bad_frames()},       {"open_frames", loop.open_frames()},
       {"substeps", summary.substeps},          {"settling_substeps", summary.settling_substeps},
       {"max_vertices", summary.max_vertices},  {"max_triangles", summary.max_triangles},
       {"pushed_out_nodes", summary.pushed_out}};
@@ -227,7 +206,7 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
                               {"contact_points", body.contact_point_count()},
                               {"devices", body.device_count()},
                               {"monitors", monitors_json(summary.monitors, b)},
-                              {"moved", motions_json(summary, b, scene.bodies[b].moved)}});
+                              {"moved", motions_json(summary, b, scene_.bodies[b].moved)}});
   }
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     if (!simulation.bodies()[b]->is_cuttable()) continue;
@@ -237,41 +216,24 @@ nlohmann::json to_json(const RunSummary& summary, const Scene& scene, Simulation
   }
   for (const StrokeResult& stroke : simulation.stroke_results()) json["cuts"].push_back(stroke_json(stroke));
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
-  json["statuses"] = summary.statuses;
+  json["statuses"] = loop.notices().statuses();
   json["contacts"] = contacts_json(summary.contacts);
   if (!summary.blades.empty() && !summary.blades.front().empty())
-    json["blades"] = blades_json(summary, scene);
-  if (scene.fluid) json["liquid"] = liquid_json(summary, *scene.fluid);
+    json["blades"] = blades_json(summary, scene_);
+  if (scene_.fluid) json["liquid"] = liquid_json(summary, *scene_.fluid);
   json["recordings"] = simulation.recordings();
   json["notices"] = nlohmann::json::array();
-  for (const Notice& n : summary.notices)
+  for (const Notice& n : loop.notices().notices())
     json["notices"].push_back(
         {{"code", n.code}, {"severity", severity_text(n.severity)}, {"text", n.text}, {"remedy", n.remedy}});
-  for (std::size_t p = 0; p < scene.probes.size(); ++p) {
+  for (std::size_t p = 0; p < scene_.probes.size(); ++p) {
     nlohmann::json track = nlohmann::json::array();
     for (const std::vector<Vec3f>& frame : summary.probes)
       track.push_back({frame[p].x, frame[p].y, frame[p].z});
-    json["probes"][scene.probes[p].name] = track;
-    json["probe_strains"][scene.probes[p].name] = strains_json(summary, p);
+    json["probes"][scene_.probes[p].name] = track;
+    json["probe_strains"][scene_.probes[p].name] = strains_json(summary, p);
   }
   return json;
-}
-
-std::string state_hash(Simulation& simulation) {
-  std::uint64_t hash = fnv1a("");
-  const auto add = [&hash](const std::vector<Vec3f>& values) {
-    hash = fnv1a({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Vec3f)}, hash);
-  };
-  for (const auto& body : simulation.bodies()) {
-    add(body->positions_m(simulation.context()));
-    add(body->velocities_m_s(simulation.context()));
-  }
-  const FrameSnapshot snapshot = simulation.snapshot();
-  add(snapshot.real.positions_m);
-  if (simulation.liquid() != nullptr) add(snapshot.liquid_m);
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
 }
 
 }  // namespace tactus

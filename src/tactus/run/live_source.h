@@ -29,6 +29,7 @@ class LiveSource final : public FrameSource {
   std::optional<double> fps() const override { return file_.live.fps; }
   NextFrame next(FrameSet& frame) override;
   std::string status() const override { return status_; }
+  std::string links_json() const override { return live_status_json(live_status()); }
   /// Of the workspace that a scene asks for.
   void set_workspace(const Box3f& box_m) { file_.rig.workspace_m = box_m; }
   LiveStatus live_status() const { return server_->status(); }

@@ -1,4 +1,4 @@
-#include "tactus/cli/run_checkpoint.h"
+#include "tactus/run/run_checkpoint.h"
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
@@ -33,14 +33,16 @@ void write_checkpoint(const std::string& path, const std::string& scene_path, co
   write_file(path, a.bytes());
 }
 
-void read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
-                     RunProgress& progress, Simulation& simulation) {
+RunProgress read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
+                            Simulation& simulation) {
   StateArchive a(read_file(path, kMaxMeshBytes), path);
   RunState state;
   archive(a, state);
   if (state.scene != hash_of_scene(scene_path))
     throw usage_error(path + ": the checkpoint is of another scene than " + scene_path +
                       ", or that was changed since");
+  RunProgress progress;
+  std::optional<FrameSet> last;  // that had images
   while (progress.taken < state.taken) {
     FrameSet frame;
     const NextFrame next = source.next(frame);
@@ -48,13 +50,13 @@ void read_checkpoint(const std::string& path, const std::string& scene_path, Fra
       throw Error(path + ": " + std::to_string(state.taken) +
                   " frames were taken from the source, which has " + std::to_string(progress.taken));
     ++progress.taken;
-    if (next != NextFrame::success) continue;
-    progress.last = std::move(frame);
-    progress.has_last = true;
+    if (next == NextFrame::success) last = std::move(frame);
   }
   progress.last_time_s = state.last_time_s;
   progress.has_time = state.taken > 0;
-  simulation.archive(a, progress.has_last ? &progress.last : nullptr);
+  progress.has_images = last.has_value();
+  simulation.archive(a, last ? &*last : nullptr);
+  return progress;
 }
 
 }  // namespace tactus

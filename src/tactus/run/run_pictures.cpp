@@ -1,4 +1,4 @@
-#include "tactus/cli/run_pictures.h"
+#include "tactus/run/run_pictures.h"
 
 #include <algorithm>
 #include <cmath>

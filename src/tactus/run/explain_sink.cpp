@@ -1,4 +1,4 @@
-#include "tactus/cli/run_explain.h"
+#include "tactus/run/explain_sink.h"
 
 #include <cstdio>
 
@@ -20,7 +20,7 @@ std::string in_parentheses(const std::string& text) { return text.empty() ? "" :
 }  // namespace
 
 template <class Text>
-void RunExplainer::note(const std::string& key, std::int64_t tick, double badness, Text&& text) {
+void ExplainSink::note(const std::string& key, std::int64_t tick, double badness, Text&& text) {
   const auto [place, is_new] = open_.try_emplace(key);
   Stretch& stretch = place->second;
   if (is_new) stretch.first = tick;
@@ -31,7 +31,7 @@ void RunExplainer::note(const std::string& key, std::int64_t tick, double badnes
   stretch.text = text();
 }
 
-void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecContext& ctx, std::int64_t tick) {
+void ExplainSink::note_body(const StepReport& report, SoftBody& body, ExecContext& ctx, std::int64_t tick) {
   const std::string head = "body '" + body.name() + "': ";
   const auto where = [&](Index cube) {
     return body.cube_text(cube) + in_parentheses(body.acting_near(body.cube_center_m(cube)));
@@ -71,9 +71,11 @@ void RunExplainer::note_body(const StepReport& report, SoftBody& body, ExecConte
   }
 }
 
-void RunExplainer::add(const StepReport& report, Simulation& simulation, std::int64_t tick) {
-  for (const auto& body : simulation.bodies()) {
-    if (!body->is_stopped()) note_body(report, *body, simulation.context(), tick);
+void ExplainSink::frame(RunFrame& frame) {
+  const StepReport& report = frame.report;
+  const std::int64_t tick = frame.images.tick;
+  for (const auto& body : frame.simulation.bodies()) {
+    if (!body->is_stopped()) note_body(report, *body, frame.simulation.context(), tick);
   }
   for (const Notice& notice : report.notices)
     note(notice.message(), tick, 0, [&] { return notice.message(); });
@@ -87,12 +89,12 @@ void RunExplainer::add(const StepReport& report, Simulation& simulation, std::in
   }
 }
 
-void RunExplainer::finish() {
+void ExplainSink::end(RunNotices& /*notices*/) {
   for (const auto& [key, stretch] : open_) print(stretch);
   open_.clear();
 }
 
-void RunExplainer::print(const Stretch& s) {
+void ExplainSink::print(const Stretch& s) {
   const auto number = [](std::int64_t tick) { return std::to_string(tick); };
   std::string when = "frame " + number(s.first);
   if (s.last > s.first) when = "frames " + number(s.first) + " to " + number(s.last);

@@ -1,24 +1,20 @@
 #pragma once
-/// `tactus run --explain`: when, where and why bodies are strained badly.
+/// When, where and why bodies are strained badly.
 #include <map>
 #include <string>
 
-#include "tactus/sim/simulation.h"
+#include "tactus/run/crush_sink.h"
 
 namespace tactus {
 
-/// Less than this of its volume at rest is bad strain.
-inline constexpr double kBadVolume = 0.3;
-
 /// Prints a line for each stretch of frames in which something is wrong, once it is over, with its worst
 /// frame.
-class RunExplainer {
+class ExplainSink final : public FrameSink {
  public:
-  explicit RunExplainer(const Scene& scene) : substeps_are_given_(scene.frame.substeps.has_value()) {}
-  /// After each frame.
-  void add(const StepReport& report, Simulation& simulation, std::int64_t tick);
-  /// What is not over yet.
-  void finish();
+  explicit ExplainSink(const Scene& scene) : substeps_are_given_(scene.frame.substeps.has_value()) {}
+  void frame(RunFrame& frame) override;
+  /// Prints what is not over yet.
+  void end(RunNotices& notices) override;
 
  private:
   struct Stretch {

@@ -1,0 +1,116 @@
+#include "tactus/cli/run_flags.h"
+
+#include <charconv>
+#include <filesystem>
+
+#include "tactus/base/error.h"
+#include "tactus/cli/commands.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/rig/wire/recording_file.h"
+#include "tactus/run/scene_source.h"
+
+namespace tactus {
+namespace {
+
+/// What a scene is shown instead of its own source.
+SourceDescription source_of_file(const std::string& path) {
+  SourceDescription source;
+  source.path = path;
+  if (!std::filesystem::exists(path)) throw Error("--source '" + path + "': no such file");
+  source.kind = is_recording(path) ? SourceKind::recording : SourceKind::live;
+  return source;
+}
+
+/// What needs cameras, of a scene that nobody films.
+void check_filmed(const RunOptions& options, const Scene& scene) {
+  if (scene.source.kind != SourceKind::none) return;
+  const auto refuse = [](const std::string& what) {
+    throw usage_error(what + " needs cameras, but 'source.kind' of the scene is none");
+  };
+  if (!options.record_path.empty()) refuse("--record '" + options.record_path + "'");
+  if (!options.budget.empty()) refuse("--budget '" + options.budget + "'");
+  if (scene.view.photographs > 0) refuse("'view.photographs'");
+  for (const BladeDescription& blade : scene.blades)
+    if (blade.tracked) refuse("blade '" + blade.name + "', which is tracked,");
+}
+
+/// Recordings keep photographs with losses.
+void check_recorded(const RunOptions& options, const Scene& scene) {
+  if (options.record_path.empty() || !has_markers(scene)) return;
+  throw usage_error("--record '" + options.record_path +
+                    "': a blade of the scene has 'markers', and recordings keep photographs with losses, so "
+                    "it would not replay to the same bits");
+}
+
+/// What is wrong with the number of frames; "" for nothing.
+std::string a_frame_count(const std::string& text) {
+  const bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == text.npos;
+  if (whole && std::stoi(text) > 0) return "";
+  return "'" + text +
+         "', expected a whole number of frames, at least 1 (a range, as 5-9, is source.frames of the scene)";
+}
+
+}  // namespace
+
+Scene scene_of(const RunOptions& options) {
+  Scene scene = read_scene(options.scene_path);
+  if (!options.source_path.empty()) scene.source = source_of_file(options.source_path);
+  scene.source.plain = options.plain;
+  if (scene.source.kind == SourceKind::live && !options.restart_path.empty())
+    throw usage_error("--restart '" + options.restart_path +
+                      "' takes the frames so far again, which a live rig can't give; record the run "
+                      "(--record FILE) and go on with --source FILE");
+  check_filmed(options, scene);
+  check_recorded(options, scene);
+  if (!options.budget.empty() && !(options.checkpoint_path.empty() && options.restart_path.empty()))
+    throw usage_error("--budget '" + options.budget +
+                      "' makes frames depend on how long they took, so a run can't go on with the same bits; "
+                      "expected it without --checkpoint and --restart");
+  return scene;
+}
+
+double parse_budget_s(const std::string& text) {
+  if (text.empty()) return 0;
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string unit(end, text.data() + text.size());
+  const double seconds = unit == "s" ? value : 1e-3 * value;
+  const bool is_known = unit == "ms" || unit == "s";  // a bare 11 may be meant as either
+  if (error != std::errc() || !is_known || !(seconds >= 1e-4 && seconds <= 10))
+    throw usage_error("--budget '" + text +
+                      "': expected the time of a frame with its unit, as 11ms or 0.011s, 0.1 ms to 10 s");
+  return seconds;
+}
+
+void add_run_flags(CLI::App& command, RunOptions& options) {
+  command.add_option("scene", options.scene_path, "scene file (docs/scene.md explains every key)")
+      ->required();
+  add_devices(command, options.devices);
+  command.add_option("--frames", options.frames, "stop after so many frames")->check(a_frame_count);
+  command.add_option("--out", options.out, "folder of video, contact sheet, meshes and trace")
+      ->capture_default_str();
+  add_output(command, "--json", options.json_path,
+             "stage times, counters, monitors and probes as JSON (-: standard output)");
+  command.add_flag(
+      "--explain", options.explain,
+      "say in which frames and where bodies are strained badly, what acts there, and what it costs");
+  add_output(command, "--checkpoint", options.checkpoint_path,
+             "state after the last frame, interrupted or not, for --restart");
+  command.add_option("--restart", options.restart_path,
+                     "go on after the last frame of a --checkpoint, with the same bits as without a stop");
+  command.add_option("--record", options.record_path,
+                     "file to make: all that the source gives, with its times and cameras, for --source");
+  command.add_option(
+      "--source", options.source_path,
+      "a recording (--record), or the rig file of live cameras, instead of the scene's source");
+  command.add_option(
+      "--budget", options.budget,
+      "time of a frame, as 11ms: when frames take longer, less is done in them, with a notice, "
+      "until they don't");
+  command.add_flag("--plain", options.plain, "live cameras without keys, on this computer alone");
+  command.add_option("--view", options.view, "file: video and contact sheet; none: no pictures")
+      ->check(CLI::IsMember({"none", "file"}))
+      ->capture_default_str();
+}
+
+}  // namespace tactus

@@ -1,0 +1,29 @@
+#pragma once
+/// The flags of `tactus run`.
+#include <string>
+
+#include "tactus/sim/scene.h"
+
+namespace CLI {
+class App;
+}
+
+namespace tactus {
+
+struct RunOptions {
+  std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
+  std::string checkpoint_path, restart_path;
+  std::string source_path, record_path;  ///< instead of the scene's source; what it saw
+  bool plain = false;                    ///< a live rig without keys
+  std::string budget;                    ///< of a frame, as 11ms; "": none
+  int frames = 0;                        ///< 0: all
+  bool explain = false;                  ///< where and why bodies are strained
+};
+
+void add_run_flags(CLI::App& command, RunOptions& options);
+/// The scene as the flags change it. @throws usage Error naming the flag that doesn't go with it.
+Scene scene_of(const RunOptions& options);
+/// "11ms" or "0.011s" in seconds; 0 for "". @throws usage Error naming the flag.
+double parse_budget_s(const std::string& text);
+
+}  // namespace tactus

@@ -1,0 +1,44 @@
+#pragma once
+/// Who looks on while `tactus run` goes, and what it leaves behind.
+#include <optional>
+
+#include "tactus/cli/run_flags.h"
+#include "tactus/run/explain_sink.h"
+#include "tactus/run/frame_loop.h"
+#include "tactus/run/mesh_sink.h"
+#include "tactus/run/picture_sink.h"
+#include "tactus/run/progress_sink.h"
+#include "tactus/run/report_sink.h"
+
+namespace tactus {
+
+/// The sinks that the flags and the scene ask for.
+struct RunSinks {
+  std::optional<ReportSink> report;
+  std::optional<ExplainSink> explain;
+  CrushSink crush;
+  std::optional<StrainSink> strains;
+  std::optional<MeshSink> meshes;
+  std::optional<PictureSink> pictures;
+  std::optional<BudgetSink> budget;
+  std::optional<ProgressSink> progress;
+
+  void add_to(FrameLoop& loop) {
+    if (report) loop.add(*report);
+    if (explain) loop.add(*explain);
+    loop.add(crush);
+    if (strains) loop.add(*strains);
+    if (meshes) loop.add(*meshes);
+    if (pictures) loop.add(*pictures);
+    if (budget) loop.add(*budget);
+    if (progress) loop.add(*progress);
+  }
+};
+
+/// What follows the last frame: files, a table, warnings. @throws Error when no frame came, or the real
+/// surface was open.
+void finish_run(const RunOptions& options, const Scene& scene, const FrameSource& source,
+                Simulation& simulation, const FrameLoop& loop, RunSinks& sinks, const std::string& stem,
+                const std::string& devices);
+
+}  // namespace tactus

@@ -1,0 +1,36 @@
+#pragma once
+/// A time that frames may take.
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tactus/run/frame_sink.h"
+
+namespace tactus {
+
+/// Tells a simulation what to leave out, by how long frames took: from their images to this sink, which is
+/// therefore the last one.
+class BudgetSink final : public FrameSink {
+ public:
+  /// @param draws_photographs the run's pictures show the real surface in photographs
+  BudgetSink(double budget_s, Simulation& simulation, bool draws_photographs);
+
+  /// Notes what changes.
+  void frame(RunFrame& frame) override;
+  /// Notes when most frames took longer though all was left out that can be.
+  void end(RunNotices& notices) override;
+  bool leaves_out_photographs() const { return made_ > 0 && savings_.front() == Saving::photographs; }
+  nlohmann::json to_json() const;
+
+ private:
+  Simulation& simulation_;
+  std::vector<Saving> savings_;
+  FrameBudget budget_;
+  std::size_t made_ = 0;
+  std::vector<double> frame_ms_;
+  std::vector<std::size_t> savings_made_;
+  std::vector<double> counted_s_;  ///< of frames with new images
+};
+
+}  // namespace tactus

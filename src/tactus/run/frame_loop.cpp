@@ -1,0 +1,55 @@
+#include "tactus/run/frame_loop.h"
+
+namespace tactus {
+
+FrameLoop::FrameLoop(FrameSource& source, Simulation& simulation, Options options)
+    : source_(source),
+      simulation_(simulation),
+      options_(std::move(options)),
+      is_filmed_(!source.rig().cameras.empty()) {}
+
+bool FrameLoop::is_done() const {
+  return (options_.most_frames > 0 && frames_ >= options_.most_frames) ||
+         (options_.should_stop && options_.should_stop());
+}
+
+void FrameLoop::run() {
+  notices_.note(source_.damage());
+  const std::optional<int> total =
+      options_.most_frames > 0 ? std::optional<int>(options_.most_frames) : source_.frame_count();
+  for (FrameSink* sink : sinks_) sink->begin(simulation_, total);
+  FrameSet frame;
+  while (!is_done()) {
+    const NextFrame next = source_.next(frame);
+    if (next == NextFrame::no_more_data) break;
+    ++progress_.taken;
+    // Of a live rig, until its first images come.
+    if (is_filmed_ && next == NextFrame::nothing_new && !progress_.has_images) continue;
+    notices_.note(source_.status());
+    if (next == NextFrame::bad_frame)
+      ++bad_frames_;
+    else
+      step(frame, next == NextFrame::success);
+  }
+  for (const Notice& notice : simulation_.last_notices()) notices_.note(notice);
+  for (FrameSink* sink : sinks_) sink->end(notices_);
+}
+
+void FrameLoop::step(const FrameSet& frame, bool is_new) {
+  const double taken_at_s = now_s();
+  const StepReport report = simulation_.step(is_new ? &frame : nullptr,
+                                             progress_.has_time ? frame.time_s - progress_.last_time_s : 0);
+  progress_.last_time_s = frame.time_s;
+  progress_.has_time = true;
+  progress_.has_images = is_filmed_;
+  ++frames_;
+  if (report.hull.overflow) ++open_frames_;
+  for (const Notice& notice : report.notices) notices_.note(notice);
+  RunFrame shown(simulation_, frame, report, notices_);
+  shown.is_new = is_new;
+  shown.number = frames_;
+  shown.taken_at_s = taken_at_s;
+  for (FrameSink* sink : sinks_) sink->frame(shown);
+}
+
+}  // namespace tactus

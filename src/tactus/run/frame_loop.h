@@ -1,0 +1,66 @@
+#pragma once
+/// The loop over frames: a source, a simulation, and whoever looks on.
+#include <functional>
+
+#include "tactus/run/frame_sink.h"
+
+namespace tactus {
+
+/// How far a run has come in its source.
+struct RunProgress {
+  std::int64_t taken = 0;  ///< frames of the source, bad ones too
+  double last_time_s = 0;  ///< of the last good one
+  bool has_time = false;   ///< there was one
+  bool has_images = false;
+};
+
+/// Takes frames from a source until it ends, steps the simulation, and shows each frame to all sinks.
+///
+///   DeviceSet devices("auto");
+///   const Scene scene = read_scene("scenes/demo.yaml");
+///   const std::unique_ptr<FrameSource> source = open_scene_source(scene);
+///   Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
+///   MeshSink meshes(scene, "out/demo");
+///   FrameLoop loop(*source, simulation);
+///   loop.add(meshes);
+///   loop.run();
+class FrameLoop {
+ public:
+  struct Options {
+    int most_frames = 0;                ///< 0: all of the source
+    std::function<bool()> should_stop;  ///< asked before each frame; none: never
+  };
+  /// Keeps references to both.
+  FrameLoop(FrameSource& source, Simulation& simulation) : FrameLoop(source, simulation, Options()) {}
+  FrameLoop(FrameSource& source, Simulation& simulation, Options options);
+
+  /// Keeps a reference. Sinks see a frame in the order in which they were added.
+  void add(FrameSink& sink) { sinks_.push_back(&sink); }
+  /// Of a source and simulation that have come as far (run_checkpoint.h).
+  void go_on_from(const RunProgress& progress) { progress_ = progress; }
+  /// @throws what the source, the simulation or a sink throws.
+  void run();
+
+  const RunProgress& progress() const { return progress_; }
+  RunNotices& notices() { return notices_; }
+  const RunNotices& notices() const { return notices_; }
+  int frames() const { return frames_; }          ///< that were simulated
+  int bad_frames() const { return bad_frames_; }  ///< that no camera delivered
+  /// Whose real surface had too little room: it is not closed.
+  int open_frames() const { return open_frames_; }
+
+ private:
+  bool is_done() const;
+  void step(const FrameSet& frame, bool is_new);
+
+  FrameSource& source_;
+  Simulation& simulation_;
+  Options options_;
+  std::vector<FrameSink*> sinks_;
+  bool is_filmed_;
+  RunProgress progress_;
+  RunNotices notices_;
+  int frames_ = 0, bad_frames_ = 0, open_frames_ = 0;
+};
+
+}  // namespace tactus

@@ -1,0 +1,53 @@
+#pragma once
+/// Who takes part in a run: pictures, meshes, reports, budgets.
+#include <memory>
+
+#include "tactus/run/run_notices.h"
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+
+/// A frame that was simulated, as sinks see it. Valid during FrameSink::frame.
+class RunFrame {
+ public:
+  RunFrame(Simulation& stepped, const FrameSet& seen, const StepReport& reported, RunNotices& noted)
+      : simulation(stepped), images(seen), report(reported), notices(noted) {}
+
+  /// What is to be seen, copied to the host once for all who ask. Whoever asks shows it: that counts the
+  /// latency of live images.
+  std::shared_ptr<const FrameSnapshot> snapshot() {
+    if (snapshot_ == nullptr) {
+      snapshot_ = std::make_shared<const FrameSnapshot>(simulation.snapshot());
+      if (is_new) simulation.note_shown();
+    }
+    return snapshot_;
+  }
+
+  Simulation& simulation;
+  const FrameSet& images;  ///< where nothing new came, only its time means something
+  const StepReport& report;
+  RunNotices& notices;
+  bool is_new = false;    ///< images came
+  int number = 0;         ///< of frames that were simulated, from 1
+  double taken_at_s = 0;  ///< when the images were there, on the clock of now_s()
+
+ private:
+  std::shared_ptr<const FrameSnapshot> snapshot_;
+};
+
+/// Sees each frame of a FrameLoop, in the order in which sinks were added, on the loop's thread. What takes
+/// long belongs on a thread of the sink's own (base/worker.h).
+class FrameSink {
+ public:
+  virtual ~FrameSink() = default;
+  /// Before the first frame. @param frame_count where it is known
+  virtual void begin(const Simulation& simulation, std::optional<int> frame_count) {
+    static_cast<void>(simulation);
+    static_cast<void>(frame_count);
+  }
+  virtual void frame(RunFrame& frame) = 0;
+  /// After the last frame, not after an exception.
+  virtual void end(RunNotices& notices) { static_cast<void>(notices); }
+};
+
+}  // namespace tactus

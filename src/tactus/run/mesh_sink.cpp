@@ -1,0 +1,42 @@
+#include "tactus/run/mesh_sink.h"
+
+#include <cstdio>
+
+#include "tactus/fluid/liquid_mesh.h"
+#include "tactus/io/mesh_file.h"
+#include "tactus/io/vtk_file.h"
+
+namespace tactus {
+namespace {
+
+std::string numbered(std::int64_t tick, const char* extension) {
+  char number[24];
+  std::snprintf(number, sizeof number, "-%05lld%s", static_cast<long long>(tick), extension);
+  return number;
+}
+
+bool is_due(const RunFrame& frame, int every) { return every > 0 && (frame.number - 1) % every == 0; }
+
+}  // namespace
+
+void MeshSink::frame(RunFrame& frame) {
+  if (!is_due(frame, scene_.output.mesh_every) || frame.report.hull.overflow) return;
+  const std::shared_ptr<const FrameSnapshot> snapshot = frame.snapshot();
+  const std::string ply = numbered(frame.images.tick, ".ply");
+  if (scene_.source.kind != SourceKind::none) write_ply(stem_ + "-real" + ply, snapshot->real);
+  for (std::size_t b = 0; b < snapshot->bodies.size(); ++b)
+    write_ply(stem_ + "-" + scene_.bodies[b].name + ply, snapshot->bodies[b]);
+  if (scene_.fluid)
+    write_ply(stem_ + "-liquid" + ply,
+              liquid_mesh(snapshot->liquid_m, static_cast<float>(scene_.fluid->spacing_m)));
+}
+
+void StrainSink::frame(RunFrame& frame) {
+  if (!is_due(frame, every_)) return;
+  ExecContext& ctx = frame.simulation.context();
+  for (const auto& body : frame.simulation.bodies())
+    write_vtk(stem_ + "-" + body->name() + numbered(frame.images.tick, ".vtk"), body->shape().lattice,
+              body->positions_m(ctx), body->velocities_m_s(ctx), body->strains(ctx));
+}
+
+}  // namespace tactus

@@ -1,0 +1,33 @@
+#pragma once
+/// Files of single frames.
+#include "tactus/run/frame_sink.h"
+
+namespace tactus {
+
+/// Every so many frames (`output.mesh_every`) the surfaces: STEM-real-00012.ply, STEM-BODY-00012.ply and
+/// STEM-liquid-00012.ply.
+class MeshSink final : public FrameSink {
+ public:
+  MeshSink(const Scene& scene, const std::string& stem) : scene_(scene), stem_(stem) {}
+  /// None of a frame whose real surface is open. @throws Error when a file can't be written.
+  void frame(RunFrame& frame) override;
+
+ private:
+  Scene scene_;
+  std::string stem_;
+};
+
+/// Every so many frames (`output.vtk_every`) positions, velocities and strains of each body's nodes:
+/// STEM-BODY-00012.vtk.
+class StrainSink final : public FrameSink {
+ public:
+  StrainSink(int every, const std::string& stem) : every_(every), stem_(stem) {}
+  /// @throws Error when a file can't be written.
+  void frame(RunFrame& frame) override;
+
+ private:
+  int every_;
+  std::string stem_;
+};
+
+}  // namespace tactus

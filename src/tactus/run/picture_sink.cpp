@@ -1,0 +1,25 @@
+#include "tactus/run/picture_sink.h"
+
+#include <cstdio>
+
+#include "tactus/run/progress_text.h"
+
+namespace tactus {
+
+PictureSink::PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, Simulation& simulation,
+                         const std::string& stem, double fps)
+    : wears_photographs_(scene.view.photographs > 0),
+      pictures_([&] { return std::make_unique<RunPictures>(scene, rig, assets, simulation, stem, fps); }) {
+  if (scene.view.show_models) pictures_.show_models(element_triangles(simulation));
+}
+
+void PictureSink::frame(RunFrame& frame) {
+  char time_text[32];
+  std::snprintf(time_text, sizeof time_text, "%.2f s", frame.images.time_s);
+  const bool with_photographs =
+      wears_photographs_ && (budget_ == nullptr || !budget_->leaves_out_photographs());
+  pictures_.add(frame.snapshot(), with_photographs ? frame.images.colors : std::vector<ColorImage>{},
+                frame_text(frame), time_text);
+}
+
+}  // namespace tactus

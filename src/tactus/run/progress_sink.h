@@ -1,0 +1,21 @@
+#pragma once
+/// One line at a terminal: the frame's number, time left, and what the frame took.
+#include "tactus/run/frame_sink.h"
+
+namespace tactus {
+
+class ProgressSink final : public FrameSink {
+ public:
+  /// @param is_shown else frames go to the debug log alone
+  explicit ProgressSink(bool is_shown) : is_shown_(is_shown) {}
+  void begin(const Simulation& simulation, std::optional<int> frame_count) override;
+  void frame(RunFrame& frame) override;
+  void end(RunNotices& notices) override;
+
+ private:
+  bool is_shown_;
+  std::optional<int> frame_count_;
+  double begin_s_ = 0;
+};
+
+}  // namespace tactus

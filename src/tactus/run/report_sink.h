@@ -1,0 +1,42 @@
+#pragma once
+/// JSON of a run, for scripts (docs/results.md).
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tactus/run/frame_loop.h"
+
+namespace tactus {
+
+/// What a run found over all its frames.
+struct RunSummary {
+  int substeps = 0, settling_substeps = 0;
+  Index max_vertices = 0, max_triangles = 0, pushed_out = 0;
+  double max_force_N = 0, max_correction_m = 0;
+  std::vector<LiquidReport> liquid;                                 ///< per frame
+  std::vector<std::vector<LiquidReaction>> liquid_forces;           ///< per frame
+  std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
+  std::vector<std::vector<TrackedBlade>> blades;                    ///< per frame, those that are tracked
+  std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
+  std::vector<std::vector<CubeStrain>> probe_strains;               ///< likewise
+  std::vector<std::vector<BodyMonitors>> monitors;                  ///< per frame and body
+  std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;     ///< per frame, body and moved region
+  std::vector<std::vector<std::vector<Vec3d>>> motion_torques_N_m;  ///< likewise
+
+  void add(const StepReport& report);
+};
+
+/// Keeps what every frame gave, for to_json().
+class ReportSink final : public FrameSink {
+ public:
+  explicit ReportSink(const Scene& scene) : scene_(scene) {}
+  void frame(RunFrame& frame) override;
+  /// @param loop that showed its frames to this sink @param devices their names
+  nlohmann::json to_json(const FrameLoop& loop, Simulation& simulation, const std::string& devices) const;
+
+ private:
+  Scene scene_;
+  RunSummary summary_;
+};
+
+}  // namespace tactus

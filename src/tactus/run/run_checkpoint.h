@@ -1,0 +1,17 @@
+#pragma once
+/// A run that stops and goes on with the same bits.
+#include <string>
+
+#include "tactus/run/frame_loop.h"
+
+namespace tactus {
+
+/// After the last frame. @throws Error when the file can't be written.
+void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
+                      Simulation& simulation);
+/// Before the first: reads the frames of the source that were taken, and takes over the state after them.
+/// @throws Error naming what differs: another scene, another program's file, a source that ends before.
+RunProgress read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
+                            Simulation& simulation);
+
+}  // namespace tactus

@@ -1,0 +1,190 @@
+/// The loop over frames: who sees what, when it ends, and that looking on changes no bit.
+#include "tactus/run/frame_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tactus/base/error.h"
+#include "tactus/io/body_assets.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/run/mesh_sink.h"
+#include "tactus/run/recording_filter.h"
+#include "tactus/run/report_sink.h"
+#include "tactus/run/run_checkpoint.h"
+#include "tactus/run/scene_source.h"
+#include "tactus/run/state_hash.h"
+
+namespace tactus {
+namespace {
+
+constexpr const char* kFalling = R"(
+source: {kind: none, frames: 0-7, fps: 50}
+bodies:
+  - name: block
+    shape: {kind: box, size_m: [0.04, 0.04, 0.04]}
+    spacing_m: 0.02
+    material: {young_modulus_pa: 20000}
+)";
+
+constexpr const char* kFilmed = R"(
+source: {kind: synthetic, figure: sphere, frames: 0-3}
+reconstruction: {resolution: 32}
+)";
+
+/// A scene with what it needs.
+struct World {
+  explicit World(const char* text) : scene(parse_scene(text, "scene.yaml")) {}
+  Scene scene;
+  DeviceSet devices{"cpu"};
+  std::unique_ptr<FrameSource> source = open_scene_source(scene);
+  Simulation simulation{devices, scene, source->rig(), load_body_assets(scene)};
+};
+
+struct Watcher final : FrameSink {
+  explicit Watcher(std::string& order, char letter) : order_(order), letter_(letter) {}
+  void begin(const Simulation& /*simulation*/, std::optional<int> frame_count) override {
+    count = frame_count;
+  }
+  void frame(RunFrame& frame) override {
+    order_ += letter_;
+    numbers.push_back(frame.number);
+    new_ones += frame.is_new ? 1 : 0;
+    snapshot = frame.snapshot();
+  }
+  void end(RunNotices& /*notices*/) override { ended = true; }
+
+  std::optional<int> count;
+  std::vector<int> numbers;
+  int new_ones = 0;
+  bool ended = false;
+  std::shared_ptr<const FrameSnapshot> snapshot;
+
+ private:
+  std::string& order_;
+  char letter_;
+};
+
+TEST(FrameLoop, ShowsEachFrameToEachSinkInOrder) {
+  World world(kFalling);
+  std::string order;
+  Watcher a(order, 'a'), b(order, 'b');
+  FrameLoop loop(*world.source, world.simulation);
+  loop.add(a);
+  loop.add(b);
+  loop.run();
+  EXPECT_EQ(order, "abababababababab");
+  EXPECT_EQ(a.numbers, (std::vector<int>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(a.count, std::optional<int>(8));
+  EXPECT_EQ(a.new_ones, 0) << "nobody films";
+  EXPECT_TRUE(a.ended && b.ended);
+  EXPECT_EQ(a.snapshot, b.snapshot) << "copied once";
+  EXPECT_EQ(loop.frames(), 8);
+  EXPECT_EQ(loop.progress().taken, 8);
+  // 7 steps of 20 ms; semi-implicit Euler falls g t (t + dt) / 2 with substeps of dt <= 20 ms.
+  const double t = 0.14, mean_y = world.simulation.bodies()[0]->positions_m(world.simulation.context())[0].y,
+               fallen = -0.02 - mean_y;
+  EXPECT_GE(fallen, 0.5 * 9.81 * t * t - 1e-4);
+  EXPECT_LE(fallen, 0.5 * 9.81 * t * (t + 0.02) + 1e-4);
+}
+
+TEST(FrameLoop, StopsWhenItShould) {
+  for (const bool by_number : {true, false}) {
+    World world(kFalling);
+    int asked = 0;
+    FrameLoop loop(*world.source, world.simulation,
+                   by_number
+                       ? FrameLoop::Options{.most_frames = 3, .should_stop = {}}
+                       : FrameLoop::Options{.most_frames = 0, .should_stop = [&] { return ++asked > 3; }});
+    loop.run();
+    EXPECT_EQ(loop.frames(), 3);
+  }
+}
+
+TEST(FrameLoop, LookingOnChangesNoBit) {
+  const auto hash_with = [](bool watched) {
+    World world(kFilmed);
+    std::string order;
+    Watcher watcher(order, 'w');
+    ReportSink report(world.scene);
+    FrameLoop loop(*world.source, world.simulation);
+    if (watched) loop.add(watcher);
+    if (watched) loop.add(report);
+    loop.run();
+    EXPECT_EQ(watcher.new_ones, watched ? 4 : 0);
+    return state_hash(world.simulation);
+  };
+  EXPECT_EQ(hash_with(true), hash_with(false));
+}
+
+TEST(FrameLoop, GoesOnAfterACheckpointWithTheSameBits) {
+  const std::string scene_path = testing::TempDir() + "frame_loop.yaml", path = scene_path + ".checkpoint";
+  std::ofstream(scene_path) << kFalling;
+  World whole(kFalling), first(kFalling), second(kFalling);
+  FrameLoop(*whole.source, whole.simulation).run();
+  FrameLoop half(*first.source, first.simulation, {.most_frames = 4, .should_stop = {}});
+  half.run();
+  write_checkpoint(path, scene_path, half.progress(), first.simulation);
+  FrameLoop rest(*second.source, second.simulation);
+  rest.go_on_from(read_checkpoint(path, scene_path, *second.source, second.simulation));
+  rest.run();
+  EXPECT_EQ(rest.frames(), 4);
+  EXPECT_EQ(state_hash(second.simulation), state_hash(whole.simulation));
+}
+
+TEST(FrameLoop, ARecordedSourceReplays) {
+  const std::string path = testing::TempDir() + "frame_loop.rec";
+  std::filesystem::remove(path);
+  World world(kFilmed);
+  RecordingFilter recorded(std::move(world.source), path);
+  FrameLoop loop(recorded, world.simulation);
+  loop.run();
+  recorded.finish();
+  World again(kFilmed);
+  again.scene.source = {};
+  again.scene.source.kind = SourceKind::recording;
+  again.scene.source.path = path;
+  const std::unique_ptr<FrameSource> source = open_scene_source(again.scene);
+  Simulation simulation(again.devices, again.scene, source->rig(), {});
+  FrameLoop replay(*source, simulation);
+  replay.run();
+  EXPECT_EQ(replay.frames(), 4);
+  EXPECT_EQ(state_hash(simulation), state_hash(world.simulation));
+}
+
+/// Its first frame is bad, its second is well.
+struct Faulty final : SourceFilter {
+  using SourceFilter::SourceFilter;
+  NextFrame next(FrameSet& frame) override {
+    return taken_++ == 0 ? NextFrame::bad_frame : SourceFilter::next(frame);
+  }
+  std::string status() const override { return "camera 'a': dark; camera 'b': dark"; }
+  std::string damage() const override { return "cut off"; }
+
+ private:
+  int taken_ = 0;
+};
+
+TEST(FrameLoop, CountsBadFramesAndSaysEachThingOnce) {
+  World world(kFilmed);
+  Faulty source(std::move(world.source));
+  FrameLoop loop(source, world.simulation);
+  loop.run();
+  EXPECT_EQ(loop.bad_frames(), 1);
+  EXPECT_EQ(loop.frames(), 4);
+  EXPECT_EQ(loop.notices().statuses(),
+            (std::vector<std::string>{"cut off", "camera 'a': dark", "camera 'b': dark"}));
+}
+
+TEST(SceneSource, TakesPhotographsWhereASceneAsksForThem) {
+  World world(kFilmed);
+  world.scene.view.photographs = 2;
+  const std::unique_ptr<FrameSource> source = open_scene_source(world.scene);
+  FrameSet frame;
+  ASSERT_EQ(source->next(frame), NextFrame::success);
+  EXPECT_EQ(frame.colors.size(), source->rig().cameras.size());
+}
+
+}  // namespace
+}  // namespace tactus
