@@ -24,6 +24,10 @@ if grep -q 'ZMQ_LIBRARY:FILEPATH=/' "$build/CMakeCache.txt"; then
   "$scratch/own_camera/own_camera"
 fi
 
+# The whole loop needs what scenes, recordings and pictures need.
+use hello_loop
+(cd "$scratch" && hello_loop/hello_loop "$examples/../scenes/demo.yaml" | tail -1 | grep -q '^30 frames')
+
 # A component that doesn't exist, or one whose packages are missing, is said so.
 for wrong in "hul|tactus has no component 'hul'" "recordings|OpenCV"; do
   mkdir -p "$scratch/wrong"
