@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tools/lint.sh [--all]: format, include direction, kernels' rules, prose, every header on its own, clang-tidy. Looks at what
+# tools/lint.sh [--all]: format, titles of commits, include direction, kernels' rules, prose, every header on its own, clang-tidy. Looks at what
 # differs from the branch that this one came from (LINT_BASE, else origin/main, else main), and at what is not committed; with
 # --all at everything, but for clang-tidy of tests that didn't change: minutes. Where a tool is missing: "SKIPPED", but an error with CI=true.
 set -euo pipefail
@@ -44,6 +44,10 @@ if have clang-format format; then
   fi
 fi
 
+if [ -n "$base" ] && long=$(git log --format=%s "$base..HEAD" | awk 'length > 72') && [ -n "$long" ]; then
+  printf 'commits: titles of more than 72 characters:\n%s\n' "$long"
+  failed=1
+fi
 python3 tools/lint_includes.py || failed=1
 python3 tools/lint_prose.py || failed=1
 
