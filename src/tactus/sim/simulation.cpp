@@ -6,7 +6,6 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/sim/blade_mesh.h"
 #include "tactus/sim/start_check.h"
 
 namespace tactus {
@@ -383,20 +382,6 @@ void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
     report.contacts.push_back(contact);
   else
     add(known->reaction, contact.reaction);
-}
-
-FrameSnapshot Simulation::snapshot() {
-  FrameSnapshot snapshot;
-  snapshot.tick = tick_;
-  snapshot.captured_s = captured_s_;
-  ExecContext& ctx = devices_.context(0);
-  if (has_surface_) snapshot.real = surface().download();
-  for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
-  snapshot.blades = tracked_blades_.meshes();
-  for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
-    snapshot.blades.push_back(std::move(blade));
-  if (liquid_) snapshot.liquid_m = liquid_->positions_m();
-  return snapshot;
 }
 
 std::vector<BodyMonitors> Simulation::monitors() {

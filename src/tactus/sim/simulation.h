@@ -52,6 +52,7 @@ struct FrameSnapshot {
   TriangleMesh real;                 ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;  ///< in the scene's order
   std::vector<TriangleMesh> blades;  ///< tracked ones that are seen; others until their path ends
+  std::vector<ToolAxis> tools;       ///< tracked ones that were found
   std::vector<Vec3f> liquid_m;       ///< its particles, by id
   std::int64_t tick = 0;             ///< of the images
   double captured_s = 0;             ///< when those came, on the clock of now_s()
