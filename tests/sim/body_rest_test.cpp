@@ -323,15 +323,28 @@ TEST(ObstacleWatch, TellsOnceOfACentreThatWentThrough) {
   mesh.T_world_obstacle.t = {0, -1, 0};
   plane.name = "plane", plane.T_world_obstacle.t = {0, -2, 0};
   ObstacleWatch watch({box, mesh, plane});
-  EXPECT_EQ(watch.follow("b", {0.1, 0.5, 0.2}), "");
-  EXPECT_EQ(watch.follow("b", {0.1, 0.1, 0.2}), "");
-  EXPECT_NE(watch.follow("b", {0.1, -0.1, 0.2}).find("obstacle 'box'"), std::string::npos);
-  EXPECT_EQ(watch.follow("b", {0.1, 0.1, 0.2}), "") << "once";
-  EXPECT_EQ(watch.follow("b", {0.1, -0.9, 0.2}), "");
-  EXPECT_NE(watch.follow("b", {0.1, -1.1, 0.2}).find("obstacle 'mesh'"), std::string::npos);
-  EXPECT_NE(watch.follow("b", {0.1, -2.1, 0.2}).find("obstacle 'plane'"), std::string::npos);
-  EXPECT_EQ(watch.follow("c", {3, 0.1, 0}), "");
-  EXPECT_EQ(watch.follow("c", {3, -1.5, 0}), "") << "beside both";
+  const auto all_round = [] { return box_mesh({9, 9, 9}); };
+  const auto follow = [&](const char* body, Vec3d center_m) {
+    return watch.follow(body, center_m, all_round);
+  };
+  EXPECT_EQ(follow("b", {0.1, 0.5, 0.2}), "");
+  EXPECT_EQ(follow("b", {0.1, 0.1, 0.2}), "");
+  EXPECT_NE(follow("b", {0.1, -0.1, 0.2}).find("obstacle 'box'"), std::string::npos);
+  EXPECT_EQ(follow("b", {0.1, 0.1, 0.2}), "") << "once";
+  EXPECT_EQ(follow("b", {0.1, -0.9, 0.2}), "");
+  EXPECT_NE(follow("b", {0.1, -1.1, 0.2}).find("obstacle 'mesh'"), std::string::npos);
+  EXPECT_NE(follow("b", {0.1, -2.1, 0.2}).find("obstacle 'plane'"), std::string::npos);
+  EXPECT_EQ(follow("c", {3, 0.1, 0}), "");
+  EXPECT_EQ(follow("c", {3, -1.5, 0}), "") << "beside both";
+
+  // The centre of what lies round it is in no material of its own.
+  const auto elsewhere = [] {
+    TriangleMesh ring = box_mesh({1, 1, 1});
+    for (Vec3f& p : ring.positions_m) p.x += 5;
+    return ring;
+  };
+  EXPECT_EQ(watch.follow("ring", {0, 0.1, 0}, elsewhere), "");
+  EXPECT_EQ(watch.follow("ring", {0, 0, 0}, elsewhere), "");
 }
 
 }  // namespace
