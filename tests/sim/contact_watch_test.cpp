@@ -189,7 +189,7 @@ class HitByABall : public ::testing::TestWithParam<Hit> {};
 std::vector<Hit> hits() {
   std::vector<Hit> all;
   for (const TissueModel model : {TissueModel::flsm, TissueModel::hybrid, TissueModel::tled})
-    for (const double fps : {30., 120.}) all.push_back({model, fps});
+    for (const double fps : {10., 30., 120.}) all.push_back({model, fps});
   return all;
 }
 INSTANTIATE_TEST_SUITE_P(Models, HitByABall, ::testing::ValuesIn(hits()));
