@@ -223,6 +223,33 @@ TEST_P(CheckpointOnDevices, AStrokeGoesOn) {
     EXPECT_GT(body->cut_state(simulation.context()).copies, 20) << body->name();
 }
 
+/// A blade along a plane of nodes moves those off its way. They stay there for a run that goes on, in the
+/// middle of the stroke and in the next one.
+TEST_P(CheckpointOnDevices, NodesThatAStrokeMovedOffStayThere) {
+  Scene scene = cut_scene();
+  scene.gravity_m_s2 = {0, 0, 0};
+  scene.bodies.resize(1);
+  scene.bodies[0].fixed[0].where.point_m = {0, -0.32, 0};
+  BladeDescription& blade = scene.blades[0];
+  blade.from_m = {-0.25, -0.275, -0.3};
+  blade.to_m = {-0.25, -0.275, 0.3};
+  blade.path = {{0.05, {}, 0}, {0.3, {0.5, 0, 0}, 0}, {0.35, {0.5, 0.001, 0}, 0}, {0.6, {0, 0.001, 0}, 0}};
+  std::string file;
+  const State whole = play(GetParam(), scene, 0, 20, file);
+  ASSERT_NE(file.find("nodes that are kept off blades"), std::string::npos);
+  for (const int middle : {5, 12}) {
+    std::string part;
+    play(GetParam(), scene, 0, middle, part);
+    const State second = play(GetParam(), scene, middle, 20, part);
+    EXPECT_TRUE(whole.x_m == second.x_m) << middle;
+    EXPECT_TRUE(whole.v_m_s == second.v_m_s) << middle;
+    std::string other = file;
+    const State third = play(GetParam(), scene, 20, 24, other),
+                as_well = play(GetParam(), scene, 20, 24, part);
+    EXPECT_TRUE(third.x_m == as_well.x_m) << middle << ": all that is kept is the same, too";
+  }
+}
+
 /// Two strokes cut a plug out of a slab, which bleeds into a box; a vessel flows onto it.
 Scene bleeding_scene() {
   Scene scene = cut_scene();

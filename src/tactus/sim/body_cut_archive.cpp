@@ -50,6 +50,8 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
   archive_list(a, "nodes when blades cut last", last_x_m_, shape_.lattice.node_count());
   a.check(last_x_m_.empty() || size_of(last_x_m_) == shape_.lattice.node_count(),
           "nodes when blades cut last");
+  std::vector<cut::LatticeCutter::KeptOff> kept_off = cutter_->lattice().kept_off();
+  archive_list(a, "nodes that are kept off blades", kept_off, shape_.lattice.node_count());
   archive_trails(a);
   if (!a.reads()) return;
   auto trails = std::exchange(trails_, {});
@@ -70,6 +72,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }
+  cutter_->keep_off(kept_off);
   trails_ = std::move(trails);
   surface_.update(ctx, tissue_.body());
 }

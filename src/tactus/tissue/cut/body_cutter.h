@@ -41,6 +41,9 @@ class BodyCutter {
     return cut_marked(change);
   }
 
+  /// After all journals of another body.
+  void keep_off(std::span<const LatticeCutter::KeptOff> nodes) { lattice_.keep_off(nodes); }
+
   const LatticeCutter& lattice() const { return lattice_; }
   const CutSurface& surface() const { return surface_; }
   /// Pieces of the surface that hang together, with their volumes where the nodes are [m^3].

@@ -95,11 +95,11 @@ std::uint64_t LatticeCutter::key(Index a, Index b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32U | static_cast<std::uint64_t>(std::max(a, b));
 }
 
-/// Bits of the cube's edges, as in kCornerPairs.
+/// Bits of the cube's edges, as in kCornerPairs; of copies those of all pairs.
 std::uint32_t LatticeCutter::cut_edges(Index cube) const {
   const auto& nodes = lattice_.cube_nodes[at(cube)];
   std::uint32_t found = 0;
-  for (unsigned e = 0; e < 12; ++e) {
+  for (unsigned e = 0; e < pairs_of(cube); ++e) {
     const auto [a, b] = kCornerPairs[e];
     if (cuts_.contains(key(nodes[at(a)], nodes[at(b)]))) found |= 1U << e;
   }
@@ -112,6 +112,26 @@ double LatticeCutter::place(Index cube, int a, int b) const {
   const float* cut = cuts_.find(key(from, to));
   if (cut == nullptr) return -1;
   return from < to ? double{*cut} : 1 - double{*cut};
+}
+
+std::vector<LatticeCutter::KeptOff> LatticeCutter::kept_off() const {
+  std::vector<KeptOff> nodes;
+  for (Index i = 0; i < lattice_.node_count(); ++i)
+    if (kept_off_[at(i)] != Vec3f{}) nodes.push_back({i, kept_off_[at(i)]});
+  return nodes;
+}
+
+void LatticeCutter::keep_off(std::span<const KeptOff> nodes) {
+  kept_off_.assign(kept_off_.size(), Vec3f{});
+  near_wall_.clear();
+  Index last = -1;
+  for (const KeptOff& k : nodes) {
+    if (k.node <= last || k.node >= next_node_)
+      throw Error("cut: node " + std::to_string(k.node) + " is kept off a blade after node " +
+                  std::to_string(last) + ", the body has " + std::to_string(next_node_));
+    kept_off_[at(k.node)] = k.by;
+    near_wall_.push_back(last = k.node);
+  }
 }
 
 /// Whole cubes in a row are one set, whose number is that of its first cube. Where the next cube of a row

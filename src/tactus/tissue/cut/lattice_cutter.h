@@ -87,6 +87,14 @@ class LatticeCutter {
   const std::vector<Journal>& journals() const { return journals_; }
   /// In place of mark() with a strip. @throws Error naming an id that is out of range.
   void mark(const Journal& journal);
+  /// Nodes that blades find elsewhere, away from a wall or off a blade's way: by how much, in spacings.
+  struct KeptOff {
+    Index node = 0;
+    Vec3f by{};
+  };
+  std::vector<KeptOff> kept_off() const;
+  /// In place of what journals left. @param nodes ascending @throws Error naming an id that is out of range.
+  void keep_off(std::span<const KeptOff> nodes);
   /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
   /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
   /// @param has_room whether others have room for so many copies; none: they have
@@ -139,6 +147,9 @@ class LatticeCutter {
   }
   static std::uint64_t key(Index a, Index b);
   std::uint32_t cut_edges(Index cube) const;
+  /// Pairs that join the corners of a cube: its edges. A copy's corners may hang together along a diagonal
+  /// alone, as their material does.
+  unsigned pairs_of(Index cube) const { return cube < lattice_.regular_cubes() ? 12 : kPairs; }
   /// Pairs of a cube's corners that the strip parts.
   struct Crossed {
     std::uint32_t pairs = 0;          ///< bits
