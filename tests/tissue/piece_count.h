@@ -1,5 +1,5 @@
 #pragma once
-/// How many pieces a plane leaves of a solid, as a Monte Carlo count that shares no code with cuts.
+/// How many pieces planes leave of a solid, as a Monte Carlo count that shares no code with cuts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,11 +17,11 @@ struct CutPlane {
 };
 
 /// Random points in a closed mesh. Two points are joined where the segment between them crosses neither the
-/// plane nor the mesh.
+/// planes nor the mesh.
 class PieceCount {
  public:
-  PieceCount(const TriangleMesh& mesh_m, const CutPlane& plane, int points, std::mt19937& random)
-      : plane_(plane) {
+  PieceCount(const TriangleMesh& mesh_m, std::vector<CutPlane> planes, int points, std::mt19937& random)
+      : planes_(std::move(planes)) {
     for (const auto& t : mesh_m.triangles) {
       Face& f = faces_.emplace_back();
       for (std::size_t k = 0; k < 3; ++k)
@@ -52,6 +52,9 @@ class PieceCount {
     std::sort(found.begin(), found.end());
     return found;
   }
+  const std::vector<Vec3d>& points() const { return points_; }
+  /// One point of each piece: of that which a point is in.
+  std::size_t piece(std::size_t point) const { return root(point); }
 
  private:
   struct Face {
@@ -76,6 +79,10 @@ class PieceCount {
     while (parent_[i] != i) i = parent_[i];
     return i;
   }
+  bool are_parted(Vec3d p, Vec3d q) const {
+    return std::any_of(planes_.begin(), planes_.end(),
+                       [&](const CutPlane& plane) { return (plane.above(p) < 0) != (plane.above(q) < 0); });
+  }
   /// The nearest first; what hangs together already is not asked.
   void join(double reach) {
     parent_.resize(points_.size());
@@ -92,12 +99,12 @@ class PieceCount {
     std::sort(pairs.begin(), pairs.end(), [](const Pair& p, const Pair& q) { return p.way2 < q.way2; });
     for (const auto& [way2, i, j] : pairs) {
       const std::size_t a = root(i), b = root(j);
-      if (a == b || (plane_.above(points_[i]) < 0) != (plane_.above(points_[j]) < 0)) continue;
+      if (a == b || are_parted(points_[i], points_[j])) continue;
       if (crossings(points_[i], points_[j]) == 0) parent_[a] = b;
     }
   }
 
-  CutPlane plane_;
+  std::vector<CutPlane> planes_;
   std::vector<Face> faces_;
   std::vector<Vec3d> points_;
   std::vector<std::size_t> parent_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "piece_count.h"
@@ -90,6 +91,14 @@ class StrokeBody {
   const TriangleMesh& surface_m() const { return surface_m_; }
   const cut::BodyCutter& cutter() const { return cutter_; }
   Vec3d node_m(Vec3d lattice) const { return vec_cast<double>(lattice_.origin_m) + spacing() * lattice; }
+  /// A node of the cube that holds a point of the body.
+  Index node_near(Vec3d p_m) const {
+    const Vec3d p = (p_m - vec_cast<double>(lattice_.origin_m)) / spacing();
+    const Index cube = cutter_.lattice().regular_at({static_cast<Index>(std::floor(p.x)),
+                                                     static_cast<Index>(std::floor(p.y)),
+                                                     static_cast<Index>(std::floor(p.z))});
+    return cutter_.lattice().lattice().cube_nodes[at(cube)][0];
+  }
   Vec3d middle_m() const { return vec_cast<double>(bounds(surface_m_).center()); }
   /// Through all of the body.
   StrokeWay way_through(const CutPlane& plane) const {
@@ -165,10 +174,11 @@ class StrokeBody {
   }
   TriangleMesh mesh() const { return cutter_.mesh(rest_m_); }
 
-  /// Edges without a twin, triangles that reach from part to part, the longest edge at rest [spacings].
+  /// Edges without a twin, triangles that reach from part to part, parts of the lattice that have a surface,
+  /// the most that a part without one holds [cubes], and the longest edge at rest [spacings].
   struct Surface {
-    int open = 0, reaching = 0;
-    double longest = 0;
+    int open = 0, reaching = 0, parts = 0;
+    double most_without = 0, longest = 0;
   };
   Surface surface() const {
     Surface found;
@@ -190,6 +200,16 @@ class StrokeBody {
       }
     }
     for (const auto& [edge, sum] : edges) found.open += sum != 0 ? 1 : 0;
+    std::set<Index> seen;
+    for (const auto& t : mesh.triangles) seen.insert(part(t[0]));
+    found.parts = int(seen.size());
+    std::map<Index, double> fill;
+    const CubeLattice& lattice = cutter_.lattice().lattice();
+    for (std::size_t c = 0; c < lattice.cubes.size(); ++c)
+      if (lattice.has_cube(c))
+        fill[part_of_node[at(lattice.cube_nodes[c][0])]] += double{lattice.cube_fill[c]};
+    for (const auto& [of, sum] : fill)
+      if (!seen.contains(of)) found.most_without = std::max(found.most_without, sum);
     return found;
   }
   /// Edges of the given surface may be longer.

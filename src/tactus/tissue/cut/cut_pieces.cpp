@@ -360,9 +360,10 @@ void CutSurface::find_pieces(const LatticeCutter& cutter, Stage& s) {
     } else {
       const std::size_t w = i - near - splits;
       const WallTriangle& wall = s.walls[w];
-      s.wall_pieces[w] = !is_whole(s.wall_segments, w, wall.point)                ? kInPieces
-                         : inside(s, s.splits[wall.split], middle_of(wall.point)) ? kWhole
-                                                                                  : kOutside;
+      s.wall_pieces[w] = !is_whole(s.wall_segments, w, wall.point) ? kInPieces
+                         : wall.may_be_whole && inside(s, s.splits[wall.split], middle_of(wall.point))
+                             ? kWhole
+                             : kOutside;
     }
   });
   dividing_.clear();

@@ -29,7 +29,8 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
                        std::span<const embed::Anchor> anchors, Room room)
     : room_(room),
       parted_place_(cutter.lattice().cubes.size(), -1),
-      parent_(cutter.lattice().cubes.size(), -1) {
+      parent_(cutter.lattice().cubes.size(), -1),
+      ends_(cutter.lattice().copies.size()) {
   const std::size_t most = std::max(index(room.triangles), surface.triangles.size());
   bins_.resize(cutter.lattice().regular_cubes());
   wall_points_.reserve(4 * cutter.lattice().copies.size());
@@ -181,6 +182,7 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
     split = {};
     split.split = stage[k];
     split.regular = cutter.regular_of(stage[k].parent);
+    is_cut_again_ = is_cut_again_ || split.regular != stage[k].parent;
     find_points(cutter, split);
     split.first_face = faces;
     for (const Index triangle : bins_.of(split.regular)) {
@@ -199,7 +201,8 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
     for (std::size_t pair = 0; pair < kPairs; ++pair)
       if (split.point[pair] >= 0) place[pair] = at(split.point[pair]);
     Parted& parted = parted_[first_parted + k];
-    parted = {Wall(lattice.cubes[index(split.regular)], split.split.sides, place),
+    parted = {Wall(lattice.cubes[index(split.regular)], split.split.sides, cutter.corners(split.split.parent),
+                   place),
               {split.split.part[0], split.split.part[1]},
               -1};
     split.wall = &parted.wall;
@@ -212,7 +215,9 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
     for (const Wall::Triangle& t : split.wall->triangles()) {
       const auto of = [&](std::size_t corner) { return split.point[t.pair[corner]]; };
       const Piece p{of(0), of(1), of(2)};
-      s.walls.push_back({p, static_cast<std::size_t>(&split - s.splits.data()), t.tet});
+      const std::uint32_t pairs = 1U << t.pair[0] | 1U << t.pair[1] | 1U << t.pair[2];
+      s.walls.push_back({p, static_cast<std::size_t>(&split - s.splits.data()), t.tet,
+                         (pairs & ~split.in_reach) == 0 && (pairs & ~split.at_end) != 0});
       next_split_walls_.push_back({at(p[0]), at(p[1]), at(p[2])});
     }
     split.end_wall = s.walls.size();
@@ -251,7 +256,7 @@ class CrossingPlane {
 
 /// Shares of the ways between corners on different sides. Where the strip ended before it came there, the
 /// wall goes on as a plane.
-std::array<double, kPairs> CutSurface::places_of(const LatticeCutter& cutter, const CubeSplit& split) {
+std::array<double, kPairs> CutSurface::places_of(const LatticeCutter& cutter, const CubeSplit& split) const {
   std::array<double, kPairs> places;
   places.fill(-1);
   ShortList<Vec3d, 20> crossings;
@@ -277,11 +282,65 @@ std::array<double, kPairs> CutSurface::places_of(const LatticeCutter& cutter, co
   return places;
 }
 
+/// Share of the way between the corners of a pair at which a point on it lies.
+double CutSurface::share_of(const LatticeCutter& cutter, Index cube, std::size_t pair, Index point) const {
+  const auto [a, b] = kCornerPairs[pair];
+  const auto corner = [](int q) { return vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
+  const Vec3d way = corner(b) - corner(a);
+  return dot(at(point) - vec_cast<double>(cutter.lattice().cubes[index(cube)]) - corner(a), way) /
+         dot(way, way);
+}
+
+/// Beyond the end of its material a wall parts nothing. What lies between the end of an older cut and a new
+/// one on the same way has no corner of its own: it stays with the corner, so a part of a cube has material
+/// on a face, or an edge, only where it has a corner there. All cubes round the face decide the same.
+void CutSurface::keep_in_reach(const LatticeCutter& cutter, Index parent,
+                               std::array<double, kPairs>& places) const {
+  const Index regular_cubes = cutter.lattice().regular_cubes();
+  if (parent < regular_cubes) return;
+  // Of the way from the end of the material to the other corner: a wall that ends nearer goes so far beyond.
+  constexpr double kMargin = 0.02, kBeyond = 0.25;
+  const std::uint8_t own = cutter.corners(parent);
+  for (std::size_t pair = 0; pair < kPairs; ++pair) {
+    const auto [a, b] = kCornerPairs[pair];
+    if (places[pair] < 0 || (own >> a & 1) == (own >> b & 1)) continue;
+    const double end = share_of(cutter, parent, pair, ends_[index(parent - regular_cubes)][pair]);
+    if ((own >> a & 1) != 0 && places[pair] < end + kMargin * (1 - end))
+      places[pair] = end + kBeyond * (1 - end);
+    if ((own >> b & 1) != 0 && places[pair] > (1 - kMargin) * end) places[pair] = (1 - kBeyond) * end;
+  }
+}
+
+/// Where the material of the parts ends on the ways from their corners.
+void CutSurface::note_ends(const LatticeCutter& cutter, Split& split) {
+  const Index regular_cubes = cutter.lattice().regular_cubes(), parent = split.split.parent;
+  const std::uint8_t of_parent = cutter.corners(parent);
+  for (std::size_t pair = 0; pair < kPairs; ++pair) {
+    const auto [a, b] = kCornerPairs[pair];
+    const bool has_both = (of_parent >> a & of_parent >> b & 1) != 0,
+               is_at_end = !has_both && ((of_parent >> a | of_parent >> b) & 1) != 0 &&
+                           split.point[pair] == ends_[index(parent - regular_cubes)][pair];
+    split.in_reach |= (has_both || is_at_end ? 1U : 0U) << pair;
+    split.at_end |= (is_at_end ? 1U : 0U) << pair;
+  }
+  for (const Index part : split.split.part) {
+    const std::uint8_t own = cutter.corners(part);
+    for (std::size_t pair = 0; pair < kPairs; ++pair) {
+      const auto [a, b] = kCornerPairs[pair];
+      if ((own >> a & 1) == (own >> b & 1)) continue;
+      const bool is_new = (of_parent >> a & of_parent >> b & 1) != 0;
+      ends_[index(part - regular_cubes)][pair] =
+          is_new ? split.point[pair] : ends_[index(parent - regular_cubes)][pair];
+    }
+  }
+}
+
 /// Where the wall crosses the ways between corners on different sides.
 void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
   const auto& nodes = cutter.lattice().cube_nodes[index(split.split.parent)];
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
-  const std::array<double, kPairs> places = places_of(cutter, split.split);
+  std::array<double, kPairs> places = places_of(cutter, split.split);
+  keep_in_reach(cutter, split.split.parent, places);
   for (std::size_t pair = 0; pair < kPairs; ++pair) {
     const auto [a, b] = kCornerPairs[pair];
     split.point[pair] = -1;
@@ -293,6 +352,7 @@ void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
     const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
     points_.push_back({between(corner(a), corner(b), places[pair]), true});
   }
+  note_ends(cutter, split);
 }
 
 /// Near a corner of the parent the original surface says whether there is material.
@@ -302,16 +362,20 @@ void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const
   if (!split.has_surface) return;
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
   const std::uint8_t own = cutter.corners(split.split.parent);
-  for (const double share : {0.2, 0.07, 0.02, 0.005, 0.001}) {
+  float deepest = -1;
+  for (const double share : {0.2, 0.07, 0.02, 0.005, 0.001, 1e-4, 1e-5}) {
     for (int q = 0; q < 8; ++q) {
       if ((own >> q & 1) == 0) continue;
       const Vec3d corner{double(q & 1), double(q >> 1 & 1), double(q >> 2)};
       const Vec3d p = low + corner + share * (Vec3d{0.51731, 0.48677, 0.50913} - corner);
       if (leaf(split.regular, p) != split.split.parent) continue;
       const Vec3f near = vec_cast<float>(p);
+      const float distance = std::abs(solid_->distance_m(near));
+      if (!(distance > deepest)) continue;
+      deepest = distance;
       split.reference = p;
       split.is_reference_inside = solid_->inside(near);
-      if (solid_->distance_m(near) > 1e-4F) return;
+      if (distance > 1e-4F) return;
     }
   }
 }

@@ -123,7 +123,9 @@ class CutSurface {
     Index regular = 0;
     const Wall* wall = nullptr;         ///< in parted_
     std::array<Index, kPairs> point{};  ///< of pairs across the wall
-    Vec3d reference{};                  ///< a point of the parent's material space
+    /// Bits of pairs: whose point the parent's material reaches, and ends there.
+    std::uint32_t in_reach = 0, at_end = 0;
+    Vec3d reference{};  ///< a point of the parent's material space
     bool is_reference_inside = true, has_surface = false;
     std::size_t first_face = 0, face_count = 0;                          ///< in the stage's faces
     Vec3d faces_low{1e30, 1e30, 1e30}, faces_high{-1e30, -1e30, -1e30};  ///< box around all
@@ -145,6 +147,7 @@ class CutSurface {
     std::array<Index, 3> point;
     std::size_t split;
     int tet;
+    bool may_be_whole;  ///< not so if it has a corner beyond the parent's material, or lies on its end
   };
   struct Side {
     int region;
@@ -277,7 +280,10 @@ class CutSurface {
   void add_triangle(const LatticeCutter& cutter, const Triangle& triangle);
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
   void find_points(const LatticeCutter& cutter, Split& split);
-  static std::array<double, kPairs> places_of(const LatticeCutter& cutter, const CubeSplit& split);
+  std::array<double, kPairs> places_of(const LatticeCutter& cutter, const CubeSplit& split) const;
+  void keep_in_reach(const LatticeCutter& cutter, Index parent, std::array<double, kPairs>& places) const;
+  double share_of(const LatticeCutter& cutter, Index cube, std::size_t pair, Index point) const;
+  void note_ends(const LatticeCutter& cutter, Split& split);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
   bool is_on(Index point, const std::array<Index, 3>& wall) const;
   void intersect_all(Stage& s);
@@ -343,6 +349,7 @@ class CutSurface {
   void find_uses(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void sort_by_nodes(const LatticeCutter& cutter, Index point, std::span<Use> here, std::size_t first);
   const std::array<Index, 8>& nodes_of(const Use& use) const { return use_nodes_[use.nodes]; }
+  bool knows_all_at(const LatticeCutter& cutter, Vec3d p) const;
   void name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here);
   Index vertex_of(Index point, const std::array<Index, 8>& nodes);
   void anchor_vertex(const LatticeCutter& cutter, Index vertex, Index point, std::span<const Use> uses);
@@ -359,6 +366,8 @@ class CutSurface {
   void count_edges(const std::array<Index, 3>& vertices, int sign);
   void sum_edges();
   // cut_parts.cpp
+  void drop_dust(const LatticeCutter& cutter);
+  void drop_triangle(Index triangle);
   void drop_fills(const std::vector<Index>& triangles);
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void note_suspects(const std::vector<Index>& triangles);
@@ -385,7 +394,9 @@ class CutSurface {
   std::vector<Parted> parted_;
   std::vector<Index> parted_place_;  ///< per cube and copy: in parted_; -1: it is whole
   std::vector<Index> parent_;        ///< per cube and copy: what it is a part of; -1: of none
-  Chains<Vertex> vertices_at_;       ///< per point of a wall
+  /// Per copy and pair with one corner of its own: point of the wall where its material ends.
+  std::vector<std::array<Index, kPairs>> ends_;
+  Chains<Vertex> vertices_at_;  ///< per point of a wall
   std::vector<Index> vertex_point_, vertex_cube_;
   std::vector<Vec3f> local_;  ///< of the original vertices
   struct EdgeSum {
@@ -429,6 +440,7 @@ class CutSurface {
   std::vector<std::array<Vec3d, 3>> split_walls_, next_split_walls_;
   std::vector<Vec3d> wall_middles_;  ///< of the stage's new walls
   std::vector<double> run_depths_;   ///< of some of these
+  bool is_cut_again_ = false;        ///< a copy fell apart since the last update()
   Index filled_ = 0, slivers_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;

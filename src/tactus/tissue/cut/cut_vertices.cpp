@@ -282,6 +282,20 @@ void CutSurface::anchor_vertex(const LatticeCutter& cutter, Index vertex, Index 
   }
 }
 
+/// Whether all triangles that have a point are looked at now: those in a cube that holds it. Triangles that
+/// were divided are in more cubes' lists than they meet, so some are looked at without their neighbours.
+bool CutSurface::knows_all_at(const LatticeCutter& cutter, Vec3d p) const {
+  constexpr double kMargin = 1e-5;  // less than that of lists
+  for (int q = 0; q < 8; ++q) {
+    Vec3i cell;
+    for (int a = 0; a < 3; ++a)
+      cell[a] = static_cast<Index>(std::floor(p[a] + ((q >> a & 1) != 0 ? kMargin : -kMargin)));
+    const Index cube = cutter.regular_at(cell);
+    if (cube >= 0 && std::binary_search(near_cubes_.begin(), near_cubes_.end(), cube)) return true;
+  }
+  return false;
+}
+
 void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<const Use> here) {
   const bool is_wall = points_[index(point)].is_wall;
   const auto end_of = [&](std::size_t first) {
@@ -294,7 +308,8 @@ void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<
     for (Vertex& v : vertices_at_.of(point)) {
       std::size_t first = 0;
       while (first < here.size() && !same(nodes_of(here[first]), v.nodes)) first = end_of(first);
-      if (first == here.size()) v.nodes = kAnyNodes;
+      if (first == here.size() && v.nodes != kAnyNodes && knows_all_at(cutter, at(point)))
+        v.nodes = kAnyNodes;
     }
   }
   for (std::size_t first = 0, end = 0; first < here.size(); first = end) {
@@ -341,6 +356,7 @@ void CutSurface::update(const LatticeCutter& cutter, TopologyChange& change) {
   note_suspects(triangles);
   separate(cutter);
   close(cutter);
+  if (std::exchange(is_cut_again_, false)) drop_dust(cutter);
   for (auto* list : {&new_anchors_, &new_triangles_}) {
     if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());

@@ -58,8 +58,8 @@ LatticeCutter::Parts LatticeCutter::components(Index cube, std::uint32_t cut_edg
   const std::uint8_t own = corners(cube);
   unsigned of[8];
   for (unsigned q = 0; q < 8; ++q) of[q] = own & 1U << q;
-  for (int e = 0; e < 12; ++e) {
-    const auto [a, b] = kCornerPairs[at(e)];
+  for (unsigned e = 0; e < pairs_of(cube); ++e) {
+    const auto [a, b] = kCornerPairs[e];
     if ((own >> a & own >> b & 1) == 0 || (cut_edges >> e & 1U) != 0) continue;
     const unsigned both = of[a] | of[b];
     for (unsigned& set : of)

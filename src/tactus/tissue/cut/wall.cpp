@@ -41,13 +41,18 @@ struct Corners {
 const std::array<std::array<int, 4>, 6> Wall::kTets = {
     {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
 
-Wall::Wall(Vec3i cube, std::uint8_t sides, const std::array<Vec3d, 19>& crossing) : cube_(cube) {
+Wall::Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing)
+    : cube_(cube) {
   for (int t = 0; t < 6; ++t) {
     Parting& parting = tets_[at(t)];
     Corners on[2];
-    for (const int q : kTets[at(t)]) on[sides >> q & 1].push_back(q);
-    parting.is_parted = !on[0].empty() && !on[1].empty();
-    parting.side = on[0].empty() ? 1 : 0;
+    bool has_own[2] = {false, false};
+    for (const int q : kTets[at(t)]) {
+      on[sides >> q & 1].push_back(q);
+      has_own[sides >> q & 1] |= (own >> q & 1) != 0;
+    }
+    parting.is_parted = has_own[0] && has_own[1];
+    parting.side = has_own[1] || (!has_own[0] && on[0].empty()) ? 1 : 0;
     if (!parting.is_parted) continue;
     const Vec3d on_side_1 = corner(cube, on[1].front());
     if (on[0].size() == 2) {

@@ -21,8 +21,9 @@ class Wall {
  public:
   Wall() = default;
   /// @param sides bit q: corner q of the cube is on side 1
+  /// @param own corners with material: a tetrahedron whose own corners are on one side is there as a whole
   /// @param crossing place between two corners, per pair of kCornerPairs; of pairs on one side unused
-  Wall(Vec3i cube, std::uint8_t sides, const std::array<Vec3d, 19>& crossing);
+  Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing);
 
   /// Side of a point in the cube.
   int side(Vec3d p) const;
