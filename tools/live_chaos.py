@@ -34,8 +34,18 @@ import live_chaos_parts
 from live_chaos_parts import FPS, MAD, VICTIM, Cable, Dealer, Witness
 
 CAMERAS = 8
-PORT = 20000 + os.getpid() % 20000
 SKIP = 77
+
+
+def two_free_ports() -> int:
+    """The first of two neighbours that nobody listens on: of the server, and of the cable to it."""
+    for port in random.sample(range(20000, 32000), 100):
+        with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", port)), socket.create_server(("127.0.0.1", port + 1)):
+            return port
+    raise RuntimeError("no free port")
+
+
+PORT = two_free_ports()
 
 # What is demanded, and what a fault excuses.
 #
@@ -92,6 +102,8 @@ class Rig:
         for c in range(CAMERAS):
             self.start(f"cam{c}")
         self.asks = Dealer(folder / "keys" / "status.key", f"tcp://127.0.0.1:{PORT}")
+
+    def wait_for_all(self):
         for _ in range(60):
             status = self.status()
             if status and all(c["present"] for c in status["cameras"]):
@@ -151,8 +163,9 @@ class Report:
     def __init__(self):
         self.measured, self.limits = {}, []
 
-    def limit(self, what: str, value, limit, holds: bool):
-        self.limits.append({"what": what, "value": value, "limit": limit, "ok": bool(holds)})
+    def limit(self, what: str, value, limit, holds: bool, timed=False):
+        """timed: a busy machine may miss it."""
+        self.limits.append({"what": what, "value": value, "limit": limit, "ok": bool(holds), "timed": timed})
 
 
 def pause(pid: int, seconds: float):
@@ -214,7 +227,7 @@ def chaos(rig: Rig, witness: Witness, seconds: float, deadline_s: float, report:
     shares = [min(1.0, (a["in_sets"] - b["in_sets"] + late + READINGS) / ticks) for a, b in honest]
     raw = [(a["in_sets"] - b["in_sets"]) / ticks for a, b in honest]
     report.limit("chaos: share of the ticks with an honest camera, the worst", round(min(shares), 5), f">= {HONEST_SHARE}",
-                 min(shares) >= HONEST_SHARE)
+                 min(shares) >= HONEST_SHARE, timed=True)
     if minute_mb:
         grown = rig.resident_mb() - minute_mb
         report.limit("chaos: MB of server and sockets after the first minute", round(grown, 2), f"< {MOST_GROWN_MB}", grown < MOST_GROWN_MB)
@@ -282,9 +295,9 @@ def pauses(rig: Rig, witness: Witness, faults: int, deadline_s: float, report: R
     report.limit("pauses: the server goes on", rig.server.poll(), None, rig.server.poll() is None and status is not None)
     report.limit("pauses: faults", len(recoveries), f">= {faults}", len(recoveries) >= faults)
     report.limit(f"pauses: s until {RATE_1_S} sets a second with every camera, the worst", round(max(recoveries), 2), f"<= {RECOVERY_S}",
-                 not slow)
+                 not slow, timed=True)
     recoveries.sort()
-    report.measured["pauses"] = {"faults": len(recoveries), "recovery_s_p50": round(recoveries[len(recoveries) // 2], 2),
+    report.measured["pauses"] = {"faults": len(recoveries), "socket_restarts": status["socket_restarts"] if status else None, "recovery_s_p50": round(recoveries[len(recoveries) // 2], 2),
                                  "recovery_s_worst": round(recoveries[-1], 2), "slow": slow}
 
 
@@ -319,8 +332,9 @@ def main() -> int:
     folder = pathlib.Path(a.folder or tempfile.mkdtemp(prefix="tactus-chaos-"))
     report, witness = Report(), Witness()
     rig = Rig(a.tactus, folder, a.deadline, random.Random(a.seed), 1 if a.quick else 10)
-    witness.seen.clear()  # of the start
     try:
+        rig.wait_for_all()
+        witness.seen.clear()  # of the start
         if a.what != "chaos":
             pauses(rig, witness, 5 if a.quick else a.faults, a.deadline, report)
         if a.what != "pauses" and rig.server.poll() is None:
@@ -336,7 +350,7 @@ def main() -> int:
     print("{" + ",\n ".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in told.items()) + "}")
     if not a.folder:
         shutil.rmtree(folder)
-    if busy and not ok:
+    if busy and not ok and all(limit["ok"] or limit["timed"] for limit in report.limits):
         tell("skipped: other programs kept the machine busy, so nothing can be told; --realtime may help")
         return SKIP
     return 0 if ok else 1

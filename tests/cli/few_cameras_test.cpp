@@ -61,6 +61,12 @@ class FewCameras : public ProgramTest {
   }
 };
 
+int count_of(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
 /// masks_of_0_and_1: 8 and 16 bit, and another label. The hull is that of the same masks in black and white.
 TEST_F(FewCameras, LabelsAreForeground) {
   const std::string folder = film(6);
@@ -79,7 +85,13 @@ TEST_F(FewCameras, LabelsAreForeground) {
                              (type == CV_8U ? "255" : "65535") + ": all but 0 is taken as foreground";
     EXPECT_NE(o.text.find(told), std::string::npos) << o.text;
     EXPECT_EQ(read_json("r.json")["frames"][0]["volume_m3"], volume_m3);
-    EXPECT_EQ(run_tactus("doctor " + folder + "/rig.yaml").code, 0);
+    const Outcome doctor = run_tactus("doctor " + folder + "/rig.yaml");
+    EXPECT_EQ(doctor.code, 0);
+    // A line a camera.
+    for (const std::string& text : {o.text, doctor.text}) {
+      EXPECT_EQ(count_of(text, told), 6) << text;
+      EXPECT_EQ(count_of(text, "; camera '"), 0) << text;
+    }
   }
   // Grey values that are neither: no guess.
   change_masks(folder, [](const cv::Mat& mask) {

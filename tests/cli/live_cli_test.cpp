@@ -113,6 +113,21 @@ TEST_F(LiveCli, OneLineSaysThatEveryNetworkLeadsThere) {
   EXPECT_EQ(here.text.find(line), std::string::npos) << here.text;
 }
 
+TEST_F(LiveCli, KeysThatExistAreKept) {
+  const auto key_of = [&](const std::string& camera) {
+    std::stringstream text;
+    text << std::ifstream(path("film/keys/" + camera + ".key")).rdbuf();
+    return text.str();
+  };
+  ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
+  const std::string first = key_of("cam0"), second = key_of("cam1"), server = key_of("server");
+  ASSERT_EQ(std::filesystem::remove(path("film/keys/cam1.key")), true);
+  ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
+  EXPECT_EQ(key_of("cam0"), first);
+  EXPECT_EQ(key_of("server"), server);
+  EXPECT_NE(key_of("cam1"), second) << "it was taken away";
+}
+
 TEST_F(LiveCli, WhatIsWrongHasOneMessage) {
   expect_refused("client cam0 " + rig_, 1, {"cam0.key", "'tactus keys RIG' makes keys"});
   expect_refused("client cam9 " + rig_, 2, {"no camera 'cam9'", "cam0"});

@@ -1,5 +1,7 @@
 // tactus run --record and --source.
 #include <csignal>
+#include <fstream>
+#include <sstream>
 
 #include "cli/program.h"
 
@@ -53,6 +55,32 @@ TEST_F(RecordingCli, KilledWhileRecordingItReplaysToTheLastWholeSet) {
                                " frames, at byte "))
       << told;
   EXPECT_EQ(hash_of("--devices cpu --frames " + std::to_string(frames)), replayed);
+}
+
+/// A bit of a frame in the middle, or the second half of the file: the run says where in the terminal and in
+/// JSON, goes on with what is whole, and ends with 6.
+TEST_F(RecordingCli, ADamagedOneIsNamedAndEndsWithItsOwnCode) {
+  scene("0-7");
+  hash_of("--devices cpu --record " + path("whole.rec"));
+  std::stringstream bytes;
+  bytes << std::ifstream(path("whole.rec"), std::ios::binary).rdbuf();
+  const std::string whole = bytes.str();
+  const auto played = [&](const std::string& damaged) {
+    write("bad.rec", damaged);
+    const Outcome o = run_tactus("run " + path("s.yaml") + " --devices cpu --view none --source " +
+                                 path("bad.rec") + " --json " + path("bad.json"));
+    EXPECT_EQ(o.code, 6) << o.text;
+    EXPECT_NE(o.text.find("at byte "), std::string::npos) << o.text;
+    const nlohmann::json json = read_json("bad.json");
+    EXPECT_NE(json["statuses"].dump().find("at byte "), std::string::npos) << json["statuses"];
+    return json["frames"].get<int>();
+  };
+  std::string flipped = whole;
+  flipped[whole.size() / 2] ^= 1;
+  EXPECT_GE(played(flipped), 7);
+  const int before = played(whole.substr(0, whole.size() / 2));
+  EXPECT_GE(before, 2);
+  EXPECT_LE(before, 6);
 }
 
 TEST_F(RecordingCli, WrongFilesHaveOneMessage) {

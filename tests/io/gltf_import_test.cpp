@@ -76,6 +76,16 @@ TEST(GltfImport, SparseAccessors) {
             "below that");
 }
 
+/// Signed integers and doubles are no components of glTF; parsers know them.
+TEST(GltfImport, RefusesComponentsThatGltfDoesNotHave) {
+  for (const std::string type : {"5124", "5130"}) {
+    std::string text = gltf(kView);
+    text.replace(text.find("5123"), 4, type);
+    EXPECT_NE(error_of(text).find("indices (accessor 1) has an unknown component type"), std::string::npos)
+        << error_of(text);
+  }
+}
+
 TEST(GltfImport, MorphTargetsByTheirWeights) {
   const std::string target = R"(, "targets": [{"POSITION": 2}])";
   EXPECT_NEAR(volume_of(gltf(kView, target)), 1. / 6, kRounding);

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """What a program file says of how it was built, and of what.
 
-usage: hardening.py PROGRAM [--sbom make_sbom.py]
+usage: hardening.py PROGRAM [--sbom make_sbom.py] [--commands compile_commands.json]
 
 Full RELRO: a segment GNU_RELRO, and all symbols bound before main() (BIND_NOW). Stack protectors and _FORTIFY_SOURCE leave calls of the
 C library's checks; stack clash protection leaves probes ("or $0x0,(%rsp)") in functions with large frames. Position independent, no
-executable stack.
+executable stack. --commands: every source of src/tactus is compiled with these checks.
 """
 import json
+import pathlib
 import re
 import subprocess
 import sys
@@ -46,6 +47,12 @@ def main() -> int:
         expect(sbom["spdxVersion"] == "SPDX-2.3" and len(ids) == len(set(ids)) and related == set(ids), f"SPDX: {len(ids)} parts")
         expect(any(n.startswith("libtbb") for n in libraries) and any(n.startswith("libc6") for n in libraries),
                "SPDX: libtbb and libc6 are among them")
+    if "--commands" in sys.argv:
+        commands = [c for c in json.loads(pathlib.Path(sys.argv[sys.argv.index("--commands") + 1]).read_text())
+                    if "/src/tactus/" in c["file"] and c["file"].endswith(".cpp")]
+        for flag in ("-fstack-protector-strong", "-fstack-clash-protection", "-D_FORTIFY_SOURCE=3", "-ffile-prefix-map="):
+            without = sorted({pathlib.Path(c["file"]).name for c in commands if flag not in c["command"]})
+            expect(len(commands) > 100 and not without, f"{flag}: {len(commands)} sources" + (f", but not {without[:5]}" if without else ""))
     return 1 if wrong else 0
 
 

@@ -9,10 +9,6 @@
 #include <numbers>
 #include <random>
 #include <sstream>
-#if __has_include(<opencv2/calib3d.hpp>)
-#include <opencv2/calib3d.hpp>
-#endif
-#include <opencv2/imgproc.hpp>
 
 #include "support/data_folder.h"
 #include "support/message_of.h"
@@ -375,115 +371,6 @@ TEST(Calibrate, CharucoIsFoundInTheVideos) {
               distances[distances.size() / 2]);
   EXPECT_GE(distances.size(), 2150U);
   EXPECT_LE(distances[distances.size() / 2], 0.8);
-}
-
-#if __has_include(<opencv2/calib3d.hpp>)
-/// Angles off the axis [rad] by distorted radius, in steps of 1/1000.
-std::vector<double> fisheye_angles(const Lens& lens) {
-  std::vector<double> angles;
-  double low = 0;
-  for (int i = 0; i < 2000; ++i) {
-    double high = 1.55;
-    for (int k = 0; k < 40; ++k) {
-      const double middle = 0.5 * (low + high);
-      (lens.distort({std::tan(middle), 0}).x < i / 1000.0 ? low : high) = middle;
-    }
-    if (high > 1.5) break;
-    angles.push_back(low);
-  }
-  return angles;
-}
-
-/// A picture of a board through a fisheye lens, on 3x3 points a pixel; its paper reaches one square beyond
-/// the corners and another one in white.
-cv::Mat picture_of_board(const CalibratedCamera& camera, const Board& board, const Rigidd& T_cam_board,
-                         unsigned seed) {
-  static const std::vector<double> angles = fisheye_angles(camera.lens);
-  const Camera& c = camera.camera;
-  const Vec3d n = T_cam_board.R.column(2);
-  const Rigidd T_board_cam = inverse(T_cam_board);
-  const auto grey_at = [&](double x, double y) {
-    const Vec2d at{(x - c.cx_px) / c.fx_px, (y - c.cy_px) / c.fy_px};
-    const double radius = std::hypot(at.x, at.y), step = 1000 * radius;
-    const auto i = static_cast<std::size_t>(step);
-    if (i + 1 >= angles.size()) return 90;
-    const double angle = angles[i] + (step - static_cast<double>(i)) * (angles[i + 1] - angles[i]);
-    const double across = radius > 0 ? std::sin(angle) / radius : 1;
-    const Vec3d ray{across * at.x, across * at.y, std::cos(angle)};
-    const double depth = dot(n, T_cam_board.t) / dot(n, ray);
-    if (!(depth > 0)) return 90;
-    const Vec3d p = T_board_cam * (depth * ray);
-    const double u = p.x / board.square_m, v = p.y / board.square_m;
-    if (u < -2 || v < -2 || u > board.columns + 1 || v > board.rows + 1) return 90;
-    if (u < -1 || v < -1 || u > board.columns || v > board.rows) return 235;
-    return (static_cast<int>(std::floor(u)) + static_cast<int>(std::floor(v))) % 2 == 0 ? 25 : 235;
-  };
-  cv::Mat picture(c.height_px, c.width_px, CV_8U);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, 3);
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) {
-      double sum = 0;
-      for (int s = 0; s < 9; ++s) sum += grey_at(x + (s % 3 - 1) / 3.0, y + (s / 3 - 1) / 3.0) / 9.0;
-      picture.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(sum + noise(random));
-    }
-  }
-  return picture;
-}
-
-/// 24 pictures of a board that a fisheye lens bends, to 60 degrees off its axis: at least as many as OpenCV's
-/// findChessboardCornersSB finds (findChessboardCorners: 11, in minutes), with corners where they are and
-/// counted from the same one; another order would be off by a square of 8 px and more.
-TEST(Calibrate, FisheyeBoardsAreFoundAsByOpenCv) {
-  const Board board = parse_board("chessboard:9x6", 0.03, 0, false);
-  CalibratedCamera camera;
-  camera.camera.width_px = 640;
-  camera.camera.height_px = 480;
-  camera.camera.fx_px = camera.camera.fy_px = 190;
-  camera.camera.cx_px = 322;
-  camera.camera.cy_px = 238;
-  camera.lens = make_lens(LensModel::fisheye, std::vector{-0.02, 0.004, -0.002, 0.0});
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  int ours = 0, well = 0, sectors = 0;
-  for (unsigned k = 0; k < 24; ++k) {
-    const Mat3d R =
-        rotation_from_vector({0.5 * uniform(random), 0.5 * uniform(random), 0.4 * uniform(random)});
-    const Vec3d center{0.24 * uniform(random), 0.16 * uniform(random), 0.17 + 0.05 * uniform(random)};
-    const Rigidd T{R, center - R * Vec3d{0.12, 0.075, 0}};
-    const cv::Mat picture = picture_of_board(camera, board, T, k);
-    std::vector<cv::Point2f> found;
-    sectors += cv::findChessboardCornersSB(picture, {9, 6}, found, cv::CALIB_CB_NORMALIZE_IMAGE) ? 1 : 0;
-    Image<std::uint8_t> grey(picture.cols, picture.rows);
-    std::copy(picture.data, picture.data + picture.total(), grey.pixels.begin());
-    const std::vector<BoardCorner> corners = detect_board(board, grey);
-    if (corners.empty()) continue;
-    ++ours;
-    ASSERT_EQ(corners.size(), 54U);
-    double worst_px = 0;
-    for (const BoardCorner& c : corners) {
-      const Pixel p = project(camera, T * board.corner_m(c.id));
-      worst_px = std::max(worst_px, std::hypot(p.u_px - c.px.x, p.v_px - c.px.y));
-    }
-    well += worst_px < 2 ? 1 : 0;  // squares of 8 px and more; another order would be far off
-  }
-  std::printf("fisheye boards: %d of 24 found; by findChessboardCornersSB %d\n", ours, sectors);
-  EXPECT_GT(ours, 11);
-  EXPECT_GE(well, sectors);  // one corner of the quick search is 4 px off
-}
-
-#endif
-
-TEST(Calibrate, BoardsAreParsed) {
-  EXPECT_EQ(parse_board("chessboard:9x6", 0.025, 0, false).corner_count(), 54);
-  EXPECT_EQ(parse_board("charuco:4x5:DICT_4X4_1000", 0.054, 0.04, true).corner_count(), 12);
-  const auto message = [](const char* text, double marker = 0.04) {
-    return message_of([&] { parse_board(text, 0.054, marker, false); }, ErrorKind::usage);
-  };
-  EXPECT_NE(message("chess:9x6").find("expected chessboard:9x6 (inner corners)"), std::string::npos);
-  EXPECT_NE(message("charuco:4x5:4X4_51").find("did you mean '4X4_50'?"), std::string::npos);
-  EXPECT_NE(message("charuco:4x5:4X4_50", 0.06).find("--marker-mm"), std::string::npos);
-  EXPECT_NE(message("chessboard:1x6").find("3 to 100"), std::string::npos);
 }
 
 }  // namespace

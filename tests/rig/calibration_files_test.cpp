@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -343,6 +344,23 @@ TEST_F(CalibrationFiles, AsksForWhatIsNotWritten) {
               read_calibration_file(path("multical.json"), metres);
             }).find("calibrated for images of 1280x720 pixels, --image-size is 640x480"),
             std::string::npos);
+}
+
+/// Distortion has no unit: a file's numbers are the lens's. Of the same XML with whole pixels is told who
+/// writes it.
+TEST_F(CalibrationFiles, QualisysLensesAreNotDividedBy64) {
+  std::ifstream in(path("calib.qca.txt"));
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  std::smatch first;
+  ASSERT_TRUE(std::regex_search(text, first, std::regex("radialDistortion1=\"([^\"]*)\"")));
+  const std::vector<FileCamera> cameras = read_calibration_file(path("calib.qca.txt")).cameras;
+  ASSERT_FALSE(cameras.empty());
+  EXPECT_EQ(cameras.front().calibrated.lens.k[0], std::stod(first[1]));
+  EXPECT_GT(std::abs(std::stod(first[1])), 0.01);  // a lens that a division would hide
+  std::ofstream(path("theia.xml")) << std::regex_replace(text, std::regex("sensorMaxU=\"[^\"]*\""),
+                                                         "sensorMaxU=\"1344\"");
+  const std::string told = message_of([&] { read_calibration_file(path("theia.xml")); });
+  EXPECT_NE(told.find("whole pixels, as files of Theia do"), std::string::npos) << told;
 }
 
 TEST_F(CalibrationFiles, NamesWhatItCanNotRead) {

@@ -206,6 +206,28 @@ TEST_F(LiveFaults, CopiesOverOtherConnectionsPassALossyLink) {
   EXPECT_GE(complete_1_s, 27);
 }
 
+/// Connections stay open and nothing passes. A client with one connection notices after three seconds without
+/// a receipt, and connects anew at once; one more second is for a machine that is busy.
+TEST_F(LiveFaults, AConnectionThatBringsNothingBackIsMadeAnew) {
+  server_ = std::make_unique<RigServer>(cameras_, settings_, keys_);
+  link_ = std::make_unique<test::LossyLink>(server_->address(), test::LinkFaults{0, 0, 0, 0});
+  connections_ = 1;
+  start_all();
+  double forgotten_s = 0, back_s = 0;
+  watch(7.5, [&](const LiveSet& set) {
+    const double captured_s = static_cast<double>(set.tick) / kFps, now = now_s() - begin_s_;
+    if (forgotten_s == 0 && now > 2.2) {
+      link_->forget_connections();
+      forgotten_s = now;
+    } else if (forgotten_s > 0 && back_s == 0 && set.is_complete && captured_s > forgotten_s + 0.1) {
+      back_s = now;
+    }
+  });
+  ASSERT_GT(back_s, 0);
+  EXPECT_GT(back_s - forgotten_s, 2.5);
+  EXPECT_LT(back_s - forgotten_s, 4);
+}
+
 /// Killed without a word; another process takes its place.
 TEST_F(LiveFaults, AKilledClientIsBackWithinASecond) {
   server_ = std::make_unique<RigServer>(cameras_, settings_, keys_);

@@ -80,6 +80,7 @@ void LossyLink::take(Connection& connection, Lane& lane, double now) {
       connection.is_open = false;
       return;
     }
+    if (connection.is_forgotten) continue;
     ++segments_;
     double due_s = now + faults_.way_s + faults_.jitter_s * (2 * chance() - 1);
     if (chance() < faults_.lost) {
@@ -119,6 +120,12 @@ void LossyLink::work() {
     const double wait_s = std::max(next_s - now_s(), 0.0);
     ::poll(items.data(), items.size(), static_cast<int>(1e3 * wait_s) + 1);
     if ((items[0].revents & POLLIN) != 0) accept_one();
+    if (forgets_.exchange(false)) {
+      for (Connection& c : connections_) {
+        c.is_forgotten = true;
+        for (Lane& lane : c.lanes) lane.segments.clear();
+      }
+    }
     const double now = now_s();
     for (auto c = connections_.begin(); c != connections_.end();) {
       for (Lane& lane : c->lanes) {

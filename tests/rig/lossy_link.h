@@ -28,6 +28,8 @@ class LossyLink {
 
   /// tcp://127.0.0.1:PORT
   const std::string& address() const { return address_; }
+  /// All connections of now stay open, and nothing passes any more: a computer on the way forgot them.
+  void forget_connections() { forgets_ = true; }
   long segments() const { return segments_; }
   long lost() const { return lost_; }
 
@@ -44,7 +46,7 @@ class LossyLink {
   };
   struct Connection {
     std::array<Lane, 2> lanes;
-    bool is_open = true;
+    bool is_open = true, is_forgotten = false;
   };
   void work();
   void accept_one();
@@ -58,7 +60,7 @@ class LossyLink {
   std::mt19937 random_{7};
   std::list<Connection> connections_;
   std::atomic<long> segments_ = 0, lost_ = 0;
-  std::atomic<bool> stops_ = false;
+  std::atomic<bool> stops_ = false, forgets_ = false;
   std::thread thread_;  ///< last: it uses the others
 };
 

@@ -364,17 +364,17 @@ def toml():
 def qualisys():
     """The picture is a crop that begins at (32, 16); axes of the camera: right, up, backwards."""
     text = '<?xml version="1.0" encoding="UTF-8"?>\n<calibration source="x" qtm-version="2021.2">\n <cameras>\n'
-    for c in rig("brown4"):
+    for c in rig("brown5"):
         r = [c.R[0], [-v for v in c.R[1]], [-v for v in c.R[2]]]
         axes = " ".join(f'r{i + 1}{j + 1}="{r[i][j]!r}"' for i in range(3) for j in range(3))
-        k1, k2, p1, p2 = c.d
+        k1, k2, p1, p2, k3 = c.d
         text += (f'  <camera active="1" serial="{c.name}" model="Miqus Video">\n'
                  f'   <fov_video left="32" top="16" right="1311" bottom="735"/>\n'
                  f'   <transform x="{1000 * c.eye[0]!r}" y="{1000 * c.eye[1]!r}" z="{1000 * c.eye[2]!r}" {axes}/>\n'
-                 f'   <intrinsic focalLengthU="{64 * c.K[0]!r}" focalLengthV="{64 * c.K[1]!r}" centerPointU="{64 * (c.K[2] + 32)!r}"'
+                 f'   <intrinsic sensorMinU="0" sensorMaxU="{64 * 1344 - 1}" focalLengthU="{64 * c.K[0]!r}" focalLengthV="{64 * c.K[1]!r}" centerPointU="{64 * (c.K[2] + 32)!r}"'
                  f' centerPointV="{64 * (c.K[3] + 16)!r}" skew="0" radialDistortion1="{k1!r}" radialDistortion2="{k2!r}"'
-                 f' radialDistortion3="0" tangentalDistortion1="{p1!r}" tangentalDistortion2="{p2!r}"/>\n  </camera>\n')
-        row("qualisys", "calib.qca.txt", c.name, points_file("brown4", c))
+                 f' radialDistortion3="{k3!r}" tangentalDistortion1="{p1!r}" tangentalDistortion2="{p2!r}"/>\n  </camera>\n')
+        row("qualisys", "calib.qca.txt", c.name, points_file("brown5", c))
     put("calib.qca.txt", text + " </cameras>\n</calibration>\n")
 
 

@@ -172,7 +172,7 @@ TEST(OutsiderFrame, TheNumberOfSubstepsIsBounded) {
 
 TEST(OutsiderFrame, WhatIsFasterThanFiveMetresPerSecondTouchesNothingAndIsNamed) {
   const Played p = strike(7);
-  EXPECT_NE(p.notices.find("is faster than 5 m/s: it touches nothing in this frame"), std::string::npos)
+  EXPECT_NE(p.notices.find("is faster than 6 m/s: it touches nothing in this frame"), std::string::npos)
       << p.notices;
   EXPECT_EQ(p.notices.find("blew up"), std::string::npos);
   EXPECT_GT(p.min_J, -2);

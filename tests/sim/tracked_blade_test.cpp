@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -40,8 +42,9 @@ struct Played {
   std::vector<Notice> notices;
   Index most_vertices = 0;
   int known = 0;
-  double worst_m = 0;      ///< error of the edge
-  float most_moved_m = 0;  ///< of nodes from rest
+  double worst_m = 0;       ///< error of the edge
+  double worst_axis_m = 0;  ///< of the ends of the axis that pictures show
+  float most_moved_m = 0;   ///< of nodes from rest
 };
 
 Played play(const Scene& scene, const NoiseOptions& noise, int frames) {
@@ -56,6 +59,7 @@ Played play(const Scene& scene, const NoiseOptions& noise, int frames) {
     rig.cameras[c] = miscalibrate(rig.cameras[c], noise, static_cast<int>(c));
   Simulation simulation(devices, scene, rig, {});
   const BladeModel model = built_in_scalpel();
+  const std::array<Vec3d, 2> axis_m = BladeTracker(model, rig.cameras, {0, 0.5, 0}).axis_m();
   Played played;
   const std::vector<Vec3f> rest_m = simulation.bodies()[0]->positions_m(simulation.context());
   FrameSet frame;
@@ -77,6 +81,12 @@ Played play(const Scene& scene, const NoiseOptions& noise, int frames) {
     for (std::size_t i = 0; i < model.edge_m.size(); ++i)
       played.worst_m =
           std::max(played.worst_m, static_cast<double>(length(now.edge_m[i] - T * model.edge_m[i])));
+    const ToolAxis shown = simulation.snapshot().tools.at(0);
+    EXPECT_EQ(shown.name, "scalpel");
+    EXPECT_EQ(shown.two_sigma_m, now.two_sigma_m);
+    for (const float off_m : {length(shown.from_m - T * vec_cast<float>(axis_m[0])),
+                              length(shown.to_m - T * vec_cast<float>(axis_m[1]))})
+      played.worst_axis_m = std::max(played.worst_axis_m, static_cast<double>(off_m));
   }
   played.cuts = simulation.cuts();
   return played;
@@ -87,9 +97,18 @@ TEST(TrackedBlade, CutsABodyByItsSilhouettes) {
   const Played played = play(parse_scene(kScene, "scenes/x.yaml"), {}, 45);
   EXPECT_GE(played.known, 38);
   EXPECT_LT(played.worst_m, 0.003);
+  EXPECT_LT(played.worst_axis_m, 0.003);  // its ends are as far from the middle as the edge is
   EXPECT_LT(played.most_vertices, 20);
   ASSERT_EQ(played.cuts.size(), 1U);
   EXPECT_GT(played.cuts[0].area_m2, 1e-4);
+}
+
+/// 16 cm, along the handle.
+TEST(TrackedBlade, ItsAxisGoesFromEndToEnd) {
+  const SyntheticSource source({.figure = "scalpel", .depth = false, .truth = false});
+  const auto [from_m, to_m] = BladeTracker(built_in_scalpel(), source.rig().cameras, {0, 0.5, 0}).axis_m();
+  EXPECT_NEAR(length(to_m - from_m), 0.16, 0.003);
+  EXPECT_GT(std::abs(normalized(to_m - from_m).x), 0.995);
 }
 
 /// Its pose comes from pictures alone: to the bit.

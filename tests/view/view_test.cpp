@@ -214,6 +214,16 @@ TEST_F(Picture, FallenPartsLeaveShadowsAlone) {
   EXPECT_EQ(different_px(before, renderer.render(scene, camera())), 0);
 }
 
+/// Nor does what lies below the ground, beneath what hangs above it.
+TEST_F(Picture, WhatFellThroughTheGroundHidesNoSky) {
+  Renderer renderer(small());
+  ViewScene scene = red_sphere();
+  const ColorImage before = renderer.render(scene, camera());
+  for (const Vec3f at_m : {Vec3f{0.15F, -0.3F, 0.1F}, Vec3f{0, -0.15F, 0}})
+    scene.meshes.push_back({.name = "fallen", .mesh = test::sphere(at_m, 0.1F, 10)});
+  EXPECT_EQ(different_px(before, renderer.render(scene, camera())), 0);
+}
+
 TEST_F(Picture, CamerasAreSeenAsSuch) {
   Renderer renderer(small());
   ViewScene scene = red_sphere();

@@ -5,6 +5,7 @@
 
 #include <atomic>
 
+#include "tactus/base/camera_lines.h"
 #include "tactus/base/printable.h"
 
 namespace tactus {
@@ -27,7 +28,9 @@ void set_log_level(LogLevel level) {
   logger().set_level(kLevels[static_cast<int>(level)]);
 }
 LogLevel log_level() { return current_level; }
-void log_warning(std::string_view message) { logger().warn("{}", printable(message)); }
+void log_warning(std::string_view message) {
+  for (const std::string_view line : camera_lines(message)) logger().warn("{}", printable(line));
+}
 void log_info(std::string_view message) { logger().info("{}", printable(message)); }
 void log_debug(std::string_view message) { logger().debug("{}", printable(message)); }
 

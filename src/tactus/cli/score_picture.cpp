@@ -89,6 +89,28 @@ ViewCamera camera_of(const Lines& lines, const Box3f& body_m) {
   return camera;
 }
 
+/// Every second piece of a line that is cut into pieces of this length, whatever its points are.
+std::vector<std::pair<Vec3d, Vec3d>> dashes(const std::vector<Vec3d>& line_m, double dash_m) {
+  std::vector<std::pair<Vec3d, Vec3d>> all;
+  double left_m = dash_m;  // of the piece
+  bool is_drawn = true;
+  for (std::size_t k = 1; k < line_m.size(); ++k) {
+    Vec3d at_m = line_m[k - 1];
+    for (double way_m = length(line_m[k] - at_m); way_m > 0;) {
+      const double step_m = std::min(way_m, left_m);
+      const Vec3d next_m = at_m + (step_m / way_m) * (line_m[k] - at_m);
+      if (is_drawn) all.emplace_back(at_m, next_m);
+      at_m = next_m;
+      way_m -= step_m;
+      left_m -= step_m;
+      if (left_m > 0) continue;
+      is_drawn = !is_drawn;
+      left_m = dash_m;
+    }
+  }
+  return all;
+}
+
 ColorImage draw_body(const SoftBody& body, Vec3f color, const Strokes& strokes,
                      const std::vector<const PlannedLine*>& plans, const ViewCamera& camera) {
   ViewScene scene;
@@ -120,11 +142,9 @@ ColorImage draw_body(const SoftBody& body, Vec3f color, const Strokes& strokes,
     }
   }
   for (const PlannedLine* plan : plans) {
-    const std::vector<Vec3d>& p = plan->points_m();
     const double dash_m = 0.012 * static_cast<double>(camera.distance_m);
-    double done_m = 0;
-    for (std::size_t k = 1; k < p.size(); done_m += length(p[k] - p[k - 1]), ++k)
-      if (std::fmod(done_m, 2 * dash_m) < dash_m) add(p[k - 1], p[k], {0.05F, 0.05F, 0.08F}, 3.F, 0.008F);
+    for (const auto& [from_m, to_m] : dashes(plan->points_m(), dash_m))
+      add(from_m, to_m, {0.05F, 0.05F, 0.08F}, 3.F, 0.008F);
   }
   Renderer renderer({.width_px = kScene_px, .height_px = kHeight_px, .samples = 4, .shadow_map_px = 2048});
   return renderer.render(scene, camera);

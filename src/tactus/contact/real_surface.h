@@ -19,7 +19,7 @@ struct RealSurfaceSettings {
   Index max_raw_samples = 1 << 18;  ///< samples before thinning: triangles, each cut to edges <= 1.25 s
   Index max_samples = 1 << 16;      ///< after thinning, about 3 for each s² of surface
   /// A piece whose centre is faster is an error of reconstruction, and touches nothing in that frame.
-  float max_speed_m_s = 5;
+  float max_speed_m_s = 6;
 };
 
 class RealSurface {

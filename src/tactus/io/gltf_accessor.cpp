@@ -14,7 +14,9 @@ T load(const unsigned char* p) {
   return value;
 }
 
+/// Of a component; 0 for types that glTF doesn't have (the parser knows signed integers and doubles, too).
 std::size_t bytes_of(int type) {
+  if (type == TINYGLTF_COMPONENT_TYPE_INT || type == TINYGLTF_COMPONENT_TYPE_DOUBLE) return 0;
   return static_cast<std::size_t>(
       std::max(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)), 0));
 }
@@ -83,9 +85,7 @@ void GltfAccessor::read_sparse(const tinygltf::Model& model, const tinygltf::Acc
   }
 }
 
-bool GltfAccessor::whole_numbers() const {
-  return type_ != TINYGLTF_COMPONENT_TYPE_FLOAT && type_ != TINYGLTF_COMPONENT_TYPE_DOUBLE;
-}
+bool GltfAccessor::whole_numbers() const { return type_ != TINYGLTF_COMPONENT_TYPE_FLOAT; }
 
 double GltfAccessor::operator()(std::size_t i, std::size_t c) const {
   const unsigned char* element = data_ == nullptr ? nullptr : data_ + i * stride_;

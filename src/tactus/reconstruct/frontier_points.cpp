@@ -11,10 +11,26 @@ namespace tactus {
 namespace {
 
 constexpr double kLeastFactor = 0.8, kMostFactor = 1.25, kStep = 0.01;
-/// Right rigs of photographs err, too: Middlebury's dino fits best with focal lengths that are 4 % longer.
-constexpr double kLeastChange = 0.042, kLeastRms_px = 0.25, kMostLeft = 0.8, kDeviations = 5;
+/// Right rigs of photographs err, too: Middlebury's dino fits best with focal lengths of all cameras that are
+/// 4 % longer.
+constexpr double kLeastChange = 0.042, kMostLeft = 0.8;
+/// Planes follow when all focal lengths change; those of one camera don't.
+constexpr double kLeastRmsOfAll_px = 0.25, kLeastRmsOfOne_px = 0.5;
 /// Part of the planes that counts: a speck in one mask spoils those of its pairs.
 constexpr double kKeptPart = 0.75;
+/// A tip that is thinner ends where a pixel happens to lie: of the 9 x 9 pixels around a point that a plane
+/// touches, so many are set. At a straight edge it is half of them, at the end of a rod of 4 px 20.
+constexpr Index kAround_px = 4;
+constexpr int kLeastAround = 16;
+
+bool is_thick_at(const BitMask& mask, Index x, Index y) {
+  int set = 0;
+  for (Index v = std::max(y - kAround_px, 0); v <= std::min(y + kAround_px, mask.height_px - 1); ++v)
+    for (Index u = std::max(x - kAround_px, 0); u <= std::min(x + kAround_px, mask.width_px - 1); ++u)
+      set += mask(u, v) ? 1 : 0;
+  return set >= kLeastAround;
+}
+
 /// Corners of the convex hull of a mask's pixels.
 std::vector<Vec2d> convex_hull(const BitMask& mask) {
   std::vector<Vec2d> ends;  // the first and last pixel of each row, upwards in y
@@ -45,24 +61,39 @@ std::vector<Vec2d> convex_hull(const BitMask& mask) {
   return hull;
 }
 
+struct Corner {
+  Vec2d px;
+  bool is_known = false;  ///< not at the border of the picture, nor at a thin tip
+};
 struct View {
   Camera camera;
-  std::vector<Vec2d> hull;
+  std::vector<Corner> hull;
 };
+
+View view_of(const SeenView& seen) {
+  View view{seen.camera, {}};
+  const BitMask& mask = *seen.mask;
+  for (const Vec2d p : convex_hull(mask)) {
+    const auto x = static_cast<Index>(p.x), y = static_cast<Index>(p.y);
+    const bool is_inside = x > 0 && y > 0 && x < mask.width_px - 1 && y < mask.height_px - 1;
+    view.hull.push_back({p, is_inside && is_thick_at(mask, x, y)});
+  }
+  return view;
+}
 
 /// A plane that touches a silhouette, about the line between two cameras.
 struct Touch {
   double angle = 0, px_per_rad = 0;
-  bool is_known = false;  ///< its pixel is not on the border of the picture
+  bool is_known = false;  ///< as its corner
 };
 
 /// The two touching planes of a view; none when the other camera lies within the silhouette's cone.
 bool touching_planes(const View& view, Vec3d along, Vec3d u, Vec3d v, Touch (&touch)[2]) {
   const Camera& c = view.camera;
-  const Vec2d* at[2] = {};
+  const Corner* at[2] = {};
   double reference = 0, sines[2] = {};
-  for (const Vec2d& p : view.hull) {
-    const Vec3d ray = pixel_ray_world(c, p.x, p.y);
+  for (const Corner& p : view.hull) {
+    const Vec3d ray = pixel_ray_world(c, p.px.x, p.px.y);
     double angle = std::atan2(dot(ray, v), dot(ray, u));
     if (at[0] == nullptr) reference = angle;
     angle = std::remainder(angle - reference, 2 * M_PI);
@@ -78,8 +109,7 @@ bool touching_planes(const View& view, Vec3d along, Vec3d u, Vec3d v, Touch (&to
   for (int side = 0; side < 2; ++side) {
     touch[side].angle += reference;
     touch[side].px_per_rad = 0.5 * (c.fx_px + c.fy_px) * sines[side];
-    touch[side].is_known =
-        at[side]->x > 0 && at[side]->y > 0 && at[side]->x < c.width_px - 1 && at[side]->y < c.height_px - 1;
+    touch[side].is_known = at[side]->is_known;
   }
   return true;
 }
@@ -124,14 +154,25 @@ void scale(Camera& camera, double factor) {
   camera.skew_px *= factor;
 }
 
-/// Mean squares of distances with focal lengths that are so many times as long.
-double cost(std::span<const View> given, int view, double factor) {
+std::vector<View> scaled(std::span<const View> given, int view, double factor) {
   std::vector<View> views(given.begin(), given.end());
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (view < 0 || static_cast<int>(v) == view) scale(views[v].camera, factor);
   }
-  return mean_square(squares_of(views, view));
+  return views;
 }
+
+/// Mean squares of distances with focal lengths that are so many times as long: of one view's pairs, if one
+/// is meant; and of all pairs.
+double cost(std::span<const View> given, int view, double factor) {
+  return mean_square(squares_of(scaled(given, view, factor), view));
+}
+double cost_of_all(std::span<const View> given, int view, double factor) {
+  return mean_square(squares_of(scaled(given, view, factor)));
+}
+
+/// As many planes tell a spread well.
+constexpr double kKnownSpread = 1000;
 
 /// The factor of the least cost, and how well it is known: by the curvature of a sum of squares.
 std::optional<FocalFit> fit(std::span<const View> views, int view) {
@@ -153,16 +194,25 @@ std::optional<FocalFit> fit(std::span<const View> views, int view) {
   result.view = view;
   result.factor = kLeastFactor + best * kStep + 0.5 * (low - high) / (low - 2 * middle + high) * h;
   const double used = kKeptPart * static_cast<double>(count);
-  const double least = std::max(middle, sqr(0.15));  // pixels are no points
+  const double pixels = sqr(0.15), least = std::max(middle, pixels);  // pixels are no points
+  result.planes = middle > pixels ? used : kKnownSpread;
   result.deviation = std::sqrt(2 * least / (used * curvature));
   result.rms_before_px = std::sqrt(cost(views, view, 1));
   result.rms_after_px = std::sqrt(cost(views, view, result.factor));
   return result;
 }
 
+constexpr std::size_t kViewsForAll = 6;
+
+/// By so many deviations, estimated from so many planes, a right factor is off once in 10,000 times
+/// (Student).
+double most_deviations(double planes) { return std::max(5.0, 3.9 + 165 / sqr(std::max(planes - 1, 1.0))); }
+
 bool is_better(const FocalFit& f) {
+  const bool is_of_all = f.view < 0;
   const double change = std::abs(f.factor - 1);
-  return change >= kLeastChange && change >= kDeviations * f.deviation && f.rms_before_px >= kLeastRms_px &&
+  return change >= kLeastChange && change >= most_deviations(f.planes) * f.deviation &&
+         f.rms_before_px >= (is_of_all ? kLeastRmsOfAll_px : kLeastRmsOfOne_px) &&
          f.rms_after_px <= kMostLeft * f.rms_before_px;
 }
 
@@ -186,17 +236,22 @@ std::optional<FocalFit> better_focal_lengths(std::span<const SeenView> seen) {
   std::vector<View> views;
   for (const SeenView& s : seen) {
     if (!s.has_mask() || s.mask->area_px() == 0) return {};
-    views.push_back({s.camera, convex_hull(*s.mask)});
+    views.push_back(view_of(s));
   }
   if (views.size() < 4) return {};
-  if (const std::optional<FocalFit> all = fit(views, -1); all && is_better(*all)) return all;
+  // Of all cameras and of each: whichever explains all planes best.
   std::optional<FocalFit> best;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const std::optional<FocalFit> one = fit(views, static_cast<int>(v));
+  double least = 0;
+  for (int v = -1; v < static_cast<int>(views.size()); ++v) {
+    const std::optional<FocalFit> one = fit(views, v);
     if (!one || !is_better(*one)) continue;
-    if (!best || one->rms_after_px / one->rms_before_px < best->rms_after_px / best->rms_before_px)
-      best = one;
+    const double left = cost_of_all(views, v, one->factor);
+    if (best && left >= least) continue;
+    best = one;
+    least = left;
   }
+  // Poses of few views pass for focal lengths of all.
+  if (best && best->view < 0 && views.size() < kViewsForAll) return {};
   return best;
 }
 

@@ -343,7 +343,6 @@ void HullCheck::find_focal_lengths(Exam& exam) {
     views.push_back({cameras_[c], &exam.given[c]});
     cameras.push_back(cameras_[c]);
   }
-  if (views.size() < kDeterminedViews) return;
   if (const std::optional<FocalFit> fit = better_focal_lengths(views))
     exam.found.push_back(
         {HullFault::focal_length, -1, false, fit->text(cameras) + "; `tactus doctor RIG` says more"});

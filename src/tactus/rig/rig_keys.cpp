@@ -133,6 +133,16 @@ void write_rig_reference(std::ostream& out) {
   for (const CalibrationFormatInfo& f : calibration_formats())
     out << "| `" << f.name << "` | " << f.of << " | " << (f.written ? "yes" : "") << " | " << f.asks
         << " |\n";
+  out << "\n"
+         "Programs do not agree on Qualisys files. Focal lengths and centres count 1/64 of a pixel, as "
+         "`sensorMaxU` does (64 times\n"
+         "the sensor's width, less one). Distortion is that of ideal coordinates, which have no unit, so it "
+         "is not divided by 64.\n"
+         "Pose2Sim divides it, so its Calib.toml has hardly any distortion left; readers of the LBMC data "
+         "set take it from the\n"
+         ".qca.txt again. Theia writes the same XML with whole pixels and another pose: it is refused by "
+         "name. Pictures are taken\n"
+         "as the sensor gives them: one that was turned upright after (`viewrotation`) does not fit.\n";
 }
 
 }  // namespace tactus

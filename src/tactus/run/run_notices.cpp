@@ -2,19 +2,18 @@
 
 #include <algorithm>
 
+#include "tactus/base/camera_lines.h"
 #include "tactus/base/log.h"
 
 namespace tactus {
 
 void RunNotices::note(const std::string& status, Severity severity) {
-  // "camera 'a': ...; camera 'b': ...": a line a camera, which is then told once, whatever others do.
-  if (const auto next = status.find("; camera '"); next != std::string::npos) {
-    note(status.substr(0, next), severity);
-    return note(status.substr(next + 2), severity);
+  // A line a camera is told once, whatever others do.
+  for (const std::string_view line : camera_lines(status)) {
+    if (line.empty() || std::find(statuses_.begin(), statuses_.end(), line) != statuses_.end()) continue;
+    statuses_.emplace_back(line);
+    severity == Severity::info ? log_info(line) : log_warning(line);
   }
-  if (status.empty() || std::find(statuses_.begin(), statuses_.end(), status) != statuses_.end()) return;
-  statuses_.push_back(status);
-  severity == Severity::info ? log_info(status) : log_warning(status);
 }
 
 void RunNotices::note(const Notice& notice) {

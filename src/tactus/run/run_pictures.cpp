@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tactus/base/safe_file.h"
 #include "tactus/geom/box_surface.h"
@@ -70,6 +71,23 @@ std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& asse
   return all;
 }
 
+/// A line along a tool, which sticks out at both ends, with its name and what is known of it: green where it
+/// cuts, red where the masks show something else, yellow where it isn't known well enough.
+void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
+  constexpr Vec3f kKnown{0.10F, 0.50F, 0.20F}, kOther{0.75F, 0.12F, 0.10F}, kUnsure{0.72F, 0.50F, 0.05F};
+  const bool is_other = tool.state == BladeState::misfit || tool.state == BladeState::twins;
+  const Vec3f color = tool.state == BladeState::known ? kKnown : is_other ? kOther : kUnsure;
+  const Vec3f beyond = 0.25F * (tool.to_m - tool.from_m);
+  const Vec3f from_m = tool.from_m - beyond, to_m = tool.to_m + beyond;
+  view.lines.push_back({from_m, to_m, color, 2.F});
+  char known[48];
+  if (is_other)
+    std::snprintf(known, sizeof known, "%s", blade_state_name(tool.state));
+  else
+    std::snprintf(known, sizeof known, "edge to %.1f mm", 1e3 * tool.two_sigma_m);
+  view.labels.push_back({from_m.y > to_m.y ? from_m : to_m, tool.name + ": " + known, color});
+}
+
 /// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
 constexpr int kNormalPasses = 6;
 constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
@@ -104,6 +122,8 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& a
     view_.boxes.push_back(
         {{vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)}});
   still_meshes_ = view_.meshes.size();
+  still_lines_ = view_.lines.size();
+  still_labels_ = view_.labels.size();
   if (scene.view.photographs > 0) {
     photos_ = std::make_shared<ViewPhotos>(
         ViewPhotos{.cameras = rig.cameras,
@@ -121,6 +141,8 @@ void RunPictures::show_models(std::vector<std::vector<std::uint8_t>> element_tri
 void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos,
                       const std::string& overlay, const std::string& caption) {
   view_.meshes.resize(still_meshes_);
+  view_.lines.resize(still_lines_);
+  view_.labels.resize(still_labels_);
   view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
   if (photos_ && !photos.empty()) {
     photos_->images = photos;
@@ -144,6 +166,7 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
   }
   for (TriangleMesh& blade : snapshot.blades)
     view_.meshes.push_back({"blade", std::move(blade), steel_material()});
+  for (const ToolAxis& tool : snapshot.tools) add_tool_axis(view_, tool);
   view_.liquids.clear();
   if (scene_.fluid) {
     ViewLiquid& liquid =

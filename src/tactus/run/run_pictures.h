@@ -35,6 +35,7 @@ class RunPictures {
   ViewScene
       view_;  ///< what does not change: cameras, workspace, obstacles; and the meshes of the newest frame
   std::size_t still_meshes_ = 0;  ///< obstacles and cameras: the first of `view_.meshes`
+  std::size_t still_lines_ = 0, still_labels_ = 0;  ///< likewise: the cameras'
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
   std::string sheet_path_;

@@ -91,6 +91,7 @@ void Simulation::archive_scores(StateArchive& a) {
 void Simulation::archive(StateArchive& a, const FrameSet* last) {
   if (a.reads()) {
     is_settled_ = true;
+    energy_watch_.turn_off();  // what its bodies' strain holds isn't known
     if (last != nullptr) step(last, 0);
   }
   devices_.synchronize();

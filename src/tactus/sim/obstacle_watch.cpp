@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "tactus/geom/point_in_mesh.h"
+
 namespace tactus {
 namespace {
 
@@ -38,6 +40,17 @@ bool enters(const TriangleMesh& mesh, const std::array<Index, 3>& t, Vec3d a, Ve
          dot(cross(p - r, x - r), n) >= 0;
 }
 
+bool is_inside(const ObstacleWatch::Surface& surface, Vec3d p_m) {
+  const TriangleMesh mesh = surface();
+  return !mesh.triangles.empty() && PointInMesh(mesh, MeshFill::winding).inside(vec_cast<float>(p_m));
+}
+
+std::string place_text(Vec3d p_m) {
+  char at[96];
+  std::snprintf(at, sizeof at, ", at (%.3f, %.3f, %.3f) m", p_m.x, p_m.y, p_m.z);
+  return at;
+}
+
 }  // namespace
 
 ObstacleWatch::ObstacleWatch(std::vector<ObstacleDescription> obstacles) {
@@ -64,20 +77,26 @@ bool ObstacleWatch::meets(const Watched& watched, Vec3d from_m, Vec3d to_m) {
                      [&](const std::array<Index, 3>& t) { return enters(o.mesh, t, a, b); });
 }
 
-std::string ObstacleWatch::follow(const std::string& body, Vec3d center_m) {
+std::string ObstacleWatch::follow(const std::string& body, Vec3d center_m, const Surface& own) {
   const auto [known, is_new] = center_m_.try_emplace(body, center_m);
   const Vec3d before_m = std::exchange(known->second, center_m);
   if (is_new) return "";
   for (const Watched& watched : watched_) {
     bool& told = told_[{body, watched.obstacle.name}];
-    if (told || !meets(watched, before_m, center_m)) continue;
+    if (told || !meets(watched, before_m, center_m) || !is_inside(own, center_m)) continue;
     told = true;
-    char at[96];
-    std::snprintf(at, sizeof at, ", at (%.3f, %.3f, %.3f) m", center_m.x, center_m.y, center_m.z);
     return "the centre of body '" + body + "' is in obstacle '" + watched.obstacle.name +
-           "' or went through it" + at;
+           "' or went through it" + place_text(center_m);
   }
   return "";
+}
+
+std::string ObstacleWatch::find_in(const std::string& body, Vec3d center_m, const Surface& own,
+                                   const std::string& what, const Surface& there) {
+  bool& told = told_[{body, what}];
+  if (told || !is_inside(there, center_m) || !is_inside(own, center_m)) return "";
+  told = true;
+  return "the centre of body '" + body + "' is in " + what + place_text(center_m);
 }
 
 }  // namespace tactus

@@ -1,5 +1,6 @@
 #pragma once
-/// Tells when contact failed: the centre of mass of a body went into or through an obstacle.
+/// Tells when contact failed: the centre of mass of a body went into or through something.
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -10,7 +11,8 @@
 
 namespace tactus {
 
-/// Follows centres of mass from frame to frame. The first time, it only notes where they are.
+/// Follows centres of mass from frame to frame. The first time, it only notes where they are. The centre of a
+/// ring may be in what the ring lies round: a centre counts where it is in its own body, too.
 class ObstacleWatch {
  public:
   static constexpr const char* kRemedy =
@@ -19,8 +21,13 @@ class ObstacleWatch {
   ObstacleWatch() = default;
   explicit ObstacleWatch(std::vector<ObstacleDescription> obstacles);
 
+  /// Makes the surface that something has now.
+  using Surface = std::function<TriangleMesh()>;
   /// Once a frame and body. @returns "" or, the first time for each obstacle, that the body went into it
-  std::string follow(const std::string& body, Vec3d center_m);
+  std::string follow(const std::string& body, Vec3d center_m, const Surface& own);
+  /// Likewise, whether it is inside of something that moves, whose surface is `there`.
+  std::string find_in(const std::string& body, Vec3d center_m, const Surface& own, const std::string& what,
+                      const Surface& there);
 
  private:
   struct Watched {

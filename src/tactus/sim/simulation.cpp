@@ -6,7 +6,6 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/sim/blade_mesh.h"
 #include "tactus/sim/start_check.h"
 
 namespace tactus {
@@ -139,6 +138,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       }()),
       tracked_blades_(scene, assets, rig),
       obstacle_watch_(obstacle_descriptions(scene, assets)),
+      energy_watch_(make_energy_watch()),
       world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
              surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
@@ -322,10 +322,7 @@ void Simulation::collect(StepReport& report) {
   }
   for (auto& body : bodies_)
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
-  for (auto& body : bodies_)
-    if (report.substeps > 0 && !body->is_untouched() && !body->is_stopped())
-      warn("body.in_obstacle", obstacle_watch_.follow(body->name(), body->motion().center_m),
-           ObstacleWatch::kRemedy);
+  watch_bodies(report);
   if (!has_surface_) return;
   report.hull = hull().report(readback_);
   if (const auto& overflow = report.hull.overflow)
@@ -340,15 +337,7 @@ void Simulation::collect(StepReport& report) {
     warn("surface.overflow", std::to_string(dropped) + " samples of the real surface were dropped",
          "raise contact.sample_spacing_m");
   }
-  if (report.substeps == 0) return;
-  for (Index k = 0; k < surface.pieces.count; ++k) {
-    if (surface.motions.at(static_cast<std::size_t>(k)).source == MotionSource::too_fast)
-      warn("surface.too_fast",
-           "piece " + std::to_string(surface.pieces.piece[k].label) + " of the real surface is faster than " +
-               std::to_string(static_cast<int>(world_.first().surface.settings().max_speed_m_s)) +
-               " m/s: it touches nothing in this frame",
-           "move it more slowly, or film more frames per second");
-  }
+  if (report.substeps > 0) tell_of_fast_pieces(surface, report);
 }
 
 /// What was done to one body by one thing in several parts of a frame is one reaction.
@@ -363,6 +352,7 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
   if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
   for (const auto& body : bodies_) {
     ContactReport contact = body->contact(readback_, static_cast<float>(dt_frame_s), substeps);
+    note_contact(contact);
     contact.contacts_per_substep *= substeps;
     report.contact.add(contact);
     for (const OwnerReaction& r : contact.owners) add_contact({body->name(), name_of(r.owner), r}, report);
@@ -383,20 +373,6 @@ void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
     report.contacts.push_back(contact);
   else
     add(known->reaction, contact.reaction);
-}
-
-FrameSnapshot Simulation::snapshot() {
-  FrameSnapshot snapshot;
-  snapshot.tick = tick_;
-  snapshot.captured_s = captured_s_;
-  ExecContext& ctx = devices_.context(0);
-  if (has_surface_) snapshot.real = surface().download();
-  for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
-  snapshot.blades = tracked_blades_.meshes();
-  for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
-    snapshot.blades.push_back(std::move(blade));
-  if (liquid_) snapshot.liquid_m = liquid_->positions_m();
-  return snapshot;
 }
 
 std::vector<BodyMonitors> Simulation::monitors() {

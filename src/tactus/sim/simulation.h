@@ -15,6 +15,7 @@
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body_point.h"
 #include "tactus/sim/cut_score.h"
+#include "tactus/sim/energy_watch.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/frame_savings.h"
 #include "tactus/sim/obstacle_watch.h"
@@ -52,6 +53,7 @@ struct FrameSnapshot {
   TriangleMesh real;                 ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;  ///< in the scene's order
   std::vector<TriangleMesh> blades;  ///< tracked ones that are seen; others until their path ends
+  std::vector<ToolAxis> tools;       ///< tracked ones that were found
   std::vector<Vec3f> liquid_m;       ///< its particles, by id
   std::int64_t tick = 0;             ///< of the images
   double captured_s = 0;             ///< when those came, on the clock of now_s()
@@ -166,6 +168,15 @@ class Simulation {
   /// The fastest point of the real surface [m/s]; with a body, of what can reach it in so much time.
   double surface_m_s() const;
   double surface_m_s(const SoftBody& body, double seconds) const;
+  // simulation_watch.cpp
+  EnergyWatch make_energy_watch() const;
+  void note_contact(const ContactReport& contact);
+  std::string gained_energy();
+  ObstacleWatch::Surface surface_of(const SoftBody& body) const;
+  std::string inside_a_body(std::size_t body);
+  std::string inside_the_surface(std::size_t body);
+  void watch_bodies(StepReport& report);
+  void tell_of_fast_pieces(const RealSurfaceReport& surface, StepReport& report) const;
   // settle.cpp
   void check_settles() const;
   void settle(StepReport& report);
@@ -199,6 +210,10 @@ class Simulation {
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   TrackedBlades tracked_blades_;
   ObstacleWatch obstacle_watch_;
+  EnergyWatch energy_watch_;
+  /// Bodies are looked for in other things that move once in so many frames: they stay there for some.
+  static constexpr int kFramesToWatch = 10;
+  int frames_watched_ = 0;
   ContactOnDevices world_;
   TouchingBodies touching_;
   std::unique_ptr<SceneLiquid> liquid_;

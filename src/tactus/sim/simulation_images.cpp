@@ -1,6 +1,7 @@
-// What a frame takes in of images, and what it leaves out on demand.
+// What a frame takes in of images, what pictures show of it, and what it leaves out on demand.
 #include <algorithm>
 
+#include "tactus/sim/blade_mesh.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {
@@ -37,6 +38,21 @@ std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> mask
     tool_speeds_.push_back({r.low_m, r.high_m, r.m_s});
   piece_speeds_.insert(piece_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
   return others;
+}
+
+FrameSnapshot Simulation::snapshot() {
+  FrameSnapshot snapshot;
+  snapshot.tick = tick_;
+  snapshot.captured_s = captured_s_;
+  ExecContext& ctx = devices_.context(0);
+  if (has_surface_) snapshot.real = surface().download();
+  for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
+  snapshot.blades = tracked_blades_.meshes();
+  snapshot.tools = tracked_blades_.axes();
+  for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
+    snapshot.blades.push_back(std::move(blade));
+  if (liquid_) snapshot.liquid_m = liquid_->positions_m();
+  return snapshot;
 }
 
 std::vector<Notice> Simulation::last_notices() {

@@ -51,7 +51,7 @@ std::string misfit_text(const TrackedBlade& now) {
   if (now.edge_covered > 0.5)
     return "masks go on beyond " + number_text(std::round(100 * now.edge_covered)) +
            " % of its outline at the edge";
-  return "its outline is off by " + number_text(std::round(now.misfit_px * 100) / 100) +
+  return "its outline is off by " + number_text(std::round(now.misfit_px * 10) / 10) +
          " px in all views alike";
 }
 
@@ -192,6 +192,10 @@ void TrackedBlades::tell(Blade& blade, std::vector<Notice>& notices) const {
   if (now.state == blade.told) return;
   const bool was_known = blade.told == BladeState::known;
   blade.told = now.state;
+  // It may leave a state and come back to it: told once, until it was known again.
+  if (now.state == BladeState::known) blade.warned.clear();
+  if (std::find(blade.warned.begin(), blade.warned.end(), now.state) != blade.warned.end()) return;
+  if (now.state > BladeState::ambiguous && now.state < BladeState::jumped) blade.warned.push_back(now.state);
   const std::string who = "blade '" + blade.name + "' ";
   if (now.state == BladeState::unsure && now.two_sigma_m > blade.two_sigma_m)
     notices.push_back({"blade.unsure", Severity::warning,
@@ -262,6 +266,18 @@ std::vector<TriangleMesh> TrackedBlades::meshes() const {
     if (!now.is_seen()) continue;
     TriangleMesh& mesh = all.emplace_back(blade.tracker->model().mesh);
     for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(now.T_world_model * vec_cast<double>(p));
+  }
+  return all;
+}
+
+std::vector<ToolAxis> TrackedBlades::axes() const {
+  std::vector<ToolAxis> all;
+  for (const Blade& blade : blades_) {
+    const TrackedBlade& now = blade.tracker->now();
+    if (now.state <= BladeState::ambiguous) continue;
+    const auto [from_m, to_m] = blade.tracker->axis_m();
+    all.push_back({blade.name, now.state, now.two_sigma_m, vec_cast<float>(now.T_world_model * from_m),
+                   vec_cast<float>(now.T_world_model * to_m)});
   }
   return all;
 }

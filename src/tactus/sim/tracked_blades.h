@@ -15,6 +15,14 @@
 
 namespace tactus {
 
+/// Where a tool was found: its longest axis, from end to end, and what is known of it.
+struct ToolAxis {
+  std::string name;
+  BladeState state = BladeState::absent;
+  double two_sigma_m = 0;
+  Vec3f from_m, to_m;  ///< world
+};
+
 class TrackedBlades {
  public:
   /// @throws Error naming the blade and what is wrong with its model.
@@ -52,6 +60,8 @@ class TrackedBlades {
   std::vector<Reach> reaches() const;
   /// Of those that are seen, world.
   std::vector<TriangleMesh> meshes() const;
+  /// Of those whose pose is known in any way.
+  std::vector<ToolAxis> axes() const;
 
  private:
   struct Blade {
@@ -62,6 +72,7 @@ class TrackedBlades {
     std::unique_ptr<BladeTracker> tracker;
     std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
     BladeState told = BladeState::absent;
+    std::vector<BladeState> warned;  ///< since it was known
     bool was_known = false;
     Vec3d center_m;  ///< of the model's box, in its frame
     ToolMotion motion;

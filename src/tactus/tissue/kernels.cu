@@ -1,19 +1,11 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/geom/set_values.h"
 #include "tactus/tissue/embed_kernels.h"
-#include "tactus/tissue/flsm/flsm_kernels.h"
+#include "tactus/tissue/node_check_kernels.h"
 #include "tactus/tissue/rigid_motion_kernels.h"
 #include "tactus/tissue/summary_kernels.h"
 #include "tactus/tissue/topology_kernels.h"
 
-TACTUS_CUDA_KERNEL(tactus::flsm::LoadNodes);
-TACTUS_CUDA_KERNEL(tactus::flsm::RowSums);
-TACTUS_CUDA_KERNEL(tactus::flsm::SlideSums);
-TACTUS_CUDA_KERNEL(tactus::flsm::CorrectSums);
-TACTUS_CUDA_KERNEL(tactus::flsm::FitRegions);
-TACTUS_CUDA_KERNEL(tactus::flsm::SlideGoals);
-TACTUS_CUDA_KERNEL(tactus::flsm::RowGoals);
-TACTUS_CUDA_KERNEL(tactus::flsm::CorrectGoals);
-TACTUS_CUDA_KERNEL(tactus::flsm::Integrate);
 TACTUS_CUDA_KERNEL(tactus::embed::MoveVertices);
 TACTUS_CUDA_KERNEL(tactus::embed::GatherNormals);
 TACTUS_CUDA_KERNEL(tactus::SetValues<tactus::embed::Anchor>);

@@ -33,7 +33,8 @@ constexpr std::size_t kFramesToSettle = 3;
 constexpr double kMostGone = 0.25;
 /// Than what the best pose gets wrong: a tool elsewhere that is no worse than this is as good.
 constexpr double kTwin = 1.25;
-constexpr int kFramesOfShape = 2;
+constexpr int kFramesOfShape = 2, kFramesOfTwoShapes = 4;
+constexpr double kClearMisfit = 2;    // times what is refused
 constexpr double kMostCovered = 0.5;  // of the outline along the edge, or at its tip
 
 /// Of a model in each camera's picture, at a place.
@@ -68,6 +69,11 @@ BladeTracker::BladeTracker(const BladeModel& model, std::span<const Camera> came
       cameras_(cameras.begin(), cameras.end()),
       radius_px_(radii_px(mesh_, cameras, middle_m)),
       search_(mesh_, cameras, radius_px_, settings.fit) {}
+
+std::array<Vec3d, 2> BladeTracker::axis_m() const {
+  const LongAxis axis = long_axis(mesh_);
+  return {mesh_.center_m + axis.begin_m * axis.direction, mesh_.center_m + axis.end_m * axis.direction};
+}
 
 const TrackedBlade& BladeTracker::update(std::span<const BitMask> masks, double dt_s,
                                          std::span<const BitMask> taken, const PoseEvidence& more) {
@@ -262,7 +268,13 @@ void BladeTracker::judge() {
   now_.misfit_px = h.shape.misfit_px();
   now_.edge_covered = h.shape.edge_covered();
   now_.residual_px = h.fit.rms_px;
-  if (hypotheses_.size() != 1) return;
+  // Another shape may fit badly in two ways for ever; so do wrong poses of the right one in noise, a little.
+  const bool are_several = hypotheses_.size() > 1;
+  const int least = are_several ? kFramesOfTwoShapes : kFramesOfShape;
+  const bool is_misfit = std::all_of(hypotheses_.begin(), hypotheses_.end(), [&](const Hypothesis& any) {
+    return any.shape.frames() >= least && shows_another(any, are_several ? kClearMisfit : 1);
+  });
+  if (hypotheses_.size() != 1 && !is_misfit) return;
   now_.T_world_model = h.filter.pose();
   now_.covariance = h.filter.covariance();
   now_.two_sigma_m = two_sigma_m(h);
@@ -274,7 +286,13 @@ void BladeTracker::judge() {
     if (!last_edge_m_.empty())
       way_m = std::max(way_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
   }
-  now_.state = state_of(h, way_m);
+  // Of another shape, twins are not asked: anything fits it as badly.
+  if (is_misfit)
+    now_.state = BladeState::misfit;
+  else if (is_twin_)
+    now_.state = h.shape.frames() < kFramesOfShape ? BladeState::ambiguous : BladeState::twins;
+  else
+    now_.state = state_of(h, way_m);
   if (now_.state == BladeState::misfit) ++unexplained_frames_;
   if (now_.state < BladeState::jumped) return;
   unexplained_frames_ = 0;
@@ -283,11 +301,12 @@ void BladeTracker::judge() {
 }
 
 /// A pose that is known to few millimetres may be that of another shape: it is asked first.
-BladeState BladeTracker::state_of(const Hypothesis& h, double way_m) const {
-  if (is_twin_) return BladeState::twins;
+bool BladeTracker::shows_another(const Hypothesis& h, double times) const {
   const double most_px = settings_.most_misfit_px + settings_.most_misfit_of_noise * h.fit.rms_px;
-  if (h.shape.frames() >= kFramesOfShape && (now_.misfit_px > most_px || now_.edge_covered > kMostCovered))
-    return BladeState::misfit;
+  return h.shape.misfit_px() > times * most_px || h.shape.edge_covered() > kMostCovered;
+}
+
+BladeState BladeTracker::state_of(const Hypothesis& h, double way_m) const {
   if (h.lost_frames > 0 || frames_ < 3 || h.fit.gone > kMostGone || now_.two_sigma_m > settings_.two_sigma_m)
     return BladeState::unsure;
   if (!last_edge_m_.empty() && way_m > settings_.most_m_s * since_known_s_) return BladeState::jumped;
@@ -349,7 +368,7 @@ void BladeTracker::add_to(std::span<BitMask> masks) const {
 }
 
 void BladeTracker::take_from(std::span<BitMask> masks) const {
-  if (hypotheses_.empty() || now_.state == BladeState::misfit || now_.state == BladeState::twins) return;
+  if (hypotheses_.empty() || now_.state == BladeState::misfit || is_twin_) return;
   const TriangleMesh mesh = posed();
   cpu_for(masks.size(), 1, [&](std::size_t c) {
     if (masks[c].words.empty()) return;

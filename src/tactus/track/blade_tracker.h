@@ -1,5 +1,6 @@
 #pragma once
 /// A known blade, followed from frame to frame by silhouettes. It says where the edge is only when it knows.
+#include <array>
 #include <string>
 
 #include "tactus/track/blade_model.h"
@@ -60,6 +61,8 @@ class BladeTracker {
                              const PoseEvidence& more = {});
   const TrackedBlade& now() const { return now_; }
   const BladeModel& model() const { return model_; }
+  /// From end to end of its longest axis, in the model's frame.
+  std::array<Vec3d, 2> axis_m() const;
   /// In how many frames something thin was there that it doesn't fit, since it was known.
   int unexplained_frames() const { return unexplained_frames_; }
   /// Sets the pixels that show it, and those beside them.
@@ -86,6 +89,9 @@ class BladeTracker {
   /// Whether a tool of this shape is elsewhere, too.
   bool has_twin(std::span<const BitMask> masks, std::span<const BitMask> taken);
   void judge();
+  /// Whether the masks show another shape there. @param times of the most that a right one is off by
+  bool shows_another(const Hypothesis& h, double times) const;
+  /// Of one that shows the tool.
   BladeState state_of(const Hypothesis& h, double way_m) const;
   double two_sigma_m(const Hypothesis& of) const;
   /// The part of a picture that shows it, with so many pixels around.

@@ -8,13 +8,15 @@ namespace tactus::shaders {
 inline constexpr const char* kDepthFragment = "void main() {}\n";
 
 /// Of everything above a texel: the highest and, negative, the lowest point (blended by GL_MAX). Where
-/// nothing is, the highest is the floor and the lowest beyond 1e8.
+/// nothing is, the highest is the floor and the lowest beyond 1e8. What is below the floor hides nothing of
+/// it.
 inline constexpr const char* kBandFragment = R"(
 in vec3 p;
 uniform float floor_m;
 layout(location = 0) out vec4 color;
 void main() {
-  float height = max(p.y - floor_m, 0.0);
+  if (p.y < floor_m) discard;
+  float height = p.y - floor_m;
   color = vec4(height, -height, 0, 0);
 }
 )";

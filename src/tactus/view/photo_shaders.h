@@ -141,7 +141,9 @@ void main() {
     sum += w * photo_at(cameras[chosen[rank]], chosen[rank]);
     total += w;
   }
-  color = vec4(total > 0.0 ? sum / total : photo_color, opacity);
+  // What no photo shows, without colours of its own: plain grey would look like a shadow on what is behind.
+  vec3 unseen = photo_color.r < 0.0 ? vec3(0.62) * (0.35 + 0.65 * abs(dot(normal, look))) : photo_color;
+  color = vec4(total > 0.0 ? sum / total : unseen, opacity);
 }
 )";
 

@@ -1,7 +1,6 @@
 #include "tactus/rig/calibrate/board.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -13,6 +12,7 @@
 #endif
 
 #include "tactus/base/error.h"
+#include "tactus/rig/calibrate/board_grid.h"
 #include "tactus/rig/marker_dictionaries.h"
 
 namespace tactus {
@@ -48,34 +48,24 @@ std::vector<BoardCorner> numbered(const std::vector<cv::Point2f>& corners) {
   return result;
 }
 
-/// The quick search loses boards that a lens bends, that are oblique or far out in the picture: where it
-/// finds none, the search for corners by their sectors (Duda, Frese 2018) follows, whose corners need no
-/// refining. findChessboardCorners without its quick test takes seconds for a picture without a board, and
-/// finds less.
+/// Corners joined along their edges are found whatever the lens does to the board. What hides a few of them,
+/// the two searches of OpenCV may still find: by sectors (Duda, Frese 2018), whose corners need no refining,
+/// and by quadrangles. A lens bends rows smoothly, so a corner that stands out is in a wrong place.
 std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
-  std::vector<cv::Point2f> found;
   const cv::Size size(board.columns, board.rows);
-  if (!cv::findChessboardCorners(
-          grey, size, found,
-          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK)) {
-    if (!cv::findChessboardCornersSB(grey, size, found, cv::CALIB_CB_NORMALIZE_IMAGE)) return {};
-    orient(grey, size, found);
-    return numbered(found);
+  std::vector<cv::Point2f> found = find_board_grid(grey, size, window_px);
+  const auto is_smooth = [&] { return grid_roughness(found, size) <= kMostRoughness; };
+  if (found.empty() &&
+      !(cv::findChessboardCornersSB(grey, size, found, cv::CALIB_CB_NORMALIZE_IMAGE) && is_smooth())) {
+    if (!cv::findChessboardCorners(
+            grey, size, found,
+            cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK))
+      return {};
+    constexpr float kMost_px = 5;  // quadrangles of blurred squares are smaller than these
+    refine_board_grid(grey, size, window_px, kMost_px, found);
+    if (!is_smooth()) return {};
   }
-  // The window stays within the squares around a corner, which may be short either way.
-  double nearest = 1e9;
-  const auto columns = static_cast<std::size_t>(board.columns);
-  const auto look = [&](std::size_t a, std::size_t b) {
-    nearest =
-        std::min(nearest, static_cast<double>(std::hypot(found[a].x - found[b].x, found[a].y - found[b].y)));
-  };
-  for (std::size_t i = 1; i < found.size(); ++i) {
-    if (i % columns != 0) look(i, i - 1);
-    if (i >= columns) look(i, i - columns);
-  }
-  const int half = window_px > 0 ? window_px : std::clamp(static_cast<int>(nearest / 2 - 1), 2, 11);
-  cv::cornerSubPix(grey, found, {half, half}, {-1, -1},
-                   cv::TermCriteria(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 50, 0.001));
+  orient(grey, size, found);
   return numbered(found);
 }
 #else

@@ -1,6 +1,6 @@
-/// Qualisys .qca.txt: XML. Lengths in millimetres, pixels in 1/64 (distortion
-/// has no unit), position of the camera in the world and a
-/// rotation whose rows are the camera's axes: x right, y up, z backwards.
+/// Qualisys .qca.txt: XML. Lengths in millimetres, pixels in 1/64, position of the camera in the world and a
+/// rotation whose rows are the camera's axes: x right, y up, z backwards. Distortion is OpenCV's and has no
+/// unit: it is not divided (docs/rig.md).
 #include "tactus/rig/calibration_files/formats.h"
 
 namespace tactus::calibration {
@@ -11,6 +11,17 @@ bool recognise(const Input& input) {
 }
 
 double value(const DataNode& node, const char* key) { return node.at(key).number(); }
+
+/// Theia writes the same XML with whole pixels, and a pose from the world to the camera: what a Qualisys
+/// reader would make of it is far off. No sensor has less than 256 pixels a row.
+void refuse_whole_pixels(const DataNode& from) {
+  const DataNode& intrinsic = from.at("intrinsic");
+  constexpr double kLeastSensor = 256 * 64;
+  if (intrinsic.has("sensorMaxU") && value(intrinsic, "sensorMaxU") < kLeastSensor)
+    intrinsic.fail(
+        "sensorMaxU counts whole pixels, as files of Theia do, where Qualisys counts 1/64 of them; "
+        "export the calibration from Qualisys Track Manager (.qca.txt)");
+}
 
 FileCamera read_one(const DataNode& from, const std::string& path, const CalibrationAnswers& answers) {
   constexpr double kPart = 1.0 / 64;
@@ -29,9 +40,11 @@ FileCamera read_one(const DataNode& from, const std::string& path, const Calibra
   camera.cx_px = kPart * value(intrinsic, "centerPointU") - left;
   camera.cy_px = kPart * value(intrinsic, "centerPointV") - top;
   if (!(camera.fx_px > 0) || !(camera.fy_px > 0)) intrinsic.fail("focal lengths must be positive");
-  // Of ideal coordinates, so without a unit.
-  const double k[] = {value(intrinsic, "radialDistortion1"), value(intrinsic, "radialDistortion2"),
-                      value(intrinsic, "tangentalDistortion1"), value(intrinsic, "tangentalDistortion2")};
+  std::vector<double> k;
+  for (const char* key :
+       {"radialDistortion1", "radialDistortion2", "tangentalDistortion1", "tangentalDistortion2"})
+    k.push_back(value(intrinsic, key));
+  if (intrinsic.has("radialDistortion3")) k.push_back(value(intrinsic, "radialDistortion3"));
   c.calibrated.lens = make_lens(LensModel::brown, k);
   Mat3d R_glcam_world;
   for (int i = 0; i < 9; ++i) {
@@ -47,6 +60,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
   known_unit_m(input.path, "Qualisys", 1e-3, answers);
   std::vector<FileCamera> cameras;
   for (const DataNode* from : input.xml->at("calibration").at("cameras").all("camera")) {
+    refuse_whole_pixels(*from);
     // Marker cameras have no picture.
     if (from->has("fov_video")) cameras.push_back(read_one(*from, input.path, answers));
   }

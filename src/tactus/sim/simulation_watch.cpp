@@ -1,0 +1,127 @@
+// What a user should know of bodies that went where they can't, or that gained energy.
+#include <algorithm>
+#include <utility>
+
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+bool holds(Vec3d low, Vec3d high, Vec3d p) {
+  const Vec3d out = max(low - p, p - high);
+  return std::max({out.x, out.y, out.z}) < 0;
+}
+
+/// Whether what bodies do is known to be gravity's doing alone.
+bool nothing_acts(const Scene& scene) {
+  if (scene.frame.start == FrameStart::settled || scene.fluid || !scene.blades.empty()) return false;
+  return std::none_of(scene.bodies.begin(), scene.bodies.end(),
+                      [](const BodyDescription& body) { return !body.moved.empty() || !body.loads.empty(); });
+}
+
+}  // namespace
+
+EnergyWatch Simulation::make_energy_watch() const {
+  if (!nothing_acts(scene_)) return {};
+  std::vector<EnergyWatch::Body> bodies;
+  for (const auto& body : bodies_) {
+    EnergyWatch::Body& at_rest = bodies.emplace_back();
+    at_rest.name = body->name();
+    at_rest.spacing_m = body->spacing_m();
+    const CubeLattice& lattice = body->shape().lattice;
+    Vec3d sum{};
+    for (Index n = 0; n < lattice.node_count(); ++n) {
+      const double mass_kg = double{lattice.node_mass_kg[static_cast<std::size_t>(n)]};
+      at_rest.mass_kg += mass_kg;
+      sum += mass_kg * vec_cast<double>(lattice.rest_m(n));
+    }
+    at_rest.center_m = (1 / at_rest.mass_kg) * sum;
+  }
+  return {std::move(bodies), scene_.gravity_m_s2};
+}
+
+/// What the real object or a tool did is work that nobody sums up.
+void Simulation::note_contact(const ContactReport& contact) {
+  const auto still = static_cast<Index>(scene_.obstacles.size());
+  for (const OwnerReaction& r : contact.owners)
+    if (r.owner < kPieces || r.owner - kPieces >= still) energy_watch_.turn_off();
+}
+
+std::string Simulation::gained_energy() {
+  if (!energy_watch_.is_on()) return "";
+  std::vector<EnergyWatch::Body> bodies;
+  for (const auto& body : bodies_) {
+    const RigidMotion& motion = body->motion();
+    if (body->is_stopped()) energy_watch_.turn_off();
+    bodies.push_back({body->name(), motion.mass_kg, body->spacing_m(), motion.center_m, motion.kinetic_J});
+  }
+  return energy_watch_.follow(bodies, double{last_substep_s_});
+}
+
+ObstacleWatch::Surface Simulation::surface_of(const SoftBody& body) const {
+  return [this, &body] { return body.surface(devices_.context(0)); };
+}
+
+/// The other body whose box holds the centre of a body, and then its surface round it.
+std::string Simulation::inside_a_body(std::size_t body) {
+  if (!scene_.contact.bodies) return "";
+  const SoftBody& of = *bodies_[body];
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const SoftBody& other = *bodies_[b];
+    const RigidMotion& there = other.motion();
+    if (b == body || other.is_untouched() || !(there.mass_kg > 0) ||
+        !holds(there.low_m, there.high_m, of.motion().center_m))
+      continue;
+    std::string text = obstacle_watch_.find_in(of.name(), of.motion().center_m, surface_of(of),
+                                               "body '" + other.name() + "'", surface_of(other));
+    if (!text.empty()) return text;
+  }
+  return "";
+}
+
+/// A body that jumped in has no point near the surface: nothing tells contact of it.
+std::string Simulation::inside_the_surface(std::size_t body) {
+  if (!has_surface_) return "";
+  const Vec3d center_m = bodies_[body]->motion().center_m;
+  const RealSurfaceReport found = readback_.get<RealSurfaceReport>(surface_report_)[0];
+  for (Index k = 0; k < found.pieces.count; ++k) {
+    const SurfacePiece& piece = found.pieces.piece[k];
+    if (!holds(vec_cast<double>(piece.low_m), vec_cast<double>(piece.high_m), center_m)) continue;
+    return obstacle_watch_.find_in(bodies_[body]->name(), center_m, surface_of(*bodies_[body]),
+                                   "piece " + std::to_string(piece.label) + " of the real surface",
+                                   [&] { return surface().download(); });
+  }
+  return "";
+}
+
+void Simulation::watch_bodies(StepReport& report) {
+  const auto warn = [&](const char* code, std::string text, const char* remedy) {
+    if (!text.empty()) report.notices.push_back({code, Severity::warning, std::move(text), remedy});
+  };
+  if (report.substeps == 0) return;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const SoftBody& body = *bodies_[b];
+    if (body.is_untouched() || body.is_stopped()) continue;
+    warn("body.in_obstacle", obstacle_watch_.follow(body.name(), body.motion().center_m, surface_of(body)),
+         ObstacleWatch::kRemedy);
+    if (frames_watched_ % kFramesToWatch != 0) continue;
+    warn("body.in_body", inside_a_body(b), ObstacleWatch::kRemedy);
+    warn("body.in_surface", inside_the_surface(b), ObstacleWatch::kRemedy);
+  }
+  ++frames_watched_;
+  warn("body.gains_energy", gained_energy(), EnergyWatch::kRemedy);
+}
+
+void Simulation::tell_of_fast_pieces(const RealSurfaceReport& surface, StepReport& report) const {
+  for (Index k = 0; k < surface.pieces.count; ++k) {
+    if (surface.motions.at(static_cast<std::size_t>(k)).source != MotionSource::too_fast) continue;
+    const auto most_m_s = static_cast<int>(world_.first().surface.settings().max_speed_m_s);
+    report.notices.push_back({"surface.too_fast", Severity::warning,
+                              "piece " + std::to_string(surface.pieces.piece[k].label) +
+                                  " of the real surface is faster than " + std::to_string(most_m_s) +
+                                  " m/s: it touches nothing in this frame",
+                              "move it more slowly, or film more frames per second"});
+  }
+}
+
+}  // namespace tactus
