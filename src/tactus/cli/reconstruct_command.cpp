@@ -225,8 +225,8 @@ class Reconstruction {
     nlohmann::json row = measure(mesh, source_.rig(), frame, views_.given(frame));
     motion_.add(stages_->pipeline.surface(), mesh, frame, source_, row);
     views_.add_to(row);
-    const std::string odd = joined({views_.status(), repaired_text(row), found});
-    for (const std::string& warning : {report.depth, odd}) {
+    const std::string repaired = repaired_text(row), odd = joined({views_.status(), repaired, found});
+    for (const std::string& warning : {report.depth, views_.status(), repaired, found}) {
       if (!warning.empty()) log_warning(warning);
     }
     row["tick"] = frame.tick;
