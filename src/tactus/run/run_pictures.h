@@ -34,7 +34,7 @@ class RunPictures {
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
   ViewScene
       view_;  ///< what does not change: cameras, workspace, obstacles; and the meshes of the newest frame
-  std::size_t still_meshes_ = 0;  ///< obstacles and cameras: the first of `view_.meshes`
+  std::size_t still_meshes_ = 0;                    ///< obstacles and cameras: the first of `view_.meshes`
   std::size_t still_lines_ = 0, still_labels_ = 0;  ///< likewise: the cameras'
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
