@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/geom/figures.h"
 
 namespace tactus {
 namespace {
@@ -112,13 +112,13 @@ void MotionOutput::add(const MeshView& surface, const TriangleMesh& mesh, const 
   for (std::size_t i = 0; i < components.pieces.size(); ++i)
     list.push_back(describe(components.pieces[i], number[i]));
   row["pieces"] = std::move(list);
-  const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source);
-  if (synthetic == nullptr || !(dt_s > 0)) return;
+  const Figure* truth = source.truth();
+  if (truth == nullptr || !(dt_s > 0)) return;
   std::vector<Vec3f> velocities;
   for (std::size_t v = 0; v < tracked.size(); ++v)
     velocities.push_back(report_.motions.at(static_cast<std::size_t>(std::max(tracked[v], Index(0))))
                              .velocity_at(mesh.positions_m[v], 0));
-  compare(mesh, velocities, synthetic->figure(), frame.time_s, voxel_size_m_, row);
+  compare(mesh, velocities, *truth, frame.time_s, voxel_size_m_, row);
 }
 
 }  // namespace tactus

@@ -17,11 +17,11 @@
 #include "tactus/cli/version.h"
 #include "tactus/cli/view_check.h"
 #include "tactus/frame/schedule.h"
+#include "tactus/geom/figures.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/reconstruct/workspace_from_cones.h"
-#include "tactus/rig/synthetic_source.h"
 #include "tactus/run/frame_sources.h"
 
 namespace tactus {
@@ -230,8 +230,8 @@ class Reconstruction {
       if (!warning.empty()) log_warning(warning);
     }
     row["tick"] = frame.tick;
-    if (const auto* synthetic = dynamic_cast<const SyntheticSource*>(&source_))
-      row["surface_rms_m"] = surface_rms_m(mesh, synthetic->figure().at(frame.time_s));
+    if (const Figure* truth = source_.truth())
+      row["surface_rms_m"] = surface_rms_m(mesh, truth->at(frame.time_s));
     row["status"] = joined({report.depth, source_.status(), odd});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;

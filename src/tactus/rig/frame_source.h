@@ -12,6 +12,8 @@
 
 namespace tactus {
 
+class Figure;
+
 /// The fixed part of a recording: cameras (undistorted) and the space they watch.
 struct Rig {
   std::vector<Camera> cameras;        ///< of the silhouettes
@@ -65,6 +67,8 @@ class FrameSource {
   /// 1234"); empty when nothing was. Frames may be missing, so whoever shows them says so, also where it ends
   /// well.
   virtual std::string damage() const { return ""; }
+  /// The figure that a synthetic source films, for comparisons with the truth; nullptr elsewhere.
+  virtual const Figure* truth() const { return nullptr; }
   /// How the links to live cameras are, as JSON (docs/live.md); empty where there are none.
   virtual std::string links_json() const { return ""; }
 };

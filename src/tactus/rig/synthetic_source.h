@@ -50,6 +50,7 @@ class SyntheticSource : public FrameSource {
   std::string status() const override { return status_; }
 
   const Figure& figure() const { return figure_; }
+  const Figure* truth() const override { return &figure_; }
   /// Starts over with frame `tick` (>= 0).
   void seek(std::int64_t tick) { tick_ = tick; }
 

@@ -14,6 +14,7 @@ class SourceFilter : public FrameSource {
   NextFrame next(FrameSet& frame) override { return source_->next(frame); }
   std::string status() const override { return source_->status(); }
   std::string damage() const override { return source_->damage(); }
+  const Figure* truth() const override { return source_->truth(); }
   std::string links_json() const override { return source_->links_json(); }
 
  private:
