@@ -7,6 +7,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/geom/box_surface.h"
 #include "tactus/geom/mesh_creases.h"
+#include "tactus/geom/sphere_surface.h"
 
 namespace tactus {
 namespace {
@@ -55,18 +56,20 @@ TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint8_t>& 
   return part;
 }
 
+Material obstacle_material() { return {.color = {0.62F, 0.65F, 0.69F}}; }
+
 /// Boxes and meshes in grey; for planes stands the ground of the picture.
 std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& assets) {
   std::vector<ViewMesh> all;
   for (const ObstacleSetting& o : scene.obstacles) {
-    if (o.kind == ObstacleShape::plane) continue;
-    ViewMesh& shown =
-        all.emplace_back(ViewMesh{.name = o.name, .material = {.color = {0.62F, 0.65F, 0.69F}}});
-    shown.mesh = o.kind == ObstacleShape::box ? box_surface(0.5F * vec_cast<float>(o.size_m), {1, 1, 1})
-                                              : assets.obstacle_meshes.at(o.name);
+    if (o.kind == ObstacleShape::plane || o.moves()) continue;
+    ViewMesh& shown = all.emplace_back(ViewMesh{.name = o.name, .material = obstacle_material()});
+    shown.mesh = o.kind == ObstacleShape::box      ? box_surface(0.5F * vec_cast<float>(o.size_m), {1, 1, 1})
+                 : o.kind == ObstacleShape::sphere ? sphere_surface(static_cast<float>(o.radius_m), 16)
+                                                   : assets.obstacle_meshes.at(o.name);
     shown.mesh.normals.clear();
     for (Vec3f& p : shown.mesh.positions_m) p = vec_cast<float>(o.placement.to_world(vec_cast<double>(p)));
-    if (o.kind == ObstacleShape::mesh) compute_normals(shown.mesh);
+    if (o.kind != ObstacleShape::box) compute_normals(shown.mesh);
   }
   return all;
 }
@@ -164,6 +167,8 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
     smooth_normals(snapshot.bodies[b], kNormalPasses);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
   }
+  for (TriangleMesh& obstacle : snapshot.obstacles)
+    view_.meshes.push_back({"obstacle", std::move(obstacle), obstacle_material()});
   for (TriangleMesh& blade : snapshot.blades)
     view_.meshes.push_back({"blade", std::move(blade), steel_material()});
   for (const ToolAxis& tool : snapshot.tools) add_tool_axis(view_, tool);

@@ -3,28 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tactus/geom/rotation.h"
 #include "tactus/sim/blade_mesh.h"
+#include "tactus/sim/keyframes.h"
 
 namespace tactus {
 namespace {
 
-/// How a blade is moved from where its ends are given: x -> pivot + R (x - pivot) + shift.
-struct BladePose {
-  Mat3d R;
-  Vec3d pivot_m, shift_m;
-  Vec3d operator()(Vec3d x_m) const { return pivot_m + R * (x_m - pivot_m) + shift_m; }
-};
-
-BladePose blade_pose(const BladeDescription& blade, double time_s) {
-  const auto& path = blade.path;
-  std::size_t k = 1;
-  while (k + 1 < path.size() && path[k].time_s < time_s) ++k;
-  const MotionKeyDescription &a = path[k - 1], &b = path[k];
-  const double share = std::clamp((time_s - a.time_s) / (b.time_s - a.time_s), 0.0, 1.0);
-  const double angle = (a.angle_deg + share * (b.angle_deg - a.angle_deg)) * M_PI / 180;
-  return {rotation_from_vector(angle * normalized(blade.axis)), blade.pivot_m.value_or(blade.from_m),
-          a.displacement_m + share * (b.displacement_m - a.displacement_m)};
+KeyframePose blade_pose(const BladeDescription& blade, double time_s) {
+  return keyframe_pose(blade.path, blade.axis, blade.pivot_m.value_or(blade.from_m), time_s);
 }
 
 /// The side that follows the edge on the longest way that it goes across itself; where nothing moves it.
@@ -33,7 +19,7 @@ Vec3d backwards(const BladeDescription& blade) {
   Vec3d way{};
   for (std::size_t k = 1; k < blade.path.size(); ++k) {
     const double from_s = blade.path[k - 1].time_s, to_s = blade.path[k].time_s;
-    const BladePose half = blade_pose(blade, 0.5 * (from_s + to_s));
+    const KeyframePose half = blade_pose(blade, 0.5 * (from_s + to_s));
     const Vec3d step = blade_pose(blade, to_s)(middle_m) - blade_pose(blade, from_s)(middle_m);
     const Vec3d at_rest = transpose(half.R) * step, across = at_rest - dot(at_rest, along) * along;
     if (length(across) > length(way)) way = across;
@@ -45,7 +31,7 @@ Vec3d backwards(const BladeDescription& blade) {
 }  // namespace
 
 std::vector<Vec3f> blade_edge_m(const BladeDescription& blade, double time_s) {
-  const BladePose pose = blade_pose(blade, time_s);
+  const KeyframePose pose = blade_pose(blade, time_s);
   return {vec_cast<float>(pose(blade.from_m)), vec_cast<float>(pose(blade.to_m))};
 }
 
@@ -53,7 +39,7 @@ TriangleMesh blade_mesh(const BladeDescription& blade, double time_s) {
   const Vec3d along = blade.to_m - blade.from_m, back = backwards(blade);
   const Vec3d side = normalized(cross(along, back));
   const double deep_m = std::clamp(0.15 * length(along), 0.006, 0.03), half_m = 0.03 * deep_m;
-  const BladePose pose = blade_pose(blade, time_s);
+  const KeyframePose pose = blade_pose(blade, time_s);
   TriangleMesh mesh;
   // Across: the edge, where the ground faces begin, and the back. No normals: its faces are flat.
   const std::pair<double, double> profile[] = {{0, 0}, {0.3, 1}, {1, 1}, {1, -1}, {0.3, -1}};

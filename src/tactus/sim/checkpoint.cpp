@@ -121,6 +121,7 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
     a.set_owner("real surface");
     world_.part(p).surface.archive(devices_.context(p), a);
   }
+  moving_obstacles_.archive(a);
   archive_cuts(a);
   for (auto& body : bodies_) body->archive(a);
   a.set_owner("bodies that touch");

@@ -247,16 +247,23 @@ struct BodyDescription {
   bool in(const SpaceRegion& region, Vec3d p_world_m) const;
 };
 
-enum class ObstacleShape : std::uint8_t { plane, box, mesh };
+enum class ObstacleShape : std::uint8_t { plane, box, sphere, mesh };
 
-/// What stands still and is touched.
+/// A rigid thing that bodies touch: it stands still, follows keyframes, or is held by a program.
 struct ObstacleSetting {
   std::string name;
   ObstacleShape kind = ObstacleShape::plane;
-  PlacementDescription placement;  ///< a plane is y = 0 of its own coordinates and solid below
-  Vec3d size_m = {1, 0.1, 1};      ///< box, centred on the obstacle's origin
-  std::string path;                ///< mesh: the file, resolved
-  double unit_m = 1;               ///< mesh: metres per unit of length in the file
+  PlacementDescription placement;            ///< a plane is y = 0 of its own coordinates and solid below
+  Vec3d size_m = {1, 0.1, 1};                ///< box, centred on the obstacle's origin
+  double radius_m = 0.05;                    ///< sphere, likewise
+  std::string path;                          ///< mesh: the file, resolved
+  double unit_m = 1;                         ///< mesh: metres per unit of length in the file
+  std::vector<MotionKeyDescription> motion;  ///< keyframes, from its placement; empty: it stands still
+  Vec3d axis = {0, 1, 0};                    ///< of their angles, world
+  std::optional<Vec3d> pivot_m;              ///< on the axis; none: where its origin is placed
+  bool held = false;                         ///< a program sets its pose (Simulation::set_pose)
+
+  bool moves() const { return held || !motion.empty(); }
 };
 
 struct BlockDescription {

@@ -69,25 +69,6 @@ RealSurfaceSettings surface_settings(const MeshView& mesh, float spacing_m) {
   return settings;
 }
 
-std::vector<ObstacleDescription> obstacle_descriptions(const Scene& scene, const BodyAssets& assets) {
-  std::vector<ObstacleDescription> all;
-  for (const ObstacleSetting& setting : scene.obstacles) {
-    ObstacleDescription& o = all.emplace_back();
-    const auto scale = static_cast<float>(setting.placement.scale);
-    o.name = setting.name;
-    o.kind = setting.kind == ObstacleShape::plane ? ObstacleKind::plane
-             : setting.kind == ObstacleShape::box ? ObstacleKind::box
-                                                  : ObstacleKind::mesh;
-    o.T_world_obstacle = {mat_cast<float>(setting.placement.rotation()),
-                          vec_cast<float>(setting.placement.position_m)};
-    o.half_m = (0.5F * scale) * vec_cast<float>(setting.size_m);
-    if (o.kind != ObstacleKind::mesh) continue;
-    o.mesh = assets.obstacle_meshes.at(setting.name);
-    for (Vec3f& p : o.mesh.positions_m) p *= scale;
-  }
-  return all;
-}
-
 /// Such bodies are on the first device.
 bool touches_bodies(const Scene& scene, const BodyDescription& body) {
   const auto count = std::count_if(scene.bodies.begin(), scene.bodies.end(),
@@ -137,7 +118,8 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         return bodies;
       }()),
       tracked_blades_(scene, assets, rig),
-      obstacle_watch_(obstacle_descriptions(scene, assets)),
+      moving_obstacles_(scene, obstacle_descriptions(scene, assets)),
+      obstacle_watch_(still_ones(obstacle_descriptions(scene, assets))),
       energy_watch_(make_energy_watch()),
       world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
              surface_settings(fine_surface_.surface(), sample_spacing_m_),
@@ -162,10 +144,11 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
         dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
-  start_notices_ = overlaps_at_start(scene, bodies_, obstacle_descriptions(scene, assets));
+  start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
   if (is_filmed_) tell_of_far_bodies(scene, bodies_, hull_options(scene, rig).workspace_m, start_notices_);
   if (scene.fluid)
-    liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
+    liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_,
+                                            still_ones(obstacle_descriptions(scene, assets)));
   add_stages();
   schedule_.close();
   devices_.synchronize();
@@ -227,7 +210,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   StepReport report;
   report.notices = std::exchange(start_notices_, {});
   if (!std::exchange(is_settled_, true)) settle(report);
-  FrameTimes times = clock_.next(dt_s, frame != nullptr);
+  FrameTimes times = clock_.next(dt_s, frame != nullptr || !is_filmed_);
   report.dt_s = last_dt_s_ = times.dt_s;
   std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
   bool has_new_images = frame != nullptr;
@@ -240,6 +223,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
     released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
   }
+  move_tools(times, has_new_images);
   part_ = 0;
   const double frame_begin_s = clock_.simulated_s() - times.dt_s;
   double done_s = 0;

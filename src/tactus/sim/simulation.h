@@ -20,6 +20,7 @@
 #include "tactus/sim/frame_savings.h"
 #include "tactus/sim/obstacle_watch.h"
 #include "tactus/sim/scene_liquid.h"
+#include "tactus/sim/scene_obstacles.h"
 #include "tactus/sim/soft_body.h"
 #include "tactus/sim/touching_bodies.h"
 #include "tactus/sim/tracked_blades.h"
@@ -50,13 +51,14 @@ struct StepReport {
 
 /// What viewers and exporters get: owns its data, never the simulation's.
 struct FrameSnapshot {
-  TriangleMesh real;                 ///< the reconstructed surface, with normals
-  std::vector<TriangleMesh> bodies;  ///< in the scene's order
-  std::vector<TriangleMesh> blades;  ///< tracked ones that are seen; others until their path ends
-  std::vector<ToolAxis> tools;       ///< tracked ones that were found
-  std::vector<Vec3f> liquid_m;       ///< its particles, by id
-  std::int64_t tick = 0;             ///< of the images
-  double captured_s = 0;             ///< when those came, on the clock of now_s()
+  TriangleMesh real;                    ///< the reconstructed surface, with normals
+  std::vector<TriangleMesh> bodies;     ///< in the scene's order
+  std::vector<TriangleMesh> obstacles;  ///< those that move, in the scene's order
+  std::vector<TriangleMesh> blades;     ///< tracked ones that are seen; others until their path ends
+  std::vector<ToolAxis> tools;          ///< tracked ones that were found
+  std::vector<Vec3f> liquid_m;          ///< its particles, by id
+  std::int64_t tick = 0;                ///< of the images
+  double captured_s = 0;                ///< when those came, on the clock of now_s()
 };
 
 /// Owns all state; one thread calls it. Its solvers declare their work as stages; a Schedule orders them
@@ -74,6 +76,14 @@ class Simulation {
   /// @throws Error when 'frame.substeps' is not stable.
   StepReport step(const FrameSet* frame, double dt_s);
   StepReport step(const FrameSet& frame, double dt_s) { return step(&frame, dt_s); }
+  /// Where an obstacle with `held: true` is at the end of the next frame and from then on; it goes there
+  /// evenly. From a robot, a haptic arm, a mouse, a tracker. @throws usage Error as
+  /// MovingObstacles::set_pose.
+  void set_pose(const std::string& obstacle, const Rigidd& T_world_obstacle) {
+    moving_obstacles_.set_pose(obstacle, T_world_obstacle);
+  }
+  /// Where it is now. @throws usage Error for an obstacle that does not move.
+  Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
   /// What save() can leave out of this scene's frames, what is missed least first.
   std::vector<Saving> savings() const;
   /// From the next new images on, frames make these savings and no others. On a GPU, each choice is recorded
@@ -150,6 +160,8 @@ class Simulation {
   /// The same without tools that are tracked.
   std::span<const BitMask> follow_blades(std::span<const BitMask> masks, const FrameSet& frame, double dt_s,
                                          std::vector<Notice>& notices);
+  /// Moving obstacles and tracked tools.
+  void move_tools(const FrameTimes& times, bool has_new_images);
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
   /// Of a frame: what moves fast would strain bodies far more than at its beginning, so their steps follow
@@ -209,6 +221,7 @@ class Simulation {
   float sample_spacing_m_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   TrackedBlades tracked_blades_;
+  MovingObstacles moving_obstacles_;
   ObstacleWatch obstacle_watch_;
   EnergyWatch energy_watch_;
   /// Bodies are looked for in other things that move once in so many frames: they stay there for some.

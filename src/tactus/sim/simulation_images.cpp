@@ -32,12 +32,23 @@ std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> mask
   const StageTimer timer(timings_, "blades");
   const std::span<const BitMask> others =
       tracked_blades_.follow(masks, dt_s, {frame.markers, depths(frame)}, notices);
-  world_.move_tools(tracked_blades_.motions());
+  return others;
+}
+
+void Simulation::move_tools(const FrameTimes& times, bool has_new_images) {
+  if (moving_obstacles_.empty() && (tracked_blades_.empty() || !has_new_images)) return;
+  moving_obstacles_.begin_frame(times.dt_s, clock_.simulated_s(), times.surface_age_s + times.dt_s);
+  std::vector<ToolMotion> motions = moving_obstacles_.motions();
+  const std::vector<ToolMotion> blades = tracked_blades_.motions();
+  motions.insert(motions.end(), blades.begin(), blades.end());
+  world_.move_tools(motions);
   tool_speeds_.clear();
+  for (const MovingObstacles::Reach& r : moving_obstacles_.reaches())
+    tool_speeds_.push_back({r.low_m, r.high_m, r.m_s});
   for (const TrackedBlades::Reach& r : tracked_blades_.reaches())
     tool_speeds_.push_back({r.low_m, r.high_m, r.m_s});
+  if (!has_surface_) piece_speeds_.clear();
   piece_speeds_.insert(piece_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
-  return others;
 }
 
 FrameSnapshot Simulation::snapshot() {
@@ -47,6 +58,7 @@ FrameSnapshot Simulation::snapshot() {
   ExecContext& ctx = devices_.context(0);
   if (has_surface_) snapshot.real = surface().download();
   for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
+  snapshot.obstacles = moving_obstacles_.meshes();
   snapshot.blades = tracked_blades_.meshes();
   snapshot.tools = tracked_blades_.axes();
   for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))

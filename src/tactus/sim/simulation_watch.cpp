@@ -15,6 +15,8 @@ bool holds(Vec3d low, Vec3d high, Vec3d p) {
 /// Whether what bodies do is known to be gravity's doing alone.
 bool nothing_acts(const Scene& scene) {
   if (scene.frame.start == FrameStart::settled || scene.fluid || !scene.blades.empty()) return false;
+  if (std::any_of(scene.obstacles.begin(), scene.obstacles.end(), [](const auto& o) { return o.moves(); }))
+    return false;
   return std::none_of(scene.bodies.begin(), scene.bodies.end(),
                       [](const BodyDescription& body) { return !body.moved.empty() || !body.loads.empty(); });
 }

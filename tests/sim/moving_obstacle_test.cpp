@@ -1,0 +1,136 @@
+/// Obstacles that keyframes or a program move.
+#include <gtest/gtest.h>
+
+#include "support/device_sets.h"
+#include "tactus/base/error.h"
+#include "tactus/geom/sphere_surface.h"
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+constexpr double kFrame_s = 1.0 / 50;
+
+/// A free block of 4 cm without gravity, and a ball of 1 cm radius above it.
+Scene ball_and_block() {
+  Scene scene;
+  scene.source.kind = SourceKind::none;
+  scene.gravity_m_s2 = {};
+  BodyDescription& block = scene.bodies.emplace_back();
+  block.name = "block";
+  block.shape.kind = ShapeKind::box;
+  block.shape.size_m = {0.04, 0.04, 0.04};
+  block.spacing_m = 0.01;
+  block.material.young_modulus_pa = 20000;
+  ObstacleSetting& ball = scene.obstacles.emplace_back();
+  ball.name = "ball";
+  ball.kind = ObstacleShape::sphere;
+  ball.radius_m = 0.01;
+  ball.placement.position_m = {0, 0.035, 0};
+  ball.held = true;
+  return scene;
+}
+
+Vec3d momentum_kg_m_s(Simulation& simulation) { return simulation.monitors()[0].momentum_kg_m_s; }
+
+/// A chord of the mesh is inside of the ball, so its volume would be too small: it is scaled to be right.
+TEST(SphereSurface, HasTheVolumeOfTheBall) {
+  const TriangleMesh mesh = sphere_surface(0.02F, 16);
+  EXPECT_NEAR(volume_m3(mesh) / (4 * M_PI / 3 * 8e-6), 1, 1e-5);
+  float least = 1, most = 0;
+  for (const Vec3f p : mesh.positions_m) least = std::min(least, length(p)), most = std::max(most, length(p));
+  // Squares of 1/16 of a quarter turn: sags of (pi / 32)^2 / 8 of the radius, of which scaling takes half.
+  EXPECT_NEAR(least / 0.02F, 1, 0.002);
+  EXPECT_NEAR(most / 0.02F, 1, 0.002);
+}
+
+class MovingObstacle : public ::testing::TestWithParam<std::string> {};
+TACTUS_INSTANTIATE_DEVICES(MovingObstacle);
+
+/// What the ball gets is what the block loses: impulses are summed in float over some 500 contacts, 1e-4.
+TEST_P(MovingObstacle, GivesTheBodyWhatItLoses) {
+  TACTUS_SKIP_WITHOUT_DEVICES(GetParam());
+  Scene scene = ball_and_block();
+  DeviceSet devices(GetParam());
+  Simulation simulation(devices, scene, {}, {});
+  Vec3d given{};
+  for (int f = 0; f <= 25; ++f) {
+    simulation.set_pose("ball", {Mat3d::identity(), {0, 0.035 - 0.1 * kFrame_s * f, 0}});
+    const StepReport report = simulation.step(nullptr, f > 0 ? kFrame_s : 0);
+    for (const BodyContact& c : report.contacts) {
+      EXPECT_EQ(c.piece, "ball");
+      given -= vec_cast<double>(c.reaction.impulse_N_s);
+    }
+  }
+  const Vec3d has = momentum_kg_m_s(simulation);
+  EXPECT_LT(has.y, -1e-4) << "it was pushed down";
+  EXPECT_LT(length(has - given), 1e-4 * length(has));
+  EXPECT_NEAR(simulation.snapshot().obstacles.at(0).positions_m.size(), 16 * 16 * 6 + 2, 1);
+}
+
+/// Keyframes and a program that sets the same poses give the same bits.
+TEST_P(MovingObstacle, FollowsKeyframesAsItFollowsAProgram) {
+  TACTUS_SKIP_WITHOUT_DEVICES(GetParam());
+  Scene held = ball_and_block(), keyed = ball_and_block();
+  keyed.obstacles[0].held = false;
+  keyed.obstacles[0].motion = {{0, {}, 0}, {0.5, {0.01, -0.05, 0}, 90}};
+  keyed.obstacles[0].axis = {0, 0, 1};
+  DeviceSet devices(GetParam());
+  Simulation a(devices, held, {}, {}), b(devices, keyed, {}, {});
+  for (int f = 0; f <= 25; ++f) {
+    b.step(nullptr, f > 0 ? kFrame_s : 0);
+    a.set_pose("ball", b.pose("ball"));
+    a.step(nullptr, f > 0 ? kFrame_s : 0);
+  }
+  EXPECT_EQ(a.bodies()[0]->positions_m(a.context()), b.bodies()[0]->positions_m(b.context()));
+  // A quarter of a turn in half a second, and 1 cm aside.
+  const Rigidd pose = b.pose("ball");
+  EXPECT_NEAR(pose.t.x, 0.01, 1e-12);
+  EXPECT_NEAR(pose.R(1, 0), 1, 1e-12);
+}
+
+/// A ball that comes at 5 m/s, 10 spacings a frame, throws the block: at least as fast as itself, and at most
+/// twice as fast, as a hard block from a heavy ball. (Its radius is two spacings. One of a single spacing
+/// goes through so fast: that is below what the lattice resolves.)
+TEST_P(MovingObstacle, ThrowsTheBlockAtFiveMetresASecond) {
+  TACTUS_SKIP_WITHOUT_DEVICES(GetParam());
+  Scene scene = ball_and_block();
+  scene.bodies[0].material.young_modulus_pa = 2e5;
+  scene.obstacles[0].radius_m = 0.02;
+  scene.obstacles[0].placement.position_m = {0, 0.045, 0};
+  DeviceSet devices(GetParam());
+  Simulation simulation(devices, scene, {}, {});
+  simulation.step(nullptr, 0);
+  for (int f = 1; f <= 4; ++f) {
+    simulation.set_pose("ball", {Mat3d::identity(), {0, 0.045 - 5 * kFrame_s * f, 0}});
+    simulation.step(nullptr, kFrame_s);
+  }
+  constexpr double kMass_kg = 0.064;  // of 1000 kg/m^3
+  const double speed_m_s = -momentum_kg_m_s(simulation).y / kMass_kg;
+  EXPECT_GT(speed_m_s, 5);
+  EXPECT_LT(speed_m_s, 10);
+  EXPECT_LT(simulation.bodies()[0]->motion().center_m.y, 0.045 - 5 * 4 * kFrame_s - 0.04);
+}
+
+TEST(HeldObstacle, RefusesWrongNamesAndPoses) {
+  Scene scene = ball_and_block();
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, {}, {});
+  const auto message = [&](const std::string& name, const Rigidd& pose) -> std::string {
+    try {
+      simulation.set_pose(name, pose);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message("bal", {}), "'bal' is no obstacle with 'held: true'; those are 'ball'");
+  Rigidd scaled{Mat3d::identity(), {}};
+  scaled.R(0, 0) = 2;
+  EXPECT_EQ(message("ball", scaled), "pose of obstacle 'ball': expected a finite position and a rotation");
+  EXPECT_EQ(message("ball", {Mat3d::identity(), {NAN, 0, 0}}),
+            "pose of obstacle 'ball': expected a finite position and a rotation");
+}
+
+}  // namespace
+}  // namespace tactus
