@@ -24,8 +24,10 @@ if grep -q 'ZMQ_LIBRARY:FILEPATH=/' "$build/CMakeCache.txt"; then
   "$scratch/own_camera/own_camera"
 fi
 
-# The whole loop needs what scenes, recordings and pictures need.
+# Scenes, recordings and pictures need more.
 use hello_loop
+use hello_touch
+(cd "$scratch" && hello_touch/hello_touch "$examples/../scenes/touch.yaml" >/dev/null && test -s touched.ply)
 (cd "$scratch" && hello_loop/hello_loop "$examples/../scenes/demo.yaml" | tail -1 | grep -q '^30 frames')
 
 # A component that doesn't exist, or one whose packages are missing, is said so.
