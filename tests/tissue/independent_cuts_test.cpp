@@ -240,7 +240,9 @@ std::string check_pieces(const StrokeBody& body, const std::vector<CutPlane>& pl
     if (std::any_of(planes.begin(), planes.end(),
                     [&](const CutPlane& plane) { return std::abs(plane.above(p)) < 1.8 * body.spacing(); }))
       continue;
-    const Index part = part_of_node[at(body.node_near(p))];
+    const Index node = body.node_near(p);
+    if (node < 0) continue;  // of the mesh, where it is thinner than floats tell
+    const Index part = part_of_node[at(node)];
     parts[count.piece(i)].insert(part);
     pieces[part].insert(count.piece(i));
   }

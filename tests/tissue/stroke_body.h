@@ -91,13 +91,13 @@ class StrokeBody {
   const TriangleMesh& surface_m() const { return surface_m_; }
   const cut::BodyCutter& cutter() const { return cutter_; }
   Vec3d node_m(Vec3d lattice) const { return vec_cast<double>(lattice_.origin_m) + spacing() * lattice; }
-  /// A node of the cube that holds a point of the body.
+  /// A node of the cube that holds a point; -1: none does.
   Index node_near(Vec3d p_m) const {
     const Vec3d p = (p_m - vec_cast<double>(lattice_.origin_m)) / spacing();
     const Index cube = cutter_.lattice().regular_at({static_cast<Index>(std::floor(p.x)),
                                                      static_cast<Index>(std::floor(p.y)),
                                                      static_cast<Index>(std::floor(p.z))});
-    return cutter_.lattice().lattice().cube_nodes[at(cube)][0];
+    return cube < 0 ? -1 : cutter_.lattice().lattice().cube_nodes[at(cube)][0];
   }
   Vec3d middle_m() const { return vec_cast<double>(bounds(surface_m_).center()); }
   /// Through all of the body.

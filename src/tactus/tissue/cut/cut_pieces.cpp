@@ -248,11 +248,15 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
       const auto [beside, segment] = d.edges[now][from];
       if (segment >= 0) {
         const std::size_t number = d.segments[index(segment)].other, split = s.walls[number].split;
-        const Side& side = *d.find_side(d.region_of[piece], static_cast<Index>(split));
+        // Pieces that are nearly lines may be of another region, which knows no side of this wall.
+        const Side* known = d.find_side(d.region_of[piece], static_cast<Index>(split));
+        const bool is_known = known != d.sides.end();
+        const Side side = is_known ? *known : Side{d.region_of[piece], static_cast<Index>(split), 0, true};
         double vote = side.vote;
-        if (side.is_both && steps == 0) vote = side_of(s, d, number, t[from], t[(from + 1) % 3]);
+        if (side.is_both && (steps == 0 || !is_known))
+          vote = side_of(s, d, number, t[from], t[(from + 1) % 3]);
         // Before the end of a wall both ways round are right as yet; later only the shorter one is.
-        if (side.is_both && steps > 0) vote = above_wall(s, number, middle_of(d.pieces[piece]));
+        if (side.is_both && steps > 0 && is_known) vote = above_wall(s, number, middle_of(d.pieces[piece]));
         return s.splits[split].split.part[vote > 0 ? 1 : 0];
       }
       if (beside < 0) break;
