@@ -1,6 +1,6 @@
 #pragma once
-/// What changes from frame to frame and from substep to substep. It lies on the device, so a recorded launch
-/// need not be recorded anew when it changes.
+/// Parameters that change from frame to frame and from substep to substep. They lie on the device, so a
+/// recorded launch need not be recorded anew when they change.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 
@@ -18,7 +18,7 @@ struct FrameParams {
   /// `done` + k.
   Index done = 0;
   Index settles = 0;  ///< 1: bodies come to rest, and time stands for all that moves and loads them
-  Index part = 0;  ///< of the frame, where it is run in parts: what is summed over a frame begins at part 0
+  Index part = 0;     ///< number of the part, where a frame runs in parts: sums over a frame begin at part 0
 };
 
 /// Step and gravity of a substep: as the host gave them or, with `frame`, as they are on the device when the
@@ -27,7 +27,7 @@ struct StepTime {
   float dt_s = 0;
   Vec3f gravity_m_s2;
   View<const FrameParams> frame = {};
-  View<const Index> stopped = {};          ///< (1) != 0: time stands still, and what would move stays
+  View<const Index> stopped = {};          ///< (1) != 0: time stands still, nothing moves
   View<const Vec3f> body_spin_rad_s = {};  ///< one; none: the body does not turn
   Index in_block = 0;                      ///< with `frame`: which substep of its block
   /// Velocities belong to the middle of substeps: from one middle to the next, forces act for the mean of

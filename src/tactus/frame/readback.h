@@ -1,5 +1,5 @@
 #pragma once
-/// What the host reads of a frame: one copy a device, into pinned memory.
+/// Records of a frame that the host reads: one copy per device, into pinned memory.
 #include <cstring>
 #include <type_traits>
 
@@ -8,8 +8,8 @@
 
 namespace tactus {
 
-/// Before the first frame, add() all that is to be read. In a frame, submit() after what writes it; once the
-/// devices were waited for, get().
+/// Before the first frame, add() all records to be read. In a frame, submit() after the kernels that write
+/// them. Once the devices were waited for, get().
 class Readback {
  public:
   explicit Readback(DeviceSet& devices)

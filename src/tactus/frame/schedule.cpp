@@ -118,7 +118,7 @@ void Schedule::add_edges_of(const Resource& resource, After& after) const {
   }
 }
 
-/// Of the stages that could come next, the one that was added first does.
+/// Where several stages could come next, the one that was added first does.
 void Schedule::order(Rate rate, const After& after) {
   Segment& ordered = segment(rate);
   ordered.groups.clear();
@@ -150,13 +150,13 @@ void Schedule::order(Rate rate, const After& after) {
   }
 }
 
-/// The other devices go on after what the first was given so far.
+/// The other devices wait for all work that the first was given so far.
 void Schedule::wait_for_first() {
   devices_.context(0).record(forked_[0]);
   for (int p = 1; p < devices_.count(); ++p) devices_.context(p).wait(forked_[0]);
 }
 
-/// The first device goes on after what the others were given so far.
+/// The first device waits for all work that the others were given so far.
 void Schedule::wait_for_all() {
   for (int p = 1; p < devices_.count(); ++p) {
     Event& event = forked_[static_cast<std::size_t>(p)];
@@ -232,7 +232,7 @@ void Schedule::record() {
     for (std::size_t b = 0; b < kBlocks; ++b)
       recording().blocks[b].record(devices_, [&] { submit_block(1 << b); });
   }
-  // What was recorded did not run, and what this frame leaves out has no times.
+  // To record a group is not to run it, and a group that this frame leaves out has no times.
   for (const Rate rate : kAllRates) {
     for (Group& group : segment(rate).groups) group.ran = false;
   }
@@ -307,7 +307,7 @@ void Schedule::run(const FrameParams& params, bool has_new_images) {
 void Schedule::finish(Timings& timings) {
   devices_.synchronize();
   tell_times(timings);
-  // What grows does so in the first frame with images, so all after it replay what is recorded here.
+  // Buffers grow in the first frame with images, so all later frames can replay this recording.
   if (devices_.is_cuda() && !recording().is_made && ran_with_images_ && !is_profiling(devices_)) record();
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The order of a frame, derived from what its stages read and write.
+/// The order of a frame, derived from the resources that its stages read and write.
 #include <array>
 #include <memory>
 
@@ -15,7 +15,7 @@ namespace tactus {
 /// them as recorded graphs on GPUs.
 ///
 ///   schedule.add(stage); ...        // solvers' stages, in any order
-///   schedule.close();               // @throws Error for what can't be ordered
+///   schedule.close();               // @throws Error for stages that can't be ordered
 ///   per frame: schedule.run(params, has_new_images); schedule.finish(timings);
 ///
 /// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
@@ -30,8 +30,8 @@ class Schedule {
 
   /// @throws Error when the name is taken, or the schedule closed.
   void add(Stage stage);
-  /// Puts the stages in order. @throws Error naming the stages of a cycle, or one that reads what nobody
-  /// writes.
+  /// Puts the stages in order. @throws Error naming the stages of a cycle, or one that reads a resource that
+  /// no stage writes.
   void close();
 
   /// Submits a frame; `params.substeps` is a multiple of unit(). Asynchronous.
@@ -49,7 +49,8 @@ class Schedule {
   /// @param choice 0: the first
   void select(std::size_t choice);
   const FrameOnDevices& frame() const { return frame_; }
-  /// The frame as a table: stages in order, rates, devices, what each reads and writes, who waits for whom.
+  /// The frame as a table: stages in order, rates, devices, resources that each stage reads and writes, and
+  /// waits across devices.
   std::string text() const;
 
  private:

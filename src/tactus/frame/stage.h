@@ -1,5 +1,5 @@
 #pragma once
-/// What solvers declare of the work they do in a frame. A Schedule (schedule.h) puts it in order.
+/// Stages: the work of a frame, as solvers declare it. A Schedule (schedule.h) puts them in order.
 #include <functional>
 #include <string>
 #include <vector>
@@ -11,8 +11,8 @@ using Resource = std::string;
 
 /// When a stage runs. Stages of one rate make one recording.
 enum class Rate {
-  upload,   ///< when new images came; never recorded, since what it copies from changes
-  capture,  ///< when new images came: what is made of them
+  upload,   ///< when new images came; never recorded, since its sources change
+  capture,  ///< when new images came: the reconstruction from them
   before,   ///< once before a frame's substeps, when it has any
   substep,  ///< in every substep, or in every `every`-th
   after,    ///< once after a frame's substeps, when it has any
@@ -35,11 +35,11 @@ struct Stage {
   std::string timed_as;  ///< the row of the report in which its time counts: "bodies"
   Rate rate = Rate::end;
   int every = 1;   ///< rate substep: it runs in substeps 0, every, 2 every, ...
-  int period = 1;  ///< rate substep: what it does repeats after so many substeps
+  int period = 1;  ///< rate substep: its submissions repeat after so many substeps
   StageDevices devices = StageDevices::first;
-  // Of one rate, stages run in this order for each resource: those that read what is left of the last frame
-  // or substep, those that write it, those that update it (in the order in which they were added), those
-  // that read it.
+  // Stages of one rate run in this order for each resource: those that read its value of the last frame or
+  // substep, those that write it, those that update it (in the order in which they were added), those that
+  // read it.
   std::vector<Resource> reads_last = {}, writes = {}, updates = {}, reads = {};
   std::function<void(BlockPlace)> submit;  ///< asynchronous; allocates nothing, reads nothing back
 };

@@ -1,5 +1,6 @@
 #pragma once
-/// What a run goes on from, as named blocks of bytes. One declaration of a state both writes and reads it.
+/// The state from which a run goes on, as named blocks of bytes. One declaration of a state both writes and
+/// reads it.
 #include <cstdint>
 #include <string>
 #include <type_traits>
@@ -13,11 +14,11 @@ namespace tactus {
 /// A file of blocks, each with a name and the bytes of plain values, in the order in which they were
 /// declared:
 ///
-///   "TACTUSCP", version (u32), length of what follows (u64), its FNV-1a hash (u64);
+///   "TACTUSCP", version (u32), length of all blocks (u64), their FNV-1a hash (u64);
 ///   per block: length of the name (u32), the name, number of bytes (u64), the bytes
 ///
-/// Numbers are little-endian. What is read must have the same blocks, each of the same length: nothing in the
-/// file decides how much memory is taken.
+/// Numbers are little-endian. A file that is read must have the same blocks, each of the same length: nothing
+/// in it decides how much memory is taken.
 ///
 ///   void archive(StateArchive& a) {      // of a class with state
 ///     a.value("clock", clock_s_);
@@ -29,7 +30,7 @@ class StateArchive {
   /// To be filled.
   StateArchive() = default;
   /// To be read. @param bytes of a file, as bytes() made them @param path for messages
-  /// @throws Error for what is no checkpoint, is cut short, was changed, or is of another version.
+  /// @throws Error when the file is no checkpoint, was cut short or changed, or is of another version.
   StateArchive(std::string bytes, std::string path);
 
   bool reads() const { return reads_; }
@@ -59,11 +60,11 @@ class StateArchive {
     ctx.upload(host, b.view());
     ctx.synchronize();
   }
-  /// What was read must be so: it is used as an index. @throws Error.
+  /// Checks a value that was read and is used as an index. @throws Error when it is not `ok`.
   void check(bool ok, const char* name) const;
   /// Nothing may follow. @throws Error.
   void finish() const;
-  /// Of the whole file.
+  /// The whole file: header and blocks.
   std::string bytes() const { return with_header(payload_); }
   static std::string with_header(const std::string& blocks);
 
