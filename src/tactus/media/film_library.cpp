@@ -58,7 +58,7 @@ FilmLibrary::FilmLibrary() {
   TACTUS_FIND(scale, sws_scale);
   TACTUS_FIND(scale, sws_freeContext);
 #undef TACTUS_FIND
-  // What FFmpeg prints about damaged files would stand beside our own message.
+  // FFmpeg's messages about damaged files would stand beside our own.
   if (missing.empty()) av_log_set_level(AV_LOG_QUIET);
 }
 

@@ -49,7 +49,7 @@ struct FilmLibrary {
   static void load_devices();
 };
 
-/// Loads it at the first call. @throws Error saying what to install.
+/// Loads the libraries at the first call. @throws Error naming the packages to install.
 const FilmLibrary& film_library();
 
 }  // namespace tactus

@@ -16,7 +16,7 @@ struct FilmFrame {
 
 class FilmReader {
  public:
-  /// What a camera is asked for.
+  /// Size and rate that a camera is asked for.
   struct Device {
     int width_px = 0, height_px = 0;
     double fps = 30;
@@ -52,7 +52,7 @@ class FilmReader {
   std::unique_ptr<State> state_;
 };
 
-/// "" or what is missing and what for.
+/// "" or the missing library and its consequence: "...: no films are read".
 std::string films_missing();
 
 }  // namespace tactus

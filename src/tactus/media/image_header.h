@@ -1,5 +1,5 @@
 #pragma once
-/// What an image file says of its size, read before a decoder takes memory for it.
+/// The size that an image file's header states, read before a decoder takes memory for the image.
 #include <cstdint>
 #include <optional>
 #include <string_view>

@@ -72,7 +72,7 @@ void Mp4Muxer::add(const H264Frame& frame) {
 /// Describes the samples: their coding, times, sizes and place.
 std::string Mp4Muxer::sample_boxes() const {
   std::string avcc = number(1, 1);
-  avcc += text_of(sps_).substr(1, 3);  // profile, what it keeps to, level
+  avcc += text_of(sps_).substr(1, 3);  // profile, compatibility, level
   avcc += number(0xFF, 1) + number(0xE1, 1) + u16(sps_.size()) + text_of(sps_) + number(1, 1) +
           u16(pps_.size()) + text_of(pps_);
   const std::string entry =
