@@ -95,7 +95,7 @@ std::vector<SpreadPoint> spread_points(const TriangleMesh& mesh, float spacing_m
 
 std::vector<EmbeddedPoint> embed_points(const CubeLattice& lattice, std::span<const SpreadPoint> points,
                                         std::span<const Index> cube_of, std::span<const Vec3f> local_of) {
-  constexpr float kNone = 1e-5F;  // what counts for less is left out: its node would be searched for nothing
+  constexpr float kNone = 1e-5F;  // smaller weights are left out: their nodes would be searched for nothing
   std::vector<EmbeddedPoint> embedded(points.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
     const Vec3f q = local_of[p];

@@ -40,7 +40,7 @@ inline Projection projection(const Camera& camera) {
   const Mat3d K = camera.intrinsics();
   return {K * camera.T_cam_world.R, K * camera.T_cam_world.t};
 }
-/// Fills what kernels know of a camera: `row` and `offset` of its projection, and its size. Points have their
+/// Fills a camera as kernels hold it: `row` and `offset` of its projection, and its size. Points have their
 /// origin at `origin_m` of the world and come in units of `unit_m`.
 template <class DeviceCamera>
 void set_projection(DeviceCamera& to, const Camera& camera, Vec3d origin_m = {}, double unit_m = 1) {

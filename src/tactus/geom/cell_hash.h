@@ -13,7 +13,8 @@ enum class CellIds : Index { linear, morton };
 /// lattice. P and Q are chosen so that no lattice vector fits into a small box of any shape, so a drop, a
 /// thin sheet and a column all spread over the table without sharing. Cells along x follow one another.
 ///
-/// Of cells that share a number all particles are visited; the test of distances drops what is far.
+/// Where cells share a number, the particles of all of them are visited; the test of distances drops those
+/// that are far.
 struct CellHash {
   static constexpr std::uint32_t kRowStep = 14355429, kLayerStep = 9650833;  // P, Q
   static constexpr int kBrickBits = 2;   ///< of Morton numbers: a brick is 4x4x4 cells
@@ -29,7 +30,7 @@ struct CellHash {
     while (size < particles - particles / 4) size *= 2;
     return size;
   }
-  /// False for NaN, infinity, and what is too far for integer cells.
+  /// False for NaN, infinity, and points too far away for integer cells.
   TACTUS_HD bool holds(Vec3f p_m) const {
     const float limit = 1e9F;
     return tactus::abs(p_m.x * inverse_cell_1_m) < limit && tactus::abs(p_m.y * inverse_cell_1_m) < limit &&

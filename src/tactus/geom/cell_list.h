@@ -3,8 +3,8 @@
 /// samples of a surface are. Particles that are one another's neighbours: neighbour_search.h.
 ///
 /// Cells wrap around: a cell's slot in the table is its integer coordinates modulo 2^bits per axis. So space
-/// is unbounded, the table is small, no two of the 27 cells around a point share a slot, and what a far cell
-/// brings into a slot is dropped by the caller's distance test.
+/// is unbounded, the table is small, and no two of the 27 cells around a point share a slot. The caller's
+/// distance test drops the particles that a far cell brings into a slot.
 #include "tactus/compute/buffer.h"
 #include "tactus/compute/exec_context.h"
 #include "tactus/geom/cell_list_kernels.h"
@@ -12,9 +12,9 @@
 
 namespace tactus {
 
-/// What kernels read: `ranges.for_each_slot(p, f)` visits the slots of every particle in the 27 cells around
-/// p (a superset of those within cell_m; the caller tests distances), in an order that is the same on every
-/// device: cells by z, y, x, particles of one cell by number.
+/// A cell list as kernels read it: `ranges.for_each_slot(p, f)` visits the slots of every particle in the 27
+/// cells around p (a superset of those within cell_m; the caller tests distances), in an order that is the
+/// same on every device: cells by z, y, x, particles of one cell by number.
 struct CellListView {
   CellRanges ranges;
   View<const Index> order;  ///< slot -> particle
@@ -33,7 +33,7 @@ class CellList {
 
   Index max_particles() const { return order_.size(); }
   const CellGrid& grid() const { return grid_; }
-  /// Of the builds from now on, > 0.
+  /// Edge of a cell [m] in the builds from now on, > 0.
   void set_cell_m(float cell_m) { grid_.inverse_cell_1_m = 1 / cell_m; }
   CellListView view() const;
   /// Cell of each of the first `count` slots, ascending; grid().cell_count() for those that are in no cell.

@@ -1,5 +1,5 @@
 #pragma once
-/// Kernels of the cell list, and what queries need.
+/// Kernels of the cell list, and the cells and ranges that queries read.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 
@@ -10,7 +10,7 @@ struct CellGrid {
   float inverse_cell_1_m = 1;
   int bits = 5;
   TACTUS_HD constexpr Index cell_count() const { return Index(1) << (3 * bits); }
-  /// False for NaN, infinity, and what is too far for integer cells.
+  /// False for NaN, infinity, and points too far away for integer cells.
   TACTUS_HD bool holds(Vec3f p_m) const {
     const float limit = 1e9F;
     return tactus::abs(p_m.x * inverse_cell_1_m) < limit && tactus::abs(p_m.y * inverse_cell_1_m) < limit &&

@@ -44,7 +44,7 @@ struct CountInCells {
   }
 };
 
-/// Of unbounded space; what has no position has no cell.
+/// Cell numbers in unbounded space. Positions that the hash does not hold have no cell.
 struct HashedNumbers {
   CellHash hash;
   View<const Index> table_size;
@@ -53,7 +53,7 @@ struct HashedNumbers {
   }
 };
 
-/// Of a table of fixed size; what has no position is in one cell more.
+/// Cell numbers in a table of fixed size. Positions that the grid does not hold go into one cell more.
 struct WrappedNumbers {
   CellGrid grid;
   TACTUS_HD std::uint32_t number(Vec3f p_m) const {

@@ -121,7 +121,8 @@ bool triangle_touches_box(Vec3d a, Vec3d b, Vec3d c, double half) {
 }
 
 void mark_surface(CubeGrid& grid, const TriangleMesh& mesh) {
-  // A face that lies on a grid plane makes solid what it bounds, and not what is on its other side.
+  // Cubes are tested smaller by this margin, so a face on a grid plane touches none. Those that it bounds
+  // become solid by their centres (fill_each), those on its other side don't.
   constexpr double kMargin = 1e-4;
   const double half = 0.5 * grid.h;
   for (const auto& t : mesh.triangles) {
@@ -161,7 +162,7 @@ void fill_each(CubeGrid& grid, const PointInMesh& query) {
 
 /// Fills from the signed distances of the nodes to the surface (positive outside), trilinear in between.
 void fill_by_distance(CubeLattice& lattice, const std::vector<float>& node_distance_m) {
-  constexpr float kSmallestFill = 1.F / 16;  // of what the surface only grazes
+  constexpr float kSmallestFill = 1.F / 16;  // of a cube that the surface only grazes
   constexpr int kSamples = 4;                // along each edge
   lattice.cube_fill.assign(lattice.cubes.size(), 1);
   for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
@@ -366,7 +367,7 @@ std::vector<VoxelLabel> labels_of_cubes(const CubeLattice& lattice, const LabelV
       const VoxelLabel label = volume.at(p);
       if (is_solid[label] != 0) *end++ = label;
     }
-    // Of those that are as many, the smallest number.
+    // Among labels that are as frequent, the smallest number wins.
     std::sort(seen.begin(), end);
     VoxelLabel best = 0;
     std::ptrdiff_t most = 0;

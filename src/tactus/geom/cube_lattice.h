@@ -42,7 +42,8 @@ struct CubeLattice {
   std::vector<Vec3i> cubes;                      ///< coordinates of corner 0
   std::vector<std::array<Index, 8>> cube_nodes;  ///< corner q is at cubes[c] + (q & 1, q >> 1 & 1, q >> 2)
   /// Mass and stiffness of each cube over those of a solid one; 0: no cube; empty: 1. Cubes below the surface
-  /// carry some of what cut neighbours hold (cube_parts.h), so some have more than 1. The sum is the volume.
+  /// carry part of the fill of neighbours at the surface (cube_parts.h), so some have more than 1. The sum is
+  /// the volume.
   std::vector<float> cube_fill;
   std::vector<float> cube_mass_kg;
   std::vector<float> node_mass_kg;   ///< an eighth of every adjacent cube
@@ -50,7 +51,7 @@ struct CubeLattice {
   std::vector<CubeCopy> copies;      ///< the last cubes
   std::vector<Index> virtual_nodes;  ///< the last nodes: per node the regular one it was split from; -1: room
 
-  /// Of regular ones; those of the patch follow.
+  /// Numbers of regular nodes and cubes; those of the patch follow.
   Index regular_nodes() const { return node_count() - static_cast<Index>(virtual_nodes.size()); }
   Index regular_cubes() const { return cube_count() - static_cast<Index>(copies.size()); }
   bool has_cube(std::size_t cube) const { return cube_fill.empty() || cube_fill[cube] > 0; }
@@ -100,8 +101,8 @@ CubeLattice lattice_from_sdf(const std::function<float(Vec3f)>& distance_m, cons
 CubeLattice lattice_from_labels(const LabelVolume& volume, const std::set<VoxelLabel>& solid,
                                 const LatticeOptions& options);
 
-/// Per cube the label in `solid` that fills most of it, by 4^3 samples; of those cubes that hold none, what
-/// lies round them. `to_volume` takes lattice coordinates to the volume's.
+/// Per cube the label in `solid` that fills most of it, by 4^3 samples. Cubes that hold none take it from
+/// their surroundings, up to 8 spacings across. `to_volume` takes lattice coordinates to the volume's.
 /// @throws Error when none is near a cube.
 std::vector<VoxelLabel> labels_of_cubes(const CubeLattice& lattice, const LabelVolume& volume,
                                         const std::set<VoxelLabel>& solid,

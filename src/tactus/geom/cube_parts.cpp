@@ -21,7 +21,7 @@ struct Polygon {
   void add(Vec3d q) { p[n++] = q; }
 };
 
-/// What lies below and above a plane across an axis. Corners on it belong to both.
+/// The parts of a polygon below and above a plane across an axis. Corners on the plane belong to both.
 std::pair<Polygon, Polygon> split(const Polygon& whole, int axis, double plane) {
   std::pair<Polygon, Polygon> parts;
   auto& [below, above] = parts;
@@ -39,8 +39,8 @@ std::pair<Polygon, Polygon> split(const Polygon& whole, int axis, double plane) 
   return parts;
 }
 
-/// Calls use(k, part) for what lies between plane k and k + 1 of an axis, k in 0..count-1. The outermost
-/// parts take what rounding has put outside.
+/// Calls use(k, part) for the part of a polygon between planes k and k + 1 of an axis, k in 0..count-1. The
+/// outermost parts include corners that rounding has put outside.
 template <class F>
 void for_slices(Polygon rest, int axis, Index count, F&& use) {
   double low = rest.p[0][axis], high = low;
@@ -125,7 +125,7 @@ LayerLists list_layers(const Surface& surface, Index layers) {
   return lists;
 }
 
-/// A row's sums, from its far end: what a cube has of the pieces in it, and all of those beyond.
+/// Sums up a row from its far end: each cube has the integrals of the pieces in it and of all pieces beyond.
 void finish_row(Integrals* row, Vec3i first, Index count, std::uint8_t* full,
                 std::vector<CubePart>& partial) {
   constexpr double kAll = 1 - 1e-7, kNothing = 1e-9;

@@ -31,8 +31,8 @@ struct CubeParts {
   std::vector<CubePart> partial;   ///< in ascending (z, y, x) order
 };
 
-/// Volumes and centroids by the divergence theorem: a piece of surface in a cube encloses what lies behind it
-/// along x,
+/// Volumes and centroids by the divergence theorem: a piece of surface in a cube encloses the space behind
+/// it along x,
 ///   V = integral over the surface of clamp(X - x_cube, 0, 1) n_x dA,
 /// in the rows of the cube along x. Triangles are clipped at the faces of cubes, and the integrands are of
 /// second degree, which the mean over the midpoints of a triangle's edges integrates exactly. So the volumes

@@ -1,5 +1,5 @@
 #pragma once
-/// What each built-in figure is made of; used by figures.cpp only.
+/// The parts of each built-in figure; used by figures.cpp only.
 #include "tactus/geom/figures.h"
 
 namespace tactus {

@@ -103,7 +103,7 @@ struct FigureOptions {
   Vec3f offset_m{};
 };
 
-/// What a figure is made of, in the frames of its bones; filled by the builders.
+/// The parts of a figure, in the frames of its bones; filled by the builders.
 struct FigureParts {
   struct Cone {
     int bone;

@@ -10,7 +10,7 @@ namespace tactus {
 using HeldAxes = std::uint8_t;
 inline constexpr HeldAxes kAllAxes = 7;
 
-/// What is left of a node's motion.
+/// A node's motion without its components along held axes.
 TACTUS_HD inline Vec3f free_part(Vec3f v, Index held) {
   return {(held & 1) != 0 ? 0.F : v.x, (held & 2) != 0 ? 0.F : v.y, (held & 4) != 0 ? 0.F : v.z};
 }

@@ -15,7 +15,8 @@ struct IndexRange {
 };
 
 /// Many short lists, on the host and on a device. A list that changes goes behind the others; where that has
-/// no room, all are packed first. So a change costs what it changes, and no view changes.
+/// no room, all are packed first. So the cost of a change follows the length of its list, and no view
+/// changes.
 class IndexLists {
  public:
   IndexLists() = default;
@@ -53,7 +54,8 @@ class IndexLists {
     values_.insert(values_.end(), values.begin(), values.end());
     changed_.push_back(list);
   }
-  /// What was set since the last time. The lists must not change until the context was waited for.
+  /// Uploads the lists that were set since the last upload. Lists must not change until the context was
+  /// waited for.
   void upload(ExecContext& ctx) {
     if (changed_.empty()) return;
     ctx.upload(std::span(values_).subspan(at(uploaded_)),
@@ -75,7 +77,7 @@ class IndexLists {
   }
 
   Index count() const { return static_cast<Index>(ranges_.size()); }
-  /// Of values that there is room for.
+  /// Number of values that there is room for.
   Index room() const { return device_values_.size(); }
   View<const IndexRange> ranges() const { return device_ranges_.const_view(); }
   View<const Index> values() const { return device_values_.const_view(); }

@@ -53,7 +53,7 @@ std::vector<std::uint8_t> components(Vec3i cube, const EdgeIsCut& is_cut) {
   return found;
 }
 
-/// Faces and edges of cubes, and who has them. Corners of a face: at, and one or two steps away.
+/// Faces and edges of cubes, and the cubes that have them. Corners of a face: at, and one or two steps away.
 struct Side {
   Index cube = 0;  ///< of cubes and copies
   int corner[4] = {};
@@ -93,7 +93,7 @@ class CopyNodes {
       if ((corners >> q & 1U) == 0) node[q] = sets_.add();
     entries_.push_back({cube, corners, node});
   }
-  /// Joins what faces and edges share.
+  /// Joins the nodes of shared faces and edges.
   void join() {
     Sides sides;
     for (std::size_t e = 0; e < entries_.size(); ++e)

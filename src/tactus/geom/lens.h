@@ -1,5 +1,5 @@
 #pragma once
-/// Lenses: what bends a ray between the scene and the sensor. The formulas of distortion are in lens_maths.h.
+/// Lenses: they bend rays between the scene and the sensor. The formulas of distortion are in lens_maths.h.
 #include <array>
 #include <optional>
 #include <span>
@@ -31,7 +31,7 @@ enum class LensModel : std::uint8_t { none, brown, fisheye, omni, eucm, double_s
 ///    (x', y') = (1 + xi) (x, y) / (alpha sqrt(r^2 + w^2) + (1 - alpha) w)
 struct Lens {
   LensModel model = LensModel::none;
-  std::array<double, 14> k{};  ///< coefficients in the order above; what a model doesn't use is 0
+  std::array<double, 14> k{};  ///< coefficients in the order above; unused ones are 0
 
   Vec2d distort(Vec2d ideal) const;
   /// The ideal coordinates of distorted ones, to 1e-12; none where the lens has no inverse (beyond `limit`).
@@ -42,7 +42,7 @@ struct Lens {
   friend bool operator==(const Lens&, const Lens&) = default;
 };
 
-/// @throws Error naming model, count and what is possible: brown 0 (then none), 2, 4, 5, 8, 12 or 14; fisheye
+/// @throws Error naming model, count and possible counts: brown 0 (then none), 2, 4, 5, 8, 12 or 14; fisheye
 /// 4; omni 5; eucm and double_sphere 2; or a coefficient that is not finite or out of its range.
 Lens make_lens(LensModel model, std::span<const double> coefficients);
 /// As many coefficients as say it all: brown 4, 5, 8, 12 or 14, the others as make_lens.
@@ -59,13 +59,13 @@ struct CalibratedCamera {
 
 /// Where the photo shows a point: through the lens. z_m <= 0 is behind the camera.
 Pixel project(const CalibratedCamera& calibrated, Vec3d p_world);
-/// Pixel of the photo that shows what a pinhole of the same pose shows at `pinhole_px`; none beyond the
-/// lens's `limit` (handed in, as it costs a search).
+/// Pixel of the photo that shows the same ray as pixel `pinhole_px` of a pinhole of the same pose; none
+/// beyond the lens's `limit` (handed in, as it costs a search).
 std::optional<Vec2d> photo_pixel(const CalibratedCamera& calibrated, const Camera& pinhole, Vec2d pinhole_px,
                                  double lens_limit);
 /// The pinhole whose picture the photo fills: K of the calibration, cut to the largest rectangle of whole
-/// pixels that found the photo behind every one (a pincushion lens leaves the corners empty, and what nobody
-/// saw must not carve).
+/// pixels that found the photo behind every one (a pincushion lens leaves the corners empty, and unseen
+/// pixels must not carve).
 /// @throws Error naming the camera when no such rectangle is left.
 Camera undistorted_camera(const CalibratedCamera& calibrated);
 

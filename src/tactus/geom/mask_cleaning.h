@@ -7,7 +7,7 @@
 namespace tactus {
 
 struct MaskCleaning {
-  int open_px = 0;          ///< radius of the disc: what is thinner than it goes
+  int open_px = 0;          ///< radius of the disc: parts thinner than it go
   int close_px = 0;         ///< radius: gaps that are narrower are closed
   int largest_hole_px = 0;  ///< smaller holes are filled [pixels]; 0: none
   /// Parts smaller than this share of the largest go; 1: only the largest stays.
@@ -22,9 +22,9 @@ class MaskCleaner {
   /// the border (joined over edges).
   void clean(BitMask& mask, const MaskCleaning& how);
 
-  /// Sets every pixel within a disc of this radius of a set one. What lies beyond the image is clear.
+  /// Sets every pixel within a disc of this radius of a set one. Pixels beyond the image are clear.
   void dilate(BitMask& mask, int radius_px);
-  /// Clears every pixel within a disc of this radius of a clear one. What lies beyond the image is set.
+  /// Clears every pixel within a disc of this radius of a clear one. Pixels beyond the image are set.
   void erode(BitMask& mask, int radius_px);
   void keep_parts(BitMask& mask, double least_part);
   void fill_holes(BitMask& mask, int largest_hole_px);

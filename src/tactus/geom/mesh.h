@@ -1,5 +1,5 @@
 #pragma once
-/// Triangle meshes on the host and what can be measured on them.
+/// Triangle meshes on the host, and their topology, volume, area and bounds.
 #include <array>
 #include <cstdint>
 #include <vector>

@@ -163,7 +163,7 @@ SelfCrossings find_self_crossings(const TriangleMesh& mesh) {
         if (a == b || mesh.positions_m[at(a)] == mesh.positions_m[at(b)]) return true;
     return false;
   };
-  // Pairs are looked for in columns along x, in the one that holds the low corner of what their boxes share.
+  // Pairs are looked for in columns along x, in the one that holds the low corner of their boxes' overlap.
   Columns columns(box, bounds(mesh));
   SelfCrossings found;
   for (Index column = 0; column < columns.count(); ++column) {

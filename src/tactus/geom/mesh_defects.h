@@ -33,7 +33,7 @@ struct SelfCrossings {
 };
 SelfCrossings find_self_crossings(const TriangleMesh& mesh);
 
-/// @throws Error when the mesh has no triangles, indices out of range or NaN; `what` names it.
+/// @throws Error naming the mesh when it has no triangles, indices out of range or NaN.
 void check_finite(const TriangleMesh& mesh, const char* what);
 /// The same, and when it does not bound a solid: how many edges, where.
 void check_closed(const TriangleMesh& mesh, const char* what);

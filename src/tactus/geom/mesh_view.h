@@ -1,5 +1,5 @@
 #pragma once
-/// A triangle mesh in a device's memory, as those who make surfaces hand it to those who use them.
+/// A triangle mesh in a device's memory, as makers of surfaces hand it to their users.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The surfaces that are near particles: what is solid tells, what is liquid asks.
+/// The surfaces that are near particles: solids list them, liquids read them.
 #include "tactus/base/vec.h"
 #include "tactus/compute/view.h"
 #include "tactus/compute/wide_load.h"
@@ -7,7 +7,7 @@
 namespace tactus {
 
 /// A surface near a particle: its plane there, as the particle sees it. Where it ends at an edge, the plane
-/// beyond the edge is listed, too: solid is only what is behind both.
+/// beyond the edge is listed, too: only the space behind both is solid.
 struct alignas(16) NearWall {
   static constexpr Index kBeside = 2;
   Vec3f n;               ///< unit, from the wall to the liquid
@@ -17,8 +17,8 @@ struct alignas(16) NearWall {
   float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
   Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
   Index side = 0;       ///< of an owner's surface: 0 is nearest, 1 across from it, kBeside ends the nearest
-  float slope_1_m = 0;  ///< of the liquid: how fast the wall fills what is near it, minus the slope along n
-  float share = 1;      ///< of the liquid: of what is behind the plane, how much counts
+  float slope_1_m = 0;  ///< set by the liquid: minus the slope of the wall's fill along n
+  float share = 1;      ///< set by the liquid: share of the space behind the plane that counts
   TACTUS_HD bool is_beside() const { return side == kBeside; }
   /// The larger, the sooner it may be left out.
   TACTUS_HD float needless_m() const { return is_beside() ? 1e30F : distance_m; }
@@ -48,14 +48,14 @@ struct NearWalls {
   View<Index> count;
   View<NearWall> walls;  ///< kNearWalls each
   TACTUS_HD NearWall& at(Index i, Index k) const { return walls[kNearWalls * i + k]; }
-  /// For who needs most of it.
+  /// For kernels that need most fields of a wall.
   TACTUS_HD NearWall read(Index i, Index k) const { return load_wide(at(i, k)); }
   /// Cosine of the angle below which two planes are one. Walls press within a spacing; there, planes at that
   /// angle are no farther from each other than a quarter of it, which is as near as particles get to walls.
   static constexpr float kSamePlane = 0.968F;
-  /// Of planes that face the same way the nearest counts: it is in front of the others. Of those that are
-  /// equally near, but for rounding, the newest. Where there are too many walls, one that is beside another
-  /// is dropped, or the farthest.
+  /// Among planes that face the same way the nearest counts: it is in front of the others. Where several are
+  /// equally near, but for rounding, the newest counts. Where there are too many walls, one that is beside
+  /// another is dropped, or the farthest.
   TACTUS_HD void add(Index i, const NearWall& wall) const { add(*this, i, wall); }
   /// Where there are kNearWalls, none of them in the same plane.
   TACTUS_HD void add_to_full(Index i, const NearWall& wall) const { add_to_full(*this, i, wall); }

@@ -1,5 +1,5 @@
 #pragma once
-/// What kernels see of a neighbour search.
+/// A neighbour search as kernels see it.
 #include "tactus/geom/cell_hash.h"
 
 namespace tactus {
@@ -19,7 +19,7 @@ struct SlotRun {
 };
 
 /// Particles sorted by cells; within a cell by id. Particle `slot` of the search was number `order[slot]` of
-/// what was given to it.
+/// the particles given to it.
 struct NeighbourCells {
   CellHash hash;
   View<const Index> table_size, placed;  ///< (1) each; placed: number of slots in use

@@ -31,8 +31,8 @@ class NeighbourSearch {
 
   /// Sorts the first `count` particles. Those whose position is not finite get no slot: see placed().
   /// @param id unique among them; empty: a particle's number
-  /// @param first_copy (1) particles given from that number on are copies of what others have: they are
-  /// found, but visit_listing and visit_listed leave them out. Empty: none are
+  /// @param first_copy (1) particles given from that number on are copies of other devices' particles: they
+  /// are found, but visit_listing and visit_listed leave them out. Empty: none are
   /// @throws Error when there are more than room.
   void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count,
              View<const Index> first_copy = {});
@@ -41,7 +41,7 @@ class NeighbourSearch {
   float reach_m() const { return reach_m_; }
   /// Particles with a slot: 0 .. placed - 1.
   Count placed() const { return Count(placed_.const_view(), max_particles()); }
-  /// What kernels get.
+  /// The view of the search for kernels.
   NeighbourCells cells() const;
 
   /// One field in the order of the search: out[slot] = in[order[slot]].
@@ -72,7 +72,7 @@ class NeighbourSearch {
   void visit(ExecContext& ctx, const char* name, const Pair& pair) const {
     visit(ctx, name, *this, pair);
   }
-  /// As visit, and lists what is near, for the visits that follow until the next build.
+  /// As visit, and lists neighbours for the visits that follow until the next build.
   template <class Pair>
   void visit_listing(ExecContext& ctx, const char* name, const Pair& pair, const NearLists& lists) const {
     ctx.parallel_for(

@@ -5,8 +5,8 @@
 
 namespace tactus {
 
-/// What a visit found near, for the visits that follow while nothing moves. On a GPU there is one list a
-/// particle; on a CPU, one for the eight that are visited together. Where a list has no room cells are
+/// Neighbours that a visit found, for the visits that follow while nothing moves. On a GPU there is one list
+/// a particle; on a CPU, one for the eight that are visited together. Where a list has no room cells are
 /// searched again, so sums don't depend on the room.
 struct NearLists {
   static constexpr Index kRoom = 64;  ///< a particle
@@ -21,23 +21,24 @@ struct NearLists {
 enum class ListUse : Index { none, write, read };
 
 /// Visits, for every particle of `of`, all particles of `among` within reach: a block kernel, launched with
-/// NeighbourSearch::groups(). `Pair` says what is done:
+/// NeighbourSearch::groups(). `Pair` defines the sums:
 ///
 ///   struct Density {                                        // rho_i = sum_j m W(x_ij)
 ///     template <int kLanes> struct Own { float rho[kLanes]; };          // one place for each of several i
-///     template <int kLanes> void begin(Own<kLanes>& own, int t, Index i) const;  // particle i becomes lane
-///     t template <int kLanes> void add(Own<kLanes>& own, int t, Index j, Vec3f d_m, float r2_m2, bool near)
-///     const; template <int kLanes> void end(const Own<kLanes>& own, int t, Index i) const;
+///     template <int kLanes> void begin(Own<kLanes>& own, int t, Index i) const;  // particle i is lane t
+///     template <int kLanes>
+///     void add(Own<kLanes>& own, int t, Index j, Vec3f d_m, float r2_m2, bool near) const;
+///     template <int kLanes> void end(const Own<kLanes>& own, int t, Index i) const;
 ///   };
 ///
-/// With `static constexpr bool kNearOnly = true`, add is called for what is near alone: for work that a loop
-/// over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed neighbours
-/// at once instead of eight: for work that needs the registers itself.
+/// With `static constexpr bool kNearOnly = true`, add is called for neighbours in reach alone: for work that
+/// a loop over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed
+/// neighbours at once instead of eight: for work that needs the registers itself.
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
-/// for what is not near (but finite), and must add exactly nothing then (select a zero: on a CPU, it runs for
-/// eight i at once). The order of the sums is that of NeighbourCells: the same bits on every device. A Pair
-/// may have load(), as kernels have.
+/// for a j out of reach (at a finite distance), and must add exactly nothing then (select a zero: on a CPU,
+/// it runs for eight i at once). The order of the sums is that of NeighbourCells: the same bits on every
+/// device. A Pair may have load(), as kernels have.
 template <class Pair, ListUse kUse = ListUse::none>
 struct VisitNeighbours {
   static constexpr int kThreads = kVisitLanes;
@@ -155,7 +156,7 @@ struct VisitNeighbours {
     }
   }
 
-  /// What is out of one lane's reach adds nothing there.
+  /// A particle out of one lane's reach adds nothing there.
   TACTUS_HD void visit_together(Index first, int lanes) const {
     Own8 own;
     Lanes at;
@@ -211,7 +212,7 @@ struct VisitNeighbours {
     return row;
   }
   /// A list of lanes that are visited together has for each row {first lane, last lane, end} before the slots
-  /// of what is near the box of these lanes.
+  /// of the particles near the box of these lanes.
   static constexpr Index kHead = 3;
   TACTUS_HD void write_row(const Row& row, const Lanes& at, View<Index> list, Index& listed) const {
     if (listed == NearLists::kFull) return;

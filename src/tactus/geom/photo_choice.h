@@ -22,9 +22,9 @@ struct PhotoChoice {
   static constexpr float kOutlineWeight =
       0.001F;                                 ///< f_j near the body's outline: a photo shows the wall, too
   static constexpr float kEpsilon = 0.01F;    ///< ε: cameras within 8 degrees are about equally good
-  static constexpr float kBiasVoxels = 0.5F;  ///< what is that much nearer hides
+  static constexpr float kBiasVoxels = 0.5F;  ///< a surface that much nearer hides the point
 
-  /// Pixels of a texel of a camera's map of what hides: a voxel in the middle of the workspace, at least 4
+  /// Pixels of a texel of a camera's map of occluders: a voxel in the middle of the workspace, at least 4
   /// (as far from the outline of a real body photos mix in the wall). Nearer ones look larger, up to 1.5
   /// texels at two thirds of that distance, and a map of vertices, once widened, still has no holes.
   static float texel_px(const Camera& camera, float voxel_size_m, Vec3f center_m) {

@@ -1,15 +1,16 @@
 #pragma once
-/// What places and cameras may be, so that no sum or product of them leaves single precision.
+/// Limits of places and cameras, so that no sum or product of them leaves single precision.
 #include <cmath>
 
 namespace tactus {
 
-/// Of positions of cameras and corners of workspaces [m]; bodies that are farther from the origin count as
-/// diverged long before.
+/// Largest coordinate of a camera's translation or a workspace's corner [m]; bodies that are farther from the
+/// origin count as diverged long before.
 inline constexpr double kMostPlace_m = 1e6;
-/// Of a workspace's sides [m].
+/// Shortest side of a workspace [m].
 inline constexpr double kLeastSide_m = 1e-5;
-/// Of focal lengths, principal points and skews [px]. The longest lens before the smallest pixels has 1e7.
+/// Largest focal length, principal point and skew, and smallest focal length [px]. The longest lens before
+/// the smallest pixels has 1e7.
 inline constexpr double kMostFocal_px = 1e8, kLeastFocal_px = 1e-3;
 
 /// Whether a box can be a workspace's: NaN can't.
@@ -22,7 +23,7 @@ bool is_workspace(const Box& box) {
   }
   return ok;
 }
-/// What a message expects.
+/// The same limits in the words of messages.
 inline constexpr const char* kWorkspaceRange =
     "expected corners within 1e6 m of the origin and sides of at least 1e-5 m";
 

@@ -62,7 +62,7 @@ class EarClipper {
         ++tried;
         continue;
       }
-      // Nothing is an ear of what crosses itself or has no area: any corner goes then.
+      // A polygon that crosses itself or has no area may have no ear: any corner goes then.
       triangles.push_back({before_[at(i)], i, next_[at(i)]});
       const Index before = before_[at(i)], next = next_[at(i)];
       next_[at(before)] = next;

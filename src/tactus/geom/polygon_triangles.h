@@ -13,7 +13,7 @@ namespace tactus {
 /// fan around corner 0 folds nowhere becomes that fan; others are clipped ear by ear (Meisters 1975). Corners
 /// may repeat (a hole that is joined to the outline by a slit) and lie a little off a plane. A polygon that
 /// crosses itself also becomes n - 2 triangles that its edges bound.
-/// @param tests how many tests of a corner against an ear may be made; what was made is subtracted
+/// @param tests how many tests of a corner against an ear may be made; those made are subtracted
 /// @return false when `tests` did not suffice: nothing was appended
 bool triangulate_polygon(std::span<const Vec3d> corners, std::int64_t& tests,
                          std::vector<std::array<Index, 3>>& triangles);

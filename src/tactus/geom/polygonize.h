@@ -1,5 +1,5 @@
 #pragma once
-/// A closed mesh of what a distance function is negative in.
+/// A closed mesh around the space where a distance function is negative.
 #include <functional>
 
 #include "tactus/geom/mesh.h"

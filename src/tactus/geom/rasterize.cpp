@@ -102,7 +102,7 @@ class Canvas {
   }
 
  private:
-  /// Triangles are convex: what is covered of a row is one run.
+  /// Triangles are convex: the covered pixels of a row are one run.
   void fill_row(const std::array<Edge, 3>& edges, std::int64_t x0, std::int64_t x1, std::int64_t y) const {
     std::int64_t first = 0, last = x1 - x0;
     for (const Edge& e : edges) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Silhouettes of meshes through pinhole cameras, on the host: what a reconstruction is measured with.
+/// Silhouettes of meshes through pinhole cameras, on the host: reconstructions are measured against them.
 #include "tactus/geom/camera.h"
 #include "tactus/geom/image.h"
 #include "tactus/geom/mesh.h"
@@ -7,7 +7,7 @@
 namespace tactus {
 
 /// Pixels whose centres the mesh covers, seen by `camera`; the centre of the top-left pixel is (0,0). Both
-/// sides of a triangle cover; what lies behind the camera is clipped away.
+/// sides of a triangle cover; parts behind the camera are clipped away.
 ///
 /// Projected vertices are rounded to 2^-14 px and the edge tests are exact integers that include the edge, so
 /// a closed mesh has no pinhole between neighbouring triangles, and the mask is the same for every number of
