@@ -13,8 +13,8 @@ struct BladeModel {
   std::vector<Vec3f> edge_m;  ///< polyline along the cutting edge, from the tip, in the same frame
 };
 
-/// @throws Error naming the model and what is wrong with it: no edge, an edge that is not at its surface, an
-/// open mesh, a size that says another unit than the metre.
+/// @throws Error naming the model and its fault: no edge, an edge that is not at its surface, an open mesh, a
+/// size that says another unit than the metre.
 void check_blade_model(const BladeModel& model);
 
 /// The synthetic rig's figure "scalpel" at true size: 16 cm long, its handle along +x, its edge down.

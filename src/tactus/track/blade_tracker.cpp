@@ -17,27 +17,28 @@ namespace {
 constexpr double kMostMissing = 0.5;  // of the model's picture
 constexpr int kLeastPoints = 40;      // of outlines
 constexpr int kMostLostFrames = 5;    // in which it is expected to come back where it went
-constexpr double kFarWorse = 1.6;     // than what the best pose gets wrong
+constexpr double kFarWorse = 1.6;     // times PoseFit::wrong of the best pose: worse poses go
 constexpr double kLeastSpread = 0.1;  // 1 sigma of differences of surprise, from frame to frame
 constexpr std::size_t kMostHypotheses = 4;
 constexpr double kExpected = 1.3, kLeastExpected = 0.05;  // more than the last frame's is suspect
-constexpr int kPause_frames = 5;  // before what is thin, and not the tool, is tried again
+constexpr int kPause_frames = 5;  // before thin parts that aren't the tool are tried again
 constexpr int kBeside_px = 3;     // by how much a silhouette may be wider than the tool
 constexpr double kPointSearch_px = 8, kMostSearch_px = 16;
-/// Of a fit that a prediction begins: later ones change less than the next frame does. Poses that compete are
-/// compared at their best.
+/// Iterations of a fit that a prediction begins: later ones change less than the next frame does. Poses that
+/// compete get more, to be compared at their best.
 constexpr int kSteps = 5, kStepsToCompare = 12;
 constexpr std::size_t kFramesToSettle = 3;
-/// Of the outline, where the tool is missing all through: contours are then off by three quarters of its
-/// thickness (the share beyond that of a normal distribution), and what is stated of errors no longer holds.
+/// Largest share of the outline where the tool may be missing all through. At this share, contours are off by
+/// three quarters of its thickness (1 sigma: so much of a normal distribution lies beyond half of the
+/// thickness), and stated errors no longer hold.
 constexpr double kMostGone = 0.25;
-/// Than what the best pose gets wrong: a tool elsewhere that is no worse than this is as good.
+/// Times PoseFit::wrong of the best pose: a tool elsewhere that is no worse than this is as good.
 constexpr double kTwin = 1.25;
 constexpr int kFramesOfShape = 2, kFramesOfTwoShapes = 4;
 constexpr double kClearMisfit = 2;    // times what is refused
 constexpr double kMostCovered = 0.5;  // of the outline along the edge, or at its tip
 
-/// Of a model in each camera's picture, at a place.
+/// Radius of a model about its long axis in each camera's picture, at a place; a pixel more, rounded up.
 std::vector<int> radii_px(const OutlineMesh& mesh, std::span<const Camera> cameras, Vec3d middle_m) {
   const double radius_m = long_axis(mesh).radius_m;
   std::vector<int> radii;
@@ -126,7 +127,7 @@ void BladeTracker::follow(Hypothesis& h, std::span<const BitMask> masks, double 
   const double px_m = camera.fx_px / length(camera.center_world() - h.filter.pose() * mesh_.center_m);
   const double search_px =
       std::clamp(2 * std::sqrt(variance_m2) * px_m, settings_.fit.reach_px, kMostSearch_px);
-  // Far off, what is near the tool misleads: first where it is expected.
+  // Things near the tool mislead a wide search: first search where it is expected.
   const double expected = kExpected * h.fit.wrong + kLeastExpected;
   const int most = hypotheses_.size() > 1 ? kStepsToCompare : kSteps;
   h.fit = h.fitter.fit(masks, prior.T_world_model, settings_.fit.reach_px, &prior, most, more);
@@ -235,7 +236,7 @@ double BladeTracker::two_sigma_m(const Hypothesis& of) const {
   return most;
 }
 
-/// What is seen besides the best pose's own pixels, and how well the model fits there.
+/// Searches the masks without the best pose's own pixels, and compares the model's fits there with the best.
 bool BladeTracker::has_twin(std::span<const BitMask> masks, std::span<const BitMask> taken) {
   std::vector<BitMask> others(taken.begin(), taken.end());
   if (others.empty())
@@ -320,7 +321,7 @@ TriangleMesh BladeTracker::posed() const {
   return mesh;
 }
 
-/// Faces that look away cover what the others cover.
+/// Faces that look away are left out: the others cover the same pixels.
 TriangleMesh BladeTracker::facing(const TriangleMesh& posed, const Camera& camera) const {
   TriangleMesh mesh;
   mesh.positions_m = posed.positions_m;

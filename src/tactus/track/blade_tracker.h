@@ -55,7 +55,7 @@ class BladeTracker {
   BladeTracker(const BladeTracker&) = delete;
   BladeTracker& operator=(const BladeTracker&) = delete;
   /// The next frame. @param dt_s since the last one; 0: the first, or a break
-  /// @param taken of each camera, or none: what other tools show, which this one isn't
+  /// @param taken of each camera, or none: pixels of other tools, which this one isn't
   /// @param more markers' corners, if two cameras see them, tell the first pose, too
   const TrackedBlade& update(std::span<const BitMask> masks, double dt_s, std::span<const BitMask> taken = {},
                              const PoseEvidence& more = {});
@@ -97,7 +97,7 @@ class BladeTracker {
   /// The part of a picture that shows it, with so many pixels around.
   struct Part {
     Index first_word = 0, first_row = 0;
-    BitMask own;  ///< what it covers, grown by a few pixels
+    BitMask own;  ///< pixels that it covers, grown by a few
   };
   Part part(const TriangleMesh& posed, std::size_t camera, int around_px) const;
   TriangleMesh posed() const;

@@ -12,7 +12,7 @@ constexpr double kLeastWeight = 0.3;  // of all points of a bin
 constexpr double kSameSide = 0.8;     // cosine between the normals of a bin
 
 constexpr double kStepLength_px = 8;  // longer steps are the same all along a bin and its neighbours
-/// Of the variance of contours, what all of a picture have in common: masks that are too fat or too thin.
+/// Variance that all contours of a picture have in common, over the field's: masks too fat or too thin.
 constexpr double kCommon = 0.25;
 
 double distance2(Vec2d a, Vec2d b) { return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y); }

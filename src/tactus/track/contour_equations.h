@@ -1,5 +1,5 @@
 #pragma once
-/// What the outline of a model says about its pose in one picture, where errors of neighbours are alike.
+/// Equations for a model's pose from its outline in one picture, where errors of neighbours are alike.
 #include <span>
 #include <vector>
 
@@ -39,7 +39,7 @@ class ContourEquations {
   double information[kUnknowns][kUnknowns];  ///< inverse covariance of the unknowns
   double right[kUnknowns];                   ///< information times the step to take
 
-  /// Sums over what is averaged together, for the noise's size.
+  /// Sums over bins, for the noise's size.
   struct Moments {
     double squares = 0, square_gains = 0, shares = 0;  ///< of residuals; gain²; white variance in them
     double products = 0, product_gains = 0;            ///< of neighbours; gains times correlation
@@ -54,7 +54,7 @@ class ContourEquations {
   struct Bin {
     Vec2d px{}, normal{};
     double j[6]{}, gain = 0, off_px = 0, weight = 0;
-    double stepped_px = 0;  ///< 1 sigma of what a contour along pixels is off, by rounding
+    double stepped_px = 0;  ///< 1 sigma by which rounding moves a contour along pixels
     bool follows = false;
   };
   void fill_bins(std::span<const ContourPoint> points, Vec2d shift_px, double length_px);

@@ -23,7 +23,7 @@ struct DenseMatrix {
 };
 
 /// Replaces the lower triangle of a symmetric, positive semidefinite matrix by L, a = L L^T. Unknowns that no
-/// equation speaks of stay 0 in what is solved with it.
+/// equation speaks of stay 0 in solutions with it.
 inline void factorize(DenseMatrix& a) {
   for (int i = 0; i < a.rows; ++i) {
     double* own = a.row(i);
@@ -64,7 +64,7 @@ inline void solve_upper(const DenseMatrix& l, DenseMatrix& x) {
   }
 }
 
-/// Of a symmetric, positive definite matrix.
+/// Inverse of a symmetric, positive definite matrix.
 inline DenseMatrix inverse_of_definite(DenseMatrix a) {
   DenseMatrix inverse;
   inverse.reset(a.rows, a.rows);

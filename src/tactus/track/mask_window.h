@@ -53,7 +53,7 @@ class MaskWindow {
   }
 
  private:
-  /// Of a pixel of a word and the next one, which may be in the next word.
+  /// Linear between a pixel of a word and the next pixel, which may be in the next word.
   static float between(const std::uint32_t* word, Index bit, float share) {
     constexpr float kFirst[] = {0, 1, 0, 1}, kChange[] = {0, -1, 1, 0};
     std::uint64_t both;

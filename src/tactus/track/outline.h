@@ -12,7 +12,7 @@ namespace tactus {
 /// A closed mesh, prepared for outlines.
 class OutlineMesh {
  public:
-  /// @throws Error when it is not closed (check_closed), naming `what`.
+  /// @throws Error naming the mesh when it is not closed (check_closed).
   OutlineMesh(const TriangleMesh& mesh, const char* what);
 
   /// Vectors, an array per coordinate: loops over them do several at once.
@@ -67,7 +67,7 @@ class OutlineFinder {
   const std::vector<OutlinePoint>& points() const { return points_; }
 
  private:
-  /// An edge of the mesh with one of its faces seen: what is behind it is on its left.
+  /// An edge of the mesh with one of its faces seen: the model behind it is on its left.
   struct Segment {
     Vec2d from_px, to_px;
     Index from, to;

@@ -83,7 +83,7 @@ void PoseFilter::update(const PoseFit& fit) {
   for (int k = 0; k < unknowns; ++k)
     for (int i = 0; i < unknowns; ++i)
       for (int j = 0; j < unknowns; ++j) S(i, j) -= half(k, i) * half(k, j);
-  // What the fit changed, and what that says of velocities.
+  // The fit's changes of the unknowns, and the changes of velocities that follow.
   const Twist by = twist_between(pose_, fit.T_world_model, center_m_);
   std::vector<double> found(static_cast<std::size_t>(unknowns)), known(found.size());
   for (std::size_t i = 0; i < found.size(); ++i)

@@ -22,7 +22,7 @@ class PoseFilter {
   /// In place of a prediction and an update: pictures are those of the last frame, to the bit. The tool
   /// stands still, and their errors are the same ones again: nothing is learned.
   void stay() { velocity_ = {}; }
-  /// What a fit with `prior()` found.
+  /// Takes the pose and shifts of a fit with `prior()`, and corrects velocities and covariance.
   void update(const PoseFit& fit);
 
   /// Valid until the next change.
@@ -43,7 +43,7 @@ class PoseFilter {
   std::vector<double> shifts_px_;
   DenseMatrix covariance_;  ///< of twist, velocity and shifts
   PosePrior prior_;
-  Twist surprise_{};  ///< mean of what fits changed velocities by
+  Twist surprise_{};  ///< mean of the fits' changes of velocities
   double hurry_ = 1;  ///< by how much variances of acceleration are raised
 };
 

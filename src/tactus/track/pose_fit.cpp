@@ -17,13 +17,13 @@ constexpr double kFarWhite_px2 = 0.5;                   // while the pose is off
 constexpr double kMemory = 0.9;                         // of the noise's size, from frame to frame
 constexpr double kLeastOff_px = 0.3, kFarOff_px = 1.5;  // of residuals that are believed, near and at first
 constexpr double kMostPointOff_px = 6;                  // of a marker's corner: more is another's
-/// Squares of steps, in standard deviations of all unknowns together (22 of eight cameras). What is left
+/// Squares of steps, in standard deviations of all unknowns together (22 of eight cameras). The error left
 /// after a step of the first adds 1 % to the variance. Smaller steps than the second that don't get smaller
 /// come from the outline's points: they are found anew in each iteration.
 constexpr double kSettled2 = 0.3, kJitter2 = 2;
 constexpr double kSeenThrough_px = 1;  // parts thinner than this show holes, anyway
 
-/// Of a mask along a normal.
+/// A mask along a normal.
 struct Profile {
   const MaskWindow& window;
   Vec2d from_px, along;
@@ -108,8 +108,9 @@ void PoseFitter::look(const Rigidd& T, double reach_px) {
   cpu_for(views_.size(), 1, [&](std::size_t c) { look(c, T, reach_px); });
 }
 
-/// The mask along each normal, from the middle of the model to outside: what it has more than the model. It
-/// is linear in the mask, so the errors of pixels average out, on parts thinner than a pixel, too.
+/// Residuals are sums of the mask along each normal, from the middle of the model to outside, less those of
+/// the model. They are linear in the mask, so the errors of pixels average out, on parts thinner than a
+/// pixel, too.
 void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
   View& view = views_[camera];
   view.points.clear();
@@ -144,7 +145,7 @@ void PoseFitter::look(std::size_t camera, const Rigidd& T, double reach_px) {
       continue;
     }
     view.extra_px += outer;
-    // Of what is thinner than the blur of a mask, only a part shows.
+    // Parts thinner than the blur of a mask show only partly.
     const double gain = std::erf(p.thickness_px / (2 * std::sqrt(2.0) * blur_px_));
     const Vec3d g = gain * image_gradient(cameras_[camera], p.at_m, p.normal),
                 by_turn = cross(p.at_m - center_m, g);
@@ -194,7 +195,7 @@ double PoseFitter::shift_information() const {
   return 2 / (sigma_px * sigma_px);
 }
 
-/// Of each, two residuals: where it is seen less where the model has it.
+/// Each point has two residuals: where it is seen less where the model has it.
 void PoseFitter::add_points(PoseFit& fit, std::span<const SeenPoint> points, bool is_near) {
   const Vec3d center_m = fit.T_world_model * mesh_->center_m;
   for (const SeenPoint& point : points) {
@@ -223,8 +224,8 @@ void PoseFitter::add_points(PoseFit& fit, std::span<const SeenPoint> points, boo
 
 /// Along each ray, the distance that is measured less that of the model. A motion of the surface by x, whose
 /// normal is n, moves where the ray d meets it by x . n / (d . n). With the variance s² of a pixel and b² of
-/// what all have in common, the inverse covariance is (1 - b² / (s² + N b²) 1 1^T) / s² (Sherman and
-/// Morrison).
+/// the error that all have in common, the inverse covariance is (1 - b² / (s² + N b²) 1 1^T) / s² (Sherman
+/// and Morrison).
 void PoseFitter::add_depth(PoseFit& fit, const SeenDepth& depth) {
   if (depth.image->empty()) return;
   const Vec3d center_m = fit.T_world_model * mesh_->center_m;
@@ -270,7 +271,7 @@ double PoseFitter::step(PoseFit& fit, const PosePrior* prior, const PoseEvidence
   add_points(fit, more.points, is_near);
   for (const SeenDepth& depth : more.depths) add_depth(fit, depth);
   normal_ = fit.information;
-  // What masks say nothing about stays: as if one residual of a pixel spoke of a radian, and of a metre.
+  // Motions without evidence stay 0: as if one residual of a pixel spoke of a radian, and of a metre.
   for (int i = 0; i < 6; ++i) normal_(i, i) += 1e-4 * normal_(i, i) + 1;
   if (prior != nullptr) {
     const Twist back = twist_between(fit.T_world_model, prior->T_world_model, mesh_->center_m);
@@ -298,7 +299,7 @@ double PoseFitter::step(PoseFit& fit, const PosePrior* prior, const PoseEvidence
   return sigmas2;
 }
 
-/// By second moments: what neighbouring bins have in common is the contour's, the rest is of pixels.
+/// By second moments: errors that neighbouring bins have in common are the contour's, others the pixels'.
 void PoseFitter::measure_noise() {
   ContourEquations::Moments sum;
   for (const View& view : views_) {
@@ -355,7 +356,7 @@ void PoseFitter::sum_up(PoseFit& fit) const {
 /// Masks say so much of the pose while nothing is known of the shifts but how large they may be.
 void PoseFitter::state_covariance(PoseFit& fit) {
   // Where residuals are as large as the parts are thick, the solution is no longer linear in them: squares of
-  // errors over twelve strokes were 1.23 times what is stated without this, at residuals of 0.85 px.
+  // errors over twelve strokes were 1.23 times those stated without this, at residuals of 0.85 px.
   const double spread = 1 / (1 + fit.rms_px * fit.rms_px / 3);
   for (double& x : fit.information.v) x *= spread;
   DenseMatrix all = fit.information;
@@ -373,7 +374,7 @@ PoseFit PoseFitter::fit(std::span<const BitMask> masks, const Rigidd& T_start, d
   if (prior != nullptr) {
     fit.shifts_px = prior->shifts_px;
   } else {
-    noise_ = {.correlation_px = settings_.correlation_px};  // what was learned is of another pose
+    noise_ = {.correlation_px = settings_.correlation_px};  // the learned noise is another pose's
     has_noise_ = false;
     blur_px_ = kBlur_px;
   }

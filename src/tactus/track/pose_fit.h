@@ -21,13 +21,13 @@ struct SeenPoint {
   double sigma_px = 0.5;  ///< of the place in the picture, 1 sigma along each axis
 };
 
-/// What a time-of-flight camera measured.
+/// The picture of a time-of-flight camera.
 struct SeenDepth {
   const Camera* camera = nullptr;
   const DepthImage* image = nullptr;  ///< empty: it missed the tick
 };
 
-/// What is seen of the model beside its silhouettes.
+/// Observations of the model beside its silhouettes.
 struct PoseEvidence {
   std::span<const SeenPoint> points = {};
   std::span<const SeenDepth> depths = {};
@@ -44,7 +44,7 @@ struct PoseFitSettings {
   double calibration_px = 0.3;
   /// Within which errors of contours are alike.
   double correlation_px = 8;
-  /// Of measured distances, 1 sigma: of each pixel, and of what all pixels of a camera have in common.
+  /// Errors of measured distances, 1 sigma: each pixel's, and the one that all pixels of a camera share.
   double depth_m = 0.005, depth_bias_m = 0.003;
 };
 
@@ -53,7 +53,7 @@ Rigidd moved(const Rigidd& T_world_model, Vec3d center_m, const Twist& by);
 /// The twist that moves one pose to the other.
 Twist twist_between(const Rigidd& from, const Rigidd& to, Vec3d center_m);
 
-/// What is known of a pose beforehand. Its unknowns are a twist, and of each camera the shift of its picture.
+/// A pose as known beforehand. Its unknowns are a twist, and of each camera the shift of its picture.
 struct PosePrior {
   Rigidd T_world_model;
   std::vector<double> shifts_px;  ///< x, y of each camera
@@ -67,7 +67,7 @@ struct PoseFit {
   Matrix6 covariance;             ///< of the twist, by masks and calibration, without the prior
   int points = 0;                 ///< of outlines that count
   double missing = 1;             ///< share of the model's picture, near its outline, where masks are clear
-  double wrong = 2;               ///< the same, and of what masks show beside it
+  double wrong = 2;               ///< the same, with the masks' excess beside the model added
   double gone = 1;                ///< share of the outline whose part of the model is missing all through
   double rms_px = 0;              ///< of residuals
   double surprise = 0;            ///< -2 log likelihood of an averaged residual, but for a constant
@@ -78,7 +78,7 @@ struct PoseFit {
 class PoseFitter {
  public:
   PoseFitter(const OutlineMesh& mesh, std::span<const Camera> cameras, const PoseFitSettings& settings);
-  /// @param masks one per camera; empty: it missed the tick. What else they show may cover the model
+  /// @param masks one per camera; empty: it missed the tick. Other things in them may cover the model
   /// @param search_px by how much the model's picture may be off at the start
   /// @param prior or nullptr
   /// @param more points that are off by 6 px at last don't count, nor do distances that are 4 sigma off
@@ -86,7 +86,7 @@ class PoseFitter {
               const PosePrior* prior = nullptr, int most_iterations = 12, const PoseEvidence& more = {});
   /// Share of the pixels near the outline of a posed model that contradict it, as PoseFit::wrong.
   double wrong(std::span<const BitMask> masks, const Rigidd& T_world_model);
-  /// Adds what the cameras show of the last fit's pose.
+  /// Adds each camera's residuals at the last pose looked at.
   void add_to(ShapeEvidence& shape) const;
   const OutlineMesh& mesh() const { return *mesh_; }
   std::span<const Camera> cameras() const { return cameras_; }

@@ -10,8 +10,8 @@ namespace {
 constexpr std::size_t kCoarseFits = 6, kMostFound = 6;
 constexpr double kCoarseSpacing_px = 2, kSeedSearch_px = 8;
 constexpr int kCoarseSteps = 8;
-/// Than what the best coarse pose gets wrong. A fine fit lowers that of some by a fifth, and keeps poses that
-/// are 1.6 times worse than the best.
+/// Times PoseFit::wrong of the best coarse pose: worse poses go. A fine fit lowers that of some by a fifth,
+/// and keeps poses that are 1.6 times worse than the best.
 constexpr double kFarWorse = 2;
 
 PoseFitSettings coarse(PoseFitSettings settings) {
@@ -78,7 +78,7 @@ std::vector<Rigidd> PoseSearch::find(std::span<const BitMask> masks, std::span<c
   if (tries.empty()) return {};
   fit(masks, points, tries, 0);
   sort(tries);
-  // Those that went astray say nothing of what is near them.
+  // Fits that went astray say nothing of poses near them.
   const double most_wrong = kFarWorse * tries.front().wrong;
   std::erase_if(tries, [&](const Try& t) { return t.wrong > most_wrong; });
   const std::size_t seeded = tries.size();

@@ -9,15 +9,15 @@
 namespace tactus {
 
 /// Poses along the thin parts of masks are scored, and the best fitted coarsely: by points of outlines that
-/// are two pixels apart. Tries run side by side on the
-/// processor's cores; none depends on another. It owns the memory of those fits.
+/// are two pixels apart. Tries run side by side on the processor's cores; none depends on another. It owns
+/// the memory of those fits.
 class PoseSearch {
  public:
-  /// @param radius_px of the tool, per camera: what is thicker is something else
+  /// @param radius_px of the tool, per camera: thicker parts are something else
   PoseSearch(const OutlineMesh& mesh, std::span<const Camera> cameras, std::span<const int> radius_px,
              PoseFitSettings settings);
 
-  /// @param taken of each camera, or none: what other tools show
+  /// @param taken of each camera, or none: pixels of other tools
   /// @param points markers' corners
   /// @returns poses that differ from each other, the best first, to be fitted finely; none where nothing is
   /// thin

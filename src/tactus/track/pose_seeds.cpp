@@ -102,7 +102,7 @@ double middle_of(std::vector<double> values) {
   return *middle;
 }
 
-/// The line that the planes of parts have in common, and what of it they show.
+/// The line that the planes of parts have in common, and the stretch of it that they show.
 SeenLine refine(const Line& rough, std::span<const Camera> cameras, std::span<const ThinPart* const> parts) {
   Mat3d normals = Mat3d::zero();
   Vec3d offsets{};
@@ -178,7 +178,7 @@ std::vector<SeenLine> seen_lines(std::span<const Camera> cameras,
             const Vec3d n = plane_of(cameras[a], in_a), m = plane_of(cameras[b], in_b), across = cross(n, m);
             if (length(across) < 0.2) continue;
             const double na = dot(n, cameras[a].center_world()), mb = dot(m, cameras[b].center_world());
-            // Of both planes, nearest to the origin.
+            // The point of both planes that is nearest to the origin.
             const Vec3d through = (na * cross(m, across) + mb * cross(across, n)) / dot(across, across);
             const Line line{through, normalized(across)};
             double support_px = 0;

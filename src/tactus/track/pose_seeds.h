@@ -1,6 +1,6 @@
 #pragma once
-/// Where a long, thin tool may be, from silhouettes alone: what pose searches begin with. No voxels, so no
-/// grid decides.
+/// Where a long, thin tool may be, from silhouettes alone: the seeds of pose searches. No voxels, so no grid
+/// decides.
 #include <array>
 #include <optional>
 #include <span>
@@ -17,7 +17,7 @@ struct ThinPart {
   Vec2d from_px, to_px;
   double length_px() const;
 };
-/// What a disc of this radius does not fit into.
+/// Pixels of a mask that a disc of this radius does not fit into.
 BitMask thin_pixels(const BitMask& mask, int radius_px);
 /// The parts of a mask that a disc of this radius does not fit into, the longest first; at most four.
 std::vector<ThinPart> thin_parts(const BitMask& mask, int radius_px);
@@ -32,13 +32,13 @@ struct SeenLine {
 std::vector<SeenLine> seen_lines(std::span<const Camera> cameras,
                                  std::span<const std::vector<ThinPart>> parts, double tolerance_px);
 
-/// How a model may lie along a line: either way round, at either end of what is seen of it, with eight rolls.
+/// How a model may lie along a line: either way round, at either end of its seen stretch, with eight rolls.
 std::vector<Rigidd> poses_along(const OutlineMesh& mesh, const SeenLine& line);
 
 /// A pose after half a turn about each of the model's axes: of a flat tool, they look much alike.
 std::array<Rigidd, 3> turned_over(const OutlineMesh& mesh, const Rigidd& T_world_model);
 
-/// Of a model: its longest axis, where it begins and ends along that, and how far it reaches from it.
+/// A model's longest axis, where the model begins and ends along it, and how far it reaches from it.
 struct LongAxis {
   Vec3d direction;
   Vec3d across[2];        ///< the axes across it, in which it is widest and thinnest

@@ -53,7 +53,7 @@ void ShapeEvidence::begin_frame() {
   }
 }
 
-/// The median of a view at a place: what is near the tool reaches into some of its points.
+/// Adds the median of a view at each place: things near the tool reach into some of its points.
 void ShapeEvidence::add(std::size_t number, const Camera& camera, const Rigidd& T,
                         std::span<const OutlineResidual> points) {
   for (std::vector<double>& offs : offs_px_) offs.clear();

@@ -1,6 +1,6 @@
 #pragma once
 /// Whether masks show the shape that a model has. Errors of contours differ from camera to camera and from
-/// frame to frame; what a wrong shape leaves over stays at its place of the model.
+/// frame to frame; residuals of a wrong shape stay at their place of the model.
 #include <optional>
 #include <span>
 #include <vector>
@@ -29,13 +29,13 @@ class ShapeEvidence {
  public:
   ShapeEvidence(const OutlineMesh& mesh, std::span<const Vec3f> edge_m);
   void begin_frame();
-  /// What a camera shows of a pose. @param number of the camera
+  /// Adds a camera's residuals of a pose. @param number of the camera
   void add(std::size_t number, const Camera& camera, const Rigidd& T_world_model,
            std::span<const OutlineResidual> points);
-  /// Root mean square over the outline of the mean residual at each place, less what errors that differ from
-  /// camera to camera leave in such means: those of calibration last over frames.
+  /// Root mean square over the outline of the mean residual at each place, less the part that errors which
+  /// differ from camera to camera leave in such means: those of calibration last over frames.
   double misfit_px() const;
-  /// Share of the outline along the edge beside which masks go on, or at its tip, whichever is more.
+  /// Share of the outline beside which masks go on: the larger of those along the edge and at its tip.
   double edge_covered() const;
   int frames() const { return frames_; }
 
@@ -49,7 +49,8 @@ class ShapeEvidence {
     double covered = 0, gone = 0, gone_px = 0, seen = 0;  ///< points
     bool is_edge = false, is_tip = false;
   };
-  /// Of a place: its mean residual squared, without what cameras leave in it; none of fewer than three.
+  /// A place's mean residual squared, without the variance that cameras leave in it; none where fewer than
+  /// kLeastViews see it.
   static std::optional<double> common_px2(const Place& place, double& weight);
   std::size_t place_of(const Vec3d& at_m, const Vec3d& out) const;
 

@@ -50,7 +50,7 @@ SmallMatrix<kColumns, kRows> transpose(const SmallMatrix<kRows, kColumns>& a) {
   return t;
 }
 
-/// Of a symmetric, positive definite matrix.
+/// Inverse of a symmetric, positive definite matrix.
 template <int kRows>
 SmallMatrix<kRows> inverse_of_definite(const SmallMatrix<kRows>& a) {
   SmallMatrix<kRows> result;
