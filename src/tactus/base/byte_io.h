@@ -27,8 +27,8 @@ void set_bytes(std::string& to, std::size_t at, T v) {
   std::memcpy(to.data() + at, &v, sizeof v);
 }
 
-/// Takes values from the front of foreign bytes. What is cut short gives zeros and fails for good, so a
-/// parser asks `failed` once, before it uses what it took.
+/// Takes values from the front of foreign bytes. Reads past the end give zeros and fail for good, so a parser
+/// asks `failed` once, before it uses the values.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
@@ -54,7 +54,7 @@ class ByteReader {
   }
   std::size_t left() const { return rest_.size(); }
   bool failed() const { return failed_; }
-  /// For what a caller finds wrong.
+  /// For errors that the caller finds in the values.
   void fail() { failed_ = true; }
 
  private:

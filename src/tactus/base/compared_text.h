@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers in messages that say what is too much, and how much is not.
+/// Numbers in messages that give a value beyond its limit, and the limit.
 #include <string>
 
 namespace tactus {

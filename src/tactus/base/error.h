@@ -1,5 +1,5 @@
 #pragma once
-/// Errors: one message that names the thing, the value and what was expected.
+/// Errors: one message that names the thing, its value and the values allowed.
 #include <cstdint>
 #include <span>
 #include <stdexcept>
@@ -9,7 +9,7 @@
 
 namespace tactus {
 
-/// What the command line answers with: `usage` ends the program with 2, `failure` with 1.
+/// Kinds of error by exit code: `usage` ends the program with 2, `failure` with 1.
 enum class ErrorKind : std::uint8_t { usage, failure };
 
 /// Thrown by every public function that is handed something it can't use. Nothing was changed or written.
@@ -23,7 +23,7 @@ class Error : public std::runtime_error {
   ErrorKind kind_;
 };
 
-/// An error in what the user asked for (flag, scene key, figure name): exit code 2.
+/// An error in the user's request (flag, scene key, figure name): exit code 2.
 inline Error usage_error(const std::string& message) { return Error(message, ErrorKind::usage); }
 
 /// The known spelling nearest to `word` (Damerau-Levenshtein), or "" when none is within a third of its

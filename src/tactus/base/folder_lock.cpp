@@ -31,7 +31,7 @@ FolderLock::FolderLock(const std::string& folder) {
       fail("another run" + (n > 0 ? " (process " + std::string(pid) + ")" : std::string()) +
            " writes into it; wait for its end or choose another folder");
     }
-    // Who had the lock may have removed the file before we got it: then it is not the one that others see.
+    // The last holder may have removed the file before we got its lock: then others see another file.
     struct stat ours {
     }, seen{};
     if (::fstat(fd_, &ours) == 0 && ::stat(path_.c_str(), &seen) == 0 && ours.st_ino == seen.st_ino &&

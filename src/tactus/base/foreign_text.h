@@ -16,7 +16,7 @@ enum class TextSyntax : std::uint8_t {
 /// How deep lists and mappings of people's files are nested; ours need 6.
 constexpr int kMaxTextDepth = 64;
 
-/// @param what names the file in the error: "FILE:LINE: nested more than 64 deep"
+/// @param what name of the file in the error: "FILE:LINE: nested more than 64 deep"
 /// @throws Error when the text is nested deeper than `max_depth` or holds a zero byte.
 void check_foreign_text(std::string_view text, TextSyntax syntax, const std::string& what,
                         int max_depth = kMaxTextDepth);

@@ -1,5 +1,6 @@
 #pragma once
-/// Marks what runs on the host and on a CUDA device. The only place, with compute/, that knows of nvcc.
+/// Marks functions that run on the host and on a CUDA device. The only place, with compute/, that knows of
+/// nvcc.
 #include <cstddef>
 #include <cstdint>
 

@@ -4,7 +4,7 @@
 
 namespace tactus {
 enum class LogLevel { quiet, warning, info, debug };
-/// What is printed from now on (default: info). Thread-safe.
+/// Least important level that is printed from now on (default: info). Thread-safe.
 void set_log_level(LogLevel level);
 LogLevel log_level();
 void log_warning(std::string_view message);

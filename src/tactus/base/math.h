@@ -1,5 +1,5 @@
 #pragma once
-/// Scalar maths with the same bits on every device: + - * / sqrt floor fma and what is built from them.
+/// Scalar maths with the same bits on every device: + - * / sqrt floor fma and functions built from them.
 /// Kernels use only these (no libm: its last bits differ between machines).
 #include <bit>
 #include <cmath>
@@ -84,7 +84,7 @@ TACTUS_HD inline float exp(float x) {
   return fma(r, p, 1.F) * scale;
 }
 
-/// The natural logarithm of what is positive and not denormal (error < 1e-7 (1 + |log x|)).
+/// The natural logarithm of a positive number that is not denormal (error < 1e-7 (1 + |log x|)).
 TACTUS_HD inline float log(float x) {
   const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
   // x = 2^k m with m from 1/sqrt(2) to sqrt(2); log m = 2 artanh((m - 1) / (m + 1)).

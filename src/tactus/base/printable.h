@@ -5,8 +5,8 @@
 
 namespace tactus {
 
-/// Control characters as \x1b: what a file says must not steer a terminal, nor a zero byte end a message.
-/// Line ends and tabs stay.
+/// Control characters as \x1b: text of a file must not steer a terminal, nor a zero byte end a message. Line
+/// ends and tabs stay.
 std::string printable(std::string_view text);
 
 }  // namespace tactus

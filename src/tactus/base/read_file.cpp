@@ -41,7 +41,7 @@ void put_utf8(std::uint32_t c, std::string& to) {
   for (int i = more - 1; i >= 0; --i) to += static_cast<char>(0x80 | (c >> 6 * i & 0x3f));
 }
 
-/// What stands behind the mark; halves of pairs that lack the other become U+FFFD.
+/// Converts the text behind the byte order mark. Surrogates that lack their other half become U+FFFD.
 std::string utf8_of_utf16(std::string_view bytes, bool little) {
   const auto unit = [&](std::size_t i) -> std::uint32_t {
     const auto a = static_cast<std::uint8_t>(bytes[i]), b = static_cast<std::uint8_t>(bytes[i + 1]);

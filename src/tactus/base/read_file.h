@@ -6,8 +6,8 @@
 namespace tactus {
 
 enum class ReadFrom : std::uint8_t {
-  anything,      ///< what the user names: a pipe or `/dev/stdin` may be meant
-  regular_file,  ///< what another file names: a FIFO or a device would block or never end
+  anything,      ///< for paths that the user names: a pipe or `/dev/stdin` may be meant
+  regular_file,  ///< for paths in another file: a FIFO or a device would block or never end
 };
 
 /// Whole contents of a file. @throws Error naming the path and the reason: missing, a folder, not a regular
@@ -18,7 +18,7 @@ std::string read_file(const std::string& path, std::uint64_t max_bytes, ReadFrom
 /// one is converted. Other bytes stay as they are. @throws Error as read_file.
 std::string read_text(const std::string& path, std::uint64_t max_bytes, ReadFrom from = ReadFrom::anything);
 
-/// Size limit of what people write by hand: scenes, rigs.
+/// Size limit of files that people write by hand: scenes, rigs.
 constexpr std::uint64_t kMaxYamlBytes = std::uint64_t{1} << 20;
 /// Size limit of calibrations: OpenCV's programs write all corners of all pictures into them.
 constexpr std::uint64_t kMaxCalibrationBytes = std::uint64_t{1} << 25;

@@ -31,7 +31,7 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-/// The system's reason; what is wrong with the folder is said of the folder.
+/// The system's reason. Where the folder is at fault, the message names the folder.
 [[noreturn]] void fail(const std::string& path, int error_number) {
   const std::string folder = folder_of(path);
   std::error_code ignored;
@@ -54,7 +54,7 @@ std::string follow_links(const std::string& path) {
   fail(path, ELOOP);
 }
 
-/// What a path names, links followed.
+/// Kind of file that a path names, links followed.
 enum class Target { none, regular, other };
 Target target_of(const std::string& path) {
   if (path.empty()) fail(path, "the path is empty");

@@ -11,7 +11,7 @@ namespace tactus {
 /// For programs that write by name (video encoders); SafeFile is for everyone else. Removed unless committed.
 class TemporaryFile {
  public:
-  /// @param target a regular file, or none yet; a link leads to what it points to
+  /// @param target a regular file, or none yet; links are followed
   /// @param extension of the temporary name: encoders choose by it
   /// @throws Error naming `target` and the reason.
   explicit TemporaryFile(const std::string& target, const std::string& extension = "");
@@ -30,8 +30,8 @@ class TemporaryFile {
   int fd_ = -1, slot_ = -1;
 };
 
-/// Writes a file. A regular file is replaced at once by `commit`, or not at all; what is no regular file (a
-/// device, a FIFO) is written to and stays what it is; links are followed; "-" is standard output.
+/// Writes a file. A regular file is replaced at once by `commit`, or not at all. A device or a FIFO is
+/// written to directly and never replaced. Links are followed; "-" is standard output.
 class SafeFile {
  public:
   /// @throws Error naming the path and the system's reason.
@@ -58,7 +58,7 @@ void write_file(const std::string& path, std::string_view bytes);
 /// Early check before long work: throws the Error that writing `path` would meet; changes nothing.
 void output_is_writable(const std::string& path);
 
-/// From now on, what is printed goes to standard error: standard output belongs to SafeFile("-").
+/// From now on, text printed to stdout goes to standard error: standard output belongs to SafeFile("-").
 /// @throws usage Error the second time: two outputs would mix.
 void reserve_standard_output();
 

@@ -25,14 +25,14 @@ class Timings {
   static constexpr std::size_t kMostSamples = 8192, kMostEvents = 200000;
   /// Keep begin and end of every stage for `write_trace` (off: only durations).
   explicit Timings(bool keep_trace = false) : keep_trace_(keep_trace) {}
-  /// From now on, what is added of a stage until the next begin_frame() is summed: a frame may run in parts,
+  /// From now on, the durations of a stage are summed until the next begin_frame(): a frame may run in parts,
   /// and a stage several times in it. Without it, each duration counts for itself.
   void begin_frame();
   void add(const std::string& stage, double begin_s, double end_s, int track = 0);
   /// Duration of the newest sample of a stage [ms]; 0 when it never ran.
   double last_ms(const std::string& stage) const;
   double percentile_ms(const std::string& stage, double p) const;
-  /// Of the durations that count, how many there are.
+  /// Number of durations of a stage that count (at most kMostSamples).
   std::size_t count(const std::string& stage) const;
   /// Stages in the order in which they first ran.
   std::vector<std::string> stages() const;

@@ -9,7 +9,7 @@
 
 namespace tactus {
 
-/// Give it jobs; `finish` waits for them and throws what one of them threw. After that, or after a throw,
+/// Give it jobs; `finish` waits for them and rethrows the exception of a job that failed. After a failure,
 /// jobs are dropped.
 class Worker {
  public:
@@ -19,9 +19,9 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// @throws what an earlier job threw.
+  /// @throws the exception of an earlier job.
   void add(std::function<void()> job);
-  /// Waits until all jobs are done. @throws what one of them threw.
+  /// Waits until all jobs are done. @throws the exception of a job that failed.
   void finish();
 
  private:
