@@ -1,7 +1,7 @@
 #pragma once
 /// Integer atomics for kernels. Integer maxima, minima and sums do not depend on the order in which they
 /// come, so the result is the same on every device; floating-point sums would not be, and there are none.
-/// Whoever uses what an atomic returns has to say why the result doesn't depend on the order.
+/// A kernel that uses an atomic's return value has to say why its result doesn't depend on the order.
 #include "tactus/base/hd.h"
 
 namespace tactus {
@@ -40,7 +40,7 @@ TACTUS_HD inline void atomic_or(std::uint32_t& target, std::uint32_t bits) {
   __atomic_fetch_or(&target, bits, __ATOMIC_RELAXED);
 #endif
 }
-/// Returns what was there before: which of several callers sees which value depends on the order.
+/// Returns the value before: which of several callers sees which value depends on the order.
 TACTUS_HD inline std::uint32_t atomic_fetch_add(std::uint32_t& target, std::uint32_t value) {
 #if defined(__CUDA_ARCH__)
   return atomicAdd(&target, value);
@@ -70,7 +70,7 @@ TACTUS_HD inline void atomic_store(std::uint32_t& target, std::uint32_t value) {
   __atomic_store_n(&target, value, __ATOMIC_RELAXED);
 #endif
 }
-/// Replaces `expected`, and nothing else, by `value`. Returns what was there before.
+/// Replaces `expected`, and nothing else, by `value`. Returns the value before.
 TACTUS_HD inline std::uint32_t atomic_replace(std::uint32_t& target, std::uint32_t expected,
                                               std::uint32_t value) {
 #if defined(__CUDA_ARCH__)

@@ -29,7 +29,7 @@ struct DeviceSpec {
 /// @throws Error (usage) naming the text and the devices that exist.
 std::vector<DeviceSpec> parse_devices(std::string_view text);
 
-/// What `tactus info` prints of one device.
+/// Facts that `tactus info` prints about one device.
 struct DeviceInfo {
   DeviceSpec spec;
   std::string name;                ///< "AMD EPYC", "NVIDIA H200"
@@ -37,7 +37,7 @@ struct DeviceInfo {
   int multiprocessors = 0;         ///< GPU multiprocessors or CPU threads
   std::vector<int> peer_ordinals;  ///< GPUs whose memory it reads directly
   std::string capability;          ///< of a GPU: "8.6"
-  std::string code;  ///< of a GPU: where its code comes from, or why there is none and what helps
+  std::string code;  ///< of a GPU: where its code comes from, or why there is none and the remedy
   bool usable = true;
 };
 /// All devices of this machine; the CPU first.
@@ -61,7 +61,7 @@ class Device {
   bool is_cuda() const { return spec_.kind == DeviceKind::cuda; }
   /// "cpu", "cpu:1", "cuda:0"
   std::string name() const;
-  /// Of a GPU: those that share the blocks of a kernel. 1 elsewhere.
+  /// A GPU's multiprocessors, which share the blocks of a kernel. 1 elsewhere.
   virtual int multiprocessors() const { return 1; }
 
   /// Memory of this device, 256-byte aligned, filled with NaN (0xFF) on virtual devices.

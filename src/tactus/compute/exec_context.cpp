@@ -73,7 +73,7 @@ void sort_on_cpu(Index n, View<std::uint32_t> keys, View<Index> values, View<std
     std::swap(keys, keys2);
     std::swap(values, values2);
   }
-  if (passes % 2 != 0) {  // the result stands in what the caller gave as scratch
+  if (passes % 2 != 0) {  // the result stands in the caller's scratch
     std::copy_n(keys.data(), n, keys2.data());
     std::copy_n(values.data(), n, values2.data());
   }

@@ -122,7 +122,7 @@ class ExecContext {
   /// out[i] = in[0] + ... + in[i-1]. Both hold n values; make the last input a 0 to get the total in the last
   /// output. May run in place.
   void exclusive_scan(const char* name, View<const Index> in, View<Index> out);
-  /// Likewise of the first `count` only; what comes behind them is undefined.
+  /// Likewise of the first `count` only; the outputs behind them are undefined.
   void exclusive_scan(const char* name, Count count, View<const Index> in, View<Index> out);
   /// Likewise for words, modulo 2^64: several counts packed in one, for instance.
   void exclusive_scan(const char* name, View<const std::uint64_t> in, View<std::uint64_t> out);
@@ -141,7 +141,7 @@ class ExecContext {
     sort_pairs(name, keys.size(), keys, values, keys_scratch, values_scratch, key_bits);
   }
   /// Likewise of the first `count` pairs. A GPU, which learns the count too late, sorts them all: there the
-  /// keys behind must not be below any before. What a CPU leaves behind them is undefined.
+  /// keys behind must not be below any before. On a CPU, the pairs behind them are undefined.
   void sort_pairs(const char* name, Count count, View<std::uint32_t> keys, View<Index> values,
                   View<std::uint32_t> keys_scratch, View<Index> values_scratch, int key_bits = 32);
   /// out[0] = sum of in, by one fixed tree over indices: the same bits on every device. `scratch`:
@@ -175,15 +175,15 @@ class ExecContext {
   void wait(const Event& event);
   /// Waits until everything submitted so far is done. @throws Error on a device failure.
   void synchronize();
-  /// Waits until what was submitted before the event was last recorded, to this context, is done; at once
-  /// when it never was.
+  /// Waits until this context has done all work submitted to it before it last recorded the event. Returns at
+  /// once when the event was never recorded.
   void synchronize(const Event& event);
 
-  /// Records what `body` submits to this context; nothing runs. Run the body once before (scratch is sized
-  /// then).
+  /// Records the work that `body` submits to this context; nothing runs. Run the body once before (scratch is
+  /// sized then).
   Graph capture(const std::function<void()>& body);
   void launch(Graph& graph);
-  /// Whether what is submitted now is recorded, by `capture` of this context.
+  /// Whether `capture` of this context is recording the work submitted now.
   bool is_recording() const { return capturing_; }
   /// Runs `work` when the queue comes to it. Not on a GPU.
   void on_host(const char* name, std::function<void()> work) { submit(name, std::move(work)); }

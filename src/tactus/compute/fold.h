@@ -1,5 +1,5 @@
 #pragma once
-/// What the threads of a block found, as one.
+/// Reduces the results of a block's threads to one.
 #include "tactus/base/math.h"
 #include "tactus/compute/kernel.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Buffers of OpenGL as memory of a device: what kernels made is drawn without a copy through the host. An
+/// Buffers of OpenGL as memory of a device: results of kernels are drawn without a copy through the host. An
 /// OpenGL context is current in the thread wherever these are called.
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a kernel is. Two kinds, both plain structs with a call operator, written once for every device:
+/// Kernels. There are two kinds, both plain structs with a call operator, written once for every device:
 ///
 ///   struct Scale {                       // "for" kernel: one call per index, in any order
 ///     View<float> x;
@@ -21,7 +21,7 @@
 /// kernels.cu lists the structs so that nvcc makes them, too.
 ///
 /// A block kernel may have `LoopShared`. A CPU gives it that in place of Shared, and keeps it from one block
-/// to the next of a range of indices: what neighbours have in common is made once.
+/// to the next of a range of indices: data that neighbours have in common are made once.
 ///
 /// A kernel may have `TACTUS_HD void load()`. It is called on a copy of the kernel before the call operator,
 /// once a thread on a GPU (once a block, if it names `kLoadsTogether`) and once a range of indices on a CPU:
@@ -31,8 +31,8 @@
 
 namespace tactus {
 
-/// `Shared` of a block kernel whose threads keep to themselves: of Block it uses index(), for_each_thread and
-/// PerThread alone, and kThreads divides 128. A GPU works on several such blocks side by side.
+/// `Shared` of a block kernel whose threads keep to themselves: the kernel uses only index(), for_each_thread
+/// and PerThread of Block, and kThreads divides 128. A GPU works on several such blocks side by side.
 struct NoShared {};
 
 /// How many indices a launch covers: known to the host, or read on the device, at most `capacity`.
@@ -81,13 +81,13 @@ class CpuBlock {
   void for_few(int count, F&& f) const {
     for_threads(count, f);
   }
-  /// As for_threads, for work on what is each thread's own: no barrier follows, so a GPU may run ahead.
+  /// As for_threads, for work on each thread's own data: no barrier follows, so a GPU may run ahead.
   template <class F>
   void for_own(int count, F&& f) const {
     for_threads(count, f);
   }
-  /// All threads in groups of kGroup, f(g, t in 0 .. kGroup-1) for g = 0 .. count-1 where select(g), on what
-  /// is each thread's own, as for_own. count * kGroup <= kThreads.
+  /// All threads in groups of kGroup, f(g, t in 0 .. kGroup-1) for g = 0 .. count-1 where select(g), on each
+  /// thread's own data, as for_own. count * kGroup <= kThreads.
   template <int kGroup, class S, class F>
   void for_own_groups(int count, S&& select, F&& f) const {
     for (int g = 0; g < count; ++g) {
@@ -116,8 +116,8 @@ class CpuBlock {
     }
     *out_count = n;
   }
-  /// Of each thread, the value of the one before: previous(v)[t] = v[t - 1]. For the first of every row of 32
-  /// threads it may be anything. All threads must reach it.
+  /// Gives each thread the value of the one before: previous(v)[t] = v[t - 1]. For the first of every row of
+  /// 32 threads it may be anything. All threads must reach it.
   template <class T>
   auto previous(const PerThread<T>& values) const {
     struct Previous {

@@ -15,7 +15,7 @@
 namespace tactus::detail {
 namespace {
 
-/// Of a thread that spins: leaves the core's units to others for some cycles.
+/// Called by a thread that spins: leaves the core's units to others for some cycles.
 void pause_briefly() {
 #if defined(__SSE2__)
   _mm_pause();
@@ -39,7 +39,7 @@ LoopThreads::LoopThreads(Index thread_count)
 bool LoopThreads::run(Index count, Index grain, Body body, void* data) {
   if (thread_count_ == 1 || is_busy_.exchange(true, std::memory_order_acquire)) return false;
   const Index parts = std::min(thread_count_, ceil_div(count, grain));
-  // Several pieces a part: what a slow thread leaves can be taken over.
+  // Several pieces a part: others can take over the pieces that a slow thread leaves.
   loop_ = {body, data, parts, std::min(grain, ceil_div(count, 4 * parts))};
   const auto begin_of = [&](Index part) {
     return static_cast<Index>(static_cast<std::int64_t>(count) * part / parts);

@@ -11,11 +11,11 @@ namespace tactus::detail {
 
 /// Threads that share one loop after another with the thread that calls.
 ///
-/// A frame has a thousand loops of some ten microseconds, and what another core wrote has to be fetched from
-/// there. So thread t begins each loop with the t-th part of its indices, where it finds what it wrote
-/// in the loop before, and takes over pieces of others' parts only when its own is done. A part that no
-/// thread began is done by those that are there: nobody waits for a thread that the system has taken off its
-/// core.
+/// A frame has a thousand loops of some ten microseconds, and data that another core wrote have to be fetched
+/// from there. So thread t begins each loop with the t-th part of its indices, where it finds the data that
+/// it wrote in the loop before, and takes over pieces of others' parts only when its own is done. A part that
+/// no thread began is done by those that are there: nobody waits for a thread that the system has taken off
+/// its core.
 ///
 /// Threads spin between loops. After kSpin_s without one they sleep.
 class LoopThreads {
@@ -26,8 +26,8 @@ class LoopThreads {
 
   /// body(data, first, last) over [0, count), in pieces of at most `grain`; both are at least 1. False, and
   /// nothing is done, when there are no other threads or they have another loop: one of another thread, or
-  /// one around this one. @throws what a body threw first, once no thread is at the loop any more; the rest
-  /// of that thread's pieces may be left undone
+  /// one around this one. @throws the first exception of a body, once no thread is at the loop any more; the
+  /// rest of that thread's pieces may be left undone
   bool run(Index count, Index grain, Body body, void* data);
 
  private:
@@ -57,7 +57,7 @@ class LoopThreads {
   std::atomic<int> sleeping_ = 0;
   alignas(64) std::atomic<int> joined_ = 0;  ///< threads, beside the caller, that may be reading loop_
   std::atomic<bool> failed_ = false;
-  std::exception_ptr failure_;  ///< of the first body that threw; who set `failed_` writes it
+  std::exception_ptr failure_;  ///< of the first body that threw; the thread that set `failed_` writes it
 };
 
 }  // namespace tactus::detail

@@ -4,9 +4,9 @@
 
 namespace tactus {
 
-/// A second stream of a context's device. What it is given waits for all that the context was given before
-/// `follow`; what the context is given after `join` waits for all of it. Every `follow` needs its `join`
-/// before a recording ends.
+/// A second stream of a context's device. Its work waits for all work submitted to the context before
+/// `follow`. Work submitted to the context after `join` waits for all of the side stream's. Every `follow`
+/// needs its `join` before a recording ends.
 class SideStream {
  public:
   explicit SideStream(Device& device) : beside_(device) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// A typed window on device memory: what kernels get. Never owns. `View<const T>` for reading.
+/// A typed window on device memory, for kernels. Never owns. `View<const T>` for reading.
 #if defined(__CUDACC__)
 #include <cstdio>
 #endif
@@ -29,7 +29,8 @@ class View {
 #endif
     return data_[i];
   }
-  /// Of what nobody writes while the kernel runs: a GPU may read it ahead of anything written before.
+  /// Element i of data that nobody writes while the kernel runs: a GPU may read it ahead of anything written
+  /// before.
   TACTUS_HD constexpr std::remove_const_t<T> constant(Index i) const requires std::is_const_v<T> {
 #if defined(__CUDA_ARCH__) && !defined(TACTUS_CHECKED)
     return __ldg(data_ + i);

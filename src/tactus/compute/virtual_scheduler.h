@@ -1,6 +1,6 @@
 #pragma once
-/// Runs the deferred queues of virtual devices in a random order that their events allow. Whatever works only
-/// because of lucky timing breaks here, reproducibly for a seed.
+/// Runs the deferred queues of virtual devices in a random order that their events allow. Code that works
+/// only because of lucky timing breaks here, reproducibly for a seed.
 #include <cstdint>
 #include <deque>
 #include <functional>

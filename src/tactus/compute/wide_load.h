@@ -7,7 +7,7 @@
 
 namespace tactus {
 
-/// As View::constant: of what nobody writes while the kernel runs. T: 16 bytes, aligned so.
+/// As View::constant, for data that nobody writes while the kernel runs. T: 16 bytes, aligned so.
 template <class T>
 TACTUS_HD std::remove_const_t<T> load_constant(View<T> view, Index i) {
   static_assert(std::is_const_v<T>);

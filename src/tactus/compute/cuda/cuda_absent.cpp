@@ -1,4 +1,5 @@
-// Stands in for the CUDA backend in a build without nvcc: there are no devices, and whoever asks is told why.
+// Stands in for the CUDA backend in a build without nvcc: there are no devices, and calls that need one throw
+// the reason.
 #include "tactus/base/error.h"
 #include "tactus/compute/cuda/cuda_backend.h"
 

@@ -6,7 +6,7 @@
 #include "tactus/base/error.h"
 
 namespace tactus::cuda {
-/// @throws Error naming the call, its place, the device and what CUDA said.
+/// @throws Error naming the call, its place, the device and CUDA's message.
 inline void check(cudaError_t status, const char* call, const char* file, int line) {
   if (status == cudaSuccess) return;
   int device = -1;

@@ -124,7 +124,7 @@ namespace detail {
 template <class K, std::size_t kSize, std::size_t kAlign>
 void launch_cuda(void* cuda_stream, const char* name, Count count, const K& kernel);
 
-/// The kernel as its threads use it: what it loads is the same for all of them.
+/// The kernel as its threads use it: all of them load the same numbers.
 template <class K>
 __device__ __forceinline__ decltype(auto) loaded(const K& kernel) {
   if constexpr (LoadingKernel<K>) {
@@ -156,10 +156,10 @@ __device__ __forceinline__ decltype(auto) loaded_by_block(const K& kernel) {
   }
 }
 
-/// First thing in every kernel. Kernels of a stream are started while the one before still runs, which hides
-/// what a start costs, and wait here until it has ended and what it wrote can be seen (programmatic dependent
-/// launch, from compute capability 9.0 on). Only after that the next one may be started: on an H200, frames
-/// were 4 % slower where several waited.
+/// First thing in every kernel. A kernel is started while the one before it in the stream still runs, which
+/// hides the time of a start. It waits here until that one has ended and its results can be seen
+/// (programmatic dependent launch, from compute capability 9.0 on). Only after that the next one may be
+/// started: on an H200, frames were 4 % slower where several waited.
 __device__ inline void wait_for_the_kernel_before() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -176,8 +176,8 @@ __global__ void __launch_bounds__(256) for_kernel(const __grid_constant__ K kern
   for (Index i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x); i < n; i += stride) k(i);
 }
 
-/// Blocks of a kernel that a multiprocessor should hold at once, at the price of registers: what waits for
-/// memory more than it computes names kLeastBlocks.
+/// Blocks of a kernel that a multiprocessor should hold at once, at the price of registers: a kernel that
+/// waits for memory more than it computes names kLeastBlocks.
 template <class K>
 constexpr int least_blocks() {
   if constexpr (requires { K::kLeastBlocks; })
@@ -218,8 +218,8 @@ __global__ void __launch_bounds__(kLanesThreads) lanes_kernel(const __grid_const
 }
 
 /// Blocks that share the work of a launch whose count is only known on the device: as many as a GPU holds at
-/// once, as starting more is what an empty launch costs, and at least so many a multiprocessor. The GPUs of a
-/// set are alike.
+/// once, as each further block makes an empty launch slower, and at least `least` a multiprocessor. The GPUs
+/// of a set are alike.
 inline Index striding_blocks(const void* run, int threads, int least) {
   int device = 0, multiprocessors = 0, resident = 0;
   TACTUS_CUDA_CHECK(cudaGetDevice(&device));
