@@ -4,12 +4,13 @@
 
 namespace tactus {
 
-/// Of the first `count` devices of a set. Asynchronous; may be recorded, since it waits for nothing older.
+/// A barrier of the first `count` devices of a set. Asynchronous; may be recorded, since it waits for nothing
+/// older.
 class DeviceBarrier {
  public:
   DeviceBarrier(DeviceSet& devices, int count) : devices_(devices), came_(static_cast<std::size_t>(count)) {}
 
-  /// What each is given from now on runs after all that any of them was given so far.
+  /// Work submitted to these devices from now on runs after all work submitted to any of them so far.
   void meet() {
     const int count = static_cast<int>(came_.size());
     if (count == 1) return;

@@ -7,8 +7,8 @@
 
 namespace tactus {
 
-/// A recording of what is submitted to the contexts of a set (GPUs only). What is submitted to other contexts
-/// must wait for those, and be waited for.
+/// A recording of the work submitted to the contexts of a set (GPUs only). Work submitted to other contexts
+/// meanwhile must wait for these contexts, and they for it.
 class DeviceGraph {
  public:
   void record(DeviceSet& devices, const std::function<void()>& work);

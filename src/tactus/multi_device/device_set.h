@@ -21,8 +21,8 @@ enum class PeerAccess : std::uint8_t {
 
 class DeviceSet {
  public:
-  /// Opens what `parse_devices` makes of the text. `seed`: order of the queues of virtual devices (0: fixed
-  /// order). @throws Error for `direct` access that fails its trial, naming the devices.
+  /// Opens the devices that `parse_devices` finds in the text. `seed`: order of the queues of virtual devices
+  /// (0: fixed order). @throws Error for `direct` access that fails its trial, naming the devices.
   explicit DeviceSet(std::string_view devices = "auto", std::uint64_t seed = 0,
                      PeerAccess access = PeerAccess::automatic);
 

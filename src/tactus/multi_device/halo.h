@@ -19,13 +19,13 @@ struct HaloLink {
 };
 
 enum class HaloOp : std::uint8_t {
-  update,      ///< copies become what their owners have
-  accumulate,  ///< what parts summed up in their copies is added to the owners' elements, link after link
+  update,      ///< copies get the values of their owners' elements
+  accumulate,  ///< sums in the copies are added to the owners' elements, link after link
 };
 
 /// Keeps kFields fields that change together consistent over the parts of a set. A step:
 ///
-/// 1. Each part does what reads copies, calls await_readers, writes its own elements, calls begin.
+/// 1. Each part runs the work that reads copies, calls await_readers, writes its own elements, calls begin.
 /// 2. Work that needs no copies.
 /// 3. finish.
 ///
@@ -36,8 +36,8 @@ enum class HaloOp : std::uint8_t {
 /// can't wait for events before it. Kernels read the other part's memory; where they can't, it is copied
 /// first.
 ///
-/// On virtual devices what is stale becomes NaN: copies at `begin`, and in await_readers where nothing was
-/// updated since owners wrote last; of what was accumulated, in await_readers. So what reads copies too
+/// On virtual devices stale copies become NaN. To update, that is at `begin`, and in await_readers where no
+/// `begin` came since the last await_readers; to accumulate, in await_readers. So code that reads copies too
 /// early, or forgets to update them, gives NaN instead of old values.
 template <class T, int kFields = 1>
 class Halo {
@@ -47,13 +47,13 @@ class Halo {
   /// @param name in errors and profiles; must outlive the halo. @throws Error naming a bad link.
   Halo(DeviceSet& devices, const char* name, const std::vector<HaloLink>& links, HaloOp op = HaloOp::update);
 
-  /// From here on `part` overwrites what others read: waits until they have.
+  /// From here on `part` overwrites elements that others read: waits until they have read them.
   template <class F>
   void await_readers(int part, F&& fields);
-  /// What others read of `part` is final.
+  /// The elements of `part` that others read are final.
   template <class F>
   void begin(int part, F&& fields);
-  /// Of all parts. @throws Error when one that others read hasn't begun.
+  /// Updates or accumulates, for all parts. @throws Error when a part that others read hasn't begun.
   template <class F>
   void finish(F&& fields);
 

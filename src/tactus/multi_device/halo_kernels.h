@@ -1,6 +1,6 @@
 #pragma once
-/// Elements that parts of a partition have copies of: to the copies, from the copies, and what stale ones
-/// become.
+/// Kernels for elements that other parts of a partition have copies of: they update the copies, add the
+/// copies' sums to the elements, and mark stale copies.
 #include <bit>
 #include <cstring>
 

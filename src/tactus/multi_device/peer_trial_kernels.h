@@ -1,5 +1,5 @@
 #pragma once
-/// Whether one device really sees what another wrote.
+/// Tests whether one device really sees the values that another wrote.
 #include "tactus/compute/kernel.h"
 
 namespace tactus {

@@ -1,5 +1,5 @@
 #pragma once
-/// Host memory from which all devices of a set copy, while the host already fills what it sends next.
+/// Host memory from which all devices of a set copy, while the host already fills the next upload.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -28,7 +28,7 @@ class UploadRing {
     devices_->for_each_part([&](ExecContext& ctx, int p) { ctx.synchronize(slot.sent[at(p)]); });
     return slot.values.span();
   }
-  /// What `next` returned last.
+  /// The slot that `next` returned last.
   std::span<const T> newest() const { return slots_[newest_].values.span(); }
   void sent() {
     devices_->for_each_part([&](ExecContext& ctx, int p) { ctx.record(slots_[newest_].sent[at(p)]); });
