@@ -7,7 +7,7 @@
 ///   kd_i    = max(0, omega Drho_i / D_i),                             D_i = -d Drho_i / d k_i
 ///   k_i     = max(0, k_i + omega (rho_i + dt Drho_i - rho0) / (dt D_i)).
 ///
-/// The second is a fixed number of Jacobi iterations that begin with what the last step kept of its k, and go
+/// The second is a fixed number of Jacobi iterations. They begin with the k that the last step kept, and go
 /// on by half of their last change (Nesterov 1983): two in place of three.
 #include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
@@ -132,8 +132,8 @@ struct DfsphDensity {
   }
 };
 
-/// v* = v + dt (viscosity, artificial viscosity, gravity), with what kd do; and the velocity of the first k.
-/// What walls do because of kd comes with k's, so that they get it.
+/// v* = v + dt (viscosity, artificial viscosity, gravity), with the pair pressure of kd; and the velocity of
+/// the first k. The walls' pressure of kd is added with that of k, so that walls get the impulses of both.
 template <bool kThins>
 struct DfsphForce {
   static constexpr int kAtOnce = 4;
@@ -213,7 +213,7 @@ struct DfsphVelocity {
   LiquidStepped stepped = {};
   View<float> last_push = {};
   View<const float> density_kg_m3 = {}, inverse_D = {};
-  float share = 0;  ///< of what iterations add for too much density: DfsphPressure::share
+  float share = 0;  ///< k that iterations add for a density error: DfsphPressure::share
 
   TACTUS_HD void load() {
     time.load();
@@ -246,10 +246,11 @@ struct DfsphVelocity {
  private:
   /// Larger errors of the density come from blows. While they last, k may grow.
   static constexpr float kMostKept = 0.01F;
-  /// With what the next step begins: k, but for what the iterations added because the density was wrong. (A
-  /// start with that, too, would add up the density's error over steps. Velocities add up accelerations, and
-  /// densities velocities, so waves that the iterations don't find in one step, the long ones, would swing
-  /// higher and higher.) It is known for long waves alone, so no more is taken away than came in this step.
+  /// The k with which the next step begins: without the part that the iterations added because the density
+  /// was wrong. (A start with that part, too, would add up the density's error over steps. Velocities add up
+  /// accelerations, and densities velocities, so waves that the iterations don't find in one step, the long
+  /// ones, would swing higher and higher.) The part is known for long waves alone, so no more is taken away
+  /// than came in this step.
   TACTUS_HD float kept(Index i, float push, float first) const {
     const float rho0 = liquid.density_kg_m3, rho = density_kg_m3[i];
     if (!(time.dt_s > 0.F)) return push;
@@ -263,10 +264,11 @@ struct DfsphVelocity {
 /// One Jacobi step of all k.
 struct DfsphPressure {
   static constexpr float kMomentum = 0.5F;
-  /// Density over that at rest that a step may undo: what is squeezed more, in a cut that shuts, must not be
-  /// shot out of it.
+  /// Density over that at rest that a step may undo: liquid that is squeezed more, in a cut that shuts, must
+  /// not be shot out of it.
   static constexpr float kMostMended = 1.1F;
-  /// Of what `excess` k gains in so many iterations, where neighbours' k change alike: over D^-1 excess / dt.
+  /// The k that a constant `excess` adds in so many iterations, where neighbours' k change alike: over D^-1
+  /// excess / dt.
   static float share(int iterations) {
     float k = 0, found = 0;
     for (int i = 1; i <= iterations; ++i) {

@@ -4,15 +4,16 @@
 
 namespace tactus {
 
-/// What the liquid did since it was placed. Exactly: placed + emitted = here + taken + replaced. The oldest
-/// are replaced when newer ones need their room; layers for which all of the room is too little are waiting.
+/// Particle counts since the liquid was placed, and its extremes now. Exactly: placed + emitted = here +
+/// taken + replaced. The oldest are replaced when newer ones need their room; layers for which all of the
+/// room is too little are waiting.
 struct LiquidReport {
   Index here = 0;
   std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
   float densest = 0;  ///< largest density over that at rest
-  /// What another part of the liquid has. The order of sums of integers and maxima doesn't matter.
+  /// Adds the report of another part of the liquid. The order of sums of integers and maxima doesn't matter.
   TACTUS_HD void add(const LiquidReport& part) {
     here += part.here;
     placed += part.placed;
@@ -26,13 +27,13 @@ struct LiquidReport {
   }
 };
 
-/// The counters of that which the device goes on with.
+/// Counters that the device carries from step to step.
 struct LiquidCounters {
   Index next_id = 0;
   std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0;
 };
 
-/// So many particles go on, and so many of them aren't copies of what another device has.
+/// Counts the particles that go on, and those of them that aren't copies of another device's.
 struct KeepCount {
   View<const Index> placed, ghosts;
   View<Index> count, own;
@@ -113,7 +114,7 @@ struct EmitLayers {
   }
 };
 
-/// What walls got since the frame began, from one part, added up and emptied. Thread: owner.
+/// Adds up the impulses that walls got from one part since the frame began, and empties them. Thread: owner.
 struct SumWalls {
   View<WallSumsCopy> copies;
   View<WallSums> totals;
@@ -130,7 +131,7 @@ struct SumWalls {
   }
 };
 
-/// Of one part, in kReports pieces: a block makes each.
+/// The report of one part, in kReports pieces: a block makes each.
 struct ReportLiquid {
   static constexpr int kThreads = 256;
   static constexpr Index kReports = 32;

@@ -169,7 +169,7 @@ LiquidStepped Liquid::stepped(LiquidPart& part) const {
           part.shear_m2_s.const_view()};
 }
 
-/// Of the velocities in `motion`.
+/// Sets shear_m2_s from the velocities in `motion`.
 void Liquid::measure_shear() {
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.search.visit_listed(
@@ -217,7 +217,7 @@ void Liquid::end_step(const StepTime& time, const FrameOnDevices* frame) {
     end_weakly(time, frame);
 }
 
-/// Once in what is recorded together.
+/// True in the first substep of a block: a block is recorded as a whole.
 bool Liquid::is_timed(const StepTime& time) const {
   return split_.is_split() && devices_.is_cuda() && time.in_block == 0;
 }
@@ -323,7 +323,7 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
 }
 
 void Liquid::end_frame() {
-  split_.barrier().meet();  // the first device read what the last frame left
+  split_.barrier().meet();  // the first device has read the last frame's reports
   each([&](ExecContext& ctx, LiquidPart& part) {
     ctx.parallel_for("fluid/wall sums", part.wall_totals.size(),
                      SumWalls{part.wall_sums.view(), part.wall_totals.view()});

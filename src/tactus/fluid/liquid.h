@@ -25,7 +25,7 @@ enum class LiquidSolver : std::uint8_t {
   dfsph,  ///< incompressible: steps ten times as long, three times as dear
 };
 
-/// What thins when it is sheared (Carreau 1972): of the viscosity at rest, `viscosity_Pa_s` is left at last.
+/// A liquid that thins when it is sheared (Carreau 1972): its viscosity falls to `viscosity_Pa_s` at last.
 struct Carreau {
   float zero_shear_Pa_s = 0.056F;
   float relaxation_s = 3.313F;  ///< lambda: thinning begins at the shear rate 1 / lambda
@@ -41,8 +41,8 @@ struct LiquidSettings {
   std::optional<Carreau> carreau = {};
   float surface_tension_N_m = 0;
   float contact_angle_deg = 90;  ///< of its surface on walls, in the liquid; < 90 wets
-  /// What moves faster is compressed by more than 1 %. Sound goes ten times as fast, or ten times as fast as
-  /// (sigma / (rho d))^(1/2), the speed of the surface's shortest waves.
+  /// Liquid that moves faster is compressed by more than 1 %. Sound goes ten times as fast, or ten times as
+  /// fast as (sigma / (rho d))^(1/2), the speed of the surface's shortest waves.
   float max_speed_m_s = 1;
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
   Box3f box_m;                         ///< the world of the liquid
@@ -52,13 +52,13 @@ struct LiquidSettings {
   std::vector<Box3f> sinks_m = {};
   Index arrivals = 0;     ///< the most that others bring between two steps: Liquid::arrivals()
   Index other_walls = 0;  ///< owners of walls beside the faces of the box: kFaces, kFaces + 1, ..
-  /// That a device has room for at least; absent: Liquid::kLeast.. on GPUs, none elsewhere.
+  /// Room for particles that a device has at least; absent: Liquid::kLeast.. on GPUs, none elsewhere.
   std::optional<Index> least_particles = {};
 };
 
 /// @throws Error naming the setting that is out of range.
 LiquidSettings checked(const LiquidSettings& settings);
-/// Of settings that were checked.
+/// Constants of settings that were checked.
 LiquidConstants constants_of(const LiquidSettings& settings);
 
 /// Where the particles are. On the device; slots change in every step, ids never.
@@ -75,16 +75,16 @@ struct LiquidParticle {
   Index id = 0;
 };
 
-/// Owns the particles, in slabs on the first devices of a set: the same bits whatever the set. Call `place`
-/// before the first step. A step is asynchronous and may be recorded: nothing is allocated or read back
-/// there. Where other walls are near, it is begin_step, then whoever knows them adds them, for each part, to
-/// near_walls() of the particles in search(), then end_step, after which walls know their impulses.
-/// docs/concepts/liquid.md has the equations.
+/// Owns the particles, in slabs on the first devices of a set. Results have the same bits on every set. Call
+/// `place` before the first step. A step is asynchronous and may be recorded: nothing is allocated or read
+/// back there. Where other walls are near, call begin_step, then let the solvers that have these walls add
+/// them, for each part, to near_walls() of the particles in search(), then call end_step. After that, walls
+/// know their impulses. docs/concepts/liquid.md has the equations.
 class Liquid {
  public:
   static constexpr Index kFaces = FindBoxWalls::kFaces;
-  /// On GPUs, a part has room for as many. To exchange costs a step on two H200 0.14 ms of WCSPH and 0.7 ms
-  /// of DFSPH, half of what 340,000 and 560,000 particles cost one. See part_count.
+  /// On GPUs, a part has room for as many. On two H200, the exchange costs 0.14 ms a step of WCSPH and 0.7 ms
+  /// of DFSPH: half of a step of 340,000 and 560,000 particles on one H200. See part_count.
   static constexpr Index kLeastWcsph = 200000, kLeastDfsph = 300000;
 
   /// Synchronizes. @throws Error naming the setting that is out of range.
@@ -103,13 +103,13 @@ class Liquid {
   /// One step in a box alone. @throws Error when `time.dt_s` is above largest_step_s(); with `time.frame`,
   /// the caller sees to that.
   void step(const StepTime& time);
-  /// @param frame what `time` is on each device; none: as the host gives it
+  /// @param frame `time` as each device has it; none: as the host gives it
   void begin_step(const StepTime& time, const FrameOnDevices* frame = nullptr);
   void end_step(const StepTime& time, const FrameOnDevices* frame = nullptr);
-  /// Of a part: its particles, and copies of others' that are near. What copies do to walls is nothing.
+  /// The search of a part: its particles, and copies of others' that are near. Copies do nothing to walls.
   const NeighbourSearch& search(int part = 0) const { return parts_[at(part)].search; }
   NearWalls near_walls(int part = 0) { return parts_[at(part)].near_walls(); }
-  /// Of a liquid in one part, for those who bring particles between two steps.
+  /// The buffers of a liquid in one part, for solvers that bring particles between two steps.
   LiquidArrivals arrivals() {
     LiquidPart& part = parts_[0];
     return {part.counters.view(),
@@ -130,20 +130,21 @@ class Liquid {
   void end_frame();
 
   /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu), (rho d^3 / (8 pi sigma))^(1/2));
-  /// of dfsph, with the largest speed in place of c (1 + 0.6 alpha). The last is half the time that the
-  /// shortest wave of the surface takes to the next particle (Brackbill, Kothe & Zemach 1992).
+  /// dfsph has max_speed_m_s in place of c (1 + 0.6 alpha). The last is half the time that the shortest wave
+  /// of the surface takes to the next particle (Brackbill, Kothe & Zemach 1992).
   float largest_step_s() const;
-  /// Of dfsph, from the next step on, at least 1.
+  /// Sets the iterations of dfsph from the next step on, at least 1.
   void set_iterations(int iterations) { settings_.iterations = iterations; }
   const LiquidSettings& settings() const { return settings_; }
   const LiquidConstants& constants() const { return constants_; }
-  /// Of a part. Copies are nowhere.
+  /// The particles of a part. Copies are nowhere (NaN).
   LiquidView view(int part = 0) const;
-  /// (kFaces + other_walls) What the liquid did to each owner in the last frame.
+  /// (kFaces + other_walls) The impulse of the liquid on each owner in the last frame.
   View<const Vec3f> wall_impulses_N_s() const { return wall_impulse_.const_view(); }
   View<const LiquidReport> report_view() const { return report_.const_view(); }
 
-  /// (LiquidLayers::kCounts) Of a part, at the end of the last frame, for balance(); of one part, empty.
+  /// (LiquidLayers::kCounts) Particles of a part by layers at the end of the last frame, for balance(); empty
+  /// where there is one part.
   View<const Index> layers(int part) const { return parts_[at(part)].layers.const_view(); }
   /// Between frames, once devices were waited for: moves the cuts between parts, so that devices are done at
   /// the same time. @param layers of all parts
@@ -152,10 +153,10 @@ class Liquid {
 
   /// All that the next steps depend on. Synchronizes. @throws Error.
   void archive(StateArchive& a);
-  /// Of those that are here, by id. Synchronize.
+  /// The particles that are here, by id, and their densities. Both synchronize.
   std::vector<LiquidParticle> particles() const;
   std::vector<float> densities_kg_m3() const;
-  /// Of the last step, which was that long: p, which is never negative.
+  /// The pressures p of the last step, which took dt_s; never negative.
   std::vector<float> pressures_Pa(float dt_s) const;
 
  private:
@@ -182,7 +183,7 @@ class Liquid {
   std::vector<Kept> kept() const;
   /// All on the first part. @param count with those that left in the last step
   void put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters);
-  /// Of a liquid in one part, after put(): slots are those of the last step again, in which wounds look for
+  /// For a liquid in one part, after put(): slots are those of the last step again, in which wounds look for
   /// room before the next.
   void sort_again(const std::vector<Kept>& particles);
 

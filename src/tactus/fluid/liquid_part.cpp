@@ -10,7 +10,8 @@ CellIds cell_ids(const Device& device, Index max_particles) {
 
 }  // namespace
 
-/// Of several parts, particles that left and copies of the last step are still there when others come.
+/// In a liquid of several parts, particles that left and copies of the last step are still there when others
+/// come.
 LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m, Index wall_owners,
                        Index part, Index parts)
     : number(part),

@@ -9,8 +9,8 @@ namespace tactus {
 
 /// Owns the memory of one device. Particles are in slots; slots change in every step.
 struct LiquidPart {
-  /// With room for so many, a GPU sorts particles by bricks of cells, not by rows: of those, its caches hold
-  /// more of what is near. A step of DFSPH takes 7 % less for 700,000 particles, 10 % for 8,000,000; fewer
+  /// With room for so many, a GPU sorts particles by bricks of cells, not by rows: its caches then hold more
+  /// of the near particles. A step of DFSPH takes 7 % less for 700,000 particles, 10 % for 8,000,000; fewer
   /// fit into caches anyhow. Cores visit rows together.
   static constexpr Index kLeastInBricks = 400'000;
   /// @param max_particles of the whole liquid: all may come to one part @param arrivals that come before the
@@ -35,7 +35,7 @@ struct LiquidPart {
   Buffer<Vec3f> x_m, v_m_s;
   Buffer<float> density_kg_m3, push;
   Buffer<float> inverse_D, found, kd;  ///< dfsph
-  Buffer<float> shear_m2_s;            ///< of what thins
+  Buffer<float> shear_m2_s;            ///< viscosity, of a liquid that thins
   Buffer<LiquidMotion> motion, star, moved;
   Buffer<LiquidNormal> surface, smooth;  ///< with surface tension
   Buffer<float> curvature;
@@ -45,9 +45,9 @@ struct LiquidPart {
   Buffer<LiquidCounters> counters;
   Buffer<LiquidReport> reports;
   Buffer<Box3f> sinks;
-  Buffer<std::uint32_t> ages;  ///< of those that come
-  // Of several parts:
-  Buffer<Index> own, ghost_count;  ///< (1) each; ghosts: copies of what others have, in this step
+  Buffer<std::uint32_t> ages;  ///< LiquidAges; empty where no particles come
+  // With several parts:
+  Buffer<Index> own, ghost_count;  ///< (1) each; ghosts: copies of others' particles, in this step
   Buffer<LiquidSlabs> slabs;       ///< (1)
   Buffer<LiquidShown> shown_by;    ///< per part
   Buffer<Index> export_count, export_list, slot_of, ghost_slot;

@@ -1,4 +1,4 @@
-// What can be asked of a liquid, and the numbers that follow.
+// Checks the settings of a liquid and computes the constants that follow.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -27,7 +27,7 @@ LiquidConstants constants_of(const LiquidSettings& s) {
   const float d = s.spacing_m,
               speed_m_s = std::max(s.max_speed_m_s, std::sqrt(s.surface_tension_N_m / (s.density_kg_m3 * d))),
               sound = 10 * speed_m_s;
-  // What is incompressible has no sound to damp, but jiggles.
+  // An incompressible liquid has no sound to damp, but jiggles.
   const float damped_m_s = s.solver == LiquidSolver::dfsph ? 4 * speed_m_s : sound;
   return {.kernel = {1.F / d},
           .spacing_m = d,

@@ -18,7 +18,8 @@ LiquidBalance::LiquidBalance(const Box3f& box_m, int parts)
   begin(std::vector<Index>(LiquidLayers::kCounts));
 }
 
-/// From the first to the last layer that holds something; of an empty liquid, its box.
+/// The axis along which the liquid is longest, from the first to the last layer that holds something; an
+/// empty liquid is as long as its box.
 Index LiquidBalance::longest_axis(std::span<const Index> counts) const {
   const auto length_m = [&](Index axis) {
     const std::span<const Index> layers = of_axis(counts, axis);
@@ -35,7 +36,8 @@ Index LiquidBalance::longest_axis(std::span<const Index> counts) const {
   return longest;
 }
 
-/// begin_m of all parts but the first: between layers, as near as possible to what each part can do.
+/// begin_m of all parts but the first: between layers, so that shares of the particles are as near as
+/// possible to the parts' shares of the speed.
 std::vector<float> LiquidBalance::cuts_for(std::span<const Index> counts, Index axis) const {
   const std::span<const Index> layers = of_axis(counts, axis);
   const double all = std::accumulate(layers.begin(), layers.end(), 0.0),

@@ -12,7 +12,7 @@ namespace tactus {
 /// A liquid is on that many devices at most.
 inline constexpr int kMostLiquidParts = 16;
 
-/// Part p owns what is in [begin_m[p], begin_m[p + 1]) of an axis; the first and the last have no end.
+/// Part p owns the particles in [begin_m[p], begin_m[p + 1]) of an axis; the first and the last have no end.
 struct LiquidSlabs {
   Index axis = 0, parts = 1;
   float begin_m[kMostLiquidParts + 1] = {};
@@ -31,7 +31,8 @@ struct LiquidSlabs {
   }
 };
 
-/// Particles in equal layers of a box, along each axis; what is outside counts to the last layer.
+/// Particles in equal layers of a box, along each axis; particles outside count to the first or the last
+/// layer.
 struct LiquidLayers {
   static constexpr Index kLayers = 1024, kCounts = 3 * kLayers;
   Box3f box_m;
@@ -54,7 +55,7 @@ class LiquidBalance {
   static constexpr double kUneven = 1.05;
   /// The axis changes where the liquid is longer by that along another.
   static constexpr float kLonger = 1.25F;
-  /// What is measured counts by that beside what was measured before.
+  /// Weight of the newest measured speeds in their running mean.
   static constexpr double kNewest = 0.3;
 
   LiquidBalance(const Box3f& box_m, int parts);

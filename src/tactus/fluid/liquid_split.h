@@ -1,5 +1,5 @@
 #pragma once
-/// A liquid on several devices: who has which particles, and what devices know of their neighbours'.
+/// A liquid on several devices: moves particles between them and copies those that neighbours need.
 #include <vector>
 
 #include "tactus/fluid/liquid_part.h"
@@ -9,9 +9,9 @@
 namespace tactus {
 
 /// Works on the parts of one liquid. In every step: migrate, add_ghosts, then each part sorts its particles
-/// and copies alike, then link_ghosts; after each pass that writes what neighbours read, update. All is
-/// asynchronous and of fixed launches, so it may be recorded; counts are known to the devices alone. Of one
-/// part, nothing is to be done. docs/concepts/liquid.md explains the order.
+/// and copies alike, then link_ghosts; after each pass that writes a field that neighbours read, update. All
+/// is asynchronous and of fixed launches, so it may be recorded; counts are known to the devices alone. With
+/// one part, nothing is to be done. docs/concepts/liquid.md explains the order.
 class LiquidSplit {
  public:
   /// Parts are on the first devices, one each. They must outlive this. Synchronizes.
@@ -25,7 +25,7 @@ class LiquidSplit {
   void add_ghosts(float reach_m);
   /// Copies get the slots of their originals, once all parts have sorted.
   void link_ghosts();
-  /// In all parts, copies become what their originals are.
+  /// In all parts, copies get the values of their originals.
   template <class T>
   void update(const char* name, Buffer<T> LiquidPart::*field);
   DeviceBarrier& barrier() { return barrier_; }

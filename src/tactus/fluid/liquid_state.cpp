@@ -1,4 +1,4 @@
-// What particles a liquid has: placed, archived, read.
+// The particles of a liquid: placed, archived, read.
 #include <algorithm>
 #include <cmath>
 #include <limits>

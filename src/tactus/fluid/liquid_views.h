@@ -1,5 +1,5 @@
 #pragma once
-/// What kernels see of a liquid.
+/// Data of a liquid that its kernels read.
 #include "tactus/fluid/smoothing_kernel.h"
 #include "tactus/fluid/viscosity.h"
 #include "tactus/frame/frame_params.h"
@@ -7,7 +7,7 @@
 
 namespace tactus {
 
-/// What neighbours read of a particle in one go.
+/// Data of a particle that neighbours read in one go.
 struct alignas(16) LiquidMotion {
   Vec3f v_m_s;
   float push = 0;  ///< p / rho^2 [m^5 / (kg s^2)]

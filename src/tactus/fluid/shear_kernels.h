@@ -5,7 +5,7 @@
 
 namespace tactus {
 
-/// What forces between two particles are made of, over slope_scale().
+/// Factors of the forces between two particles, over slope_scale().
 struct PairViscosity {
   float inverse_r;
   float slope;   ///< -W' / r
@@ -23,8 +23,8 @@ struct PairViscosity {
 ///
 ///   rate_i^2 = (sum_j V 5 G ((v_j - v_i) . x_ij)^2 / r^2 + behind (u / s)^2) / (sum_j V G r^2 / 3 + behind)
 ///
-/// with the share behind(s / d) of walls, where the liquid is sheared by u / s. It is divided by what the
-/// sums would be of shear at rate 1, for surfaces.
+/// with the share behind(s / d) of walls, where the liquid is sheared by u / s. The divisor is the same sum
+/// for shear at rate 1: it makes up for missing neighbours at surfaces.
 struct LiquidShear {
   template <int kLanes>
   struct Own {

@@ -1,5 +1,5 @@
 #pragma once
-/// The smoothing kernel, and what stands for it behind a wall.
+/// The smoothing kernel, and its substitute behind a wall.
 #include "tactus/base/math.h"
 
 namespace tactus {
@@ -12,11 +12,11 @@ namespace tactus {
 /// On a cubic lattice of spacing d, sum W d^3 = 1.0001 with 33 particles. (Wendland's C2 kernel of the same
 /// support gives 1.034: its particles would have to be lighter than the liquid that they stand for.)
 ///
-/// Beside a wall, a particle lacks the neighbours behind it. What stands for them, `fill`, is a share of the
+/// Beside a wall, a particle lacks the neighbours behind it. Their substitute, `fill`, is a share of the
 /// density whose slope is the force, so energy is kept. It must do two things for a layer half a spacing from
 /// the wall: make up for the missing layer, fill(d/2) = 0.1497, and balance the other side's pressure. There
 /// every pair brings p_i / rho_i^2 + p_j / rho_j^2, but a wall has no pressure of its own, so its slope is
-/// twice the missing layer's: -1.0200 / d. (With the plain integral of the kernel over what is behind the
+/// twice the missing layer's: -1.0200 / d. (With the plain integral of the kernel over the space behind the
 /// plane, the layer is pressed to 0.2 d from the wall, at four times the pressure.) A cubic has both:
 ///
 ///   fill(s) = 1.4583 (1 - s / (0.9402 d))+^3.
@@ -50,11 +50,11 @@ struct SmoothingKernel {
     const float u = beside(s_m);
     return 3 * kFill / kFillEnd * inverse_d_1_m * (u * u);
   }
-  /// How much of what is behind one plane is behind another, too, at the signed distance s from the particle:
-  /// so much of the kernel is there. Where `fill` is less, which knows the lattice, it is that; and as both
-  /// sides of a plane are all, share(-s) = 1 - share(s). Beside an edge of a lattice of which a quarter is
-  /// missing, the row half a spacing inside of it is then pushed by 0.867 / d (the lattice: 0.87), and that
-  /// outside by 0.153 / d (0.16): together as one in the middle of a face.
+  /// Share of the space behind one plane that is behind another, too, at the signed distance s from the
+  /// particle: the share of the kernel there. Where `fill`, which knows the lattice, is less, it is `fill`;
+  /// and as both sides of a plane are all, share(-s) = 1 - share(s). Beside an edge of a lattice of which a
+  /// quarter is missing, the row half a spacing inside of it is then pushed by 0.867 / d (the lattice: 0.87),
+  /// and that outside by 0.153 / d (0.16): together as one in the middle of a face.
   TACTUS_HD float share(float s_m) const {
     const float beyond = min(fill(abs(s_m)), shape_volume(abs(s_m * inverse_d_1_m)));
     return s_m < 0.F ? 1.F - beyond : beyond;

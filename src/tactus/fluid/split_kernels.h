@@ -18,12 +18,12 @@ struct LiquidAges {
   TACTUS_HD static Index shift(Index digit) { return digit == 0 ? 21 : (digit == 1 ? 11 : 0); }
 };
 
-/// What one part of a liquid shows to the others. All of them have this of all.
+/// Data of one part of a liquid that the others read. Every part has the views of all parts.
 struct LiquidShown {
   View<Vec3f> x_m, v_m_s;
   View<float> push;
   View<Index> id;
-  // What others take over, per part that does:
+  // Particles that others take over, listed for each of them:
   View<Index> export_count;  ///< (kMostLiquidParts)
   View<Index> export_list;   ///< (kMostLiquidParts or fewer, room) numbers of particles
   Index room = 0;
@@ -82,17 +82,17 @@ struct ListGhosts {
   }
 };
 
-/// What a part takes over from the others in one go.
+/// Particles that a part takes over from the others in one go.
 struct LiquidImport {
   Index base = 0;                          ///< number of the first
-  Index first[kMostLiquidParts + 1] = {};  ///< of what comes from each part
+  Index first[kMostLiquidParts + 1] = {};  ///< of those from each part
 };
 
 /// How many come, and where they go: behind those that are here. One thread.
 struct PlanImport {
   Index part;
   View<const LiquidShown> shown;
-  View<Index> count;     ///< particles here, then with what comes
+  View<Index> count;     ///< particles here, then with those that come
   View<Index> imported;  ///< (1)
   View<LiquidImport> import;
   TACTUS_HD void operator()(Index) const {
@@ -154,7 +154,7 @@ struct FindOriginals {
   }
 };
 
-/// Thread: copy. It becomes what its original is.
+/// Thread: copy. It gets the value of its original.
 template <class T>
 struct PullGhosts {
   View<const LiquidOriginal> originals;
@@ -190,7 +190,7 @@ struct CountLayers {
   }
 };
 
-/// What all parts report and did to walls. Thread: owner of walls.
+/// Merges the reports of all parts and their impulses on walls. Thread: owner of walls.
 struct MergeParts {
   View<const LiquidShown> shown;
   View<Vec3f> impulse_N_s;

@@ -16,18 +16,18 @@ namespace tactus {
 ///
 ///   G(r) = 63 / (128 pi d^5) q (2 - q)+^2,  q = r / d.
 struct ViscousKernel {
-  /// Of SmoothingKernel::slope_scale_1_m5(): G = scale * kWeight * q (2 - q)^2.
+  /// Factor of SmoothingKernel::slope_scale_1_m5() in G = scale * kWeight * q (2 - q)^2.
   static constexpr float kWeight = 21.F / 32;
 
   /// Behind a wall at distance s the velocity goes on linearly, so liquid doesn't slip. With the velocity u
-  /// of a particle along the wall and relative to it, the integral over what is behind is -nu friction(s / d)
-  /// / (s d) u. The integral of friction from 0 to 2 is 1, so layers of any liquid bear the stress mu du/ds.
+  /// of a particle along the wall and relative to it, the integral behind the wall is -nu friction(s / d) /
+  /// (s d) u. The integral of friction from 0 to 2 is 1, so layers of any liquid bear the stress mu du/ds.
   TACTUS_HD static float friction(float s) {
     const float t = max(0.F, 2 - s), t2 = t * t;
     return (3.F / 128) * (t2 * t2 * t) * fma(t, fma(4, t, -21), 28);
   }
-  /// What is behind the wall has this share of the weight that sums over neighbours have, 1/2 at s = 0, where
-  /// squares of shear rates are summed: -int_s^2 x friction'(x) dx / 2.
+  /// Where squares of shear rates are summed, the space behind the wall has this share of the weight that
+  /// sums over neighbours have, 1/2 at s = 0: -int_s^2 x friction'(x) dx / 2.
   TACTUS_HD static float behind(float s) {
     const float t = max(0.F, 2 - s), t2 = t * t;
     return 0.5F * (s * friction(s) + (1.F / 256) * (t2 * t2 * t2) * fma(t, fma(3, t, -18), 28));

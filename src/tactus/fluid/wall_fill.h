@@ -1,13 +1,13 @@
 #pragma once
-/// What stands for the liquid behind walls.
+/// The substitute for liquid behind walls: a share of the density.
 #include "tactus/fluid/liquid_views.h"
 
 namespace tactus {
 
-/// What all walls near a particle bring to its density, over that at rest. A wall that ends at edges fills
-/// what is behind it and behind the planes beside it: fill_1 share_2 share_3. What is behind two walls at an
-/// inner edge overlaps: 1 - (1 - fill_1)(1 - fill_2), which misses the lattice's edge by 0.004. What is
-/// behind two walls that face each other does not: fill_1 + fill_2. Between, with across = -n_1 . n_2 (at
+/// The density that all walls near a particle bring to it, over that at rest. A wall that ends at edges fills
+/// the space that is behind it and behind the planes beside it: fill_1 share_2 share_3. The spaces behind two
+/// walls at an inner edge overlap: 1 - (1 - fill_1)(1 - fill_2), which misses the lattice's edge by 0.004.
+/// Those behind two walls that face each other do not: fill_1 + fill_2. Between, with across = -n_1 . n_2 (at
 /// least 0),
 ///
 ///   fill = 1 - prod_k (1 - fill_k) + sum_k<l across_kl fill_k fill_l prod_m (1 - fill_m)     (m not k, l),
@@ -15,12 +15,12 @@ namespace tactus {
 /// which has both for three walls, too: a gap with a floor is 1 - (1 - fill_1 - fill_2)(1 - fill_3).
 class WallFill {
  public:
-  /// Sets `slope_1_m` and `share` of the walls, too: positions stay for a step, so the first who asks keeps
-  /// them for all.
+  /// Sets `slope_1_m` and `share` of the walls, too: positions stay for a step, so the first call keeps them
+  /// for all.
   TACTUS_HD static float of(const NearWalls& near, Index i, const LiquidConstants& liquid) {
     WallFill f(near, i);
     f.fill_behind(liquid);
-    if (f.n_ == 1) return 1.F - (1.F - f.own_[0]);  // what joined() is of one wall, bit for bit
+    if (f.n_ == 1) return 1.F - (1.F - f.own_[0]);  // joined() of one wall, bit for bit
     f.end_at_edges(liquid);
     return f.joined();
   }
@@ -112,7 +112,7 @@ class WallFill {
     }
     return fill;
   }
-  /// What walls k and l have more because they face each other; `grows` gets its slopes.
+  /// The fill that walls k and l add because they face each other; `grows` gets its slopes.
   TACTUS_HD float add_across(Index k, Index l, const float* open, float* grows) const {
     const float across = max(-dot(wall(k).n, wall(l).n), 0.F);
     if (!(across > 0.F) || wall(k).is_beside() || wall(l).is_beside()) return 0;

@@ -1,12 +1,12 @@
 #pragma once
-/// Walls that are near particles, and what the liquid does to them.
+/// Walls that are near particles, and the liquid's impulses on them.
 #include "tactus/compute/atomic.h"
 #include "tactus/fluid/wall_fill.h"
 #include "tactus/geom/neighbour_cells.h"
 
 namespace tactus {
 
-/// What walls get, as integers: in any order, the same sums.
+/// Impulses on walls, as integers: in any order, the same sums.
 struct WallSums {
   static constexpr float kUnit = 1.F / (1ULL << 48);  ///< [N s]
   std::uint64_t impulse[3] = {};
@@ -88,11 +88,11 @@ struct FindBoxWalls {
   }
 };
 
-/// The end of a step of one particle, once its walls know their slopes: what they do to it, and where it is
-/// then. No particle gets nearer to a wall than closest_m: it is put back there, by a tenth of a spacing a
-/// step, and loses the velocity towards the wall.
+/// The end of a step of one particle, once its walls know their slopes: their forces on it, and its new
+/// velocity and position. No particle gets nearer to a wall than closest_m: it is put back there, by a tenth
+/// of a spacing a step, and loses the velocity towards the wall.
 struct LiquidStepped {
-  static constexpr float kFarthestBack = 0.1F;  ///< in spacings: what appears in a pool must not blow it up
+  static constexpr float kFarthestBack = 0.1F;  ///< in spacings: newcomers to a pool must not blow it up
   View<Vec3f> x_m, v_m_s;                       ///< by slot
   View<Index> id;
   LiquidEnds ends;
@@ -100,7 +100,7 @@ struct LiquidStepped {
   View<const float> shear_m2_s = {};  ///< by slot of the search; empty: that of all
 
   /// @param push dt p / rho^2 @param before the velocity at the begin of the step @param v at its end,
-  /// without what walls do
+  /// without the forces of walls
   TACTUS_HD void end(const LiquidConstants& liquid, const NearWalls& walls, const SearchParticle& particle,
                      Index i, float push, Vec3f before, const StepTime& time, Vec3f v) const {
     Vec3f put_back{};
@@ -122,7 +122,7 @@ struct LiquidStepped {
       float shear = liquid.shear_m2_s;
       if (!shear_m2_s.empty())
         shear = 0.5F * (shear_m2_s[i] + liquid.thinning.at(dot(slide, slide) / sqr(s)));
-      // Friction must not turn the velocity round. What gives way takes its share of a blow.
+      // Friction must not turn the velocity round. A wall that gives way takes its share of a blow.
       const float yields = liquid.mass_kg * wall.give_1_kg,
                   friction =
                       ViscousKernel::friction(s * liquid.kernel.inverse_d_1_m) / (s * liquid.spacing_m),

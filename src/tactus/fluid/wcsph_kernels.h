@@ -6,10 +6,10 @@
 
 namespace tactus {
 
-/// rho_i = sum_j m W_ij + rho0 fill_i, with what walls fill; p = rho0 c^2 / 7 ((rho / rho0)^7 - 1), and no
+/// rho_i = sum_j m W_ij + rho0 fill_i, with the fill of walls; p = rho0 c^2 / 7 ((rho / rho0)^7 - 1), and no
 /// tension: p >= 0.
 struct LiquidDensity {
-  static constexpr float kDensest = 1.5F;  ///< what is squeezed more has no more pressure
+  static constexpr float kDensest = 1.5F;  ///< liquid that is squeezed more has no more pressure
   template <int kLanes>
   struct Own {
     float sum[kLanes];
@@ -53,8 +53,8 @@ struct LiquidDensity {
 ///
 ///   + rho0 p_wall / rho_i^2 f n - nu friction(s / d) / (s d) (v_i - v_wall)_t
 ///
-/// p_wall = p_i - rho g . n s (push_at_wall). v_wall is that of the wall if it reached to the particle: what
-/// turns with its wall isn't sheared.
+/// p_wall = p_i - rho g . n s (push_at_wall). v_wall is that of the wall if it reached to the particle:
+/// liquid that turns with its wall isn't sheared.
 ///
 /// Velocities are stepped first, then positions with the new ones: LiquidStepped.
 ///

@@ -3,8 +3,8 @@
 /// out where there is room for them, and the rest waits: due = emitted + waiting, as integers.
 ///
 /// Where a piece of a wound may bleed is tried out, half a spacing in front of it: walls and liquid must
-/// leave room for a particle there. So a cut that is shut keeps what it owes, and one that gapes by a
-/// diameter gives it away. A piece at the skin that is shut tries outside of the skin, and one under liquid
+/// leave room for a particle there. So a cut that is shut keeps its waiting volume, and one that gapes by a
+/// diameter releases it. A piece at the skin that is shut tries outside of the skin, and one under liquid
 /// tries above it.
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
@@ -33,7 +33,7 @@ struct WoundState {
   Index level = 0;  ///< where it tries: 0 in front of it, k > 0 k spacings above, -1 - k k above the rim
 };
 
-/// Of a stroke.
+/// The volume ledger of a stroke.
 struct WoundBook {
   static constexpr double kUnits = 4294967296.0;  ///< of `due` in a particle's volume
   std::uint64_t due = 0;
@@ -51,10 +51,10 @@ TACTUS_HD inline std::uint32_t scattered(std::uint32_t i) {
   return i ^ i >> 16U;
 }
 
-/// In spacings: nearer to a wall, there is no room. Half of one, but for what walls bend.
+/// In spacings: nearer to a wall, there is no room. Half a spacing, less a margin for walls that bend.
 inline constexpr float kWoundToWall = 0.45F;
 
-/// Thread: piece. Adds what it owes for the coming part of a frame, and tries a place in one part of four.
+/// Thread: piece. Adds the volume due for the coming part of a frame, and tries a place in one part of four.
 struct TryWounds {
   static constexpr int kTurns = 4;
   View<const WoundPiece> pieces;
@@ -138,13 +138,13 @@ struct TryWounds {
   }
 };
 
-/// What there is of the liquid round a place.
+/// The liquid round a place.
 struct LiquidRound {
   float nearest2_m2;
   float density;  ///< over that at rest
 };
 
-/// Of places, among the particles of the liquid, where they are now.
+/// Finds the liquid round each place, among the particles of the liquid where they are now.
 struct FindLiquidRound {
   static constexpr bool kNearOnly = true;
   template <int kLanes>
@@ -182,8 +182,8 @@ struct FindLiquidRound {
 struct JudgePlaces {
   static constexpr Index kLevels = 24;      ///< above a piece
   static constexpr float kToLiquid = 0.9F;  ///< in spacings: nearer, there is no room
-  /// Of the density at rest: where liquid and walls round a place bring more, it is within the liquid. There,
-  /// they bring 0.68, and beside a surface less than 0.3.
+  /// Share of the density at rest: where liquid and walls round a place bring more, it is within the liquid.
+  /// There, they bring 0.68, and beside a surface less than 0.3.
   static constexpr float kDense = 0.5F;
   View<const Index> order;  ///< piece of each place
   NearWalls walls;
@@ -219,7 +219,7 @@ struct JudgePlaces {
     }
     states[i] = s;
   }
-  /// > 0; who wishes most comes first, and among equals anyone.
+  /// > 0. The piece with the largest wish comes first, and among equals any one.
   TACTUS_HD static std::uint32_t key(float wish, Index i) {
     const std::uint32_t dither = scattered(static_cast<std::uint32_t>(i) ^ 0x5BD1E995U);
     const float own = wish + static_cast<float>(dither >> 16U) * (1.F / 65536);
@@ -236,8 +236,8 @@ struct WoundPlace {
   }
 };
 
-/// Of places, among all: lists those that no place beats that wishes more and is so near that both would not
-/// have room. In any order.
+/// A place beats another one when its wish is larger and both are too near to have room. Lists the places
+/// that none beats, in any order.
 struct BeatPlaces {
   static constexpr bool kNearOnly = true;
   template <int kLanes>
@@ -268,7 +268,7 @@ struct BeatPlaces {
   }
 };
 
-/// What a liquid offers to those who bring particles between its steps.
+/// The buffers of a liquid for solvers that bring particles between its steps.
 struct LiquidArrivals {
   View<LiquidCounters> counters;
   View<Index> count;
@@ -331,7 +331,7 @@ struct PlanWounds {
     }
     return before;
   }
-  /// What each stroke gets of the liquid's room.
+  /// Shares out the liquid's room to strokes, in their order.
   TACTUS_HD void grant(Index n, Shared& s) const {
     LiquidCounters c = liquid.counters[0];
     Index next = liquid.count[0];

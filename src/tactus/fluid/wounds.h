@@ -17,10 +17,10 @@ struct WoundSettings {
   Index max_pieces = 0;
 };
 
-/// Owns what wounds owe, on one device. Between frames: set_pieces when the body was cut. Once before the
-/// substeps of a frame: try_places; then whoever knows walls adds them to near_walls() of the places in
-/// search(), of which there are FindBoxWalls' first; then bleed. Asynchronous, may be recorded, but for
-/// set_pieces.
+/// Owns the pieces of wounds and the volumes that they owe, on one device. Between frames: set_pieces when
+/// the body was cut. Once before the substeps of a frame: try_places; then solvers that have walls add them
+/// to near_walls() of the places in search(), FindBoxWalls first; then bleed. Asynchronous, may be recorded,
+/// but for set_pieces.
 class Wounds {
  public:
   /// @throws Error naming the setting that is out of range.
@@ -38,7 +38,8 @@ class Wounds {
   /// @param search of the liquid's last step
   void bleed(ExecContext& ctx, const NeighbourSearch& search, const LiquidArrivals& liquid);
 
-  /// What pieces owe and strokes bled; pieces themselves are set before that. Synchronizes. @throws Error.
+  /// The volumes that pieces owe and strokes bled; pieces themselves are set before that. Synchronizes.
+  /// @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
 
   Index max_pieces() const { return pieces_.size(); }
