@@ -1,4 +1,4 @@
-/// Blades of a scene that are seen, and what blades ask of the scene.
+/// Tracked blades of a scene, and the conditions that blades put on the scene.
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -6,7 +6,7 @@
 namespace tactus {
 
 /// Reads the meshes [m] and label volumes that the scene's bodies name.
-/// @throws Error naming the file for what can't be read.
+/// @throws Error naming the file that can't be read.
 BodyAssets load_body_assets(const Scene& scene);
 
 }  // namespace tactus

@@ -1,5 +1,5 @@
 #pragma once
-/// How a description declares its fields: once, for whoever reads, checks or documents them.
+/// How a description declares its fields: once, for the visitors that read, check or document them.
 #include <functional>
 #include <initializer_list>
 #include <limits>
@@ -23,7 +23,7 @@ struct Field {
   Presence presence = Presence::optional;
 };
 
-/// What numbers a field takes: [min, max], or (min, max] when `min` itself is excluded.
+/// The numbers that a field takes: [min, max], or (min, max] when `min` itself is excluded.
 struct Range {
   const char* unit = "";
   double min = -std::numeric_limits<double>::infinity();
@@ -34,12 +34,13 @@ struct Range {
 /// "> 0 and <= 1 m", ">= 0"; "" when everything is allowed and there is no unit.
 std::string range_text(const Range& range);
 
-/// Visits the fields of one mapping. Values hold their defaults before, and what was read after.
+/// Visits the fields of one mapping. Values hold their defaults before the visit, and the values read after
+/// it.
 class FieldVisitor {
  public:
   virtual ~FieldVisitor() = default;
   virtual void text(const Field& field, std::string& value) = 0;
-  /// A path: `$TACTUS_DATA` is replaced, what is relative starts at the folder of the file.
+  /// A path: `$TACTUS_DATA` is replaced, a relative path starts at the folder of the file.
   virtual void path(const Field& field, std::string& value) = 0;
   /// One of the known words.
   virtual void word(const Field& field, std::string& value, std::span<const std::string> known) = 0;
@@ -50,7 +51,7 @@ class FieldVisitor {
   virtual void pixel_size(const Field& field, Vec2i& value, const Range& range) = 0;
   virtual void frames(const Field& field, FrameRange& value) = 0;
   virtual void integers(const Field& field, std::vector<int>& value, const Range& range) = 0;
-  /// A number or the word `auto` (none); `automatic` says what that means.
+  /// A number or the word `auto` (none); `automatic` describes the effect of `auto`.
   virtual void integer_or_auto(const Field& field, std::optional<int>& value, const Range& range,
                                const char* automatic) = 0;
   virtual void real_or_auto(const Field& field, std::optional<double>& value, const Range& range,
@@ -65,7 +66,8 @@ class FieldVisitor {
   using Append = std::function<Describe()>;
   virtual void list(const Field& field, const Append& append) = 0;
 
-  /// Rejects what was read: `key` is where to look, `message` says what is wrong and what was expected.
+  /// Rejects the values read unless `ok`: `key` is the place to look at, `message` names the fault and the
+  /// values expected.
   virtual void check(bool ok, const char* key, const std::string& message) = 0;
   /// Rejects `key` where it would have no effect.
   virtual void only_when(bool condition, const char* key, const char* when) = 0;

@@ -51,7 +51,7 @@ const unsigned char* GltfAccessor::inside(const tinygltf::Model& model, int view
                                           std::size_t count, std::size_t size, std::size_t stride) const {
   const auto& v = gltf_item(path_, model.bufferViews, view, "buffer view");
   const auto& buffer = gltf_item(path_, model.buffers, v.buffer, "buffer");
-  // Subtractions only: sums of what a damaged file says could wrap around.
+  // Subtractions only: sums of a damaged file's numbers could wrap around.
   const std::size_t end = buffer.data.size();
   const bool starts =
       v.byteOffset <= end && offset >= 0 && static_cast<std::size_t>(offset) <= end - v.byteOffset;

@@ -20,8 +20,8 @@ const T& gltf_item(const std::string& path, const std::vector<T>& items, int i, 
   return items[static_cast<std::size_t>(i)];
 }
 
-/// Component c of element i of an accessor, sparse ones too. What has no buffer view is 0. The model has to
-/// outlive it.
+/// Component c of element i of an accessor, sparse ones too. Without a buffer view, all elements are 0. The
+/// model has to outlive it.
 class GltfAccessor {
  public:
   /// @throws Error naming the file and the accessor: wrong type, beyond its buffer.

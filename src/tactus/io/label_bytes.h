@@ -11,8 +11,7 @@ namespace tactus {
 
 class LabelBytes {
  public:
-  /// What the first bytes of the file are: gzip may stand around all of it, or zlib or gzip stands there for
-  /// sure.
+  /// Packing of the file's first bytes: perhaps gzip around all of the file, none, or zlib or gzip for sure.
   enum class Packing { perhaps, none, yes };
   /// @throws Error naming the path and the reason: missing, no regular file.
   explicit LabelBytes(const std::string& path, Packing packing = Packing::perhaps);
@@ -27,7 +26,7 @@ class LabelBytes {
   bool line(std::string& text);
   /// Leaves bytes out, as far as there are any.
   void skip(std::uint64_t bytes);
-  /// What follows is compressed by zlib or gzip.
+  /// The bytes that follow are compressed by zlib or gzip.
   void unpack();
 
  private:

@@ -93,7 +93,7 @@ void read_dims(const std::string& path, const Header& header, VoxelLayout& layou
   }
 }
 
-/// From the quaternion, whose first number is the positive root of what the others leave of 1.
+/// From the quaternion (a, b, c, d). The file holds b, c and d; a = sqrt(1 - b^2 - c^2 - d^2).
 void place_by_quaternion(const Header& header, double unit, VoxelLayout& layout) {
   const Places& at = header.at();
   double b = header.real(at.quaternion, 0), c = header.real(at.quaternion, 1),

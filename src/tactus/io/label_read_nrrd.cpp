@@ -21,7 +21,7 @@ HeaderFields read_header(LabelBytes& file, const std::string& path) {
   std::string line;
   file.line(line);  // the magic
   while (file.line(line) && !line.empty()) {
-    if (line[0] == '#' || line.find(":=") != line.npos) continue;  // comments, and what programs note
+    if (line[0] == '#' || line.find(":=") != line.npos) continue;  // comments, and notes of programs
     const std::size_t colon = line.find(": ");
     if (colon == line.npos)
       throw Error(path + ": header line '" + printable(line) + "', expected 'field: value'");

@@ -58,7 +58,7 @@ std::string dims_text(const VoxelLayout& v) {
   return std::to_string(v.dims[0]) + " x " + std::to_string(v.dims[1]) + " x " + std::to_string(v.dims[2]);
 }
 
-/// A label a voxel of what the file holds. @param first the number of the first of these voxels
+/// Appends the labels of the next `count` voxels.
 void append_labels(const std::string& path, const VoxelLayout& layout,
                    const std::vector<unsigned char>& bytes, std::size_t count,
                    std::vector<VoxelLabel>& labels) {
@@ -147,7 +147,7 @@ LabelVolume read_voxels(const std::string& path, LabelBytes& bytes, const VoxelL
   for (int k = 0; k < 3; ++k) volume.dims[k] = static_cast<Index>(layout.dims[k]);
   const auto voxels = static_cast<std::size_t>(layout.dims[0] * layout.dims[1] * layout.dims[2]);
   const std::size_t size = size_of(layout.type);
-  // Memory is taken as bytes come: a header may promise what no file holds.
+  // Memory is taken as bytes come: a header may promise more than any file holds.
   std::vector<unsigned char> block(std::min(voxels, (std::size_t{1} << 20)) * size);
   while (volume.labels.size() < voxels) {
     const std::size_t count = std::min(block.size() / size, voxels - volume.labels.size());
@@ -157,7 +157,7 @@ LabelVolume read_voxels(const std::string& path, LabelBytes& bytes, const VoxelL
       throw Error(path + ": truncated, it holds " + std::to_string(volume.labels.size()) + " of " +
                   std::to_string(voxels) + " voxels");
   }
-  bytes.read(block.data(), 1);  // goes to the check sum of what is compressed
+  bytes.read(block.data(), 1);  // reads on to the check sum of compressed data
   place(path, layout, volume);
   return volume;
 }

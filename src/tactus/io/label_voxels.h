@@ -1,5 +1,5 @@
 #pragma once
-/// What the readers of label volumes share. Internal to io.
+/// Types and functions that the readers of label volumes share. Internal to io.
 #include <string>
 #include <string_view>
 
@@ -11,7 +11,7 @@ namespace tactus {
 
 enum class VoxelType : std::uint8_t { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
 
-/// How a file says where its voxels are and what they hold.
+/// Places of a file's voxels, and the type of their values.
 struct VoxelLayout {
   std::int64_t dims[3] = {1, 1, 1};
   VoxelType type = VoxelType::u8;

@@ -12,16 +12,15 @@ namespace tactus {
 /// A mesh as it comes from a file: equal vertices are one, and none is there that no triangle uses.
 struct ImportedMesh {
   TriangleMesh mesh;
-  Vec3d
-      origin_m;  ///< the mesh's zero in the file's coordinates: 0, or the middle of what lies far from there
+  Vec3d origin_m;  ///< the mesh's zero in the file's coordinates: 0, or the middle of a far mesh
 };
 
 /// Whether the extension is one of those that import_mesh reads.
 bool is_mesh_path(const std::string& path);
 /// Reads a mesh by its extension: .ply (ASCII, binary), .obj, .stl (ASCII, binary), .off (ASCII, binary),
 /// .gltf, .glb. Concave polygons are clipped ear by ear. Vertices nearer than 1e-6 of the mesh's size become
-/// one. What lies more than 100 m and ten times its size from the origin of its file is moved there. glTF:
-/// all meshes of the scene in their rest pose, with the default weights of their morph targets.
+/// one. A mesh more than 100 m and ten times its size from the origin of its file is moved there. glTF: all
+/// meshes of the scene in their rest pose, with the default weights of their morph targets.
 /// @param unit_m metres per unit of length in the file
 /// @throws Error naming the file, the line or element and the value: unreadable, no regular file, unknown
 /// extension
@@ -43,7 +42,7 @@ void write_ply(const std::string& path, const TriangleMesh& mesh, std::span<cons
 void write_obj(const std::string& path, const TriangleMesh& mesh);
 
 /// glTF 2.0, one file: .glb is binary, otherwise all bytes are in the text. `png`: the atlas, encoded, or
-/// none when there is no `uv`. What has colours is shown as it is (KHR_materials_unlit): photos hold their
+/// none when there is no `uv`. A mesh with colours is shown as it is (KHR_materials_unlit): photos hold their
 /// light.
 /// @throws Error: numbers that don't fit, an empty mesh, a path that can't be written.
 void write_gltf(const std::string& path, const TexturedMesh& textured,

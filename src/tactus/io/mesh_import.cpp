@@ -14,8 +14,8 @@
 namespace tactus::mesh_reading {
 namespace {
 
-/// Vertices nearer than this share of the mesh's longest edge along an axis are one: exporters round what was
-/// one position in different ways.
+/// Vertices nearer than this share of the mesh's longest edge along an axis are one: exporters round one
+/// position in different ways.
 constexpr double kWeld = 1e-6;
 /// A mesh farther from the origin of its file than both is moved there: in metres, and in its own sizes. At
 /// 100 m float steps by 8 micrometres.

@@ -97,7 +97,7 @@ class GltfReader {
     }
   }
 
-  /// A small file may show a large mesh in every node: what that makes is counted before it is made.
+  /// A small file may show a large mesh in every node: vertices and corners are counted before they are made.
   void check_budget() const {
     std::size_t vertices = 0, displaced = 0, corners = 0, steps = 0;
     const auto add = [](std::size_t& sum, std::size_t n, std::size_t most) {
@@ -308,8 +308,8 @@ bool is_harmless(std::string_view extension) {
   return false;
 }
 
-/// What is required and unknown; instances also where they are not required, as they are bodies that would
-/// lack.
+/// Refuses required extensions unless they are harmless; instances also where they are not required, as their
+/// bodies would be missing.
 void check_extensions(const std::string& path, const nlohmann::json& json) {
   const auto refuse = [&](const std::string& name) {
     throw Error(path + ": needs the glTF extension '" + name +

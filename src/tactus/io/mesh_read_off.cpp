@@ -10,10 +10,10 @@
 namespace tactus::mesh_reading {
 namespace {
 
-/// What the first word says: [ST][C][N][4][n]OFF.
+/// Meaning of the first word: [ST][C][N][4][n]OFF.
 struct Kind {
   bool is_off = false, texture = false, color = false, normal = false;
-  std::string refused;  ///< the letter of what has other than three coordinates
+  std::string refused;  ///< the letter for other than three coordinates
 };
 
 Kind kind_of(std::string_view word) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What the readers of mesh files share. Internal to io.
+/// Types and functions that the readers of mesh files share. Internal to io.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -16,7 +16,7 @@ constexpr std::size_t kMaxVertices = std::size_t{1} << 26, kMaxTriangles = std::
 /// Thrown where a file asks for more, before memory is taken. Caught by parse_mesh.
 struct TooLarge {};
 
-/// What a file holds, before it is checked.
+/// The contents of a file, before they are checked.
 struct RawMesh {
   /// A face with more than three corners. Until all positions are known it is a fan, which lists its corners.
   struct Polygon {
@@ -42,8 +42,8 @@ struct RawMesh {
   std::string face_text(const std::string& path, std::size_t triangle) const;
 };
 
-/// A text as UTF-8: UTF-16 behind its byte order mark becomes ASCII, where '?' stands for what isn't; a byte
-/// order mark of UTF-8 goes. Other bytes stay as they are and are not copied.
+/// A text as UTF-8: UTF-16 behind its byte order mark becomes ASCII, where '?' stands for all other
+/// characters; a byte order mark of UTF-8 goes. Other bytes stay as they are and are not copied.
 class PlainText {
  public:
   explicit PlainText(std::string_view bytes);
@@ -58,8 +58,7 @@ class PlainText {
 
 std::string lower_case(std::string_view word);
 
-/// Non-empty lines of a text, split into words; what follows '#' is a comment. Lines end with LF, CR LF or
-/// CR.
+/// Non-empty lines of a text, split into words; text behind '#' is a comment. Lines end with LF, CR LF or CR.
 class LineReader {
  public:
   /// @param joins whether a backslash at the end of a line that is no comment goes on with the next line
@@ -67,7 +66,7 @@ class LineReader {
       : path_(std::move(path)), rest_(text), joins_(joins) {}
   /// Moves on; false at the end of the file.
   bool next();
-  /// Moves on. @throws Error "truncated, expected `what`".
+  /// Moves on. @throws Error "truncated, expected ..." at the end of the file.
   void require(const std::string& what);
   const std::vector<std::string_view>& words() const { return words_; }
   std::int64_t line() const { return line_; }

@@ -1,4 +1,4 @@
-// Regions of bodies: what is held, painted, moved and loaded.
+// Regions of bodies: those that are held, painted, moved and loaded.
 #include "tactus/io/region_schema.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #pragma once
-/// Fields of a scene's regions, and what several declarations of fields share.
+/// Fields of a scene's regions, and helpers that several declarations of fields share.
 #include "tactus/io/field_visitor.h"
 
 namespace tactus {

@@ -10,7 +10,7 @@ namespace tactus {
 /// Reads and checks a scene file. Paths in it are resolved: `$TACTUS_DATA` at their start is replaced by
 /// the environment variable, and relative ones start at the scene file's folder. They are not opened.
 /// @throws Error `failure` when the file can't be read; `usage` for the first thing wrong in it, as
-///         `FILE:LINE: what is wrong, what was expected`.
+///         `FILE:LINE: the fault, expected ...`.
 Scene read_scene(const std::string& path);
 
 /// As read_scene, from text; `path` names it in errors and anchors relative paths.

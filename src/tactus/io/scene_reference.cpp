@@ -114,7 +114,7 @@ std::string box_text(const Box3f& box_m) {
          side(box_m.min.z, box_m.max.z);
 }
 
-/// The built-in rig and what it films, measured: these are what `scale` and `offset_m` start from.
+/// The built-in rig and the figures that it films, measured: `scale` and `offset_m` start from these boxes.
 void write_synthetic_rig(std::ostream& out) {
   const SyntheticRigOptions options;
   const Rig rig = make_synthetic_rig(options);
