@@ -1,13 +1,14 @@
 #pragma once
 /// The active set of a body's surface: the triangles that may soon come near the liquid, and their vertices.
-/// A step poses and lists these alone, so it costs what is near the liquid, however large the body.
+/// A step poses and lists these alone, so its cost follows the part of the surface near the liquid, however
+/// large the body.
 ///
 /// When the set is chosen, a triangle is active if its box meets a cell that is at most kMargin cells from
 /// those that are near the liquid. A cell is guarded if it is at most one cell from the box of any other
 /// triangle: while no vertex has moved by more than a cell, these come to no other cells. So the set is
 /// complete as long as nodes have moved less than that, and no cell near the liquid is guarded. Each step
-/// tests both, and chooses the set anew where it may be incomplete: what moves fast costs time, and is not
-/// missed.
+/// tests both, and chooses the set anew where it may be incomplete: fast motion costs time, but no triangle
+/// is missed.
 #include "tactus/contact/wall_grid_kernels.h"
 
 namespace tactus {

@@ -9,13 +9,13 @@
 
 namespace tactus {
 
-/// What a body did to another over one frame.
+/// Force and impulse of a body on another over one frame.
 struct PairReaction {
   Index body = 0, other = 0;  ///< the same two: a body that touches itself
   OwnerReaction reaction;     ///< on `other`
 };
 
-/// Owns what contact keeps of all bodies that touch one another, on one device.
+/// Owns the contact state of all bodies that touch one another, on one device.
 ///
 ///   per frame: begin_frame; per substep, after all bodies moved: correct; end_frame; and where the frame was
 ///   waited for, pair_reactions().
@@ -24,7 +24,7 @@ struct PairReaction {
 /// and friction. Both sides take part with the masses of their nodes; nodes that are held don't move.
 ///
 /// A body that is cut goes on with apply(), between frames. The walls of a cut touch each other, however near
-/// they are at rest: a point on a wall may touch what lies beyond that wall.
+/// they are at rest: a point on a wall may touch the material beyond that wall.
 class BodyPairs {
  public:
   /// Synchronizes. @param touch_others false: each touches itself alone
@@ -40,10 +40,10 @@ class BodyPairs {
   /// @param poses of the real surface: moments are about its centre
   void correct(ExecContext& ctx, View<const SurfacePoses> poses);
   void end_frame(ExecContext& ctx);
-  /// What it keeps from frame to frame. Synchronizes. @throws Error.
+  /// Archives the state that lasts from frame to frame. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
   Index body_count() const { return bodies_.size(); }
-  /// (bodies²) Sums of the frame that ended: at a bodies + b, what points of a did to b.
+  /// (bodies²) Sums of the frame that ended: at a bodies + b, the effect of points of a on b.
   View<const OwnerTotals> totals() const { return totals_.const_view(); }
 
  private:
@@ -85,8 +85,8 @@ class BodyPairs {
   Buffer<PairPointChange> staged_points_;
 };
 
-/// Of each pair of bodies that touched, both ways; what one did to the other is what that one did to it, with
-/// the other sign. @param totals BodyPairs::totals(), on the host
+/// Reactions of each pair of bodies that touched, both ways; the second is the first with the other sign.
+/// @param totals BodyPairs::totals(), on the host
 std::vector<PairReaction> pair_reactions(std::span<const OwnerTotals> totals, Index bodies, float dt_frame_s);
 
 }  // namespace tactus

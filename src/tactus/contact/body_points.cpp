@@ -192,7 +192,7 @@ void BodyPoints::change_blocks(std::span<const PointChange> changes) {
   }
 }
 
-/// The surface is another one, so what was found near the old one is no longer.
+/// The surface is a new one, so the results of searches near the old one are void.
 void BodyPoints::begin_frame(ExecContext& ctx) {
   ctx.fill_bytes(recorded_.view(), 0);
   ctx.fill_bytes(searched_.view(), 0xff);

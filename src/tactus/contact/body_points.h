@@ -1,5 +1,5 @@
 #pragma once
-/// The points of a body's surface that touch, what they touch, and the nodes that they move.
+/// The points of a body's surface that touch, their contacts, and the nodes that they move.
 #include <array>
 #include <span>
 #include <vector>
@@ -17,7 +17,7 @@
 namespace tactus {
 
 inline constexpr Index kMaxObstacles = 16;
-/// Owners of what touches: the pieces of the real surface, then the obstacles.
+/// Owners of the surfaces that bodies touch: the pieces of the real surface, then the obstacles.
 inline constexpr Index kOwners = kPieces + kMaxObstacles;
 
 /// Where a body's nodes are, on the device; one entry per node.
@@ -51,21 +51,21 @@ struct ContactNodes {
   }
 };
 
-/// What a touching point wants: as if it were alone, with a mass of its own.
+/// Correction that a touching point wants: as if it were alone, with a mass of its own.
 struct PointContact {
   Vec3f x_m;         ///< where it will be then
   Vec3f push_m;      ///< change of its position
   Vec3f kick_m_s;    ///< change of its velocity
   float depth_m;     ///< how far it was inside
-  Index owner = -1;  ///< of what it touches
+  Index owner = -1;  ///< of the surface that it touches
   Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
-  Vec3f anchor_m;    ///< where friction holds it; moves along with what it touches
+  Vec3f anchor_m;    ///< where friction holds it; moves along with the owner
   float left_m = 0;  ///< how deep it stays for now: the wall of a cut that is being parted
   FrictionMemory friction = {};
   Index label = -1;  ///< of a piece of the real surface: pieces are numbered anew in each frame
 };
 
-/// What one point, or all, did to an owner since the frame began.
+/// Effect of one point, or of all, on an owner since the frame began.
 struct ContactRecord {
   Vec3f impulse_N_s;      ///< on the owner
   Vec3f moment_N_m_s;     ///< of that impulse about SurfacePoses::reference_m
@@ -118,7 +118,7 @@ struct ReactionSums {
   }
 };
 
-/// What all points of a device did to an owner over a frame. Those of several devices add up in any order.
+/// Effect of all points of a device on an owner over a frame. Totals of several devices add up in any order.
 struct OwnerTotals {
   ReactionSums sums;
   float max_depth_m;
@@ -150,9 +150,9 @@ struct PointTable {
   Index own = 0, moved = 0;      ///< so many of the first rows are NodeShare::own; or that or copy
 };
 
-/// What contact does with a node of a device that has a part of a body.
+/// Treatment of a node by contact, on a device that has a part of a body.
 enum class NodeShare : std::uint8_t {
-  own,      ///< moves it; what its points do is recorded here
+  own,      ///< moves it; the reactions of its points are recorded here
   copy,     ///< moves it, as its owner does: all points at this node, and all at theirs, are here
   outside,  ///< lets it be: it is there for its points
 };
@@ -174,17 +174,17 @@ struct PointBlocks {
 /// eighth of a spacing of a point that touches are 1 to 8; of a point deep in a finger, 50 to 130.
 inline constexpr Index kNearTriangles = 128;
 
-/// What the last search round a point found.
+/// Results of the last search round a point.
 struct PointNeighbours {
   Vec3f x_m;             ///< where it was then
-  float free_m;          ///< nothing is nearer than that but what is listed
+  float free_m;          ///< nothing but listed triangles is nearer than that
   float listed_m;        ///< of `owners`, all triangles within that are listed; < 0: the point sleeps
   std::uint32_t owners;  ///< bit k: owner k is near
   Index count;           ///< of triangles
   float moved_m;         ///< since then, when it was awake last
 };
 
-/// Points in any order: what is done for one doesn't depend on the others. Empty between corrections.
+/// Points in any order: the result of one doesn't depend on the others. Empty between corrections.
 struct PointList {
   View<Index> points;
   View<Index> count;  ///< (1)
@@ -194,7 +194,7 @@ struct PointList {
   Count used() const { return {count, points.size()}; }
 };
 
-/// What contact keeps of one body.
+/// Contact state of one body.
 struct PointState {
   View<Index> touching;        ///< per point: 1 while it touches; 2 .. kLingering: so many corrections after
   View<PointContact> contact;  ///< per point, where it touches
@@ -206,7 +206,7 @@ struct PointState {
   View<ContactRecord> records;     ///< per point
   View<ReactionSums> moved_on;     ///< (kOwners) of points that went on to another owner
   View<std::uint32_t> owner_used;  ///< (kOwners) != 0: it has records
-  View<float> mass_kg;  ///< per point that touches: what its impulse moves, with those of all others
+  View<float> mass_kg;  ///< per point that touches: effective mass of its impulse, with those of all others
   PointList awake;      ///< points i that may touch something; ~i: its list of triangles is of no use
 };
 
@@ -280,7 +280,7 @@ class BodyPoints {
   BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
              float lattice_spacing_m, Index first_part = 0, std::span<const NodeShare> share = {},
              Index room = 0);
-  /// Between frames, where there is room. New points take the places that are next. What touches goes on
+  /// Between frames, where there is room. New points take the places that are next. Points that touch go on
   /// touching. Synchronizes. @throws Error for a point or node that is not there.
   void apply(ExecContext& ctx, std::span<const PointChange> changes);
 
@@ -299,7 +299,7 @@ class BodyPoints {
   void begin_frame(ExecContext& ctx);
   void end_frame(ExecContext& ctx);
   View<const Index> touching() const { return touching_.const_view(); }
-  /// What it keeps from frame to frame. Synchronizes. @throws Error.
+  /// Archives the state that lasts from frame to frame. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
   /// Nothing touches: after a body's state was set anew.
   void reset(ExecContext& ctx);

@@ -1,8 +1,8 @@
 #pragma once
-/// A soft body's surface beside particles: where it is, and what they do to it. Its triangles move with the
-/// body's nodes. What a particle does to a wall, the triangle's corners get by the point's barycentric
-/// weights, and nodes by those of the corners: linear momentum is conserved to rounding. Corners and nodes
-/// sum integers, in any order.
+/// A soft body's surface beside particles: where it is, and the impulses of the particles on it. Its
+/// triangles move with the body's nodes. The impulse of a particle on a wall goes to the triangle's corners
+/// by the point's barycentric weights, and on to nodes by those of the corners: linear momentum is conserved
+/// to rounding. Corners and nodes sum integers, in any order.
 #include "tactus/compute/atomic.h"
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/wall_mesh.h"
@@ -70,7 +70,7 @@ struct CopyWallVertices {
   }
 };
 
-/// Thread: vertex. What it got on another device, which forgets it.
+/// Thread: vertex. Adds its impulse from another device, which forgets it.
 struct AddWallImpulses {
   View<VertexImpulse> from;
   Index first;
@@ -89,7 +89,7 @@ struct WallHit {
 /// The nearest one, and WallAcross.
 inline constexpr Index kWallSides = 2;
 
-/// Thread: particle. The corners of the triangles that it pushed get what it did.
+/// Thread: particle. Its impulses go to the corners of the triangles that it pushed.
 struct PushVertices {
   View<const WallHit> hits;  ///< kWallSides of each
   View<const Vec3i> triangles;
@@ -115,7 +115,7 @@ struct PushVertices {
   }
 };
 
-/// What a vertex that halving added got, the corners of its triangle get. It forgets it.
+/// The impulse of a vertex that halving added goes to the corners of its triangle. The vertex forgets it.
 struct PushCorners {
   View<const WallVertex> added;
   Index first;
@@ -148,7 +148,7 @@ struct PushListedCorners {
   }
 };
 
-/// Thread: active vertex of the surface. Its nodes get what it got.
+/// Thread: active vertex of the surface. Its impulse goes to its nodes.
 struct GatherAtNodes {
   static constexpr int kGrain = 512;
   View<const Index> active;
@@ -176,7 +176,7 @@ struct GatherAtNodes {
   }
 };
 
-/// Thread: node. Takes what vertices gave it.
+/// Thread: node. Takes the impulses that vertices gave it.
 struct PushNodes {
   static constexpr int kGrain = 1024;
   View<VertexImpulse> node_impulse;

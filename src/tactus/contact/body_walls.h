@@ -23,8 +23,8 @@ struct WallSurface {
 /// once the liquid told the impulses on walls, push of each part, then end_push. Asynchronous, may be
 /// recorded. When the body was cut, apply: recordings stay valid.
 ///
-/// Where the liquid is on one device, a step costs what of the surface is near it. On several, each looks at
-/// all vertices and triangles of the surface; at its short edges only where particles are.
+/// Where the liquid is on one device, the cost of a step follows the part of the surface near it. On several,
+/// each looks at all vertices and triangles of the surface; at its short edges only where particles are.
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
@@ -41,7 +41,7 @@ class BodyWalls {
   /// For particles that only ask. @param hits kWallSides of each particle, written
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near, View<WallHit> hits);
   void push(int part, const NeighbourSearch& particles, const NearWalls& near);
-  /// The nodes take what all parts pushed.
+  /// The nodes take the impulses of all parts.
   void end_push();
 
   /// Takes a cut over, between frames. Synchronizes.
@@ -71,7 +71,7 @@ class BodyWalls {
     Buffer<PosedVertex> posed;
     Buffer<VertexImpulse> impulse;  ///< of added vertices, zero but between push and end_push
     ActiveWalls active;
-    // What is near particles:
+    // Triangles and pieces near particles:
     Buffer<std::uint32_t> marks;  ///< and behind them, the counts of a WallRefresh
     Buffer<std::uint32_t> near;
     Buffer<std::uint32_t> near_counts;  ///< NearCounts

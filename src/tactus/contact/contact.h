@@ -1,6 +1,6 @@
 #pragma once
-/// Contact of bodies with the real surface, with what stands still and with tools. One-way: nothing moves
-/// those; what is done to them is reported.
+/// Contact of bodies with the real surface, with obstacles that stand still and with tools. One-way: nothing
+/// moves those; the forces on them are reported.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,10 +15,10 @@
 namespace tactus {
 
 struct ContactSettings {
-  /// e, 0..1: share of its approach velocity with which a point of a surface leaves what it hits. That is not
-  /// how high a soft body rebounds: the body stores the energy of the blow and gives it back whatever e is,
-  /// less what `damping` takes. e = 0 takes the kinetic energy of the nodes at the surface, e = 1 takes
-  /// nothing; no e adds any.
+  /// e, 0..1: share of its approach velocity with which a point of a body leaves the surface that it hits.
+  /// That is not how high a soft body rebounds: the body stores the energy of the blow and gives it back for
+  /// any e, less the loss by `damping`. e = 0 takes the kinetic energy of the nodes at the surface, e = 1
+  /// takes nothing; no e adds any.
   float restitution = 0;
   float friction = 0.5F;                              ///< μ >= 0: Coulomb
   ContactResponse response = ContactResponse::exact;  ///< of the real surface; paper leaves e out
@@ -27,7 +27,7 @@ struct ContactSettings {
 /// @throws Error naming the setting that is out of range.
 ContactSettings checked(const ContactSettings& settings);
 
-/// What one body did to one owner over one frame.
+/// Force and impulse of one body on one owner over one frame.
 struct OwnerReaction {
   Index owner = -1;  ///< < kPieces: piece of the real surface, else obstacle owner - kPieces
   Vec3f force_N;     ///< mean force on the owner
@@ -72,8 +72,8 @@ class Contact {
   /// later_steps, .. alone, and meet the surface as it is so many later
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                BodyPoints& points, const ContactNodes& nodes, Index k, Index later_steps = 1);
-  /// Adds what is real and obstacles to the walls within reach of particles, where they are when substep k is
-  /// over. @param first_owner walls are of first_owner + owner
+  /// Adds the real surface and obstacles to the walls within reach of particles, where they are when substep
+  /// k is over. @param first_owner walls are of first_owner + owner
   void find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                   View<const SearchParticle> particles, Count count, float reach_m, Index first_owner,
                   Index k, const NearWalls& near) const;
@@ -87,8 +87,8 @@ class Contact {
   Buffer<float> sample_m3_;  ///< with the paper's response
 };
 
-/// What a body did over the frame that ended. @param totals BodyPoints::totals(), on the host @param
-/// dt_frame_s what the impulses are divided by @param substeps calls of `correct`
+/// Reactions on all owners of a body over the frame that ended. @param totals BodyPoints::totals(), on the
+/// host @param dt_frame_s time by which impulses are divided @param substeps calls of `correct`
 ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps);
 
 }  // namespace tactus

@@ -1,18 +1,18 @@
 #pragma once
-/// What one point of a body touches: the search that makes its list of triangles, and what is to be done to
-/// the point.
+/// Contact of one point of a body: the search that makes its list of triangles, and the correction of the
+/// point.
 #include "tactus/contact/point_query.h"
 
 namespace tactus {
 
-/// Finds what points touch at the end of a substep, and how their positions and velocities are to change.
-/// Works in the coordinates of each piece of the surface at its capture: a point is taken back by the piece's
-/// motion, so triangles and cells stay as they were made however fast the surface moves.
+/// Finds the owners that points touch at the end of a substep, and how their positions and velocities are to
+/// change. Works in the coordinates of each piece of the surface at its capture: a point is taken back by the
+/// piece's motion, so triangles and cells stay as they were made however fast the surface moves.
 struct ContactFinder {
   Boundaries boundaries;
   TouchingPoints body;
   float restitution, friction;
-  float margin_m;  ///< what is nearer than that is listed
+  float margin_m;  ///< triangles nearer than that are listed
   SubstepsTo now;
   float dt_s = 0;  ///< since the last correction
   Index pose = 0;
@@ -36,7 +36,7 @@ struct ContactFinder {
   TACTUS_HD Index label_of(Index owner) const {
     return owner < kPieces ? poses().piece[owner].piece.label : -1;
   }
-  /// What a point touched, by its number in this frame; -1: it is gone.
+  /// Owner that a point touched, by its number in this frame; -1: it is gone.
   TACTUS_HD Index owner_of(const PointContact& contact) const {
     const Index owner = contact.owner, count = poses().count;
     if (owner < 0 || owner >= kPieces || (owner < count && label_of(owner) == contact.label)) return owner;
@@ -165,7 +165,7 @@ struct ContactFinder {
     p.gap_owner = -1;
     p.now = PointQuery::Now::listed;
   }
-  /// What is to be searched round a point whose list is of no use: all that isn't clearly far.
+  /// Chooses the owners to search round a point whose list is of no use: all that aren't clearly far.
   TACTUS_HD void lose(PointQuery& p) const {
     lose_of(p, [&](Index owner) { return apart(owner, p); });
   }
@@ -179,7 +179,7 @@ struct ContactFinder {
       b.on_one_thread([&] { lose_of(p, [&](Index owner) { return aparts[owner]; }); });
     }
   }
-  /// Keeps what was found.
+  /// Keeps the results of the search.
   TACTUS_HD void keep(Index i, PointQuery& p) const {
     p.now = p.near.listed_m < 0.F ? PointQuery::Now::nothing : PointQuery::Now::listed;
     p.sleep_m = p.near.listed_m < 0.F && body.state.touching[i] == 0
@@ -215,7 +215,7 @@ struct ContactFinder {
     p.list[e] = {near, SeenTriangle::of(mesh.corners[near.slot], at.p_m, at.before_m, at.facing,
                                         mesh.slack_m(body.reach_m))};
   }
-  /// What is to be done to a point, or that it is lost: its list is too short.
+  /// Finds the correction of a point, or that it is lost: its list is too short.
   TACTUS_HD void conclude(Index i, bool may_search, PointQuery& p) const {
     const Vec3f x = p.x_m, v = p.v_m_s;
     Deepest deepest;
@@ -247,7 +247,7 @@ struct ContactFinder {
     touch(i, x, v, touching, deepest);
     body.set_touching(i, body.table.points[i], 1);
   }
-  /// What touches nothing now, but did a moment ago, is still held.
+  /// A point that touches nothing now, but did a moment ago, is still held.
   TACTUS_HD void let_go(Index i) const {
     const Index touching = body.state.touching[i];
     if (touching == 0) return;
@@ -258,14 +258,15 @@ struct ContactFinder {
   }
 
  private:
-  /// Of the walls of a new cut, which are where the blade is. Waves in soft tissue have some m/s; at once, a
-  /// millimetre would throw them apart.
+  /// Speed at which the walls of a new cut, where the blade is, are parted. Waves in soft tissue have some
+  /// m/s; at once, a millimetre would throw them apart.
   static constexpr float kParting_m_s = 0.05F;
-  static constexpr float kAbove = 0.01F;  ///< in reaches: above rounding, below what a triangle's slack is
+  static constexpr float kAbove = 0.01F;  ///< in reaches: above rounding, below a triangle's slack
   /// A blade that moves with its edge ahead is a wedge of less than that slope.
   static constexpr float kSteepestWedge = 0.2F;
-  /// The edge of a blade pushes nothing away: it is to cut it. Nor does a flank push what came in by the
-  /// edge: beside a cut that is still to open, a lattice can't be parted. But the walls of a cut are parted.
+  /// The edge of a blade pushes nothing away: it is to cut it. Nor does a flank push a point that came in by
+  /// the edge: beside a cut that is still to open, a lattice can't be parted. But the walls of a cut are
+  /// parted.
   TACTUS_HD bool touches_tool(Index i, Index owner, const PointQuery& p, const SurfaceGap& g) const {
     const Obstacle& o = boundaries.obstacles[owner - kPieces];
     if (o.edge_m.empty()) return true;
@@ -372,7 +373,7 @@ struct ContactFinder {
       if (q.within_m < 0.F) return;
       q.for_each_within(mesh, piece, q.within_m, lane, kLanes, [&](Index slot, float, Vec3f, Vec3f) {
         const auto at = static_cast<Index>(atomic_fetch_add(q.listed, 1));
-        // In any order: what is found of a list doesn't depend on it.
+        // In any order: the results of a list don't depend on it.
         if (at < kNearTriangles)
           body.state.near[i * kNearTriangles + at] = NearTriangle{owner, slot}.packed();
       });
@@ -463,10 +464,10 @@ struct ContactFinder {
     return found;
   }
 
-  /// The normal part of the position goes to the surface whatever the velocity. The tangential part goes back
-  /// to where the point was held, at most by mu times how deep it goes in the mean: Coulomb's law for
-  /// positions, without which what rests creeps. Restitution is for what arrives: what touched already is
-  /// carried.
+  /// The normal part of the position goes to the surface at any velocity. The tangential part goes back to
+  /// where the point was held, at most by mu times how deep it goes in the mean: Coulomb's law for positions,
+  /// without which resting points creep. Restitution is for points that arrive: those that touched already
+  /// are carried.
   TACTUS_HD void touch(Index i, Vec3f x, Vec3f v, Index touching, const Deepest& deepest) const {
     const Vec3f n = deepest.n, rel = v - deepest.velocity_m_s;
     PointContact& contact = body.state.contact[i];

@@ -38,7 +38,7 @@ void ContactOnDevices::move_tools(std::span<const ToolMotion> tools) {
   tool_ring_.sent();
 }
 
-/// What is used of it, where kernels can read it in place, else all that there is room for.
+/// Copies the used part of the mesh where kernels can read it in place, else all that there is room for.
 MeshView ContactOnDevices::copied(int p, const MeshView& mesh) {
   ExecContext& ctx = devices_.context(p);
   MeshCopy& copy = copies_[static_cast<std::size_t>(p)];

@@ -1,5 +1,5 @@
 #pragma once
-/// What bodies touch, on every device that has a part of one that may.
+/// The boundaries that bodies touch, on every device that has a part of a body that may touch them.
 #include "tactus/contact/contact.h"
 #include "tactus/frame/frame_on_devices.h"
 #include "tactus/multi_device/upload_ring.h"
@@ -26,8 +26,8 @@ class ContactOnDevices {
   const Part& first() const { return *parts_.front(); }
 
   /// Takes over the mesh of a new frame, which the first device has, without normals. The others copy it, and
-  /// each sorts it for itself: a triangle of a mesh has 18 bytes, what is made of it 56 and more, and no
-  /// device waits for another's sorting. Asynchronous; after the first frame, it may be recorded.
+  /// each sorts it for itself: a triangle of a mesh has 18 bytes, its sorted form 56 and more, and no device
+  /// waits for another's sorting. Asynchronous; after the first frame, it may be recorded.
   void update(const MeshView& mesh, const FrameOnDevices& frame);
   /// As RealSurface::set_coarseness, on every device.
   void set_coarseness(float spacings) {
@@ -40,7 +40,7 @@ class ContactOnDevices {
   void begin_frame(const FrameOnDevices& frame);
 
  private:
-  /// Of the mesh, in the memory of another device.
+  /// The mesh in the memory of another device.
   struct MeshCopy {
     Buffer<Vec3f> vertices_m;
     Buffer<Vec3i> triangles;

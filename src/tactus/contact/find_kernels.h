@@ -1,10 +1,10 @@
 #pragma once
-/// Finds what the points of a body touch.
+/// Finds the contacts of the points of a body.
 ///
-/// A point that is far from everything sleeps until it has moved, relative to each boundary, by what it is
-/// away from it. A point that is near one keeps a list of its triangles, which holds until the point has
-/// moved by more than the list's margin. Both are exact: a list is used only where no triangle outside of it
-/// can matter, so what is found is what a search through all triangles would find.
+/// A point that is far from everything sleeps until it has moved, relative to each boundary, by its distance
+/// from it. A point that is near one keeps a list of its triangles, which holds until the point has moved by
+/// more than the list's margin. Both are exact: a list is used only where no triangle outside of it can
+/// matter, so the result is that of a search through all triangles.
 #include "tactus/compute/fold.h"
 #include "tactus/contact/contact_finder.h"
 
@@ -57,7 +57,7 @@ struct WakePoints {
     template <class T, class N>
     TACTUS_HD float moved2_m2(const Vec3f* x_then_m, Index count, const T& seen_then,
                               const N& seen_now) const {
-      // What is declared in a loop with lanes would be an array.
+      // A variable that is declared in a loop with lanes would be an array.
       const auto of_node = [&](Index k) TACTUS_ALWAYS_INLINE {
         const Vec3f moved = seen_now(Vec3f{x[k], y[k], z[k]}) - seen_then(x_then_m[k]);
         return dot(moved, moved);
@@ -132,7 +132,7 @@ struct WakePoints {
   }
 };
 
-/// What a block that works on one point shares.
+/// Shared memory of a block that works on one point.
 class FoundPoint {
  public:
   PointQuery point;
@@ -167,8 +167,8 @@ class FoundPoint {
       });
     }
   }
-  /// One thread looks at what may decide, so a GPU's lanes leave it few. On a CPU, which has one lane, that
-  /// would be for nothing.
+  /// One thread looks at the triangles that may decide, so a GPU's lanes leave it few. On a CPU, which has
+  /// one lane, that would be for nothing.
   template <class Block>
   TACTUS_HD void see_list(const Block& b, const ContactFinder& finder, Index i) {
     const Index count = point.near.count;
@@ -200,8 +200,8 @@ class FoundPoint {
 };
 
 /// Block: a point that is awake. Looks at its list; where that is of no use, or turns out to be too short,
-/// searches round the point. A GPU has few such points, and waits for code and for single threads: what is
-/// read from memory, lanes read together.
+/// searches round the point. A GPU has few such points, and waits for code and for single threads: lanes read
+/// from memory together.
 struct FindContacts {
   static constexpr int kThreads = TriangleSearch::kLanes, kGrain = 8;
   static constexpr bool kLoadsTogether = true;

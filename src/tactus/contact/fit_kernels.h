@@ -1,5 +1,5 @@
 #pragma once
-/// The registration's steps: what every point finds, and what is made of the sums.
+/// The registration's steps: the equations of every point, and the poses and motions from their sums.
 #include "tactus/contact/motion_kernels.h"
 #include "tactus/geom/cholesky.h"
 
@@ -33,7 +33,7 @@ struct FitPoints {
     if (s.active == 0) return;
     const SamplesView& samples = on_coarse ? coarse : fine;
     if constexpr (Block::kIsLoop) {
-      // One after the other, so cells that are farther than what was found can be left out.
+      // One after the other, so cells that are farther than the sample found in the own cell can be left out.
       search_cell(kOwnCell, samples, sqr(s.reach_m), s);
       const float least2 = s.sample[kOwnCell] < 0 ? sqr(s.reach_m) : s.d2[kOwnCell];
       for (int t = 0; t < kCells; ++t)
@@ -68,7 +68,7 @@ struct FitPoints {
     const Vec3f in = grid.inverse_cell_1_m * s.at - vec_cast<float>(c);  // 0..1
     const auto away = [](Index to, float from) { return to == 0 ? 0.F : to < 0 ? from : 1.F - from; };
     const float away2 = sqr(away(d.x, in.x)) + sqr(away(d.y, in.y)) + sqr(away(d.z, in.z));
-    // 1 % for what rounding puts into the next cell.
+    // 1 % for samples that rounding puts into the next cell.
     if (0.99F * away2 > sqr(grid.inverse_cell_1_m) * least2) return;
     const Index w = grid.wrapped({c.x + d.x, c.y + d.y, c.z + d.z});
     float best_d2 = sqr(s.reach_m);
@@ -174,8 +174,8 @@ struct FirstFitStep {
   }
 };
 
-/// Sums over the points of each piece and then does `Step` for it. One block. Of a piece's points, strip r of
-/// its n strips sums every n-th, beginning with r: the same sums on every device.
+/// Sums over the points of each piece and then does `Step` for it. One block. Strip r of the n strips of a
+/// piece sums every n-th of its points, beginning with r: the same sums on every device.
 template <class Step>
 struct FitStage {
   static constexpr int kStrips = 2 * kPieces, kThreads = 1024;
@@ -187,7 +187,8 @@ struct FitStage {
     float strip[kStrips][FitSums::kSize];
     FitSums total[kPieces];
   };
-  /// Of every `strips`-th of `count` points, from the r-th on. A GPU fetches many while it waits for one.
+  /// The sum over every `strips`-th of `count` points, from the r-th on. A GPU fetches many while it waits
+  /// for one.
   TACTUS_HD float strip_sum(Index first, Index r, Index strips, Index count, int value) const {
     constexpr Index kAhead = 16;
     float sum = 0;
@@ -229,13 +230,13 @@ struct FitStage {
 };
 
 /// The simplest of no motion, [P 19] and the fit that the next one doesn't clearly beat: the noise of
-/// sampling must not become a velocity, or friction makes what rests creep.
+/// sampling must not become a velocity, or friction makes resting bodies creep.
 struct ChooseMotion {
   static constexpr int kEvaluations = 1;
   View<FitState> state;
   View<const float> dt_capture_s;  ///< (1) as MatchPieces'
-  /// What is left of a fit may be twice what says that nothing moves: with a sample for each voxel, hulls of
-  /// what turns differ by more than half a spacing.
+  /// The residual of a fit may be twice the one that says that nothing moves: with a sample for each voxel,
+  /// hulls of an object that turns differ by more than half a spacing.
   static constexpr float kMostFitRms = 2;
   float good_rms_m, max_speed_m_s;
   View<const SurfacePieces> pieces;
@@ -277,8 +278,8 @@ struct ChooseMotion {
   TACTUS_HD static float speed(Vec3f v, Vec3f w, float size_m) {
     return length(v) + 0.25F * size_m * length(w);
   }
-  /// The mean with what was measured before, as far as that agrees. What a hull adds to its object changes
-  /// with the view, and those errors cancel between consecutive frames.
+  /// The mean with the motions measured before, as far as they agree. The volume that a hull adds to its
+  /// object changes with the view, and those errors cancel between consecutive frames.
   TACTUS_HD SurfaceMotion mean(Index k, const SurfaceMotion& m, float dt_s) const {
     const MeasuredMotions& before = state[k].measured;
     MeasuredMotions& now = measured[k];
@@ -303,13 +304,13 @@ struct ChooseMotion {
     return sum;
   }
   /// Whether the centre goes round an axis, as a hand's does round the wrist, and not straight on, as that of
-  /// what is thrown: its way turned with the piece.
+  /// a thrown object: its way turned with the piece.
   TACTUS_HD static bool goes_round(const SurfaceMotion& last, const SurfaceMotion& now, float dt_s) {
     const Vec3f straight = now.velocity_m_s - last.velocity_m_s,
                 round = now.velocity_m_s - now.turn(dt_s) * last.velocity_m_s;
     return dot(round, round) < dot(straight, straight);
   }
-  /// Velocity of what is at p_m, by a motion whose velocity is the centre's mean one over its frame. Round an
+  /// Velocity of a point at p_m, by a motion whose velocity is the centre's mean one over its frame. Round an
   /// axis, it is the one at the end: the way, which was a chord, turned on by half an angle, as long as the
   /// arc.
   TACTUS_HD static Vec3f at_end(const SurfaceMotion& m, Vec3f p_m, bool turns, float dt_s) {

@@ -7,7 +7,7 @@
 
 namespace tactus {
 
-/// The simplest motion that explains what is seen.
+/// The simplest motion that explains the reconstructed surface.
 enum class MotionSource : Index {
   still = 0,     ///< also: no last frame
   centroid = 1,  ///< difference of the centres of gravity [P 19]
@@ -35,7 +35,7 @@ struct SurfaceMotion {
   }
 };
 
-/// What was measured of a piece in its last frames, the newest first; velocities are means over a frame.
+/// Motions measured of a piece in its last frames, the newest first; velocities are means over a frame.
 struct MeasuredMotions {
   static constexpr Index kMost = 2;
   Index count = 0;
@@ -84,7 +84,7 @@ struct SetCaptureTime {
 /// Which piece was which: nearest pairs first, one each, of where it was and where it would be had it moved
 /// on steadily. A piece moves by less than its own size between two frames, and its area changes by less than
 /// half, else pieces joined or came apart (with less, 2/3 of the points still find their partners, which is
-/// enough for a fit). A single piece is the one before, whatever it does. What was lost and is seen again
+/// enough for a fit). A single piece is the one before, however it moves. A lost piece that is seen again
 /// gets its label back, and begins a new motion.
 struct MatchPieces {
   static constexpr float kMostGrowth = 1.5F;
@@ -124,7 +124,8 @@ struct MatchPieces {
   }
 
  private:
-  /// Adds what is not seen any more to what was lost before; where there is no room, the longest lost goes.
+  /// Adds the pieces that are not seen any more to those that were lost before; where there is no room, the
+  /// longest lost goes.
   TACTUS_HD static void remember(const SurfacePieces& was, SurfacePieces& is) {
     is.lost_count = 0;
     for (Index i = 0; i < was.lost_count; ++i) {
@@ -172,7 +173,7 @@ struct MatchPieces {
   }
 };
 
-/// The pose of piece k starts at no motion. What is new moves as the nearest piece did, if there was one.
+/// The pose of piece k starts at no motion. A new piece moves as the nearest piece did, if there was one.
 struct StartFit {
   View<const SurfaceMotion> motion;      ///< of the last frame
   View<const MeasuredMotions> measured;  ///< likewise

@@ -10,7 +10,7 @@ namespace tactus {
 
 /// The pieces of a body's surface that are near particles, each in a place of a list.
 struct NearSurface {
-  /// Of the pieces' middles. Their ids are the pieces' numbers, on every device the same.
+  /// Cells of the pieces' middles. Their ids are the pieces' numbers, on every device the same.
   NeighbourCells cells;
   View<const std::uint32_t> largest_m;  ///< (1) bits of the largest radius
   View<const Vec3i> corners;
@@ -37,7 +37,7 @@ struct NearSurface {
 };
 
 /// Pieces near a run of particles that follow one another. A CPU's thread looks them up once for all of them:
-/// cells are as large as the largest piece's reach, and hold far more than what is near one particle.
+/// cells are as large as the largest piece's reach, and hold far more pieces than are near one particle.
 class PiecesNearRun {
  public:
   static constexpr Index kLongest = 32;  ///< particles of a run
@@ -47,7 +47,7 @@ class PiecesNearRun {
   /// Otherwise there was no room for all pieces.
   bool is_whole() const { return count_ <= kMost; }
 
-  /// The run that begins with particle i, and what is near it. Particles behind those that were placed are
+  /// Begins the run at particle i, and lists the pieces near it. Particles behind those that were placed are
   /// of an earlier search: they may make the run's box larger, and no more.
   void begin(Index i, View<const SearchParticle> particles, const NearSurface& surface, float reach_m) {
     const NeighbourCells& cells = surface.cells;
@@ -80,7 +80,7 @@ class PiecesNearRun {
     if (!is_whole()) return;
     for (Index k = count_; k % kVisitLanes != 0; ++k) reach2_m2_[k] = -1;  // nothing is so near
   }
-  /// Of the pieces that come within reach of p.
+  /// The nearest middle of the pieces that come within reach of p.
   struct NearestMiddle {
     bool is_any = false;
     Index slot = -1;         ///< of the piece whose middle is nearest, if that is nearer than the bound

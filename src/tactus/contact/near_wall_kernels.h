@@ -1,5 +1,5 @@
 #pragma once
-/// What stands beside particles: the real surface and obstacles, as planes.
+/// Walls beside particles: the real surface and obstacles, as planes.
 #include "tactus/contact/response_kernels.h"
 #include "tactus/geom/near_walls.h"
 #include "tactus/geom/neighbour_cells.h"
@@ -12,7 +12,7 @@ struct NearestOnSurface {
   Vec3f n;
   bool found = false;
 
-  /// The side is that of GapOfTriangles. @param reach_m what is farther isn't found
+  /// The side is that of GapOfTriangles. @param reach_m no triangle farther than that is found
   TACTUS_HD static NearestOnSurface of(const SurfaceTrianglesView& mesh, Index own, Vec3f p_m,
                                        float reach_m) {
     GapOfTriangles gap(reach_m);
@@ -37,7 +37,7 @@ struct NearestOnSurface {
     const float side = gap.inside() ? -1.F : 1.F, distance = length(offset);
     return {side * distance, distance > 1e-7F ? (side / distance) * offset : face, true};
   }
-  /// Of what was found: WallAcross.
+  /// The surface across from the nearest point that was found: WallAcross.
   TACTUS_HD NearestOnSurface across(const SurfaceTrianglesView& mesh, Index own, Vec3f p_m,
                                     float reach_m) const {
     NearestOnSurface other;
@@ -48,7 +48,7 @@ struct NearestOnSurface {
       if (!WallAcross::may_face(n, face)) return;
       const Vec3f offset = t.offset_of(p_m);
       const float distance = length(offset);
-      // Of those that are equally near, the first: all devices visit them in one order.
+      // Among triangles that are equally near, the first counts: all devices visit them in one order.
       if (distance > within || (other.found && distance == within) ||
           !WallAcross::faces(n, face, offset, distance))
         return;
@@ -108,7 +108,7 @@ struct FindNearWalls {
       const SurfacePose& piece = all.piece[k];
       const Vec3f p = piece.to_capture(x);
       const float reach = reach_to(boundaries.surface);
-      // Samples bound the box of a piece; what is deep inside of one is in the box.
+      // Samples bound the box of a piece; a particle deep inside of one is in the box.
       if (!piece.may_touch(p, reach + 3 * spacing_m(boundaries.surface)) ||
           !may_be_near(boundaries.surface, p, reach))
         continue;
@@ -136,7 +136,7 @@ struct FindNearWalls {
   TACTUS_HD static float spacing_m(const SurfaceTrianglesView& mesh) {
     return 0.5F / mesh.cells.grid.inverse_cell_1_m;
   }
-  /// Of fine meshes, the table of what is near knows less than the reach; half of that matters.
+  /// The table of near cells of a fine mesh covers less than the reach; half of the reach matters.
   TACTUS_HD float reach_to(const SurfaceTrianglesView& mesh) const {
     return min(reach_m, max(mesh.sure_reach_m(), 0.5F * reach_m));
   }
@@ -157,7 +157,8 @@ struct FindNearWalls {
     const NearestOnSurface other = on.across(mesh, own, p_m, reach);
     if (other.found) near.add(i, {turn * other.n, other.distance_m, velocity_m_s, owner, 0.F, {}, 1});
   }
-  /// Of a box, the face that the particle is farthest in front of, and what ends that face near it.
+  /// Adds a plane, or the face of a box that the particle is farthest in front of and those that end it near
+  /// the particle.
   TACTUS_HD void add_shape(Index i, const Obstacle& o, Vec3f x, Index owner) const {
     const Mat3f back = transpose(o.T_obstacle_world.R);
     const Vec3f p = o.T_obstacle_world * x;

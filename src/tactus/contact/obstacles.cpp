@@ -75,7 +75,7 @@ std::unique_ptr<RealSurface> sorted_mesh(ExecContext& ctx, const ObstacleDescrip
   return surface;
 }
 
-/// Blades are at most so thick where they cut: what is nearer than half of it to the edge is the edge.
+/// Blades are at most so thick where they cut: surface nearer than half of it to the edge counts as the edge.
 constexpr float kEdgeThickness_m = 1e-3F;
 
 /// From its centre, as ToolPose counts.

@@ -1,6 +1,5 @@
 #pragma once
-/// What is touched and has a shape that is known: planes, boxes and meshes that stand still, and tools, whose
-/// motion is given.
+/// Boundaries of known shape: planes, boxes and meshes that stand still, and tools, whose motion is given.
 #include <memory>
 #include <span>
 #include <string>
@@ -37,7 +36,7 @@ struct ToolPose {
     return {m.is_there, turned * m.R_world_tool, m.center_m + time_s * m.velocity_m_s, m.velocity_m_s,
             m.spin_rad_s};
   }
-  /// From its own centre. What bodies are told of a tool counts from there.
+  /// A point relative to the tool's centre, as are the tool's mesh and edge.
   TACTUS_HD Vec3f to_tool(Vec3f p_m) const { return transpose(turn) * (p_m - center_m); }
   TACTUS_HD Vec3f velocity_at(Vec3f p_m) const { return velocity_m_s + cross(spin_rad_s, p_m - center_m); }
 };
@@ -144,7 +143,7 @@ struct ObstacleDescription {
   Vec3f half_m{0.5F, 0.05F, 0.5F};  ///< box
   TriangleMesh mesh{};              ///< closed, in the obstacle's coordinates
   bool moves = false;               ///< a tool: of kind mesh, T_world_obstacle isn't used
-  std::vector<Vec3f> edge_m{};      ///< of a tool: along what cuts; no points: it has no edge
+  std::vector<Vec3f> edge_m{};      ///< of a tool: polyline that cuts; no points: it has no edge
 };
 
 class Obstacles {

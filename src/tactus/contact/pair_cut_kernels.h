@@ -1,5 +1,5 @@
 #pragma once
-/// Takes over what a cut changes of bodies that touch one another, between frames.
+/// Takes over the changes of a cut to bodies that touch one another, between frames.
 #include "tactus/contact/pair_weights.h"
 
 namespace tactus {
@@ -32,8 +32,8 @@ struct SetPairPoints {
   }
 };
 
-/// Thread: point. What touched a cube that is no more touches nothing. Then its weights, and where it
-/// touches, after all were set to 0.
+/// Thread: point. A point that touched a cube that is no more touches nothing. Then adds the weights of the
+/// point and of where it touches, after all were set to 0.
 struct WeighPairs {
   PairTable table;
   PairState state;
@@ -59,7 +59,7 @@ struct WeighPairs {
   }
 };
 
-/// Thread: patch. What is known of its cubes goes with their boxes.
+/// Thread: patch. Copies the cell, part and rows of each of its cubes, in the order of their boxes.
 struct PlaceCubes {
   PairTable table;
   PairState state;

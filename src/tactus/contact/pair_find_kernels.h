@@ -1,10 +1,11 @@
 #pragma once
-/// Finds which points of bodies are inside of other bodies, or of their own, and what is to be done to them.
+/// Finds which points of bodies are inside of other bodies, or of their own, and how they are to be
+/// corrected.
 ///
 /// A point is inside of a body when it lies in one of the body's deformed cubes and, taken to rest there, is
-/// inside of the surface at rest. That body's material at the same place is what the point touches: one
-/// point of space, two points of matter, each a mean of up to eight nodes. What one gets the other loses, so
-/// momentum and its moment are conserved.
+/// inside of the surface at rest. The point touches that body's material at the same place: one
+/// point of space, two points of matter, each a mean of up to eight nodes. The momentum that one gets the
+/// other loses, so momentum and its moment are conserved.
 #include "tactus/contact/pair_weights.h"
 
 namespace tactus {
@@ -92,7 +93,7 @@ struct FindPairs {
     return table.bodies[body].self != SelfTouch::none &&
            state.self_motion[body].may_wake(state.group_sleep[group], table.bodies[body].spacing_m);
   }
-  /// What decides which cubes of its own body a point may touch.
+  /// Data that decide which cubes of its own body a point may touch.
   struct OwnPlace {
     PointRest rest;
     Index part;
@@ -293,7 +294,7 @@ struct FindPairs {
     b.for_threads(group.count, [&](int t) {
       SelfSleep& sleep = state.point_sleep[group.first + t];
       if (touches_nothing_own(body, group.first + t)) sleep = {motion.moved, kForever_m};
-      // What touches its own body is looked at every time.
+      // A point that touches its own body is looked at every time.
       const bool sleeps = !motion.may_wake(sleep, body.spacing_m);
       const bool is_there = s.cube[t] >= 0 && table.cubes[s.cube[t]].body == group.body;
       s.self[t] = is_there ? Self::inside : sleeps ? Self::sleeps : Self::sought;
@@ -315,8 +316,8 @@ struct FindPairs {
             motion.moved, max(tactus::sqrt(std::bit_cast<float>(s.free2_m2[t])), least_m)};
     });
   }
-  /// What lies on a wall of a closed cut has the other wall beside it always. It is looked for again once
-  /// nodes have moved by half of that, in spacings.
+  /// A point on a wall of a closed cut has the other wall beside it always. It is looked for again once nodes
+  /// have moved by half of that, in spacings.
   static constexpr float kWallSleep = 0.01F;
   TACTUS_HD static float least_sleep_m(const PairBody& body) {
     return body.is_cut != 0 ? kWallSleep * body.spacing_m : 0.F;
@@ -328,8 +329,8 @@ struct FindPairs {
     const Vec3f wall = table.rest[point].wall;
     return body.self == SelfTouch::walls && body.parts == 1 && dot(wall, wall) == 0.F;
   }
-  /// So far a point looks: twice as far as its body was the last time. What is near would be found near, and
-  /// what is far away is asked for less and less often.
+  /// So far a point looks: twice as far as its body was the last time. A near cube would be found near, and
+  /// far cubes are looked for less and less often.
   TACTUS_HD static float reach_of(const SelfSleep& last, const PairBody& body) {
     constexpr float kLeast = 0.1F;  // in spacings
     return clamp(2 * last.free_m, kLeast * body.spacing_m, SelfSleep::kFarthest * body.spacing_m);
@@ -379,7 +380,7 @@ struct FindPairs {
     const float out_m = body.spacing_m * length(q - inside);
     return kSqueezed * max(out_m, table.samples.at(c, inside).distance_m - out_m);
   }
-  /// Of a group whose points were just looked at.
+  /// Notes the sleep of a group whose points were just looked at.
   template <class Block>
   TACTUS_HD void note_sleep(const Block& b, Shared& s, const PointGroup& group) const {
     const SelfMotion& motion = state.self_motion[group.body];
@@ -407,8 +408,8 @@ struct FindPairs {
     contact.q = s.q[t];
     if (contact.touching != 0 || c >= 0) atomic_or(s.active, 1U);
   }
-  /// Returns whether the point is inside, and something can be done to it or to what it touches. The normal
-  /// is that of the distance at rest, taken through the deformation; gap = distance / |its gradient|.
+  /// Returns whether the point is inside with a normal, and it or the touched cube can move. The normal is
+  /// that of the distance at rest, taken through the deformation; gap = distance / |its gradient|.
   TACTUS_HD bool touch(const PointGroup& group, Index i, Index c, Vec3f q, Vec3f x,
                        PairContact& contact) const {
     const RestDistance rest = table.samples.at(c, q);
@@ -438,8 +439,8 @@ struct FindPairs {
       contact.anchor_cube = c;
       contact.anchor_q = q + jacobian.solve(push);
     }
-    // What was put into one another must not be shot apart. But what came in since the last correction goes
-    // back at once: else what carries more than that a substep sinks in.
+    // Bodies that were put into one another must not be shot apart. But the depth gained since the last
+    // correction goes at once: else a body that carries more than that a substep sinks in.
     const float stayed = same && contact.touching == 1 ? contact.depth_m - length(contact.push_m) : depth;
     const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m) + max(depth - stayed, 0.F),
                 far = length(push);
@@ -460,7 +461,7 @@ struct FindPairs {
     if (!stays) add_weights(i, contact, 1);
     return true;
   }
-  /// In one correction, in spacings, of what was in before.
+  /// Largest push in one correction, in spacings, for depth that was there before.
   static constexpr float kLargestPush = 0.1F;
 
   TACTUS_HD static bool moves(const PairBody& body, const EmbeddedPoint& p) {
@@ -482,7 +483,7 @@ struct FindPairs {
   TACTUS_HD_CALLED void add_weights(Index i, const PairContact& contact, int sign) const {
     add_pair_weights(table, state, i, contact, sign);
   }
-  /// What touches in the same cube as before hardly moves there, most often.
+  /// A point that touches in the same cube as before hardly moves there, most often.
   TACTUS_HD void shift_weights(const PairContact& contact, Vec3f q) const {
     const SolidCube& cube = table.cubes[contact.cube];
     for (int k = 0; k < 8; ++k)

@@ -202,7 +202,7 @@ Index PairModel::row_of(Index body, Index node) const {
 Index PairModel::patch_at(Index body, Vec3f p) const {
   const auto& known = host_[at(body)].patch_of;
   const auto patch = known.find(key_of(p));
-  // What sticks out of all cubes goes with any patch: its nodes are added there.
+  // A point that sticks out of all cubes goes with any patch: its nodes are added there.
   return patch == known.end() ? bodies[at(body)].first_patch : patch->second;
 }
 

@@ -26,7 +26,7 @@ struct PairedBody {
 
 /// All bodies' patches, cubes, points and rows, one body after the other. Points of a patch are in groups. A
 /// cuttable body has patches everywhere, and room: places for all its cubes, and for points in groups of
-/// their own. A cut changes what it says of a body, and lists what that was.
+/// their own. A cut changes entries of a body, and lists the changed ones.
 class PairModel {
  public:
   void add(const PairedBody& body);
@@ -46,7 +46,7 @@ class PairModel {
   std::vector<std::vector<Index>> patch_nodes, patch_cubes, row_points, row_cubes;
   float smallest_mass_kg = 1e30F;
 
-  /// What the last apply() changed; patches and rows whose lists did are ascending.
+  /// Entries that the last apply() changed; patches and rows whose lists did are ascending.
   struct Changed {
     std::vector<Index> cubes, points, gone;
     std::vector<Index> patches, rows;
@@ -59,7 +59,7 @@ class PairModel {
     std::vector<std::size_t> cubes;  ///< of the solid
     std::vector<std::size_t> points;
   };
-  /// What cuts need of a body.
+  /// State of a body that cuts need.
   struct Body {
     bool cuttable = false, walls_touch = false;
     std::map<Key, Index> patch_of;

@@ -1,5 +1,5 @@
 #pragma once
-/// What points that touch another body do to it and to their own.
+/// Response of points that touch another body: impulses on it and on their own.
 #include "tactus/contact/pair_views.h"
 #include "tactus/contact/response_kernels.h"
 
@@ -38,7 +38,7 @@ struct PairImpulses {
     const float mass = 1.F / sum;
     contact.impulse_N_s = mass * contact.kick_m_s;
     contact.shift_kg_m = mass * contact.push_m;
-    // In whatever order: MovePairs adds integers.
+    // In any order: MovePairs adds integers.
     state.next[i] = atomic_exchange(state.cube_list[contact.cube], static_cast<std::uint32_t>(i) + 1U);
     note(of, i, cube.body, contact);
   }
@@ -62,8 +62,8 @@ struct PairImpulses {
   }
 };
 
-/// A sum of vectors as integers, in units of the scene's smallest mass: what is added on one side and taken
-/// on the other is the same number, and the order doesn't matter.
+/// A sum of vectors as integers, in units of the scene's smallest mass: the same number is added on one side
+/// and taken on the other, and the order doesn't matter.
 struct PairSum {
   std::int64_t impulse[3] = {}, shift[3] = {};
   static constexpr float kImpulse = 1.F / (1 << 30);                ///< of that mass times 1 m/s
@@ -131,7 +131,7 @@ struct MovePairs {
     nodes.v_m_s[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.impulse, PairSum::kImpulse));
     nodes.x_m[at.node] += nodes.free_part(at.node, share * PairSum::value(sum.shift, PairSum::kShift));
   }
-  /// Of every `lanes`-th of the row's lists, from the lane-th on.
+  /// The sum over every `lanes`-th entry of the row's lists, from the lane-th on.
   TACTUS_HD PairSum sum_of(Index row, int lane, int lanes) const {
     const float inverse = 1.F / state.smallest_mass_kg;
     PairSum sum;

@@ -1,5 +1,5 @@
 #pragma once
-/// What contact between bodies, and of a body with itself, knows on the device.
+/// Data of contact between bodies, and of a body with itself, on the device.
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/cube_map.h"
 #include "tactus/geom/index_lists.h"
@@ -12,8 +12,8 @@ inline constexpr float kSelfSpacings = 3;
 /// Points of a body's own that a point may touch, beside those of other parts of a body that was cut.
 enum class SelfTouch : std::uint8_t {
   none,
-  walls,  ///< a point on a wall: what lies beyond that wall at rest
-  all     ///< likewise, and any point: what is kSelfSpacings from it at rest
+  walls,  ///< a point on a wall: cubes beyond that wall at rest
+  all     ///< likewise, and any point: cubes kSelfSpacings from it at rest
 };
 
 /// One body of many.
@@ -110,7 +110,7 @@ struct CubeBoxes {
   }
 };
 
-/// What decides whether points of its own body may touch a cube.
+/// Place of a cube, by which points of its own body may touch it or not.
 struct CubePlace {
   Vec3i cell;
   Index part = 0;
@@ -138,8 +138,8 @@ struct IndexListsView {
   View<const Index> values;
 };
 
-/// What changes where bodies are cut alone. Bodies, patches, cubes, points and rows are counted through all
-/// bodies.
+/// Tables that change only where bodies are cut. Bodies, patches, cubes, points and rows are counted through
+/// all bodies.
 struct PairTable {
   View<const PairBody> bodies;
   View<const CubePatch> patches;
@@ -160,10 +160,10 @@ struct PairTable {
   TACTUS_HD static float slack_m(const PairBody& body) { return 0.1F * body.spacing_m; }
 };
 
-/// What a point of one body wants that is inside of another, or of its own.
+/// Correction that a point of one body wants that is inside of another, or of its own.
 struct PairContact {
   Index touching = 0;  ///< 1 while it touches; 2 .. kLingering: so many corrections after
-  Index cube = -1;     ///< where it is inside of what it touches
+  Index cube = -1;     ///< that it is inside of
   Vec3f q;             ///< in that cube
   Index anchor_cube = -1;
   Vec3f anchor_q;  ///< where friction holds it
@@ -180,7 +180,7 @@ struct SelfSleep {
   float free_m = 0;
 };
 
-/// How a body that touches itself moves, beside what it moves as a whole.
+/// How a body that touches itself moves, beside its motion as a whole.
 struct SelfMotion {
   std::uint32_t moved = 0;  ///< the longest way of a node so far, in units of kUnit spacings; wraps around
   Vec3f middle_m, shift_m;  ///< of the body's box; by how much that moved last
@@ -210,7 +210,7 @@ struct PairState {
   View<std::uint32_t> next;        ///< of that list, likewise
   View<Index> recorded;            ///< per point: corrections of this frame in its record
   View<ContactRecord> records;     ///< its owner is the other body
-  View<ReactionSums> moved_on;     ///< at bodies a + b: what points of a did to b before they went on
+  View<ReactionSums> moved_on;     ///< at bodies a + b: impulses of points of a on b before they went on
   View<std::uint32_t> used;        ///< likewise, != 0: there are records
   float smallest_mass_kg = 1;
 };

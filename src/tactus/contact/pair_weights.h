@@ -13,7 +13,7 @@ TACTUS_HD inline std::uint32_t signed_units(float weight, int sign) {
 TACTUS_HD inline void add_row_weight(const PairState& state, Index row, std::uint32_t units) {
   if (units != 0U) atomic_add(state.row_weight[row], units);
 }
-/// Of a point and of where it touches, to their rows.
+/// Adds the weights of a point and of where it touches to their rows.
 TACTUS_HD inline void add_pair_weights(const PairTable& table, const PairState& state, Index i,
                                        const PairContact& contact, int sign) {
   const EmbeddedPoint& point = table.points[i];

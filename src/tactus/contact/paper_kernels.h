@@ -37,7 +37,7 @@ struct PaperVolumes {
   }
 };
 
-/// What one point gets from all samples near it. Its mass is rho0 d^3, with d the spacing of the lattice, so
+/// Contact of one point with all samples near it. Its mass is rho0 d^3, with d the spacing of the lattice, so
 /// neither it nor rho0 matters.
 struct PaperContact {
   static constexpr int kGrain = 32;
@@ -52,14 +52,14 @@ struct PaperContact {
   Index pose = 0;
   TACTUS_HD void load() { now.load(); }
 
-  /// Sums over the samples of a piece, in its coordinates at its capture: what gives forces,
+  /// Sums over the samples of a piece, in its coordinates at its capture: terms of the forces,
   struct Forces {
     float density = 0;  ///< over rho0
     Vec3f slope;        ///< sum of V_k grad W
     Vec3f drag;         ///< sum of 2 V_k (r . grad W) / (r^2 + .01 h^2) v_ik
     float rate = 0;     ///< sum of its coefficients
   };
-  /// and what the point has gone through: sums weighted by V_k W(r, d).
+  /// and the samples that the point has gone through: sums weighted by V_k W(r, d).
   struct Penetrated {
     Vec3f x_m, n;
     float weight = 0, volume_m3 = 0;
@@ -99,7 +99,8 @@ struct PaperContact {
       const Vec3f middle = (1 / hit.weight) * hit.x_m;
       push = middle + near.h_m * n - p;  // [P 21]
       depth = max(0.F, -dot(p - middle, n));
-      // [P 24-25]: what the real object's mass carries is added; where it rests, the approach stays.
+      // [P 24-25]: the velocity that the real object's mass carries is added; where it rests, the approach
+      // stays.
       const float share = hit.volume_m3 / hit.weight / particle_m3;
       moved += share * (transpose(surface.turn) * surface.velocity_at(x));
     }

@@ -1,13 +1,13 @@
 #pragma once
 /// The separate pieces of the real surface (two hands; a hand and a tool), each with a motion of its own:
-/// what hangs together through shared vertices is one piece.
+/// triangles that hang together through shared vertices are one piece.
 #include "tactus/contact/sample_kernels.h"
 
 namespace tactus {
 
 inline constexpr Index kPieces = 16;             ///< the largest pieces, which have a motion of their own
 inline constexpr Index kFitPoints = 1024;        ///< samples of the last frame that are registered, at most
-inline constexpr Index kLeastPieceSamples = 48;  ///< about 16 s²: what is smaller can't be registered
+inline constexpr Index kLeastPieceSamples = 48;  ///< about 16 s²: smaller ones can't be registered
 inline constexpr Index kLeastPieceShare = 32;    ///< a piece has at least 1/32 of the largest one's samples
 inline constexpr Index kPieceParts = 64;         ///< partial sums: sample i goes to part i % 64
 
@@ -55,7 +55,7 @@ struct JoinCorners {
 };
 
 /// Counts the samples of each piece, and lists those that are large enough. The list's order depends on the
-/// order of threads, what is made of it doesn't.
+/// order of threads, the pieces don't.
 struct CountPieceSamples {
   static constexpr int kGrain = 1024;
   View<const Index> root;  ///< of each sample
@@ -77,7 +77,7 @@ struct SurfacePiece {
   Vec3f center_m;       ///< of gravity
   Vec3f low_m, high_m;  ///< box of its samples
   TACTUS_HD float size_m() const { return length(high_m - low_m); }
-  /// False only for what is farther than `reach_m` from all its samples.
+  /// False only for points farther than `reach_m` from all its samples.
   TACTUS_HD bool may_reach(Vec3f p_m, float reach_m) const { return outside_m(p_m) < reach_m; }
   /// How far outside its box a point is along the farthest axis: no sample is nearer. < 0: in it.
   TACTUS_HD float outside_m(Vec3f p_m) const {
@@ -97,13 +97,13 @@ struct LostPiece {
 
 /// All pieces of a frame, the largest first.
 struct SurfacePieces {
-  Index count = 0;       ///< >= 1: what can't be told apart is one piece
+  Index count = 0;       ///< >= 1: pieces that can't be told apart are one
   Index mixed = 0;       ///< != 0: there are samples that aren't the first piece's
-  Index next_label = 0;  ///< for what is seen for the first time
+  Index next_label = 0;  ///< for a piece that is seen for the first time
   SurfacePiece piece[kPieces];
   Index lost_count = 0;
   LostPiece lost[kPieces];  ///< the longest lost first
-  /// Copies what thread k of kPieces or more is to copy.
+  /// Copies the share of thread k of kPieces or more.
   TACTUS_HD void copy_part(const SurfacePieces& from, Index k) {
     if (k == 0) {
       count = from.count;
@@ -138,7 +138,7 @@ struct ChoosePieces {
     Index chosen = 0;
     for (Index c = 0, n = static_cast<Index>(candidate_count[0]); c < n; ++c) {
       std::uint32_t next = candidates[c];
-      for (Index k = 0; k < kPieces; ++k) {  // inserts by moving what is smaller one on
+      for (Index k = 0; k < kPieces; ++k) {  // inserts by moving smaller ones on by one
         if (k == chosen) {
           root[chosen++] = next;
           break;
@@ -259,7 +259,7 @@ struct PieceCenters {
 };
 
 /// Keeps points of the last frame's surface for the registration: each piece evenly. Point share*k + j is
-/// sample floor(j n / kept) of the n of piece k. What was this frame's pieces becomes the last frame's.
+/// sample floor(j n / kept) of the n of piece k. This frame's pieces become the last frame's.
 struct KeepPoints {
   static constexpr int kGrain = 64;
   SamplesView from;

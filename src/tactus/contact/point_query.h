@@ -1,12 +1,12 @@
 #pragma once
-/// What is known of one point of a body while contact finds what it touches.
+/// State of one point of a body while contact finds the owners that it touches.
 #include "tactus/base/bits.h"
 #include "tactus/contact/response_kernels.h"
 #include "tactus/contact/triangle_search.h"
 
 namespace tactus {
 
-/// A triangle in a point's list: whose it is, and its slot there.
+/// A triangle in a point's list: its owner, and its slot there.
 struct NearTriangle {
   static constexpr int kSlotBits = 26;
   static_assert(kOwners <= 1 << (32 - kSlotBits));
@@ -19,7 +19,7 @@ struct NearTriangle {
   }
 };
 
-/// The deepest of what a point is in.
+/// The owner that a point is deepest in.
 struct Deepest {
   float gap_m = 0;
   Vec3f n, velocity_m_s;
@@ -35,7 +35,7 @@ struct Deepest {
   }
 };
 
-/// Of a point's list.
+/// An entry of a point's list.
 struct ListedTriangle {
   NearTriangle near;
   SeenTriangle seen;
@@ -50,7 +50,7 @@ struct OwnerApart {
   bool is_shape = false;  ///< has no triangles, and is always looked at
 };
 
-/// What is being found for one point.
+/// State of the search for one point.
 struct PointQuery {
   enum class Now : Index { nothing, lost, listed, done };
   Now now;
@@ -59,7 +59,7 @@ struct PointQuery {
   float sleep_m;  ///< so far a node of it may move before it touches anything
   PointNeighbours near;
   std::uint32_t to_search, crowded;  ///< owners, as bits
-  SurfaceGap gap;  ///< to what has too many triangles for a list, where all lanes looked for it
+  SurfaceGap gap;  ///< to the owner with too many triangles for a list, where all lanes looked for it
   Index gap_owner;
   MeetingPoint* meeting = nullptr;    ///< (kOwners) how it meets those that are near or to be searched
   ListedTriangle* list = nullptr;     ///< (kNearTriangles)

@@ -130,7 +130,7 @@ void RealSurface::join_vertices(ExecContext& ctx, const MeshView& mesh) {
   triangles.capacity = min(triangles.capacity, mesh.triangles.size());
   ctx.parallel_for("contact/pieces_start", vertices,
                    PieceStart{parent_.view(), piece_samples_.view(), piece_number_.view()});
-  // It shortens paths for threads that wait for memory; what comes out is the same.
+  // It shortens paths for threads that wait for memory; the result is the same.
   if (ctx.device().is_cuda())
     ctx.parallel_for("contact/pieces_hang", triangles,
                      HangOnLowest{mesh.triangles, vertices, parent_.view()});
@@ -195,7 +195,7 @@ void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
                                far ? 1 : 0, s, last, now, fit_.const_view(), fit_points_.view()});
     ctx.parallel_for("contact/fit_step", 1, FitStage<Step>{fit_points_.const_view(), last, now, step});
   };
-  // First what is 8 spacings off, then exactly.
+  // First finds motions of up to 8 spacings, then fits exactly.
   fit(true, true, FirstFitStep{fit_.view()});
   fit(false, true, FitStep{fit_.view()});
   for (int i = 0; i < 3; ++i) fit(false, false, FitStep{fit_.view()});

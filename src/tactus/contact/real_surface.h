@@ -1,8 +1,8 @@
 #pragma once
 /// The reconstructed surface as contact sees it: evenly spread samples with outward normals and velocities,
 /// made afresh from the mesh of every frame, on the device (method: adaptive sampling as Akinci et al. 2013).
-/// What hangs together through shared vertices moves as one; two hands, or a hand and a tool, each for
-/// itself.
+/// Triangles that hang together through shared vertices move as one; two hands, or a hand and a tool, each
+/// for itself.
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/sample_level.h"
 #include "tactus/contact/surface_report.h"
@@ -35,26 +35,26 @@ class RealSurface {
   /// The same where dt_capture_s is on the device (1). After the first frame, it may be recorded.
   void update(ExecContext& ctx, const MeshView& mesh, View<const float> dt_capture_s);
 
-  /// From the next update on, samples are so many of the settings' spacings apart, at least 1. What touches
-  /// is the same to rounding; how pieces move is told from fewer points.
+  /// From the next update on, samples are so many of the settings' spacings apart, at least 1. Contacts are
+  /// the same to rounding; how pieces move is found from fewer points.
   void set_coarseness(float spacings);
 
   /// Samples for contact: cells of 2 s.
   SamplesView samples() const { return fine_.view(); }
-  /// Few samples for what is far: one for each cube of 4 s and direction; cells of 8 s.
+  /// Few samples for searches from afar: one for each cube of 4 s and direction; cells of 8 s.
   SamplesView coarse_samples() const { return coarse_.view(); }
-  /// What decides whether a point touches.
+  /// Triangles that decide whether a point touches.
   SurfaceTrianglesView triangles() const {
     return {balls_.const_view(),         corners_.const_view(),      triangle_piece_.const_view(),
             triangle_face_.const_view(), fine_.input_cells().ranges, fine_.view().near_rows};
   }
-  /// Of each of the last update's first `vertices` vertices, which piece it is on; kNoPiece: one that is too
-  /// small to have a motion of its own. Synchronizes.
+  /// The piece of each of the last update's first `vertices` vertices; kNoPiece: one that is too small to
+  /// have a motion of its own. Synchronizes.
   std::vector<Index> vertex_pieces(ExecContext& ctx, Index vertices) const;
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
-  /// What can't be made from the last frame's mesh, which must have been updated to: names and motions of its
-  /// pieces. Synchronizes. @throws Error.
+  /// Archives the state that can't be made from the last frame's mesh: labels and motions of its pieces. The
+  /// surface must have been updated to that mesh. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
   /// (1) The separate pieces.
   View<const SurfacePieces> pieces() const { return pieces_.const_view(); }

@@ -1,5 +1,5 @@
 #pragma once
-/// What contact does to the points of a body's surface, and through them to its nodes.
+/// Response of contact: corrections of the points of a body's surface, and through them of its nodes.
 #include <limits>
 
 #include "tactus/compute/fold.h"
@@ -30,7 +30,7 @@ struct SurfacePose {
 /// All pieces and tools at one time.
 struct SurfacePoses {
   Index count = 0;    ///< of pieces, >= 1
-  Vec3f reference_m;  ///< what moments are about: the centre of gravity of all pieces at their capture
+  Vec3f reference_m;  ///< centre of moments: the centre of gravity of all pieces at their capture
   SurfacePose piece[kPieces];
   Index tools = 0;
   ToolPose tool[kMostTools];
@@ -38,7 +38,7 @@ struct SurfacePoses {
   TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyPiece; }
 };
 
-/// When in a frame the surface is met, relative to its capture. To end on what was measured, dt_frame_s is
+/// When in a frame the surface is met, relative to its capture. To end on the measured surface, dt_frame_s is
 /// the time between the last capture and this one (one frame of delay, no guess); to predict, 0.
 struct ContactTimes {
   float dt_s = 0;        ///< of a substep [s]
@@ -103,7 +103,7 @@ struct PoseSurface {
   }
 };
 
-/// What is touched: the real surface at one time, what stands still, and tools.
+/// The boundaries that bodies touch: the real surface at one time, obstacles that stand still, and tools.
 struct Boundaries {
   SurfaceTrianglesView surface;
   SamplesView coarse;              ///< of the real surface
@@ -146,16 +146,16 @@ struct TouchingPoints {
   }
 };
 
-/// Block: points that sleep together, of which mostly none touches. What the impulse of a touching point
-/// moves; with that, what it does to its owner is noted.
+/// Block: points that sleep together, of which mostly none touches. Finds the effective mass of a touching
+/// point's impulse, and with it notes the reaction on its owner.
 ///
 /// A point that is a mean of nodes, u = sum w_k v_k, changes by sum w_k²/m_k J under an impulse J on it.
 /// Points share nodes, so all of them together change a point's velocity by more than its own impulse does:
 /// the matrix A = W M^-1 W^T of all impulses isn't diagonal. Its row sums D = sum_k |w_k| s_k / m_k, with s_k
 /// the sum of the weights of all touching points at node k, bound it (D - A is diagonally dominant). So the
 /// impulses J = D^-1 (change wanted) change the kinetic energy by u^T J + J^T A J / 2 <= u^T J + J^T D J / 2,
-/// which for a reflection with e <= 1 and friction is never above 0, and what all points want alike they get
-/// in one go.
+/// which for a reflection with e <= 1 and friction is never above 0, and a change that all points want alike
+/// they get in one go.
 struct WeighPoints {
   static constexpr int kThreads = kBlockPoints, kGrain = 64;
   using Shared = NoShared;
@@ -188,7 +188,7 @@ struct WeighPoints {
     if (body.table.points[i].weight[0] != 0.F && body.table.rows[8 * i] < body.table.own)
       note(i, contact, -mass * contact.kick_m_s);
   }
-  /// D of a point. What is held counts, too, though it stays: A is smaller then, so the bound holds. Else the
+  /// D of a point. A held node counts, too, though it stays: A is smaller then, so the bound holds. Else the
   /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
   /// Without branches: all is read at once.
   TACTUS_HD float inverse_mass(Index i) const {
@@ -213,14 +213,14 @@ struct WeighPoints {
     record.add({impulse_N_s, cross(contact.x_m - poses[0].reference_m, impulse_N_s), contact.depth_m,
                 1 - is_push_out, is_push_out, contact.owner});
   }
-  /// What was done to another owner so far is added up there.
+  /// The reaction on another owner so far is added up there.
   TACTUS_HD void move_on(ContactRecord& record) const {
     body.state.moved_on[record.owner].add_atomically(record.impulse_N_s, record.moment_N_m_s);
     record.impulse_N_s = record.moment_N_m_s = {};
   }
 };
 
-/// Moves the nodes of a body by what its touching points want.
+/// Moves the nodes of a body by the changes that its touching points want.
 /// Block: kNodes nodes, each with kLanes threads that share its points.
 struct ApplyContacts {
   static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
@@ -301,7 +301,7 @@ struct DeepRescue {
     const Vec3f leader = body.nodes.position(body.table.points[i].node[0]);
     for (Index k = 0; k < all.count; ++k) {
       const Vec3f near = all.piece[k].to_capture(leader);
-      // What is inside a closed surface is inside its box.
+      // A point inside a closed surface is inside its box.
       if (all.piece[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
         push_out(i, all, k);
     }

@@ -1,5 +1,5 @@
 #pragma once
-/// What of a body others can touch: the cubes next to its surface, with signed distances at rest.
+/// The part of a body that others can touch: the cubes next to its surface, with signed distances at rest.
 #include <array>
 #include <vector>
 

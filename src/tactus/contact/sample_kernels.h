@@ -8,7 +8,7 @@
 namespace tactus {
 
 inline constexpr Index kNoPiece = -1;   ///< of samples that borrow the first piece's motion
-inline constexpr Index kAnyPiece = -2;  ///< asks for samples whatever they are on
+inline constexpr Index kAnyPiece = -2;  ///< asks for samples of any piece
 
 /// Cells of samples are sought in a table of 32^3, so a row of them along x is one word.
 inline constexpr int kCellBits = 5;
@@ -118,8 +118,8 @@ struct TriangleSamples {
   }
 };
 
-/// What is merged into one sample: same small cell, same one of the six main directions (so the two sides of
-/// something thin stay apart). 20 bits an axis, 3 bits of direction.
+/// Samples that are merged into one: same small cell, same one of the six main directions (so the two sides
+/// of something thin stay apart). 20 bits an axis, 3 bits of direction.
 struct SampleLabels {
   static constexpr std::uint64_t kNone = ~std::uint64_t(0);
   CellGrid grid;
@@ -176,7 +176,7 @@ struct SampleLeaders {
   }
 };
 
-/// out = min(count, capacity); overflow = what didn't fit.
+/// out = min(count, capacity); overflow = samples that didn't fit.
 struct LimitCount {
   View<const Index> count;
   Index capacity;
@@ -228,7 +228,7 @@ struct NearRows {
 };
 
 /// One sample for all of a label: area-weighted middle and normal. Block o: leader o. Its threads share the
-/// slots of the leader's cell, and add up what they found in pairs.
+/// slots of the leader's cell, and add up their sums in pairs.
 struct MergeSamples {
   static constexpr int kThreads = 32;
   View<const Index> leaders;

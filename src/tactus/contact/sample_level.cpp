@@ -35,7 +35,7 @@ void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3
       "contact/merge", this->count(),
       MergeSamples{leaders_.const_view(), cells.ranges, cells.order, list_.keys(), labels_.const_view(), x_m,
                    n, area_m2, piece, x_m_.view(), n_.view(), area_m2_.view(), piece_.view(), keys_.view()});
-  // Leaders are in the order of slots, so what is merged is already sorted by cells.
+  // Leaders are in the order of slots, so merged samples are already sorted by cells.
   find_cell_ranges(ctx, keys_.const_view(), this->count(), list_.grid(), begin_.view(), end_.view());
   ctx.parallel_for("contact/near_rows", kRowCells, NearRows{end_.const_view(), near_rows_.view()});
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Thins samples to one per small cell and main direction, and sorts what is left for neighbour search.
+/// Thins samples to one per small cell and main direction, and sorts the rest for neighbour search.
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/geom/cell_list.h"
 
@@ -11,7 +11,8 @@ class SampleLevel {
   /// @param subcells each search cell is thinned to at most subcells³ places (times six directions)
   SampleLevel(Device& device, Index max_in, Index max_out, float cell_m, int subcells);
 
-  /// Merges the first `count` samples. What doesn't fit into max_out is dropped and counted in overflow().
+  /// Merges the first `count` samples. Samples that don't fit into max_out are dropped and counted in
+  /// overflow().
   /// @param piece of each sample: kept, those that are merged get their first one's
   void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2,
              View<const Index> piece, Count count);
@@ -20,7 +21,7 @@ class SampleLevel {
   void set_cell_m(float cell_m) { list_.set_cell_m(cell_m); }
 
   SamplesView view() const;
-  /// Cells of what was merged: slots, and the input's number of each slot.
+  /// Cells of the samples that were merged: slots, and the input's number of each slot.
   CellListView input_cells() const { return list_.view(); }
   View<Index> pieces() { return piece_.view(); }
   Count count() const { return Count(count_.const_view(), x_m_.size()); }

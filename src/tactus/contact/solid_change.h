@@ -1,5 +1,5 @@
 #pragma once
-/// What a cut changes of what bodies touch.
+/// Changes of a cut to the cubes and points with which bodies touch.
 #include <array>
 #include <vector>
 

@@ -1,18 +1,18 @@
 #pragma once
-/// What is known of the real surface once a frame is done, collected where it is.
+/// Report on the real surface once a frame is done, collected on its device.
 #include <array>
 
 #include "tactus/contact/motion_kernels.h"
 
 namespace tactus {
 
-/// What is reported of a surface, read when the caller synchronises anyway.
+/// Report on a surface, read when the caller synchronises anyway.
 struct RealSurfaceReport {
   Index samples = 0;
   Index dropped_raw_samples = 0,
         dropped_samples = 0;                     ///< > 0: overflow; raise max_raw_samples or max_samples
   SurfacePieces pieces;                          ///< the largest, at most kPieces
-  std::array<SurfaceMotion, kPieces> motions{};  ///< of each; what is too small moves as the first
+  std::array<SurfaceMotion, kPieces> motions{};  ///< of each; pieces that are too small move as the first
 };
 
 /// Collects it, so that one copy brings it to the host. Thread k: piece k.

@@ -1,5 +1,5 @@
 #pragma once
-/// The triangles of a boundary's surface, sorted by cells, and how far a point is from them. What touches is
+/// The triangles of a boundary's surface, sorted by cells, and how far a point is from them. Contact is
 /// decided here and by nothing coarser: a point outside the surface has no contact, however near it is.
 #include "tactus/contact/piece_kernels.h"
 #include "tactus/geom/closest_point.h"
@@ -17,8 +17,8 @@ struct TriangleCorners {
   TACTUS_HD Vec3f offset_of(Vec3f p) const {
     return -closest_point_on_triangle(Vec3f{}, a - p, b - p, c - p);
   }
-  /// What a triangle counts for in the side of a point whose nearest point is on it: the angle at a corner,
-  /// for a corner; π for an edge.
+  /// Weight of a triangle in the side of a point whose nearest point is on it: the angle at a corner, for a
+  /// corner; π for an edge.
   TACTUS_HD float weight(Vec3f p) const {
     const Vec3f offset = offset_of(p);
     const float near2 = sqr(kCorner) * dot(offset, offset);
@@ -36,7 +36,7 @@ struct TriangleCorners {
   TACTUS_HD_CALLED static float angle(Vec3f at, Vec3f to, Vec3f and_to) {
     return arccos(dot(normalized(to - at), normalized(and_to - at)));
   }
-  /// Of x, clamped to [-1, 1] (error < 3e-7; Abramowitz & Stegun 4.4.46).
+  /// Arc cosine of x, clamped to [-1, 1] (error < 3e-7; Abramowitz & Stegun 4.4.46).
   TACTUS_HD static float arccos(float x) {
     constexpr float kTerms[] = {0.0066700901F, -0.0170881256F, 0.0308918810F, -0.0501743046F,
                                 0.0889789874F, -0.2145988016F, 1.5707963050F};
@@ -68,7 +68,7 @@ struct SeenTriangle {
     const Vec3f offset = t.offset_of(p);
     SeenTriangle seen{dot(offset, offset), dot(p - t.a, n), 2, dot(n, facing) > 0.F ? 1 : 0};
     const float side_before = dot(before - t.a, n);
-    // What touched was put on the surface, to rounding.
+    // A point that touched was put on the surface, to rounding.
     if (!(seen.side_m < 0.F && side_before >= (seen.faces != 0 ? -slack_m : 0.F) &&
           seen.side_m < side_before))
       return seen;
@@ -81,7 +81,7 @@ struct SeenTriangle {
   }
 };
 
-/// What a point has to do with a surface, of triangles that are seen in any order, each by see(), then by
+/// Side and gap of a point at a surface, from triangles that are seen in any order, each by see(), then by
 /// choose(). Where is_mixed(), SideOfTied tells `weighed`.
 ///  - A point that went through a triangle from its front is held on that triangle's plane: thin objects.
 ///  - Else the nearest triangle decides whether it is inside, and it is brought to the nearest one; if it
@@ -90,7 +90,7 @@ struct SeenTriangle {
 /// Those that share the nearest edge or corner tell the side together: by their normals, weighted by their
 /// angles there (Baerentzen & Aanaes 2005). The nearest point q is on all their planes, so
 /// (p - q) . sum_t w_t n_t is the weighted sum of p's distances from the planes. It is summed as an integer,
-/// whatever the order. A triangle in several pieces counts once.
+/// in any order. A triangle in several pieces counts once.
 struct GapOfTriangles {
   float reach2_m2, nearest2_m2, facing2_m2;  ///< squared distances
   float share = 2;
@@ -174,7 +174,7 @@ struct SideOfTied {
     const float part = clamp(t.side_m / max(tactus::sqrt(nearest2_m2), 1e-12F), -1.F, 1.F);
     side += static_cast<std::int64_t>(kUnits * (corners.weight(p) * part));
   }
-  /// As GapOfTriangles::weighed. Of too many, the one whose plane the point is farthest from tells: 0.
+  /// As GapOfTriangles::weighed. Among too many, the one whose plane the point is farthest from decides: 0.
   TACTUS_HD Index sign() const { return count > kMost || side == 0 ? 0 : side < 0 ? -1 : 1; }
 };
 
@@ -194,7 +194,7 @@ struct SurfaceTrianglesView {
   /// Whether any triangle can be within sure_reach_m() of p. Most points are near none; that costs one look.
   TACTUS_HD bool may_be_near(Vec3f p_m) const { return near_any_cell(cells.grid, near_rows, p_m); }
   TACTUS_HD bool is_of(Index own, Index slot) const { return own == kAnyPiece || piece[slot] == own; }
-  /// What touched was put on the surface, to rounding.
+  /// A point that touched was put on the surface, to rounding.
   TACTUS_HD static float slack_m(float reach_m) { return 0.02F * reach_m; }
 
   /// The gap of a point that is inside, or crossed the surface since it was at `before_m`, by all triangles

@@ -20,7 +20,7 @@ struct LeastDistance {
   TACTUS_HD bool found() const { return key != 0; }
 };
 
-/// What decides a point's gap, of triangles that are seen in any order.
+/// Distances that decide a point's gap, from triangles that are seen in any order.
 struct LeastOfTriangles {
   LeastDistance nearest2_m2, facing2_m2, share;
 
@@ -75,7 +75,7 @@ struct TriangleSearch {
   int runs, cell_of[kCells];  ///< runs of slots: those of cells that come near enough
   LeastDistance least;
   LeastDistance
-      facing;  ///< what touched is brought to the nearest that faces as it did there, up to the reach
+      facing;  ///< a point that touched goes to the nearest that faces as it did there, up to the reach
   std::uint32_t candidates, listed;
   float distance2_m2[kCandidates], side_m[kCandidates];
   float within_m;              ///< so near are the triangles that are listed; < 0: none are
@@ -103,7 +103,7 @@ struct TriangleSearch {
     begin[c] = mesh.cells.begin[w];
     end[c] = mesh.cells.end[w];
   }
-  /// The middle of a ball is on its triangle: what is nearest is no farther than that.
+  /// The middle of a ball is on its triangle: the nearest triangle is no farther than that.
   TACTUS_HD void see_middles(const SurfaceTrianglesView& mesh, Index own, Index first, Index last,
                              Index step) {
     float nearest2 = kNone;
@@ -176,7 +176,8 @@ struct TriangleSearch {
       }
     });
   }
-  /// Begins the search for the gap among all triangles; what touched may be held by one up to the reach.
+  /// Begins the search for the gap among all triangles; a point that touched may be held by one up to the
+  /// reach.
   TACTUS_HD void begin_gap(float reach_m) {
     deciding.least = {};
     deciding.count = 0;
@@ -212,7 +213,7 @@ struct TriangleSearch {
   TACTUS_HD float nearest_within_m(float reach_m) const {
     return least.found() ? min(1.0002F * least.value(), reach_m) : reach_m;
   }
-  /// So far triangles are looked at for what is nearest.
+  /// So far triangles are looked at in the search for the nearest.
   TACTUS_HD float seen_within_m(float reach_m) const {
     return touched() ? reach_m : nearest_within_m(reach_m);
   }
@@ -235,7 +236,8 @@ struct TriangleSearch {
     const float far = !touched() || all.side_m >= 0.F ? 0.F : facing.found() ? facing.value() : reach_m;
     return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, way_m), far);
   }
-  /// Of the candidates; inside, which is looked at more closely, where any says so.
+  /// The nearest of the candidates; inside, which is looked at more closely, where any of the nearest says
+  /// so.
   TACTUS_HD Nearest nearest() const {
     float least2 = kNone, side = kNone;
     const auto n = static_cast<Index>(candidates);

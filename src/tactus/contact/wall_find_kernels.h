@@ -1,6 +1,6 @@
 #pragma once
-/// What particles see of a body's surface: the plane at its nearest point, so that the distance has slope 1
-/// and what depends on it alone is a potential; and the plane across, where they are in a gap.
+/// Walls of particles at a body's surface: the plane at its nearest point, so that the distance has slope 1
+/// and a function of it alone is a potential; and the plane across, where they are in a gap.
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
 #include "tactus/contact/near_surface.h"
@@ -54,7 +54,7 @@ struct FindBodyWalls {
     Index listed[kListed];                 ///< slots, but of those of a run
     std::uint32_t nearest2_m2;  ///< bits of the squared distance; before it is known, an upper bound of it
     std::uint64_t side;         ///< of the particle, in 2^-30, as SideOfTied
-    Index number[kThreads], place[kThreads];  ///< what each lane found
+    Index number[kThreads], place[kThreads];  ///< the nearest of each lane
     float distance_m[kThreads];
     Vec3f n;  ///< towards the particle from the nearest point, outward
     bool found;
@@ -93,7 +93,7 @@ struct FindBodyWalls {
 
  private:
   static constexpr Index kNone = 0x7fffffff;
-  /// What WallAcross takes leans by at most 30 degrees: both are a little above what they bound.
+  /// A triangle that WallAcross takes leans by at most 30 degrees: both are a little above the exact values.
   static constexpr float kAboveCos30 = 0.867F, kAbovePerCos30 = 1.155F;
 
   /// f(slot, to the particle) for all pieces whose balls come within reach.
@@ -191,7 +191,7 @@ struct FindBodyWalls {
     return (1.F + GapOfTriangles::kTie) * tactus::sqrt(least2_m2);
   }
   /// f(slot, place, squared distance) for all that tie with the nearest. A CPU's lane has measured them all;
-  /// a GPU's only those that were nearer than what it had seen before.
+  /// a GPU's only those that were nearer than all that it had seen before.
   template <int kLanes, class S, class F>
   TACTUS_HD void for_each_tied(Vec3f p, int lane, const S& s, F&& f) const {
     const float least2 = std::bit_cast<float>(s.nearest2_m2);
@@ -217,7 +217,8 @@ struct FindBodyWalls {
       if (ties(d2)) f(slot, place, d2);
     });
   }
-  /// Of pieces that share the nearest edge or corner, the first; all of them tell the side: GapOfTriangles.
+  /// Chooses the first of the pieces that share the nearest edge or corner; all of them decide the side:
+  /// GapOfTriangles.
   template <int kLanes, class S>
   TACTUS_HD void choose_nearest(Vec3f p, int lane, S& s) const {
     s.number[lane] = kNone;
@@ -251,7 +252,7 @@ struct FindBodyWalls {
       if (s.number[other] != kNone) note(s.number[other], s.place[other], s.distance_m[other], lane, s);
     });
   }
-  /// Of what all lanes found; -1: nothing.
+  /// Place of the piece that all lanes found; -1: none.
   template <class S>
   TACTUS_HD static Index place_found(const S& s) {
     return s.number[0] == kNone ? -1 : s.place[0];

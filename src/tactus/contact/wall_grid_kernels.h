@@ -10,7 +10,7 @@
 
 namespace tactus {
 
-/// Cells of a box, a bit each. What lies outside of the box counts in the cells at its faces.
+/// Cells of a box, a bit each. Points outside of the box count in the cells at its faces.
 struct WallGrid {
   static constexpr Index kWordBits = 32, kRowWords = 2, kRow = kWordBits * kRowWords;  ///< cells along x
   Vec3f low_m;
@@ -32,7 +32,7 @@ struct WallGrid {
     const Vec3f at = inverse_cell_1_m * (x_m - low_m);
     return {cell(at.x, kRow), cell(at.y, rows), cell(at.z, layers)};
   }
-  /// What is not finite is in the first one.
+  /// A coordinate that is not finite is in the first one.
   TACTUS_HD static Index cell(float at, Index cells) {
     return at > 0.F ? static_cast<Index>(min(at, static_cast<float>(cells - 1))) : 0;
   }
@@ -68,7 +68,7 @@ struct WallGrid {
         if ((row_of(marks, y, z) & bits) != 0) return true;
     return false;
   }
-  /// Marks what a box meets. Threads may mark at once.
+  /// Marks the cells that a box meets. Threads may mark at once.
   TACTUS_HD void mark(View<std::uint32_t> marks, Vec3f low, Vec3f high) const {
     const Vec3i a = cell(low), b = cell(high);
     const std::uint64_t bits = row_bits(a.x, b.x);
@@ -113,7 +113,7 @@ struct MarkCells {
   }
 };
 
-/// What a step of the liquid counts on its way to the walls.
+/// Counters of a step of the liquid on its way to the walls.
 struct NearCounts {
   enum : Index {
     kListedTriangles,  ///< of the surface, near particles

@@ -14,7 +14,7 @@ struct WallVertex {
   float b = 0, c = 0;
 };
 
-/// What a cut changes of a surface: vertices and triangles that are new, or others from now on.
+/// Changes of a cut to a surface: vertices and triangles that are new, or others from now on.
 struct WallChange {
   struct Vertex {
     Index vertex = 0;
@@ -38,7 +38,7 @@ class WallMesh {
   struct Room {
     Index vertices = 0, added = 0, triangles = 0, surface = 0;
   };
-  /// Of a triangle of the surface.
+  /// Parts of a triangle of the surface.
   struct Parts {
     std::vector<Index> triangles, added;
   };
@@ -53,9 +53,9 @@ class WallMesh {
   const std::vector<EmbeddedPoint>& vertices() const { return points_; }
   /// Their numbers begin at room().vertices.
   const std::vector<WallVertex>& added() const { return added_; }
-  /// Of vertices; (-1, -1, -1): not in use.
+  /// Corners, by vertex; (-1, -1, -1): not in use.
   const std::vector<Vec3i>& triangles() const { return fine_; }
-  /// Of vertices; (-1, -1, -1): not in use.
+  /// Corners, by vertex; (-1, -1, -1): not in use.
   const std::vector<Vec3i>& surface() const { return coarse_; }
   const std::vector<Parts>& parts() const { return parts_; }
   const Room& room() const { return room_; }
