@@ -22,7 +22,7 @@ WallMesh mesh_of(const WallSurface& surface, float longest_m) {
   return mesh;
 }
 
-/// Lists of all triangles of the surface that there is room for.
+/// Lists of the parts of all triangles of the surface that there is room for.
 IndexLists lists_of(ExecContext& ctx, const WallMesh& mesh, std::vector<Index> WallMesh::Parts::*which,
                     Index room) {
   std::vector<std::vector<Index>> lists(static_cast<std::size_t>(mesh.room().surface));

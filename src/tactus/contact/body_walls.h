@@ -23,8 +23,9 @@ struct WallSurface {
 /// once the liquid told the impulses on walls, push of each part, then end_push. Asynchronous, may be
 /// recorded. When the body was cut, apply: recordings stay valid.
 ///
-/// Where the liquid is on one device, the cost of a step follows the part of the surface near it. On several,
-/// each looks at all vertices and triangles of the surface; at its short edges only where particles are.
+/// Where the liquid is on one device, the cost of a step follows the part of the surface near the liquid. On
+/// several, each looks at all vertices and triangles of the surface; at its short edges only where particles
+/// are.
 class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.

@@ -87,8 +87,8 @@ class Contact {
   Buffer<float> sample_m3_;  ///< with the paper's response
 };
 
-/// Reactions on all owners of a body over the frame that ended. @param totals BodyPoints::totals(), on the
-/// host @param dt_frame_s time by which impulses are divided @param substeps calls of `correct`
+/// Forces and impulses of a body on all owners over the frame that ended. @param totals BodyPoints::totals(),
+/// on the host @param dt_frame_s time by which impulses are divided @param substeps calls of `correct`
 ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps);
 
 }  // namespace tactus

@@ -36,7 +36,7 @@ struct ToolPose {
     return {m.is_there, turned * m.R_world_tool, m.center_m + time_s * m.velocity_m_s, m.velocity_m_s,
             m.spin_rad_s};
   }
-  /// A point relative to the tool's centre, as are the tool's mesh and edge.
+  /// A point in the tool's coordinates, whose origin is its centre; its mesh and edge are in them, too.
   TACTUS_HD Vec3f to_tool(Vec3f p_m) const { return transpose(turn) * (p_m - center_m); }
   TACTUS_HD Vec3f velocity_at(Vec3f p_m) const { return velocity_m_s + cross(spin_rad_s, p_m - center_m); }
 };

@@ -21,7 +21,7 @@ struct BoundPatches {
     const bool is_self = table.bodies[patch.body].self != SelfTouch::none;
     const Vec3f shift = state.self_motion[patch.body].shift_m;
     const IndexRange own = table.patch_nodes.ranges[b.index()], cubes = table.patch_cubes.ranges[b.index()];
-    // A CPU has no lanes to fill, and the results of lanes have to be put together.
+    // A CPU has no lanes to fill, and the results of several would have to be put together.
     const int lanes = min(Index(Block::kIsLoop ? 1 : kThreads), own.end - own.begin);
     b.for_threads(lanes, [&](int t) {
       PatchBox box = PatchBox::empty();

@@ -3,9 +3,9 @@
 /// corrected.
 ///
 /// A point is inside of a body when it lies in one of the body's deformed cubes and, taken to rest there, is
-/// inside of the surface at rest. The point touches that body's material at the same place: one
-/// point of space, two points of matter, each a mean of up to eight nodes. The momentum that one gets the
-/// other loses, so momentum and its moment are conserved.
+/// inside of the surface at rest. The point touches that body's material at the same place: one point of
+/// space, two points of matter, each a mean of up to eight nodes. The momentum that one gets the other loses,
+/// so momentum and its moment are conserved.
 #include "tactus/contact/pair_weights.h"
 
 namespace tactus {

@@ -12,8 +12,8 @@ inline constexpr float kSelfSpacings = 3;
 /// Points of a body's own that a point may touch, beside those of other parts of a body that was cut.
 enum class SelfTouch : std::uint8_t {
   none,
-  walls,  ///< a point on a wall: cubes beyond that wall at rest
-  all     ///< likewise, and any point: cubes kSelfSpacings from it at rest
+  walls,  ///< a point on a wall: material beyond that wall at rest
+  all     ///< likewise, and any point: material over kSelfSpacings from it at rest
 };
 
 /// One body of many.

@@ -213,7 +213,7 @@ struct WeighPoints {
     record.add({impulse_N_s, cross(contact.x_m - poses[0].reference_m, impulse_N_s), contact.depth_m,
                 1 - is_push_out, is_push_out, contact.owner});
   }
-  /// The reaction on another owner so far is added up there.
+  /// Adds the reaction on the point's last owner to that owner's sums.
   TACTUS_HD void move_on(ContactRecord& record) const {
     body.state.moved_on[record.owner].add_atomically(record.impulse_N_s, record.moment_N_m_s);
     record.impulse_N_s = record.moment_N_m_s = {};

@@ -1,5 +1,5 @@
 #pragma once
-/// Thins samples to one per small cell and main direction, and sorts the rest for neighbour search.
+/// Thins samples to one per small cell and main direction, and sorts those that remain for neighbour search.
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/geom/cell_list.h"
 

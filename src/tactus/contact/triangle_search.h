@@ -20,7 +20,7 @@ struct LeastDistance {
   TACTUS_HD bool found() const { return key != 0; }
 };
 
-/// Distances that decide a point's gap, from triangles that are seen in any order.
+/// Minima that decide a point's gap, over triangles that are seen in any order.
 struct LeastOfTriangles {
   LeastDistance nearest2_m2, facing2_m2, share;
 

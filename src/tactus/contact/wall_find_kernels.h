@@ -93,7 +93,8 @@ struct FindBodyWalls {
 
  private:
   static constexpr Index kNone = 0x7fffffff;
-  /// A triangle that WallAcross takes leans by at most 30 degrees: both are a little above the exact values.
+  /// A triangle that WallAcross takes leans by at most 30 degrees. Both are a little above cos 30° and 1 /
+  /// cos 30°.
   static constexpr float kAboveCos30 = 0.867F, kAbovePerCos30 = 1.155F;
 
   /// f(slot, to the particle) for all pieces whose balls come within reach.
