@@ -10,7 +10,7 @@ namespace {
 
 /// Rows and columns between samples leave about so many.
 constexpr double kSamples = 6000;
-/// What is darker or brighter is cut off by the sensor [grey levels].
+/// The sensor clips darker and brighter pixels [grey levels].
 constexpr int kDarkest = 4, kBrightest = 250;
 constexpr double kLeastGain = 0.25, kMostGain = 4, kMostOffset = 80;
 /// Bins of the logarithm of gains, to base 2.
@@ -59,7 +59,8 @@ void ExposureFit::collect(const std::uint8_t* bgr, const std::uint8_t* const (&r
   }
 }
 
-/// Of the ratios of brightness, whose histogram is smoothed by neighbours.
+/// The most frequent ratio of brightness, photo to room. Each bin of the histogram is smoothed by its
+/// neighbours.
 double ExposureFit::mode_of_gain() const {
   constexpr int kBins = kBinsPerOctave * kOctaves;
   std::array<int, kBins + 2> bins{};

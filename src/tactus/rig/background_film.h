@@ -15,7 +15,7 @@ struct LearntRoom {
 };
 
 /// A still picture, or a film. `median`: the subject is in it and moves; 31 frames spread over the film are
-/// taken, and what stands before a pixel in fewer than half of them is not the room.
+/// taken, and a subject before a pixel in fewer than half of them is not learnt.
 /// @throws Error naming the file when no frame can be read.
 LearntRoom learn_room(const std::string& film, bool median);
 

@@ -21,7 +21,7 @@ constexpr std::size_t kMostPhotos = 31;
 constexpr double kLevelsOfSpread = 16;  ///< stored per grey level
 /// One row in so many is adapted per photo, in turn.
 constexpr Index kAdaptedRows = 16;
-/// So far from the contour, what was decided is surely subject [pixels].
+/// Pixels of the mask that are so far inside the contour are surely subject [pixels].
 constexpr int kEdge = 2;
 /// Nearer to the subject nothing is learnt [pixels].
 constexpr int kKeptAway = 5;
@@ -196,7 +196,7 @@ double BackgroundModel::mean_spread() const {
   return sum / static_cast<double>(state_->pixels());
 }
 
-/// The distance within which each pixel is background whatever its colour.
+/// The distance within which each pixel is background in any colour.
 void BackgroundModel::State::set_up_noise(const BackgroundOptions& o) {
   // A camera that amplifies its signal amplifies its noise; steps of 1/8 are enough.
   double gain = 1;

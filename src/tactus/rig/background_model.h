@@ -1,6 +1,6 @@
 #pragma once
-/// The empty room, pixel by pixel, and what stands before it. One object per camera; all cleaning is on
-/// packed bits.
+/// The empty room, pixel by pixel, and the mask of the subject before it. One object per camera; all cleaning
+/// is on packed bits.
 #include <memory>
 #include <string>
 
@@ -48,13 +48,14 @@ class BackgroundModel {
   /// the room's. Holds up to 31 photos; `finish_median` makes the model of them.
   void collect(const std::uint8_t* bgr);
   void finish_median();
-  /// What `room` has learnt, and back: an 8-bit BGR picture of the means above one of the spreads (16 a grey
+  /// Writes and reads the learnt room: an 8-bit BGR picture of the means above one of the spreads (16 a grey
   /// level). @throws Error naming file and size.
   void write(const std::string& file) const;
   void read(const std::string& file);
 
-  /// What is not the room, cleaned. Allocates nothing after the first call. @param dt_s since the last photo;
-  /// the room's slow changes are learnt where nothing stands, never nearer than a few pixels to the subject.
+  /// Mask of the pixels that are not the room, cleaned. Allocates nothing after the first call. @param dt_s
+  /// since the last photo; the room's slow changes are learnt where nothing stands, never nearer than a few
+  /// pixels to the subject.
   void classify(const std::uint8_t* bgr, const BackgroundOptions& options, BitMask& mask, double dt_s = 0);
   /// How much of each pixel the subject covers, of the photo and mask of the last `classify`: by the mixture
   /// of room and subject within 2 px of the contour; the mask itself elsewhere and before a cloth. Allocates

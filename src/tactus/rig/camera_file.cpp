@@ -22,7 +22,7 @@ ColorImage read_photo(const std::string& file) {
 
 namespace {
 
-/// Of integers, their largest; of floats, 1.
+/// The value of white: the largest one of an integer type, 1 in floats.
 double white_of(const cv::Mat& image, const std::string& file) {
   switch (image.depth()) {
     case CV_8U:

@@ -30,7 +30,7 @@ std::vector<int> played_numbers(const NumberedFiles& files, const RigFile& file)
   return numbers;
 }
 
-/// A film has no trigger: whoever plays it numbers its pictures.
+/// A film has no trigger: its player numbers the pictures.
 PictureTrigger trigger_of(LiveSync sync, const std::string& device) {
   if (device.empty() || sync == LiveSync::time) return PictureTrigger::none;
   return sync == LiveSync::trigger ? PictureTrigger::hardware : PictureTrigger::software;

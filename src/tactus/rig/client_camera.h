@@ -1,5 +1,5 @@
 #pragma once
-/// What a client sends of its camera: grabbed, classified, undistorted.
+/// A client's camera: its images are grabbed, classified and undistorted, ready to be sent.
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,14 +21,14 @@ class ClientCamera {
   /// The images of tick `number`, captured now. Devices wait for their next image; recordings give the one of
   /// that number, over and over. @returns why there are none, or "".
   virtual std::string grab(std::int64_t number, CameraImages& images) = 0;
-  /// Whether `grab` waits for the camera; who calls it waits for the tick otherwise.
+  /// Whether `grab` waits for the camera; otherwise its caller waits for the tick.
   virtual bool has_own_pace() const = 0;
   /// Number of the trigger of the images, of a camera that counts them.
   virtual std::optional<std::int64_t> number() const { return {}; }
 };
 
-/// The rig's camera of that name: its `device`, or what the rig file names of its recording (masks, a film
-/// with its empty room, depth images), at most 300 frames of masks.
+/// The rig's camera of that name: its `device`, or its recording by the rig file (masks, a film with its
+/// empty room, depth images), at most 300 frames of masks or depth images.
 /// @throws Error naming rig file and camera; usage Error for a name that is not in the rig.
 std::unique_ptr<ClientCamera> open_client_camera(const RigFile& file, const std::string& rig_path,
                                                  const std::string& name,

@@ -26,14 +26,14 @@ std::unique_ptr<FrameSource> open_middlebury(const std::string& folder, const Da
 /// first frame's status says so. A camera whose frame can't be read misses the tick.
 /// @throws Error naming rig file, camera and video; usage Error for frames that the videos don't hold.
 std::unique_ptr<FrameSource> open_videos(const std::string& rig_file, const DataOptions& options = {});
-/// Masks (and, where every camera has a `photo`, colours; and what its `depth_cameras` measured) of a rig
+/// Masks (and, where every camera has a `photo`, colours; and the distances of its `depth_cameras`) of a rig
 /// file: one image per camera (one frame), or a printf pattern with one %d: a sequence from the smallest to
 /// the largest number with a file when it is opened. A camera whose file is missing or can't be read misses
 /// the tick; a number without any file is a bad frame.
 /// @throws Error naming rig file, camera and mask; usage Error for frames that the sequence doesn't hold.
 std::unique_ptr<FrameSource> open_masks(const std::string& rig_file, const DataOptions& options = {});
-/// What `tactus run --record` wrote (wire/recording_file.h): the same sets with the same times. Its frames
-/// are numbered from 0. @throws Error naming the file; usage Error for frames that it doesn't hold.
+/// A recording of `tactus run --record` (wire/recording_file.h): the same sets with the same times. Its
+/// frames are numbered from 0. @throws Error naming the file; usage Error for frames that it doesn't hold.
 std::unique_ptr<FrameSource> open_recording(const std::string& path, const DataOptions& options = {});
 /// Any of these, or kinect (kinect.h). @throws usage Error for a synthetic one.
 std::unique_ptr<FrameSource> open_source(SourceKind kind, const std::string& path,

@@ -1,5 +1,5 @@
 #pragma once
-/// Writes what the sources of rig files read: calibrations, masks, distances.
+/// Writes the files that a rig file names: calibrations, masks, distances.
 #include <string>
 
 #include "tactus/geom/camera.h"
@@ -14,7 +14,8 @@ void write_calibration(const std::string& file, const Camera& camera);
 void write_mask(const std::string& file, const BitMask& mask);
 /// 8-bit PNG. @throws Error naming the file.
 void write_alpha(const std::string& file, const AlphaImage& alpha);
-/// 16-bit PNG, radial distance in units of 0.1 mm, 0: no measurement; what is beyond 6.5535 m is 0.
+/// 16-bit PNG, radial distance in units of 0.1 mm, 0: no measurement; distances beyond 6.5535 m are written
+/// as 0.
 /// @throws Error naming the file.
 void write_depth(const std::string& file, const DepthImage& distance_m);
 

@@ -16,8 +16,8 @@ struct DepthEncoding {
   DepthErrorTable error = {};  ///< that is taken off the measured distance; empty: none
 };
 
-/// What is measured through the lens, to radial distance [m] in the pure pinhole's pixels. Takes the nearest
-/// pixel, so that no two distances are mixed.
+/// Converts measurements through the lens to radial distances [m] in the pure pinhole's pixels. Takes the
+/// nearest pixel, so that no two distances are mixed.
 class DepthUndistortion {
  public:
   explicit DepthUndistortion(const CalibratedCamera& camera, const DepthEncoding& encoding = {});

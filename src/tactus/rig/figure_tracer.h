@@ -1,6 +1,6 @@
 #pragma once
-/// What a pinhole camera sees of a figure: exact silhouettes and distances by sphere tracing (Hart 1996),
-/// with cones over tiles first, so that the cost follows the contour.
+/// A figure as a pinhole camera sees it: exact silhouettes and distances by sphere tracing (Hart 1996), with
+/// cones over tiles first, so that the cost follows the contour.
 #include <array>
 
 #include "tactus/geom/camera.h"
@@ -42,7 +42,7 @@ class FigureTracer {
   Vec3f eye_m() const { return eye_m_; }
 
  private:
-  /// Eight tiles and what is known about them: lanes of a packet.
+  /// Eight tiles and the state of their cones: lanes of a packet.
   struct Cones {
     Vec3<Float8> axis;
     Float8 tangent;                           ///< of half the opening
@@ -57,8 +57,8 @@ class FigureTracer {
   /// Eight tiles beside each other from (x_px, y_px) on, `columns` in a row.
   Cones make_cones(Index x_px, Index y_px, Size size, Index columns) const;
   void trace_cones(const FigureShape& shape, Cones& cones) const;
-  /// What is inside tile `lane` of `parent`: a tile of 32x32 pixels, a block of 8x8 in it, 4x2 pixels in
-  /// that.
+  /// Traces the cone `lane` of `parent` by smaller ones: a tile of 32x32 pixels by blocks of 8x8, a block by
+  /// cells of 4x2.
   void trace_tile(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
                   BitMask* mask, DepthImage* distance_m) const;
   void trace_block(const FigureShape& shape, Index x_px, Index y_px, const Cones& parent, int lane,
@@ -79,7 +79,7 @@ class FigureTracer {
   void queue_pixels(Index x_px, Index y_px, const Cones& parent, int lane, RayQueue& queue) const;
   /// Sets the pixels of the rays that hit.
   void trace_hits(const FigureShape& shape, const RayQueue& queue, BitMask& mask) const;
-  /// What `first_hit_m` says about a ray that came near the figure at t_m.
+  /// Whether a ray that came near the figure at t_m hits it, as `first_hit_m` decides.
   bool resolve(const FigureShape& shape, const RayQueue::Ray& ray, float t_m, unsigned limbs) const;
   /// Sets the distances of the rays that hit, and their pixels.
   void trace_distances(const FigureShape& shape, const RayQueue& queue, BitMask* mask,

@@ -1,5 +1,5 @@
 #pragma once
-/// Films of cameras, with one message for what is wrong with them. For the files of this folder.
+/// Opens films of cameras, with one form of error message. For the files of this folder.
 #include <opencv2/core/mat.hpp>
 #include <string>
 

@@ -1,5 +1,6 @@
 #pragma once
-/// What cameras deliver, and the one interface behind which data sets, videos and synthetic rigs stand.
+/// Sets of images from cameras, and the one interface behind which data sets, videos and synthetic rigs
+/// stand.
 #include <array>
 #include <memory>
 #include <optional>
@@ -18,7 +19,7 @@ class Figure;
 struct Rig {
   std::vector<Camera> cameras;        ///< of the silhouettes
   std::vector<Camera> depth_cameras;  ///< time-of-flight
-  Box3f workspace_m;                  ///< what is reconstructed
+  Box3f workspace_m;                  ///< the space that is reconstructed
   int slack_px = 0;                   ///< by how much silhouettes of different cameras are known to disagree
 };
 
@@ -28,7 +29,7 @@ struct SeenMarker {
   std::array<Vec2d, 4> corners_px{};
 };
 
-/// What the rig saw at one trigger tick.
+/// The images of the rig at one trigger tick.
 struct FrameSet {
   std::int64_t tick = 0;
   double time_s = 0;      ///< of the capture, on the source's clock
@@ -60,12 +61,12 @@ class FrameSource {
   virtual std::optional<double> fps() const { return {}; }
   /// Fills `frame` (its memory is reused) with the next set.
   virtual NextFrame next(FrameSet& frame) = 0;
-  /// Why the last frame was bad, which of its cameras missed the tick and why, or what is odd about it
-  /// ("camera 'cam2': the mask is all white"); empty when all is well.
+  /// Why the last frame was bad, which of its cameras missed the tick and why, or its oddities ("camera
+  /// 'cam2': the mask is all white"); empty when all is well.
   virtual std::string status() const = 0;
-  /// What was found wrong with the whole source when it was opened ("it was cut off after 299 frames, at byte
-  /// 1234"); empty when nothing was. Frames may be missing, so whoever shows them says so, also where it ends
-  /// well.
+  /// Damage of the whole source that was found when it was opened ("it was cut off after 299 frames, at byte
+  /// 1234"); empty where it is whole. Frames may be missing, so a program that shows them says so, also where
+  /// the source ends well.
   virtual std::string damage() const { return ""; }
   /// The figure that a synthetic source films, for comparisons with the truth; nullptr elsewhere.
   virtual const Figure* truth() const { return nullptr; }

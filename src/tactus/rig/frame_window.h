@@ -12,10 +12,11 @@ namespace tactus {
 struct FrameWindow {
   int first = 0, last = 0;
 };
-/// The frames asked for, which must all be within `held`; where nothing is asked for, what is held.
-/// A range that reaches beyond the recording is refused, not cut: who writes 0-999 counts on 1000 frames, and
+/// The frames asked for, which must all be within `held`; all of `held` where none are asked for. A range
+/// that reaches beyond the recording is refused, not cut: a user who writes 0-999 counts on 1000 frames, and
 /// 0- says "to the end".
-/// @param path of the recording  @param why appended to what is held: " (camera 'a' is the shortest)", or ""
+/// @param path of the recording  @param why appended to the frames that are held: " (camera 'a' is the
+/// shortest)", or ""
 /// @throws usage Error naming path, the frames asked for and those there are.
 FrameWindow frame_window(const std::string& path, std::optional<int> first, std::optional<int> last,
                          FrameWindow held, const std::string& why = "");
@@ -23,8 +24,8 @@ FrameWindow frame_window(const std::string& path, std::optional<int> first, std:
 /// "all black" or "all white" for `set` of `all` pixels, else "".
 std::string odd_coverage(std::int64_t set, std::int64_t all);
 
-/// What the cameras of one frame have to tell. A camera without a mask misses the tick: it does not carve,
-/// the others do.
+/// Failures and oddities of the cameras in one frame. A camera without a mask misses the tick: it does not
+/// carve, the others do.
 class CameraNotes {
  public:
   /// Forgets the last frame.

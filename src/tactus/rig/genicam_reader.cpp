@@ -83,7 +83,7 @@ class GenicamReader final : public PictureReader {
   GenicamReader(const GenicamReader&) = delete;
   GenicamReader& operator=(const GenicamReader&) = delete;
 
-  /// Of pictures that wait, the newest, but none before a trigger of its own.
+  /// Takes the newest of the pictures that wait. A software trigger is fired first.
   bool read(cv::Mat& bgr) override {
     if (trigger_ == PictureTrigger::software) {
       Outcome fired(name_);
@@ -125,7 +125,7 @@ class GenicamReader final : public PictureReader {
     }
     set.check();
   }
-  /// What it is set to, unless that is none of ours.
+  /// Keeps the pixel format that the camera is set to; one that is not known here becomes Mono8.
   void choose_colours() {
     Outcome set(name_);
     const ArvPixelFormat format = arv_camera_get_pixel_format(camera_.get(), &set);

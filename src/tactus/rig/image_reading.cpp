@@ -14,12 +14,11 @@
 namespace tactus {
 namespace {
 
-/// 16384 x 16384: what no camera of a rig has, and a few hundred megabytes.
+/// 16384 x 16384: more than any camera of a rig has, and a few hundred megabytes.
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28, kMaxSide_px = std::uint64_t{1} << 20;
 
-/// OpenCV hands out half-read pictures without a word, or prints words of its own: what a file says of its
-/// length is looked at first. PNG and JPEG end with a mark, BMP names its size, PGM and PPM follow from
-/// theirs.
+/// OpenCV hands out half-read pictures without a word, or prints words of its own: the length that a file
+/// states is checked first. PNG and JPEG end with a mark, BMP names its size, PGM and PPM follow from theirs.
 bool is_cut_short(const std::string& bytes) {
   const std::string tail = bytes.substr(bytes.size() - std::min<std::size_t>(64, bytes.size()));
   if (bytes.starts_with("\x89PNG")) return tail.find("IEND") == std::string::npos;

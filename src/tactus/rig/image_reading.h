@@ -1,5 +1,5 @@
 #pragma once
-/// Image files for OpenCV, with one message for what is wrong with them. For the files of this folder.
+/// Reads image files for OpenCV, with one form of error message. For the files of this folder.
 #include <opencv2/core/mat.hpp>
 #include <string>
 

@@ -81,7 +81,7 @@ constexpr float kNearest_m = 0.1F;
 constexpr double kWidest_px = 8192;
 
 /// The depth camera once more, as the camera of a silhouette: its image is so much larger that it holds all
-/// of the workspace. What lies outside the field of view is background there, and not unknown.
+/// of the workspace. Pixels outside the field of view are background there, and not unknown.
 Camera silhouette_camera(const Camera& depth, const Box3f& workspace_m, const std::string& folder) {
   if (!(workspace_m.max.z <= -kNearest_m))
     throw usage_error(folder +

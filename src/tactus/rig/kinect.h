@@ -21,10 +21,10 @@ KinectCalibration read_kinect_calibration(const std::string& file, Index color_w
                                           Index color_height_px);
 
 /// A folder with calibration.json, depth*.png (16 bit, z in mm) and color*.jpg or color*.png: one frame.
-/// Nobody gives silhouettes, so the depth camera is the camera of one, too: what it measures in the
-/// workspace. The hull is then what lies behind the measured surface, to the far side of the workspace (2.3 m
-/// from the camera when the options say nothing else); what was not measured, or lies outside the field of
-/// view, is not there. The colour camera has no silhouette.
+/// Nobody gives silhouettes, so the depth camera is the camera of one, too: of the pixels at which it
+/// measures a point in the workspace. The hull is then the space behind the measured surface, to the far side
+/// of the workspace (2.3 m from the camera when the options say nothing else); objects that were not
+/// measured, or lie outside the field of view, are not in it. The colour camera has no silhouette.
 /// @throws Error naming the file, or when nothing was measured in the workspace; usage Error for a workspace
 /// that is not before the camera.
 std::unique_ptr<FrameSource> open_kinect(const std::string& folder, const DataOptions& options = {});

@@ -5,7 +5,7 @@
 namespace tactus {
 namespace {
 
-/// Of tcp://HOST:PORT, without brackets.
+/// Host of tcp://HOST:PORT, without brackets.
 std::string host_of(const std::string& address) {
   constexpr std::string_view kTcp = "tcp://";
   const std::size_t port = address.rfind(':');

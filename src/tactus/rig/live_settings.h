@@ -15,16 +15,17 @@ enum class LiveSync : std::uint8_t {
 struct LiveSettings {
   std::string address = "tcp://127.0.0.1:7447";  ///< where the server listens and clients connect to
   double fps = 30;
-  double deadline_s = 0.033;  ///< a set is released so long after its capture with what it has
+  double deadline_s = 0.033;  ///< a set is released so long after its capture, also incomplete
   LiveSync sync = LiveSync::time;
   double bytes_per_s = 20e6;  ///< most of one camera
   std::string keys_folder;    ///< of `tactus keys`
 };
 
-/// Whether every network of this computer leads there (0.0.0.0, [::], *). Of addresses that is_loopback
-/// takes.
+/// Whether every network of this computer leads there (0.0.0.0, [::], *). Takes the same addresses as
+/// is_loopback.
 bool is_every_interface(const std::string& address);
-/// Whether only this computer can connect there. @throws usage Error for what is no tcp://HOST:PORT.
+/// Whether only this computer can connect there. @throws usage Error for an address that is no
+/// tcp://HOST:PORT.
 bool is_loopback(const std::string& address);
 
 }  // namespace tactus

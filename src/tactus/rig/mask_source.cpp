@@ -46,7 +46,7 @@ class MaskSource final : public FrameSource {
     labels_.resize(masks_.size());
     labels_told_.resize(masks_.size());
     if (sequence_) return;
-    // The one frame is the whole recording: what is wrong with it is told before any work.
+    // The one frame is the whole recording: its faults are reported before any work.
     for (std::size_t i = 0; i < masks_.size(); ++i)
       for_camera(path, file_.rig.cameras[i].name, [&] {
         bytes_[i] = read(i);
@@ -112,7 +112,7 @@ class MaskSource final : public FrameSource {
   std::vector<Undistortion> undistort_;
   std::vector<Image<std::uint8_t>> bytes_;  ///< of the newest frame
   Image<std::uint8_t> scratch_;
-  std::vector<std::string> labels_;  ///< what a mask of labels is taken as, else ""
+  std::vector<std::string> labels_;  ///< notice of read_mask for masks of labels, else ""
   std::vector<bool> labels_told_;
   bool sequence_ = false;
   FrameWindow window_;

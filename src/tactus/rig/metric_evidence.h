@@ -1,5 +1,6 @@
 #pragma once
-/// What tells a rig's scale: a board whose corners were clicked in every picture, and when frames were taken.
+/// Evidence of a rig's scale and timing: a board whose corners were clicked in every picture, and the times
+/// of frames.
 #include <string>
 #include <vector>
 

@@ -12,8 +12,8 @@ namespace tactus {
 struct NumberPlace {
   std::size_t begin = 0, end = 0;
 };
-/// Other '%' belong to names. A path that is there as it is written has no number. Of several conversions the
-/// last counts, if the folder before it is there.
+/// Other '%' belong to names. A path that is there as it is written has no number. Where a path has several
+/// conversions, the last one counts whose folder is there, else the first.
 std::optional<NumberPlace> number_place(const std::string& path);
 
 /// A path with one %d or %0Nd in it, or without: then every number means the same file.
@@ -34,16 +34,15 @@ class NumberedFiles {
   bool is_sequence_ = false;
 };
 
-/// Smallest and largest of some cameras' numbers between `first` and `last` (none: whatever there is). There
-/// may be holes between, but no gap of more than 10,000 frames: a stray file would make a run walk through
-/// it.
+/// Smallest and largest of some cameras' numbers between `first` and `last` (none: all there are). There may
+/// be holes between, but no gap of more than 10,000 frames: a stray file would make a run walk through it.
 /// @param numbers of at least one file, in any order
 /// @throws usage Error naming `path` and the frames on both sides of the gap.
 FrameWindow window_of(const std::string& path, std::vector<int> numbers, std::optional<int> first,
                       std::optional<int> last);
 
-/// Whether a regular file, or anything at all, is there. False for what can't be looked at: a link that leads
-/// to itself, a folder without permission. (std::filesystem's own throw.)
+/// Whether a regular file, or anything at all, is there. False for a path that can't be looked at: a link
+/// that leads to itself, a folder without permission. (std::filesystem's own throw.)
 bool is_file(const std::string& path);
 bool is_there(const std::string& path);
 

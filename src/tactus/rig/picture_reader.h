@@ -11,7 +11,7 @@ class Mat;
 
 namespace tactus {
 
-/// Who says when a camera takes a picture.
+/// Source of the trigger at which a camera takes a picture.
 enum class PictureTrigger : std::uint8_t {
   none,      ///< itself, so many times a second
   hardware,  ///< a line
@@ -43,7 +43,7 @@ std::unique_ptr<PictureReader> open_pictures(const std::string& what, const Pict
 
 /// A GenICam camera (GigE Vision, USB3 Vision). @param id without "aravis:"
 std::unique_ptr<PictureReader> open_genicam(const std::string& id, const PictureSettings& settings);
-/// "" or what is missing and what for.
+/// "", or the missing library and its purpose: "Aravis (libaravis-dev): no GenICam cameras".
 std::string genicam_missing();
 
 }  // namespace tactus

@@ -1,5 +1,5 @@
 #pragma once
-/// Every key of a rig file, declared once: what the reader knows and what docs/rig.md says.
+/// Every key of a rig file, declared once, for the reader and for docs/rig.md.
 #include <ostream>
 #include <span>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-/// Kinds of frame sources, by their words in scenes and after `--source`. A new kind: a line here, and what
-/// opens it in data_sources.cpp.
+/// Kinds of frame sources, by their words in scenes and after `--source`. A new kind: a line here, and a case
+/// in data_sources.cpp that opens it.
 #include <cstdint>
 #include <span>
 #include <string>

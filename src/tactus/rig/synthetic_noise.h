@@ -1,5 +1,5 @@
 #pragma once
-/// What real rigs do to exact data. Deterministic: the same seed gives the same noise.
+/// The errors of real rigs, added to exact data. Deterministic: the same seed gives the same noise.
 #include <cstdint>
 
 #include "tactus/geom/camera.h"
@@ -9,7 +9,7 @@ namespace tactus {
 
 /// Standard deviations; 0: none.
 struct NoiseOptions {
-  double calibration_px = 0;   ///< of the reprojection of what is in the middle, by a wrong direction of view
+  double calibration_px = 0;   ///< of the reprojection at the image centre, by a wrong direction of view
   double sync_ms = 0;          ///< of each camera's moment about the tick
   double segmentation_px = 0;  ///< of the contour, with a correlation length of about 8 px
   double depth_m = 0;          ///< of time-of-flight distances at 1 m; grows with the square of the distance
@@ -25,7 +25,7 @@ Camera miscalibrate(const Camera& camera, const NoiseOptions& noise, int camera_
 double sync_error_s(const NoiseOptions& noise, int camera_number, std::int64_t tick);
 /// Moves the contour in and out.
 void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, std::int64_t tick);
-/// Adds wiggling and noise to what was measured; 0 stays 0.
+/// Adds wiggling and noise to measured distances; 0 stays 0.
 void disturb_depth(DepthImage& distance_m, const NoiseOptions& noise, int camera_number, std::int64_t tick);
 
 }  // namespace tactus

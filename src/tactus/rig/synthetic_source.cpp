@@ -24,7 +24,7 @@ void check_range(const std::string& what, double value, double low, double high)
                     text(high));
 }
 
-/// Splits "hand-moving" and checks what the figure itself doesn't.
+/// Splits "hand-moving", and checks the options that the figure itself doesn't.
 SyntheticOptions checked(SyntheticOptions options) {
   for (const auto& [suffix, moving] :
        {std::pair{std::string("-still"), false}, {std::string("-moving"), true}}) {

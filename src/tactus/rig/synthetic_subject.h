@@ -1,5 +1,5 @@
 #pragma once
-/// What a synthetic data set is made of: a body whose shape, paint and motion are known at any time.
+/// The subject of a synthetic data set: a body whose shape, paint and motion are known at any time.
 #include <memory>
 #include <string>
 
@@ -14,7 +14,7 @@ class SyntheticSubject {
   virtual ~SyntheticSubject() = default;
   /// Contains it at all times.
   virtual Box3f bounds_m() const = 0;
-  /// What one camera sees: `mask` of its size, and radial distances [m], 0 beside the body.
+  /// The view of one camera: `mask` of its size, and radial distances [m], 0 beside the body.
   virtual void see(const Camera& camera, double time_s, BitMask& mask, DepthImage& distance_m) const = 0;
   /// Closed surface, without normals.
   virtual TriangleMesh surface(double time_s) const = 0;

@@ -15,7 +15,7 @@ struct Undistortion::Maps {
   Camera pinhole;
   cv::Size photo;
   cv::Mat xy, fraction;  ///< fixed point; empty without a lens
-  /// Of each word of the result: the pixels of the photo that its samples read, limited to the photo.
+  /// The pixels of the photo that the samples of one word of the result read, limited to the photo.
   struct Source {
     std::int16_t x0, y0, x1, y1;
     bool reaches_beyond;
@@ -45,7 +45,7 @@ int uniform(const BitMask& mask, Index x0, Index y0, Index x1, Index y1) {
   return any != 0 ? 1 : 0;
 }
 
-/// Of each fraction of a pixel, in OpenCV's steps: whether the bilinear sample of four bits is at least a
+/// For each fraction of a pixel, in OpenCV's steps: whether the bilinear sample of four bits is at least a
 /// half, a bit for each pattern (right 2, below 4, below right 8).
 std::array<std::uint16_t, cv::INTER_TAB_SIZE2> make_sample_table() {
   constexpr int n = cv::INTER_TAB_SIZE;

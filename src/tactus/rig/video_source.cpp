@@ -42,7 +42,7 @@ int count_frames(const std::string& path, const Camera& camera) {
   return count;
 }
 
-/// What was found at a time.
+/// Result of the search for a frame at a time.
 struct Found {
   enum class What : std::uint8_t { frame, ended, gap } what = What::ended;
   double off_s = 0;  ///< gap: how far the nearest frame is
@@ -100,7 +100,7 @@ struct Reader {
         size(calibrated.camera.width_px, calibrated.camera.height_px) {
     learn_room(empty_room, calibrated.camera);
   }
-  /// A film, a still picture, or what `tactus background` wrote.
+  /// Learns the room from a film, a still picture, or a picture that `tactus background` wrote.
   void learn_room(const std::string& empty_room, const Camera& camera) {
     const std::string end = empty_room.substr(std::min(empty_room.rfind('.'), empty_room.size()));
     if (end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".bmp") return model.read(empty_room);
@@ -235,7 +235,8 @@ class VideoSource final : public FrameSource {
     film_s_ = next_s.value_or(is_first_ ? 0 : film_s_ + interval_s);
     is_first_ = false;
   }
-  /// What the leader holds behind the last tick. Its frame at the tick was taken when that was read.
+  /// Time of the leader's first frame after the last tick; none at its end. The frame at the tick was taken
+  /// when that tick was read.
   std::optional<double> next_lead_s() {
     TimedFilm& film = leader().video;
     while (!is_first_ && film.next_s() && *film.next_s() <= film_s_) film.advance();

@@ -7,7 +7,7 @@
 namespace tactus {
 
 /// The one document of a YAML text. Bounded first: a megabyte, 64 deep, 100,000 values, 1000 aliases.
-/// @throws usage Error "FILE:LINE: what": not valid YAML, beyond the bounds, a second document.
+/// @throws usage Error "FILE:LINE: REASON": not valid YAML, beyond the bounds, a second document.
 YAML::Node parse_yaml(const std::string& text, const std::string& file);
 
 /// @throws Error when the file can't be read; as parse_yaml.

@@ -25,7 +25,7 @@ class YamlMapping {
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
   YamlMapping child(const std::string& key, const std::vector<std::string>& known) const;
   std::vector<YamlMapping> children(const std::string& key, const std::vector<std::string>& known) const;
-  /// usage Error "file:line: 'key': what".
+  /// @throws usage Error "FILE:LINE: 'KEY': REASON".
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;
 
  private:
