@@ -48,9 +48,10 @@ std::vector<BoardCorner> numbered(const std::vector<cv::Point2f>& corners) {
   return result;
 }
 
-/// Corners joined along their edges are found whatever the lens does to the board. What hides a few of them,
-/// the two searches of OpenCV may still find: by sectors (Duda, Frese 2018), whose corners need no refining,
-/// and by quadrangles. A lens bends rows smoothly, so a corner that stands out is in a wrong place.
+/// Corners joined along their edges are found, however the lens bends the board. Where a few of them are
+/// hidden, the two searches of OpenCV may still find the board: by sectors (Duda, Frese 2018), whose corners
+/// need no refining, and by quadrangles. A lens bends rows smoothly, so a corner that stands out is in a
+/// wrong place.
 std::vector<BoardCorner> detect_chessboard(const Board& board, const cv::Mat& grey, int window_px) {
   const cv::Size size(board.columns, board.rows);
   std::vector<cv::Point2f> found = find_board_grid(grey, size, window_px);

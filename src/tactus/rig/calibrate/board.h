@@ -1,5 +1,5 @@
 #pragma once
-/// Calibration boards, and what cameras see of them.
+/// Calibration boards, and their corners in pictures.
 #include <string>
 #include <vector>
 
@@ -30,7 +30,7 @@ struct Board {
   }
 };
 /// "chessboard:9x6" (inner corners) or "charuco:4x5:4X4_50" (squares, dictionary).
-/// @throws usage Error naming what is wrong.
+/// @throws usage Error naming the wrong part.
 Board parse_board(const std::string& text, double square_m, double marker_m, bool inverted);
 
 struct BoardCorner {
@@ -45,8 +45,8 @@ struct BoardView {
 
 /// Corners of the board in a grey picture, to a fraction of a pixel; none where it isn't seen. A chessboard
 /// is seen whole or not at all.
-/// @param window_px half the window in which a chessboard's corner is refined; 0: what the squares around it
-/// allow, at most 11  @throws Error for ChArUco where Tactus was built without OpenCV's aruco.
+/// @param window_px half the window in which a chessboard's corner is refined; 0: as much as the squares
+/// around it allow, at most 11  @throws Error for ChArUco where Tactus was built without OpenCV's aruco.
 std::vector<BoardCorner> detect_board(const Board& board, const Image<std::uint8_t>& grey, int window_px = 0);
 /// Why ChArUco boards can't be found by this build; "" when they can.
 std::string charuco_missing();

@@ -16,7 +16,7 @@ constexpr float kHalfTurn = 3.14159265358979F;
 constexpr std::size_t kMostPeaks = 4000, kMostCrossings = 1200;
 /// Grey levels between dark and bright squares; between the two sides of an edge.
 constexpr float kLeastContrast = 16, kLeastStep = 8;
-/// Of the saddle's determinant: of a peak, and where a corner is expected.
+/// Least -det of the Hessian: at a peak, and where a corner is expected.
 constexpr float kLeastSaddle = 0.5F, kFaintSaddle = 0.2F;
 constexpr int kBorder_px = 5;
 /// Share of the corners from which the others are looked for.
@@ -197,7 +197,8 @@ void join(const Saddles& s, std::vector<Crossing>& all) {
 using Places = std::map<std::pair<int, int>, cv::Point2f>;
 constexpr std::array<int, 4> kStepX{1, 0, -1, 0}, kStepY{0, 1, 0, -1};
 
-/// What hangs together with `first`, by columns and rows; edges count that both ends know.
+/// The crossings that are connected to `first`, by columns and rows. An edge counts if both of its ends list
+/// it.
 Places places_from(const std::vector<Crossing>& all, std::size_t first, std::vector<bool>& is_taken) {
   struct Step {
     std::size_t at;
@@ -304,7 +305,7 @@ Expected expected(const std::vector<cv::Point2f>& p, cv::Size size, int i, int j
       sum += weight * place;
       weights += weight;
     };
-    const int before = at, after = count - 1 - at;  // polynomials through what is there
+    const int before = at, after = count - 1 - at;  // polynomials through the neighbours
     if (before >= 2 && after >= 2)
       add(4, (4 * (q(-1) + q(1)) - q(-2) - q(2)) / 6);
     else if (before >= 1 && after >= 2)

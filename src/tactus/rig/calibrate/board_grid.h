@@ -8,8 +8,8 @@ namespace tactus {
 
 /// The corners by rows, `size.width` a row; the columns run clockwise of the rows in the picture. Which end
 /// is first is not known. Empty where no whole board is seen.
-/// @param window_px half the window in which a corner is refined; 0: what the squares around it allow, at
-/// most 11
+/// @param window_px half the window in which a corner is refined; 0: as much as the squares around it allow,
+/// at most 11
 std::vector<cv::Point2f> find_board_grid(const cv::Mat& grey, cv::Size size, int window_px);
 
 /// The largest third difference along a row or column over the distance of corners there. A board, however a
