@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using calibration::Format;
 using calibration::Input;
 
-/// In the order in which content is looked at: what can be told with certainty comes first.
+/// In the order in which content is checked: formats that are recognised with certainty come first.
 const Format* const kFormats[] = {
     &calibration::kColmapBinary, &calibration::kColmapText, &calibration::kQualisys,
     &calibration::kVicon,        &calibration::kSplatting,  &calibration::kAzureKinect,
@@ -88,11 +88,12 @@ Input load(const std::string& path) {
   return input;
 }
 
-/// Rotations of so few digits are taken for what they mean; what is further off is no rotation.
+/// A matrix with |R R^T - I| below kRounded is a rounded rotation, from kTold on with a warning; one that is
+/// further off is no rotation.
 constexpr double kRounded = 1e-2, kTold = 1e-3;
 
 /// The rotation that is nearest to a rounded one, by Newton's iteration of the polar decomposition, which
-/// squares the error. What is no rotation stays, and is refused later.
+/// squares the error. A matrix that is no rotation stays, and is refused later.
 void make_rotation(const std::string& path, Camera& camera, bool has_centers) {
   Rigidd& T = camera.T_cam_world;
   const Mat3d off = T.R * transpose(T.R) - Mat3d::identity();

@@ -16,11 +16,11 @@ struct CalibrationNodes {
   std::string intrinsics, distortion, rotation, translation;  ///< "": the usual ones
 };
 
-/// What a format may leave open; it is asked for, never guessed.
+/// Answers to the questions that a format may leave open: they are asked for, never guessed.
 struct CalibrationAnswers {
   std::optional<double> unit_m;        ///< metres per unit of length of the file
   std::optional<Vec2i> image_size_px;  ///< of every camera whose size the file doesn't say
-  std::optional<LensModel> lens;       ///< what coefficients mean where the file doesn't say it; none: brown
+  std::optional<LensModel> lens;       ///< meaning of coefficients where the file doesn't say it; none: brown
   std::string format;                  ///< a name of the table, where content does not tell; "": by content
   CalibrationNodes nodes;
   /// How the asker spells the questions, for messages: flags or keys.
@@ -43,7 +43,7 @@ struct CalibrationData {
 /// question that the format leaves open and `answers` does not answer, or answers otherwise than the file.
 CalibrationData read_calibration_file(const std::string& path, const CalibrationAnswers& answers = {});
 
-/// The camera of this name; of a file with one camera that one, whatever its name.
+/// The camera of this name; of a file with one camera that one, by any name.
 /// @throws Error naming the file, the names there are and the nearest; or when it has no pose.
 const FileCamera& camera_of(const CalibrationData& data, const std::string& name, const std::string& path);
 
@@ -55,16 +55,16 @@ void write_calibration_file(const std::string& path, const std::string& format,
 /// @throws usage Error as write_calibration_file for a format that can't be written.
 void check_written_format(const std::string& format);
 
-/// What is known of a format, for help and documents.
+/// Description of a format, for help and documents.
 struct CalibrationFormatInfo {
   std::string name, of;  ///< "kalibr", "Kalibr camchain YAML (...)"
   bool written;
-  std::string asks;  ///< what the file leaves open: "unit", "unit, image size", ""
+  std::string asks;  ///< questions that the file leaves open: "unit", "unit, image size", ""
 };
 std::vector<CalibrationFormatInfo> calibration_formats();
 
-/// What this build can't do for want of a library, a sentence each, with the Debian package; empty when all
-/// is there.
+/// Abilities that this build lacks for want of a library, a sentence each, with the Debian package; empty
+/// when all are there.
 std::vector<std::string> missing_parts();
 
 }  // namespace tactus

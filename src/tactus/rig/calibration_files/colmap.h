@@ -1,6 +1,6 @@
 #pragma once
-/// What COLMAP's text and binary files share. Pixel centres at one half; world to camera; quaternions with w
-/// first; no unit.
+/// The common part of COLMAP's text and binary files. Pixel centres at one half; world to camera; quaternions
+/// with w first; no unit.
 #include <map>
 
 #include "tactus/rig/calibration_files/formats.h"

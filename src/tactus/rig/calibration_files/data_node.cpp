@@ -17,7 +17,7 @@ std::string excerpt(std::string_view text) {
 
 namespace {
 
-/// "1.5", "1.", "+2", "1e-3"; NaN for anything else and for what isn't finite.
+/// "1.5", "1.", "+2", "1e-3"; NaN for any other text and for numbers that aren't finite.
 double parse_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0;
@@ -77,7 +77,8 @@ void convert(const nlohmann::json& from, DataNode& to) {
   }
 }
 
-/// What of a text stands in a message. A text that is all of a file is of no calibration: nothing of it.
+/// The part of a node that stands in a message. A text that is all of a file is of no calibration, so nothing
+/// of it is shown.
 std::string shown(const DataNode& node) {
   if (node.kind == DataNode::Kind::list) return "a list";
   if (node.kind == DataNode::Kind::map) return "a mapping";

@@ -10,8 +10,8 @@
 
 namespace tactus {
 
-/// What of a foreign file's text stands in a message: at most 16 letters. A rig file may name any file, and a
-/// message must not be a way to read it.
+/// The part of a foreign file's text that stands in a message: at most 16 letters. A rig file may name any
+/// file, and a message must not be a way to read it.
 std::string excerpt(std::string_view text);
 
 class DataNode {
@@ -40,14 +40,14 @@ class DataNode {
   double number() const;
   int integer(int least, int most) const;
   bool boolean() const;
-  /// All numbers in here, nested lists flattened, OpenCV's {rows, cols, data} unwrapped. @throws Error for
-  /// what is none.
+  /// All numbers in here, nested lists flattened, OpenCV's {rows, cols, data} unwrapped. @throws Error for an
+  /// entry that is no finite number.
   std::vector<double> numbers() const;
   /// The same, and exactly so many.
   std::vector<double> numbers(std::size_t count) const;
   /// A 3x3 matrix: nine numbers, row by row.
   Mat3d matrix3() const;
-  /// "FILE:LINE: 'KEY': what"
+  /// @throws Error "FILE:LINE: 'KEY': REASON".
   [[noreturn]] void fail(const std::string& what) const;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
-/// The rows of the table of calibration formats, and what their readers share. For the files of this folder.
+/// The rows of the table of calibration formats, and the functions that their readers share. For the files of
+/// this folder.
 #include <functional>
 
 #include "tactus/rig/calibration_files/calibration_file.h"
@@ -24,7 +25,7 @@ struct Input {
 struct Format {
   const char* name;
   const char* of;    ///< one line for people
-  const char* asks;  ///< what is left open
+  const char* asks;  ///< questions that the file leaves open
   bool (*recognise)(const Input&);
   std::vector<FileCamera> (*read)(const Input&, const CalibrationAnswers&);
   void (*write)(const std::string& path, std::span<const FileCamera>);  ///< nullptr: only read
@@ -37,7 +38,7 @@ extern const Format kAnipose, kAzureKinect, kCaliscope, kColmapBinary, kColmapTe
     kMatlab, kMcCalib, kMiddlebury, kMultical, kNerfstudio, kOpenCv, kProjections, kQualisys, kRosCameraInfo,
     kSplatting, kVicon;
 
-/// Metres per unit: the answer. @throws usage Error that says what to give when there is none.
+/// Metres per unit: the answer. @throws usage Error that asks for it when there is none.
 double asked_unit_m(const std::string& file, const char* format, const CalibrationAnswers& answers);
 /// Metres per unit that the format itself fixes. @throws usage Error when the answer says otherwise.
 double known_unit_m(const std::string& file, const char* format, double unit_m,

@@ -8,7 +8,7 @@ namespace {
 
 bool recognise(const Input& input) { return input.json && input.json->has("frames"); }
 
-/// What a frame says itself, else what stands for all.
+/// A frame's own value, else the file's for all frames.
 const DataNode* find(const DataNode& frame, const DataNode& root, const char* key) {
   const DataNode* own = frame.find(key);
   return own != nullptr ? own : root.find(key);

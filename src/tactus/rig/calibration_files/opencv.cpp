@@ -36,12 +36,12 @@ const Names kDistortion{"DistortionCoeffs",
 const Names kRotation{"RotationValues", "R", "Rot", "rotation", "rotation_matrix", "rvec", "rotation_vector"};
 const Names kTranslation{"TranslationValues", "T", "t", "translation", "translation_vector", "tvec"};
 const Names kRigid{"Rt", "RT", "extrinsic", "extrinsics", "extrinsic_matrix"};
-/// Of a stereo pair, with 1 or 2 behind them.
+/// Names in a stereo pair, with 1 or 2 behind them.
 const Names kPairIntrinsics{"M", "K", "cameraMatrix", "camera_matrix", "CameraMatrix", "camera_matrix_"};
 const Names kPairDistortion{"D", "distCoeffs", "dist_coeffs", "distortion", "dist", "dist_coeffs_"};
 const Names kWidth{"image_width", "image_Width", "width"}, kHeight{"image_height", "image_Height", "height"};
 
-/// The node of the given name, else the usual ones. @throws Error naming what is missing.
+/// The node of the given name, else the usual ones. @throws Error naming the missing node.
 const DataNode& node(const DataNode& root, const std::string& asked, const Names& usual) {
   return asked.empty() ? root.at_any(usual) : root.at(asked);
 }

@@ -12,8 +12,8 @@ bool recognise(const Input& input) {
 
 double value(const DataNode& node, const char* key) { return node.at(key).number(); }
 
-/// Theia writes the same XML with whole pixels, and a pose from the world to the camera: what a Qualisys
-/// reader would make of it is far off. No sensor has less than 256 pixels a row.
+/// Theia writes the same XML with whole pixels, and a pose from the world to the camera: the cameras that a
+/// Qualisys reader would make of it are far off. No sensor has less than 256 pixels a row.
 void refuse_whole_pixels(const DataNode& from) {
   const DataNode& intrinsic = from.at("intrinsic");
   constexpr double kLeastSensor = 256 * 64;

@@ -1,6 +1,5 @@
 #pragma once
-/// Tables of cameras in TOML: what caliscope, anipose, FreeMoCap and Pose2Sim have in common. World to
-/// camera.
+/// Tables of cameras in TOML, as caliscope, anipose, FreeMoCap and Pose2Sim all have them. World to camera.
 #include "tactus/rig/calibration_files/formats.h"
 
 namespace tactus::calibration {

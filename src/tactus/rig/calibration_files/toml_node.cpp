@@ -1,7 +1,7 @@
 #include "tactus/rig/calibration_files/data_node.h"
 
 #ifdef TACTUS_WITH_TOML
-// toml++ asserts what damaged files break ("[%", "m=[}"), and in release builds goes on. Here a broken
+// Damaged files ("[%", "m=[}") break assertions of toml++, which in release builds goes on. Here a broken
 // assertion is an exception, in every build.
 #undef NDEBUG
 namespace tactus {

@@ -135,7 +135,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
   std::vector<FileCamera> cameras;
   if (!input.xml) throw Error(input.path + ": no XML");
   for (const DataNode* from : input.xml->at("Cameras").all("Camera")) {
-    // Cameras that were not calibrated have no key frame. Of moving cameras the first counts.
+    // Cameras that were not calibrated have no key frame. A moving camera has several; the first counts.
     const DataNode* frames = from->find("KeyFrames");
     const DataNode* frame = frames != nullptr ? frames->find("KeyFrame") : nullptr;
     if (frame != nullptr) cameras.push_back(read_one(*from, *frame, input.path, answers));
