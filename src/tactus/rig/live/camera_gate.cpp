@@ -6,7 +6,7 @@
 namespace tactus {
 namespace {
 
-/// Images are sent at once: what was captured longer before is of a clock that jumped.
+/// Images are sent at once: one that was captured longer before is of a clock that jumped.
 constexpr double kOldest_s = 1, kSkew_s = 0.001;
 /// Packets a second over the rig's.
 constexpr double kMostRate = 4;

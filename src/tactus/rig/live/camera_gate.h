@@ -1,5 +1,5 @@
 #pragma once
-/// What a server knows of one camera, and whether it takes a packet of it.
+/// A server's state of one camera, and whether it takes a packet of it.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -21,7 +21,7 @@ class RateLimit {
   double per_s_, left_, last_s_ = 0;
 };
 
-/// Checks heads in the order of what costs least: rate, calibration, boot, sequence, clock. Knows no sockets.
+/// Checks heads, the cheapest check first: rate, calibration, boot, sequence, clock. Knows no sockets.
 ///
 /// A camera has one client at a time. While it is heard, packets of another boot are refused; once it has
 /// been silent for silence_s(), the next boot takes its place at once, also one that was here before. A
@@ -38,7 +38,7 @@ class CameraGate {
   Refusal check(const PacketHead& head, double now_s, double& captured_s);
   /// @returns how many of its kind there were.
   std::int64_t count(Refusal refusal) { return ++status_.refused[static_cast<std::size_t>(refusal)]; }
-  /// Of a packet that was sent over two connections, the other came first.
+  /// Counts a packet that was sent over two connections and came over the other one first.
   void count_copy() { ++status_.copies; }
   /// Whether the client of that boot has the camera, or may take it now.
   bool is_client(std::uint64_t boot, double now_s) const {

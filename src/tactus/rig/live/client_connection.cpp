@@ -6,7 +6,7 @@
 namespace tactus {
 namespace {
 
-/// A receipt that takes so much longer than those before won't come. What isn't late isn't lost.
+/// A receipt that takes so much longer than those before won't come. A packet that isn't late isn't lost.
 constexpr double kLostAfterWays = 4, kLeastLost_s = 0.05;
 /// A receipt is late after 2 x shortest + 30 ms + 4 x (median - shortest). A network that loses packets
 /// leaves the median where it is: TCP sends again after 200 ms at the earliest. A busy computer holds every

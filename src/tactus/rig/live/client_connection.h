@@ -1,5 +1,5 @@
 #pragma once
-/// What a client knows of its connections: what is on the way, and whether packets are late.
+/// A client's state of its connections: the packets that are on the way, and whether they are late.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,8 +15,8 @@ class PacketsOnTheWay {
     bool is_late = false;  ///< it took much longer than others
     bool is_copy = false;  ///< the packet went over another connection, too
   };
-  /// Whether another may be sent. What has been on the way for too long is lost: the server ended, the
-  /// connection broke, or something on the way drops packets.
+  /// Whether another may be sent. A packet that has been on the way for too long is lost: the server ended,
+  /// the connection broke, or something on the way drops packets.
   bool has_room(double now_s);
   /// How many were lost since the last question.
   int take_lost();
@@ -47,7 +47,7 @@ class PacketsOnTheWay {
   int lost_ = 0;
 };
 
-/// Whether packets are sent over two connections. TCP holds what is newer behind what is lost, so on a lossy
+/// Whether packets are sent over two connections. TCP holds newer packets behind a lost one, so on a lossy
 /// way each connection stands still at times of its own; of two copies one comes in time. Three late packets
 /// in ten seconds begin it, and ten seconds without end it. A server that says "too much" ends it, too.
 class CopyRule {

@@ -5,7 +5,7 @@
 namespace tactus {
 namespace {
 
-/// Of a request: version, id, domain, address, identity, mechanism, key.
+/// Parts of a request: version, id, domain, address, identity, mechanism, key.
 enum Part : std::size_t { kVersion = 0, kRequest = 1, kMechanism = 5, kKey = 6, kParts = 7 };
 
 }  // namespace

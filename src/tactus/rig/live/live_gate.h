@@ -1,5 +1,5 @@
 #pragma once
-/// Decides who may connect (ZAP, ZeroMQ RFC 27).
+/// Decides which clients may connect (ZAP, ZeroMQ RFC 27).
 #include <atomic>
 #include <map>
 #include <memory>
@@ -14,8 +14,8 @@
 namespace tactus {
 
 /// A thread that answers ZeroMQ's question about each connection: the key must be in the list, and the
-/// connection gets the name that belongs to it. CURVE alone lets in whoever knows the server's public key.
-/// Lives as long as the sockets of its context.
+/// connection gets the name that belongs to it. CURVE alone lets in every client that knows the server's
+/// public key. Lives as long as the sockets of its context.
 class LiveGate {
  public:
   LiveGate(const ZmqContext& context, const std::vector<LiveClient>& clients);

@@ -27,7 +27,7 @@ bool is_key(const std::string& text) {
   return text.size() == kKeyLetters && zmq_z85_decode(bytes.data(), text.c_str()) != nullptr;
 }
 
-/// Whoever may write into a folder can put another file in the place of a key, but for one with the sticky
+/// A user who may write into a folder can replace a key by another file, unless the folder has the sticky
 /// bit.
 void check_folder_of(const std::string& path) {
   const std::string folder = path.substr(0, path.rfind('/') + 1) + ".";
@@ -38,7 +38,7 @@ void check_folder_of(const std::string& path) {
               "' can be changed by others; expected mode 0700: chmod go-w '" + printable(folder) + "'");
 }
 
-/// What only its owner may read, and nobody else change.
+/// Reads a file that only its owner may read and change.
 std::string read_private(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0)

@@ -10,7 +10,7 @@ namespace tactus {
 struct LiveMessage {
   enum Kind : std::uint32_t {
     kHello = 1,    ///< of a client: it is there; `number` is its boot
-    kAsk = 2,      ///< of whoever has the status key
+    kAsk = 2,      ///< of a client with the status key
     kReceipt = 3,  ///< of the server, for each packet: `number` is its sequence, `detail` a Refusal
     kTrigger = 4,  ///< of the server: `number` is the tick
   };

@@ -6,7 +6,7 @@
 namespace tactus {
 
 namespace {
-/// JSON has no NaN and no infinity, and whoever reads the status expects numbers.
+/// JSON has no NaN and no infinity, and readers of the status expect numbers.
 double number(double v) { return std::isfinite(v) ? v : 0; }
 }  // namespace
 

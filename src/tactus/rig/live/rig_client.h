@@ -11,9 +11,9 @@
 namespace tactus {
 
 /// Sends on a thread of its own, and connects again when the connection breaks. Images wait in a mailbox of
-/// one place: newer ones replace them, so what arrives is never old because the network is slow. At most two
-/// packets of a connection are on the way without a receipt. When packets are late, it makes more connections
-/// and sends each packet over two (CopyRule).
+/// one place: newer ones replace them, so an image that arrives is never old because the network is slow. At
+/// most two packets of a connection are on the way without a receipt. When packets are late, it makes more
+/// connections and sends each packet over two (CopyRule).
 class RigClient {
  public:
   static constexpr int kConnections = 4;

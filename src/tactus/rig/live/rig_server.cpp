@@ -164,8 +164,8 @@ double RigServer::Impl::next_event_s(double now) const {
   return next_s;
 }
 
-/// Some packets, then deadlines: who floods the sockets does not hold the sets up, nor takes a core. @returns
-/// how many there were.
+/// Some packets, then deadlines: a client that floods the sockets does not hold the sets up, nor takes a
+/// core. @returns how many there were.
 int RigServer::Impl::receive_all(bool slowly) {
   const int most = slowly ? static_cast<int>(gates.size()) + 8 : most_at_once();
   int count = 0;

@@ -55,8 +55,8 @@ struct LiveStatus {
 std::string live_status_json(const LiveStatus& status);
 
 /// Listens on a thread of its own; a process of its own holds the sockets (SocketProcess). Every byte from
-/// outside is checked; what is refused is counted by camera and reason. Holds at most SetAssembler::kSlots
-/// images of each camera; the newest released set waits for whoever calls `wait`, and replaces one that
+/// outside is checked; refused packets are counted by camera and reason. Holds at most SetAssembler::kSlots
+/// images of each camera; the newest released set waits for the next call of `wait`, and replaces one that
 /// nobody asked for.
 ///
 /// With keys, all connections are CURVE and each key sends for one camera. Without, only this computer can
@@ -81,7 +81,7 @@ class RigServer {
   /// @returns whether there is one. @throws Error when the thread ended.
   bool wait(LiveSet& set, double until_s);
   LiveStatus status() const;
-  /// Of the process that holds the sockets.
+  /// How often the process that holds the sockets was started again.
   std::int64_t socket_restarts() const;
 
  private:

@@ -15,13 +15,13 @@
 namespace tactus {
 namespace {
 
-/// What a stranger's connection may take before it has shown a key.
+/// Limits of connections that have not shown a key yet: time of the handshake, and how many wait.
 constexpr int kHandshake_ms = 2000, kMostWaitingConnections = 64;
 /// Packets of one camera that wait in ZeroMQ: more stay in its own mailbox, where the newest replaces them.
 constexpr int kWaitingPackets = 4, kWaitingReceipts = 64;
 constexpr double kBeat_s = 0.25;
 constexpr long kMostSleep_ms = 50;
-/// Of a frame of the server: its list of keys, or its status as JSON.
+/// Most bytes of a frame of the server: its list of keys, or its status as JSON.
 constexpr std::size_t kMostFromServer = 1 << 24;
 
 class Sockets {
@@ -42,7 +42,7 @@ class Sockets {
     socket_.bind(settings.address);
     link_.send({LinkFrame::listening, {}, {}, socket_.endpoint()});
   }
-  /// Until the server is gone. What is open then is the system's.
+  /// Works until the server is gone. The system closes the descriptors that are open then.
   [[noreturn]] void work() {
     const pid_t server = ::getppid();
     while (link_.is_open() && ::getppid() == server) {
@@ -60,7 +60,7 @@ class Sockets {
   }
 
  private:
-  /// What the server says.
+  /// Takes frames of the server: credit, and messages to cameras.
   void hand_down() {
     for (LinkFrame frame; link_.receive(frame);) {
       if (frame.kind == LinkFrame::credit)
@@ -69,8 +69,8 @@ class Sockets {
         socket_.send(frame.body);
     }
   }
-  /// What cameras say, while the server keeps up. (Connections take turns, so an honest one waits for one
-  /// message of each other at most.)
+  /// Hands messages of cameras to the server while it keeps up. (Connections take turns, so an honest one
+  /// waits for one message of each other at most.)
   void hand_up() {
     while (credit_ > 0 && link_.is_open() && link_.waiting_bytes() == 0) {
       ZmqMessage identity, body;
@@ -104,7 +104,7 @@ class Sockets {
 
 void be_helper() {
   ::prctl(PR_SET_NAME, "tactus-sockets");
-  // What a terminal or service manager says to all is for the server; its end ends us.
+  // A signal of a terminal or service manager to all is for the server; its end ends us.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(signal, SIG_IGN);
   ::close_range(kSocketHelperFd + 1, ~0U, 0);
   SocketLink link(kSocketHelperFd, kMostFromServer);
@@ -119,7 +119,7 @@ void be_helper() {
   }
 }
 
-/// The C library hands a program's arguments to what runs before main(), too.
+/// The C library hands a program's arguments to constructors, too, which run before main().
 __attribute__((constructor)) void before_main(int argc, char** argv) {
   if (argc != 2 || std::strcmp(argv[1], socket_helper_word()) != 0) return;
   be_helper();

@@ -9,7 +9,7 @@ namespace tactus {
 /// One message. The views live until the next `receive` of their link.
 struct LinkFrame {
   enum Kind : std::uint8_t {
-    setup = 1,  ///< to the sockets: what to listen on, and who may connect
+    setup = 1,  ///< to the sockets: their address, and the clients that may connect
     listening,  ///< from them: `body` is the address
     failed,     ///< from them: `body` says why they can't
     message,    ///< of a connection, or to it; `user` is the name that its key is for
@@ -25,7 +25,7 @@ struct LinkFrame {
 ///
 ///   bytes that follow (u32), kind (u8), bytes of the identity (u8), of the user (u8), identity, user, body
 ///
-/// Whatever else comes closes the link. One thread uses it.
+/// Bytes of any other form close the link. One thread uses it.
 class SocketLink {
  public:
   /// @param fd its owner is the link from now on @param most_bytes of a frame that comes
@@ -37,7 +37,7 @@ class SocketLink {
   int fd() const { return fd_; }
   /// False once the other end is gone.
   bool is_open() const { return is_open_; }
-  /// Appends a frame to what waits, and sends what can be sent now.
+  /// Appends a frame to the bytes that wait, and sends those that can be sent now.
   void send(const LinkFrame& frame);
   void flush();
   std::size_t waiting_bytes() const { return out_.size() - sent_; }
@@ -52,7 +52,7 @@ class SocketLink {
   bool is_open_ = true;
   std::string out_, in_;
   std::size_t sent_ = 0;                         ///< of out_
-  std::size_t begin_ = 0, end_ = 0, taken_ = 0;  ///< of in_: what was read, and the last frame's part of it
+  std::size_t begin_ = 0, end_ = 0, taken_ = 0;  ///< of in_: bytes read, and the last frame's
 };
 
 }  // namespace tactus

@@ -22,8 +22,8 @@
 namespace tactus {
 namespace {
 
-/// Of a process that listens, and of one that still starts (a program has many libraries, a machine may be
-/// busy). Only time counts in which we looked: after a pause of ours it has said enough.
+/// Longest silence of a process that listens, and of one that still starts (a program has many libraries, a
+/// machine may be busy). Only time counts in which we looked: after a pause of ours it has said enough.
 constexpr double kMostSilence_s = 1, kMostStart_s = 20, kMostStep_s = 0.2;
 /// Between two starts.
 constexpr double kRestart_s = 0.25;

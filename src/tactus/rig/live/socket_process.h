@@ -13,12 +13,12 @@
 
 namespace tactus {
 
-/// What the sockets need to know.
+/// Settings of the sockets, sent to their process.
 struct SocketSettings {
   std::string address;
-  bool is_plain = false;            ///< without keys: nobody is asked who he is
+  bool is_plain = false;            ///< without keys: no client is authenticated
   std::string secret_key;           ///< of the server
-  std::vector<LiveClient> clients;  ///< who may connect
+  std::vector<LiveClient> clients;  ///< clients that may connect
   std::int64_t most_bytes = 0;      ///< of a message; more ends its connection
   std::uint32_t most_waiting = 0;   ///< messages that were received and not asked for
 };
@@ -71,7 +71,7 @@ class SocketProcess {
 };
 
 /// The one argument that makes a program the process of its sockets: looked for before main(). (A function,
-/// so that whoever starts such a process links what looks for it.)
+/// so that a program that starts such a process links the code that looks for the argument.)
 const char* socket_helper_word();
 inline constexpr int kSocketHelperFd = 3;  ///< of the link, in that process
 

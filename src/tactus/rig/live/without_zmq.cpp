@@ -1,4 +1,4 @@
-// Of live rigs, what is left without ZeroMQ: the same error everywhere.
+// Live rigs in a build without ZeroMQ: the same error everywhere.
 #include "tactus/base/error.h"
 #include "tactus/rig/live/rig_client.h"
 

@@ -7,7 +7,7 @@
 
 namespace tactus {
 
-/// "what: reason", from ZeroMQ's last error. @throws Error
+/// @throws Error "TEXT: REASON": the given text, and the reason of ZeroMQ's last error.
 [[noreturn]] void throw_zmq(const std::string& what);
 
 class ZmqContext {
@@ -22,7 +22,7 @@ class ZmqContext {
   void* context_;
 };
 
-/// Closed at once: what was not sent yet is dropped. One thread uses it.
+/// Closed at once: messages that were not sent yet are dropped. One thread uses it.
 class ZmqSocket {
  public:
   ZmqSocket(const ZmqContext& context, int type);
@@ -37,7 +37,7 @@ class ZmqSocket {
   void connect(const std::string& address);
   /// Forgets the connection there.
   void disconnect(const std::string& address);
-  /// Of the last bind, with the port that a wildcard became.
+  /// Address of the last bind, with the port that a wildcard became.
   std::string endpoint() const;
   /// Never waits. @returns false where it can't be sent now.
   bool send(std::string_view bytes, bool more = false);
@@ -63,7 +63,7 @@ class ZmqMessage {
     return {static_cast<const char*>(zmq_msg_data(&message_)), zmq_msg_size(&message_)};
   }
   bool more() const { return zmq_msg_more(&message_) != 0; }
-  /// Who ZAP said the sender is; "" in plain mode.
+  /// The sender's name, as ZAP gave it; "" in plain mode.
   std::string user() const {
     const char* name = zmq_msg_gets(&message_, "User-Id");
     return name == nullptr ? std::string() : name;
