@@ -1,5 +1,5 @@
 #pragma once
-/// What time it is on our clock, when it is so much on another computer's.
+/// Converts times of another computer's clock to ours.
 #include <array>
 #include <cstddef>
 

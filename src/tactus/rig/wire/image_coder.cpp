@@ -10,7 +10,7 @@ namespace {
 
 enum Coding : std::uint8_t { kRaw = 0, kLz4 = 1 };
 
-/// LZ4 makes at most that many bytes of one: what claims more is refused before memory is taken.
+/// LZ4 makes at most that many bytes of one: an image that claims more is refused before memory is taken.
 constexpr std::uint64_t kMostExpansion = 255;
 
 template <class T>
@@ -59,7 +59,7 @@ void ImageCoder::put_block(Index width_px, Index height_px, std::string_view byt
   put_bytes(to, static_cast<std::uint32_t>(height_px));
   Coding coding = kRaw;
 #ifdef TACTUS_WITH_LZ4
-  // Only what gets smaller is kept: the room is one byte less than the bytes have.
+  // Packed bytes are kept only where they are fewer: their buffer is one byte shorter.
   if (bytes.size() > 16 && bytes.size() <= LZ4_MAX_INPUT_SIZE) {
     packed_.resize(bytes.size() - 1);
     const int packed = LZ4_compress_default(bytes.data(), packed_.data(), static_cast<int>(bytes.size()),

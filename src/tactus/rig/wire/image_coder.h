@@ -28,7 +28,7 @@ class ImageCoder {
   void put(const DepthImage& depth_m, std::string& to);
 
   /// Reads an image that is either empty or of this size; `image` keeps its memory.
-  /// @returns whether it was one. Nothing is allocated for what can't be.
+  /// @returns whether it was one. Allocates nothing for an image that its bytes can't hold.
   bool take(ByteReader& from, Vec2i size_px, BitMask& mask);
   bool take(ByteReader& from, Vec2i size_px, AlphaImage& alpha);
   bool take(ByteReader& from, Vec2i size_px, ColorImage& color);
@@ -36,7 +36,7 @@ class ImageCoder {
   /// Steps over an image. @returns whether there was one.
   static bool skip(ByteReader& from);
 
-  /// "" or what is missing and what for.
+  /// "", or the missing library and its effect: "LZ4 (liblz4-dev): packets and recordings are larger, ...".
   static std::string missing();
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What a camera sends of one tick. docs/wire.md has the format.
+/// A camera's packet of one tick. docs/wire.md has the format.
 #include <array>
 #include <cstdint>
 #include <string>
@@ -16,7 +16,7 @@ struct PixelBox {
   friend bool operator==(const PixelBox&, const PixelBox&) = default;
 };
 
-/// What one camera saw. A depth camera has `depth_m` alone.
+/// One camera's images of one tick. A depth camera has `depth_m` alone.
 struct CameraImages {
   BitMask mask;
   AlphaImage alpha;
@@ -32,7 +32,7 @@ struct PacketHead {
 
   std::string camera;             ///< at most kMostNameBytes
   std::uint8_t contents = 0;      ///< of Contents
-  std::uint64_t calibration = 0;  ///< calibration_hash of what the images were undistorted with
+  std::uint64_t calibration = 0;  ///< calibration_hash of the camera and lens of the undistortion
   std::uint64_t boot = 0;         ///< of the sender's start: its numbers and clock begin anew with it
   std::uint64_t sequence = 0;     ///< grows with every packet of a boot
   std::int64_t trigger = kNoTrigger;
@@ -67,7 +67,7 @@ enum class Refusal : std::uint8_t {
   late,            ///< its set was released
   ahead,           ///< far beyond the newest set
   payload,         ///< images that can't be unpacked
-  clock,           ///< sent more than a second off what the camera's clock was known to be
+  clock,           ///< sent more than a second off the estimate of the camera's clock
   other_client,    ///< another client of this camera is heard
   count
 };
@@ -75,7 +75,7 @@ enum class Refusal : std::uint8_t {
 const char* refusal_text(Refusal refusal);
 using RefusalCounts = std::array<std::int64_t, static_cast<std::size_t>(Refusal::count)>;
 
-/// Of what decides how images are undistorted: size, camera matrix, lens.
+/// Hash of all that decides how images are undistorted: size, camera matrix, lens.
 std::uint64_t calibration_hash(const Camera& pinhole, const Lens& lens = {});
 
 /// Most bytes of a packet of such a camera.
@@ -89,7 +89,7 @@ class PacketCoder {
  public:
   /// Replaces `to`. Sets contents, sizes and box of the head from the images.
   void pack(PacketHead& head, const CameraImages& images, std::string& to);
-  /// @param head of that packet @returns false when the payload is not what the head says; `images` then mean
+  /// @param head of that packet @returns false when the payload is not as the head says; `images` then mean
   /// nothing. Memory follows `head.size_px`, which must be the rig's.
   bool unpack(std::string_view packet, const PacketHead& head, CameraImages& images);
 

@@ -19,10 +19,10 @@ class PhotoCoder {
   /// The part of a photograph that its silhouette needs. Colours change by a few grey levels.
   /// @param quality 1..100 @returns false where there is nothing to send, or no libjpeg-turbo
   bool pack(const ColorImage& photo, const BitMask& mask, int quality, CameraImages& images);
-  /// @param photo becomes of `size_px`; what is outside the box is black
+  /// @param photo becomes of `size_px`; black outside the box
   /// @returns false when the JPEG is damaged or not of the box's size.
   bool unpack(const CameraImages& images, Vec2i size_px, ColorImage& photo);
-  /// "" or what is missing and what for.
+  /// "", or the missing library and its effect: "libjpeg-turbo (...): live cameras send no photographs".
   static std::string missing();
 
  private:

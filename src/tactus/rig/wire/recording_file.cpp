@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kChunkMagic = 0x4b484354;  // "TCHK"
-/// Of a chunk: magic, kind, bytes of the payload, its hash, hash of these 24 bytes.
+/// Head of a chunk: magic, kind, bytes of the payload, its hash, hash of these 24 bytes.
 constexpr std::size_t kHeadBytes = 32, kHashedHeadBytes = 24;
 constexpr std::uint64_t kMostChunkBytes = std::uint64_t{192} << 20;
-/// Of one file: 38 hours of 30 frames a second.
+/// Most frames of one file: 38 hours of 30 frames a second.
 constexpr std::size_t kMostFrames = std::size_t{1} << 22;
 constexpr std::size_t kMostStatusBytes = 4096;
 

@@ -1,5 +1,6 @@
 #pragma once
-/// What a rig saw in one file, readable up to where a crash cut it. docs/recording.md has the format.
+/// Sets of images of a rig in one file, readable up to the place where a crash cut it. docs/recording.md has
+/// the format.
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,7 +21,7 @@ enum class RecordingChunk : std::uint32_t {
 };
 
 inline constexpr std::string_view kRecordingMagic = "TACTUSRC";
-/// Whether a file begins as a recording does; not for what can't be opened.
+/// Whether a file begins as a recording does; false for one that can't be opened.
 bool is_recording(const std::string& path);
 
 /// A chunk as it stands in the file: a head with length and hashes, and the payload.
@@ -28,8 +29,9 @@ std::string recording_chunk(RecordingChunk kind, std::string_view payload);
 /// Begins a file.
 std::string recording_start();
 
-/// Writes sets as they are released. Each is one write to the system, so what `add` returned from survives
-/// the end of this process, however it ends; the system's own end costs what it had not yet put on the disk.
+/// Writes sets as they are released. Each is one write to the system, so once `add` has returned, the set
+/// survives the end of this process, however it ends; the system's own end costs the sets that it had not yet
+/// put on the disk.
 class RecordingWriter {
  public:
   /// @param fps of the rig; none where frames have no times
@@ -39,7 +41,7 @@ class RecordingWriter {
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
-  /// @param next what the source answered; `no_more_data` is not written
+  /// @param next the source's answer; `no_more_data` is not written
   /// @param status of the source @throws Error naming the file (disk full, for example).
   void add(NextFrame next, const FrameSet& frame, const std::string& status);
   /// Says in the file that it is whole, and waits for the disk. @throws Error.
@@ -56,11 +58,11 @@ class RecordingWriter {
 /// Reads a recording set by set. Memory is bounded by the sets, not by the file.
 class RecordingReader {
  public:
-  /// What of a set is wanted.
+  /// Images of a set that are wanted beside its silhouettes.
   struct Wanted {
     bool alphas = true, colors = true, depth = true;
   };
-  /// Looks at the heads of all chunks. @throws Error naming the file and what is wrong with its head or rig.
+  /// Looks at the heads of all chunks. @throws Error naming the file and the fault of its head or rig.
   explicit RecordingReader(const std::string& path);
   ~RecordingReader();
   RecordingReader(const RecordingReader&) = delete;
@@ -70,12 +72,12 @@ class RecordingReader {
   std::optional<double> fps() const { return fps_; }
   /// Sets, frames without new images, and bad ticks.
   int count() const { return static_cast<int>(places_.size()); }
-  /// "" when it was closed and all heads of its chunks are whole; else what is wrong, with offsets: "it was
-  /// cut off after 299 frames, at byte 1234". What follows a damaged head is found again; each such place is
-  /// one bad frame.
+  /// "" when it was closed and all heads of its chunks are whole; else the damage, with offsets: "it was cut
+  /// off after 299 frames, at byte 1234". Chunks that follow a damaged head are found again; each such place
+  /// is one bad frame.
   const std::string& damage() const { return damage_; }
-  /// Reads frame `i` of count(). @param status what the source said of it
-  /// A damaged one is a bad frame, and `status` says so, with its number and offset.
+  /// Reads frame `i` of count(). A damaged one is a bad frame, and `status` says so, with its number and
+  /// offset. @param status of the source at that frame
   NextFrame read(int i, const Wanted& wanted, FrameSet& frame, std::string& status);
 
  private:
@@ -85,7 +87,7 @@ class RecordingReader {
   void note_damage(const std::string& what);
   /// @returns whether all of it is in the file.
   bool read_at(std::uint64_t at, std::size_t bytes, std::string& to) const;
-  /// Reads the payload of the chunk there. @returns whether it is what was written.
+  /// Reads the payload of the chunk there. @returns whether it agrees with its hash.
   bool read_payload(std::uint64_t at, RecordingChunk& kind);
   bool parse(const Wanted& wanted, FrameSet& frame, std::string& status);
   std::string path_, head_, payload_, damage_;

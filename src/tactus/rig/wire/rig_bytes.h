@@ -8,7 +8,7 @@ namespace tactus {
 constexpr std::uint32_t kMostCameras = 256;
 
 void put_rig(const Rig& rig, std::string& to);
-/// @throws Error naming the camera or what else no rig has.
+/// @throws Error naming the camera, or the value that no rig has.
 Rig take_rig(ByteReader& from);
 
 }  // namespace tactus

@@ -8,16 +8,16 @@
 
 namespace tactus {
 
-/// Puts images of cameras together to sets. Knows no images, only their places: whoever owns it keeps room
-/// for kSlots images of every camera.
+/// Puts images of cameras together to sets. Knows no images, only their places: its owner keeps room for
+/// kSlots images of every camera.
 ///
 ///   place = a.admit(arrival)        where to unpack the images, or why they are refused
 ///   a.fill(place)                   they are there (or not: don't call it)
-///   while (set = a.release(now))    oldest first: complete, or at its deadline with what it has
+///   while (set = a.release(now))    oldest first: complete, or at its deadline, incomplete
 ///   a.recycle(set.slot)             its images were taken
 ///
-/// Who was held up finds packets that came in time and a deadline that is over. So while packets wait, sets
-/// are released when they are whole (Until::whole); deadlines come after them.
+/// A caller that was held up finds packets that came in time and a deadline that is over. So while packets
+/// wait, sets are released when they are whole (Until::whole); deadlines come after them.
 ///
 /// A tick is the number of the trigger, or where cameras don't count triggers, the beat of the rig's period
 /// that is nearest to the capture. The beat's phase follows the captures. A camera stays on its beats:
@@ -66,14 +66,14 @@ class SetAssembler {
 
   Place admit(const Arrival& arrival);
   void fill(const Place& place);
-  /// @param until what ends a set's wait: its last image, or its deadline, too
+  /// @param until the event that ends a set's wait: its last image, or its deadline, too
   std::optional<Released> release(double now_s, Until until = Until::deadline);
   void recycle(int slot) { slots_[static_cast<std::size_t>(slot)].state = State::free; }
   /// Whether the set in a slot has images of a camera.
   bool has(int slot, int camera) const {
     return slots_[static_cast<std::size_t>(slot)].is_in[static_cast<std::size_t>(camera)];
   }
-  /// Of the first images of the set in a slot.
+  /// Capture time of the first images of the set in a slot.
   double captured_s(int slot) const { return slots_[static_cast<std::size_t>(slot)].captured_s; }
   /// When release may have something without another arrival; none: not before one.
   std::optional<double> next_deadline_s() const;
