@@ -9,14 +9,14 @@
 
 namespace tactus {
 
-/// Tells a simulation what to leave out, by how long frames took: from their images to this sink, which is
-/// therefore the last one.
+/// Selects the work that a simulation leaves out, by the time that frames took: from their images to this
+/// sink, which is therefore the last one.
 class BudgetSink final : public FrameSink {
  public:
   /// @param draws_photographs the run's pictures show the real surface in photographs
   BudgetSink(double budget_s, Simulation& simulation, bool draws_photographs);
 
-  /// Notes what changes.
+  /// Notes each change of the selection.
   void frame(RunFrame& frame) override;
   /// Notes when most frames took longer though all was left out that can be.
   void end(RunNotices& notices) override;

@@ -13,7 +13,7 @@ class ExplainSink final : public FrameSink {
  public:
   explicit ExplainSink(const Scene& scene) : substeps_are_given_(scene.frame.substeps.has_value()) {}
   void frame(RunFrame& frame) override;
-  /// Prints what is not over yet.
+  /// Prints the stretches that are still open.
   void end(RunNotices& notices) override;
 
  private:

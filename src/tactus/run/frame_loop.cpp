@@ -23,7 +23,7 @@ void FrameLoop::run() {
     const NextFrame next = source_.next(frame);
     if (next == NextFrame::no_more_data) break;
     ++progress_.taken;
-    // Of a live rig, until its first images come.
+    // A live rig gives nothing new until its first images come.
     if (is_filmed_ && next == NextFrame::nothing_new && !progress_.has_images) continue;
     notices_.note(source_.status());
     if (next == NextFrame::bad_frame)

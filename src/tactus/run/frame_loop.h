@@ -1,5 +1,5 @@
 #pragma once
-/// The loop over frames: a source, a simulation, and whoever looks on.
+/// The loop over frames: a source, a simulation, and sinks that see each frame.
 #include <functional>
 
 #include "tactus/run/frame_sink.h"
@@ -36,9 +36,9 @@ class FrameLoop {
 
   /// Keeps a reference. Sinks see a frame in the order in which they were added.
   void add(FrameSink& sink) { sinks_.push_back(&sink); }
-  /// Of a source and simulation that have come as far (run_checkpoint.h).
+  /// Continues a run whose source and simulation have come as far as `progress` (run_checkpoint.h).
   void go_on_from(const RunProgress& progress) { progress_ = progress; }
-  /// @throws what the source, the simulation or a sink throws.
+  /// @throws any exception of the source, the simulation or a sink.
   void run();
 
   const RunProgress& progress() const { return progress_; }

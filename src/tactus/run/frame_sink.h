@@ -1,5 +1,5 @@
 #pragma once
-/// Who takes part in a run: pictures, meshes, reports, budgets.
+/// The sinks of a run: pictures, meshes, reports, budgets.
 #include <memory>
 
 #include "tactus/run/run_notices.h"
@@ -13,8 +13,8 @@ class RunFrame {
   RunFrame(Simulation& stepped, const FrameSet& seen, const StepReport& reported, RunNotices& noted)
       : simulation(stepped), images(seen), report(reported), notices(noted) {}
 
-  /// What is to be seen, copied to the host once for all who ask. Whoever asks shows it: that counts the
-  /// latency of live images.
+  /// The frame's surfaces and bodies for pictures, copied to the host once for all sinks. A call counts as
+  /// showing the frame, for the latency of live images.
   std::shared_ptr<const FrameSnapshot> snapshot() {
     if (snapshot_ == nullptr) {
       snapshot_ = std::make_shared<const FrameSnapshot>(simulation.snapshot());
@@ -35,8 +35,8 @@ class RunFrame {
   std::shared_ptr<const FrameSnapshot> snapshot_;
 };
 
-/// Sees each frame of a FrameLoop, in the order in which sinks were added, on the loop's thread. What takes
-/// long belongs on a thread of the sink's own (base/worker.h).
+/// Sees each frame of a FrameLoop, in the order in which sinks were added, on the loop's thread. A sink does
+/// long work on a thread of its own (base/worker.h).
 class FrameSink {
  public:
   virtual ~FrameSink() = default;

@@ -12,7 +12,8 @@
 namespace tactus {
 namespace {
 
-/// Of a source that never ends by itself: without a last frame, there are as many as are documented.
+/// Number of frames of a source that never ends by itself: without a last frame, the documented default
+/// (kSyntheticFrames).
 int frames_of(const FrameRange& range) {
   if (!range.last) return kSyntheticFrames;
   return static_cast<int>(

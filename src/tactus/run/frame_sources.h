@@ -7,7 +7,7 @@
 #include "tactus/sim/scene.h"
 
 namespace tactus {
-/// What of a source is wanted besides silhouettes.
+/// The data that a source delivers besides silhouettes.
 struct SourceContents {
   bool truth = false;                         ///< the volume of synthetic figures
   bool alphas = false;                        ///< of videos: 8-bit edges of the silhouettes

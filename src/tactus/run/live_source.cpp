@@ -88,7 +88,7 @@ NextFrame LiveSource::next(FrameSet& frame) {
   return any ? NextFrame::success : NextFrame::nothing_new;
 }
 
-/// What a camera that missed the tick has is an empty image.
+/// A camera that missed the tick has an empty image.
 void LiveSource::take(FrameSet& frame) {
   const std::vector<Camera>& cameras = file_.rig.cameras;
   frame.silhouettes.resize(cameras.size());

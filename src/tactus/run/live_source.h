@@ -30,7 +30,7 @@ class LiveSource final : public FrameSource {
   NextFrame next(FrameSet& frame) override;
   std::string status() const override { return status_; }
   std::string links_json() const override { return live_status_json(live_status()); }
-  /// Of the workspace that a scene asks for.
+  /// Replaces the workspace of the rig by the one that a scene asks for.
   void set_workspace(const Box3f& box_m) { file_.rig.workspace_m = box_m; }
   LiveStatus live_status() const { return server_->status(); }
   std::string address() const { return server_->address(); }

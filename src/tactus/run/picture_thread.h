@@ -9,8 +9,8 @@
 namespace tactus {
 
 /// Owns RunPictures on a thread of its own, which has the OpenGL context. A film needs every frame, so a run
-/// that is three snapshots ahead of its pictures waits. Every call throws what drawing an earlier picture
-/// threw.
+/// that is three snapshots ahead of its pictures waits. Every call throws the exception of an earlier picture
+/// that failed.
 class PictureThread {
  public:
   /// Waits until the pictures are set up. @param make runs on the thread
@@ -43,7 +43,7 @@ class PictureThread {
     try {
       painter_.add([this] { pictures_.reset(); });
       painter_.finish();
-    } catch (...) {  // it is told by what the caller is about to throw
+    } catch (...) {  // the caller's own exception reports the failure
     }
     static_cast<void>(pictures_.release());  // after a failure: the context goes with the program
   }

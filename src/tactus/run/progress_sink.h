@@ -1,5 +1,5 @@
 #pragma once
-/// One line at a terminal: the frame's number, time left, and what the frame took.
+/// One line at a terminal: the frame's number, time left, and the time that the frame took.
 #include "tactus/run/frame_sink.h"
 
 namespace tactus {

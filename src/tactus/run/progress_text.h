@@ -1,5 +1,5 @@
 #pragma once
-/// How far a run is, and what a frame took, for people.
+/// How far a run is, and the time that a frame took, for people.
 #include <optional>
 #include <string>
 

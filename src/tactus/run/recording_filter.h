@@ -1,5 +1,5 @@
 #pragma once
-/// Writes what a source gives, with its times and cameras, into a recording.
+/// Writes the frames of a source, with their times and cameras, into a recording.
 #include "tactus/rig/wire/recording_file.h"
 #include "tactus/run/source_filter.h"
 

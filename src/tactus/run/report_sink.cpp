@@ -23,7 +23,7 @@ nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frame
   return json;
 }
 
-/// What whoever moves a body's regions exerts on it, over the frames.
+/// Forces and torques of prescribed motions on a body's moved regions, over the frames.
 nlohmann::json motions_json(const RunSummary& summary, std::size_t body,
                             const std::vector<MovedRegion>& moved) {
   const auto over_frames = [body](const auto& frames, std::size_t m) {
@@ -58,7 +58,7 @@ nlohmann::json strains_json(const RunSummary& summary, std::size_t probe) {
   return json;
 }
 
-/// What touched what, frame by frame.
+/// Contacts and their reactions, frame by frame.
 nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames) {
   const auto vector = [](Vec3f v) { return nlohmann::json{v.x, v.y, v.z}; };
   nlohmann::json json = nlohmann::json::array();
@@ -100,7 +100,7 @@ nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& l
   return json;
 }
 
-/// What is known of tracked blades, frame by frame.
+/// State, misfit, pose and covariance of tracked blades, frame by frame.
 nlohmann::json blades_json(const RunSummary& summary, const Scene& scene) {
   nlohmann::json json = nlohmann::json::array();
   std::size_t tracked = 0;

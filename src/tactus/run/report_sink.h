@@ -8,7 +8,7 @@
 
 namespace tactus {
 
-/// What a run found over all its frames.
+/// Results of a run over all its frames.
 struct RunSummary {
   int substeps = 0, settling_substeps = 0;
   Index max_vertices = 0, max_triangles = 0, pushed_out = 0;
@@ -26,7 +26,7 @@ struct RunSummary {
   void add(const StepReport& report);
 };
 
-/// Keeps what every frame gave, for to_json().
+/// Keeps the results of every frame, for to_json().
 class ReportSink final : public FrameSink {
  public:
   explicit ReportSink(const Scene& scene) : scene_(scene) {}

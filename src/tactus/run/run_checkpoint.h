@@ -10,7 +10,7 @@ namespace tactus {
 void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
                       Simulation& simulation);
 /// Before the first: reads the frames of the source that were taken, and takes over the state after them.
-/// @throws Error naming what differs: another scene, another program's file, a source that ends before.
+/// @throws Error naming the difference: another scene, another program's file, a source that ends before.
 RunProgress read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
                             Simulation& simulation);
 

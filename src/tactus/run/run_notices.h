@@ -1,5 +1,5 @@
 #pragma once
-/// What a run has to say, each thing once.
+/// Statuses and notices of a run, each once.
 #include <string>
 #include <vector>
 

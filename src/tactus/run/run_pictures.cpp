@@ -12,7 +12,8 @@
 namespace tactus {
 namespace {
 
-/// @param box_m what there is to see: it fills the picture where the scene says nothing else
+/// @param box_m bounds of the scene's contents: they fill the picture unless the scene sets target, distance
+/// or eye
 ViewCamera view_camera(const ViewDescription& view, const Box3f& box_m) {
   const ViewCameraDescription& d = view.camera;
   const auto rad = [](double deg) { return static_cast<float>(deg * 3.14159265358979323846 / 180); };
@@ -74,8 +75,8 @@ std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& asse
   return all;
 }
 
-/// A line along a tool, which sticks out at both ends, with its name and what is known of it: green where it
-/// cuts, red where the masks show something else, yellow where it isn't known well enough.
+/// A line along a tool, which sticks out at both ends, with its name and state: green where it cuts, red
+/// where the masks show something else, yellow where it isn't known well enough.
 void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
   constexpr Vec3f kKnown{0.10F, 0.50F, 0.20F}, kOther{0.75F, 0.12F, 0.10F}, kUnsure{0.72F, 0.50F, 0.05F};
   const bool is_other = tool.state == BladeState::misfit || tool.state == BladeState::twins;

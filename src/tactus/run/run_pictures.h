@@ -16,7 +16,8 @@ class RunPictures {
   RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const Simulation& simulation,
               const std::string& stem, double fps);
 
-  /// Colours bodies by what deforms them: per body and triangle of its surface, 1 where elements do.
+  /// Colours bodies by their model of deformation: per body and triangle of its surface, 1 where elements
+  /// deform it.
   void show_models(std::vector<std::vector<std::uint8_t>> element_triangles);
   /// @param photos of the rig's cameras: worn where the scene wants it
   /// @param overlay one line on the picture  @param caption short, under its cell of the contact sheet
@@ -32,8 +33,7 @@ class RunPictures {
   Renderer renderer_;
   ViewCamera camera_;
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
-  ViewScene
-      view_;  ///< what does not change: cameras, workspace, obstacles; and the meshes of the newest frame
+  ViewScene view_;  ///< still contents (cameras, workspace, obstacles) and the meshes of the newest frame
   std::size_t still_meshes_ = 0;                    ///< obstacles and cameras: the first of `view_.meshes`
   std::size_t still_lines_ = 0, still_labels_ = 0;  ///< likewise: the cameras'
   std::unique_ptr<VideoWriter> video_;

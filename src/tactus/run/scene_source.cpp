@@ -10,7 +10,7 @@
 namespace tactus {
 namespace {
 
-/// Of the markers on its tools; nullptr: it has none.
+/// Dictionary of the markers on the scene's tools; nullptr where no tool wears markers.
 const std::string* marker_dictionary_of(const Scene& scene) {
   for (const BladeDescription& blade : scene.blades)
     if (blade.tracked && !blade.tracked->markers.empty()) return &blade.tracked->dictionary;

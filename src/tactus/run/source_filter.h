@@ -4,7 +4,7 @@
 
 namespace tactus {
 
-/// Passes everything on; what derives from it changes what it wants to.
+/// Passes everything on; derived filters override the calls that they change.
 class SourceFilter : public FrameSource {
  public:
   explicit SourceFilter(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}

@@ -6,8 +6,8 @@
 
 namespace tactus {
 
-/// Of positions and velocities of all bodies' nodes and of the real surface, in hexadecimal: the same on
-/// every set of devices. Synchronizes.
+/// Hash of the positions and velocities of all bodies' nodes and of the positions of the real surface and the
+/// liquid, in hexadecimal: the same on every set of devices. Synchronizes.
 std::string state_hash(Simulation& simulation);
 
 }  // namespace tactus
