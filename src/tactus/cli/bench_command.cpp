@@ -33,7 +33,7 @@ void run_benchmarks(const BenchOptions& options) {
   const auto& [name, wanted_case, devices, json_path] = options;
   if (!json_path.empty()) output_is_writable(json_path);
   bench::set_wanted_case(wanted_case);
-  parse_devices(devices);  // what is not here is told before the table begins
+  parse_devices(devices);  // a missing device is reported before the table begins
   bench::set_stop(interrupted);
   std::vector<std::string> names{"all"};
   for (const bench::Benchmark& b : bench::benchmarks()) names.push_back(b.name);

@@ -1,6 +1,6 @@
 #pragma once
-/// The verb `bench`, as `tactus` offers it and `tactus-bench`, a program of its own beside it, takes it: who
-/// runs scenes does not have to build the benchmarks.
+/// The verb `bench`, as `tactus` offers it and `tactus-bench`, a program of its own beside it, takes it: so
+/// scenes run without building the benchmarks.
 #include <span>
 #include <string>
 #include <vector>

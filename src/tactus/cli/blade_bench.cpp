@@ -46,7 +46,7 @@ struct Stroke {
   }
 };
 
-/// Of frames in which it is followed: the search for it is made once.
+/// Times of the frames in which the blade is known [ms]: the search for it is made once.
 std::vector<double> follow_ms(const Stroke& stroke) {
   std::vector<double> ms;
   for (int round = 0; round < 3; ++round) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The benchmark of tracked blades. Not in the benchmarks of GPU hosts: what disturbs its masks comes from
+/// The benchmark of tracked blades. Not in the benchmarks of GPU hosts: the noise on its masks is made with
 /// OpenCV.
 namespace tactus {
 

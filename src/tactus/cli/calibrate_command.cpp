@@ -50,7 +50,8 @@ BundleOptions bundle_options(const SolverFlags& flags) {
   return options;
 }
 
-/// Finds the board in all pictures and tells what each camera saw of it.
+/// Finds the board in all pictures. Prints, per camera, the number of pictures that show it and advice on
+/// coverage.
 BoardPictures look(const Board& board, const std::vector<std::string>& names,
                    const std::vector<std::string>& pictures, int every) {
   BoardPictureOptions options;

@@ -41,7 +41,7 @@ void draw_segment(ColorImage& image, Vec2d a, Vec2d b, double width_px, Rgb8 col
   }
 }
 
-/// Whole powers of ten round what there is.
+/// Bounds of an axis: whole powers of ten that enclose the values.
 struct Axis {
   double low, high;  ///< log10
   double at(double value) const { return (std::log10(value) - low) / (high - low); }

@@ -4,8 +4,7 @@
 #include <string>
 
 namespace tactus {
-/// An option for a file to write; with "-" it owns standard output, and what is printed goes to standard
-/// error.
+/// An option for a file to write; with "-" it owns standard output, and printed text goes to standard error.
 CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string& path,
                         const std::string& help);
 /// --devices: where a verb computes. Without the flag, TACTUS_DEVICES of the environment counts, then

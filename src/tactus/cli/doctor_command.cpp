@@ -38,7 +38,7 @@ struct Distance {
   double metres = 0;
 };
 
-/// What was measured besides silhouettes; tells whether it settles the scale.
+/// Measurements besides silhouettes; `metric`: they settle the scale.
 struct Evidence {
   std::vector<std::string> lines;
   std::vector<DoctorFinding> findings;

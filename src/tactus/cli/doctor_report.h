@@ -1,5 +1,5 @@
 #pragma once
-/// What `tactus doctor` found, for people and for scripts.
+/// The findings of `tactus doctor`, for people and for scripts.
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-/// What is made from the verbs for shells and `man`.
+/// Completions for shells and the page for `man`, made from the verbs.
 #include <string>
 
 namespace CLI {

@@ -1,5 +1,5 @@
 #pragma once
-/// What `tactus info FILE` says of a mesh or a label volume.
+/// Figures of a mesh or a label volume, for `tactus info FILE`.
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -9,7 +9,7 @@ namespace tactus {
 /// volume.
 /// @param unit_m metres per unit of length in a mesh file
 /// @return the same as JSON
-/// @throws Error for what can't be read.
+/// @throws Error when the file can't be read.
 nlohmann::json print_file_info(const std::string& path, double unit_m);
 
 }  // namespace tactus

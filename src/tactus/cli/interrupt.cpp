@@ -12,14 +12,14 @@ namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0;
 
-/// Whoever waits for the program sees what ended it.
+/// Ends by the signal itself, so a process that waits for the program sees the cause.
 void end_by(int signal) {
   remove_temporary_files();
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }
 
-/// Only what POSIX allows in a handler.
+/// Only calls that POSIX allows in a handler.
 void on_signal(int signal) {
   if (interrupt_flag != 0) return end_by(signal);
   interrupt_flag = 1;

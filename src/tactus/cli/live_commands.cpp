@@ -68,7 +68,7 @@ void make_keys(const LiveFlags& flags) {
   fs::create_directories(folder, error);
   if (!fs::is_directory(folder)) throw Error("can't make the folder '" + folder + "'");
   ::chmod(folder.c_str(), 0700);
-  // What is there stays: a camera that is added later gets its key, and the others keep theirs.
+  // Existing keys stay: a camera that is added later gets its key, and the others keep theirs.
   const auto known = [](const std::string& path) { return fs::exists(path); };
   const std::string server_path = live_key_path(folder, kServerName);
   if (!known(server_path)) write_live_key(server_path, make_live_key(kServerName, ""));

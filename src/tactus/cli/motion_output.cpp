@@ -46,7 +46,7 @@ const char* text(MotionSource source) {
 
 }  // namespace
 
-/// Large surfaces have room for many times what their meshes take: the tracker's follows the mesh.
+/// Large surfaces have capacity for many times their mesh: the tracker's capacity follows the mesh.
 std::vector<Index> MotionOutput::track(const MeshView& surface, const TriangleMesh& mesh, double dt_s) {
   static constexpr Index kSmall = 1 << 20;
   const auto vertices = static_cast<Index>(mesh.positions_m.size());

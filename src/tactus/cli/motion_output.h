@@ -1,5 +1,5 @@
 #pragma once
-/// Pieces and velocities of what `tactus reconstruct` makes, for its JSON.
+/// Components and velocities of the meshes that `tactus reconstruct` makes, for its JSON.
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -26,11 +26,11 @@ struct NoiseCommandOptions {
   SyntheticRigOptions rig;
 };
 
-/// What one reconstruction is worth.
+/// Deviations of one reconstruction from the figure.
 struct Quality {
   double volume_error = 0;  ///< of the truth
   double surface_rms_m = 0;
-  double iou = 0;  ///< of what exact cameras see of it with what they see of the figure, mean over cameras
+  double iou = 0;  ///< of its and the figure's masks in exact cameras, mean over cameras
 };
 
 /// A figure in motion, filmed with noise; the same moments for every noise.
@@ -42,7 +42,7 @@ class NoisyRig {
         rig_(make_synthetic_rig(options.rig)),
         figure_(make_figure(options.figure, {.moving = true})) {}
 
-  /// Of the silhouettes alone, and with depth where the rig has it.
+  /// Quality with the silhouettes alone, and with depth where the rig has it.
   std::pair<Quality, std::optional<Quality>> measure(const NoiseOptions& noise, int run) const {
     const double time_s = 0.37 * run;
     std::vector<Camera> cameras, depth_cameras;

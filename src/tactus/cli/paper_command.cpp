@@ -73,7 +73,7 @@ Square square_of(const BitMask& mask) {
   return {(x0 + x1 - side) / 2, (y0 + y1 - side) / 2, side};
 }
 
-/// The square of an image; what lies outside of it is paper.
+/// Cuts the square out of an image; pixels outside of the image are paper.
 ColorImage cut(const ColorImage& image, Square square) {
   ColorImage out(square.side, square.side, {250, 250, 248});
   for (Index y = 0; y < square.side; ++y) {
@@ -94,7 +94,7 @@ ColorImage turned(const ColorImage& image) {
   return out;
 }
 
-/// Draws what a camera of the rig sees, `scale` times as large as its photo.
+/// Draws the view of a camera of the rig, `scale` times as large as its photo.
 class PhotoView {
   static constexpr Index kMarginPx = 100;  // around the photo, since principal points are not in the middle
 
@@ -210,7 +210,7 @@ Rgb8 to_rgb8(Vec3f c) {
   return {byte(c.x), byte(c.y), byte(c.z)};
 }
 
-/// A scale of errors along the lower edge: its colours in a frame, and what three of them mean.
+/// A scale of errors along the lower edge: its colours in a frame, and the errors of three of them.
 void draw_scale(ColorImage& image, float most_m) {
   constexpr Rgb8 kInk{40, 44, 52};
   constexpr float kTextPx = 22;
@@ -280,7 +280,7 @@ ColorImage figure15(DeviceSet& devices) {
   return sheet.image();
 }
 
-/// Of the scenes that come with the program.
+/// Path of a scene that comes with the program.
 std::string find_scene(const std::string& name) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -323,7 +323,7 @@ void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& nam
   }
 }
 
-/// Of figures 18 and 19: the middle of the incision.
+/// View of figures 18 and 19: the middle of the incision.
 ViewCameraDescription incision_view() {
   ViewCameraDescription camera;
   camera.target_m = {0.086, 0.401, 0.003};
@@ -358,7 +358,7 @@ ColorImage figure19(DeviceSet& devices) {
   return sheet.image();
 }
 
-/// What `tactus-bench` measures here and now; its table goes to standard error.
+/// Measurements of `tactus-bench`, made here and now; its table goes to standard error.
 nlohmann::json bench_rows(const std::string& name, const std::string& devices) {
   const std::string command =
       "'" + bench_program() + "' bench " + name + " --devices '" + devices + "' --json -";

@@ -35,7 +35,7 @@ void check_verb(const CLI::App& app, int argc, char** argv) {
   throw usage_error("unknown command '" + std::string(argv[1]) + "'" + suggestion(argv[1], verbs));
 }
 
-/// "tactus calibrate rig": what was asked of the innermost verb.
+/// The innermost verb of the command line; `path` becomes its full name, as "tactus calibrate rig".
 const CLI::App& innermost(const CLI::App& app, std::string& path) {
   const CLI::App* at = &app;
   path = app.get_name();
@@ -46,8 +46,8 @@ const CLI::App& innermost(const CLI::App& app, std::string& path) {
   return *at;
 }
 
-/// What the verb does not know gets the nearest that it does: a flag, or a word where it has verbs of its
-/// own.
+/// Refuses flags that the verb does not know, and unknown words where it has verbs of its own; the error
+/// suggests the nearest known one.
 void check_words(const CLI::App& app) {
   std::string path;
   const CLI::App& verb = innermost(app, path);
@@ -74,14 +74,14 @@ void add_shared_flags(CLI::App& verb) {
       ->excludes(loud);
 }
 
-/// What is opened later must not take the place of a standard stream that the caller closed.
+/// A file that is opened later must not take the place of a standard stream that the caller closed.
 void open_standard_streams() {
   for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
     if (::fcntl(fd, F_GETFD) < 0) ::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
 }
 
-/// What was printed must have arrived: a full disk behind `> file` is a failure.
+/// Printed text must have arrived: a full disk behind `> file` is a failure.
 void flush_standard_output() {
   errno = 0;
   std::cout.flush();

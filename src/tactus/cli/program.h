@@ -1,5 +1,5 @@
 #pragma once
-/// What every program of Tactus does around its verbs: flags that all share, interrupts, exit codes.
+/// The frame of every program of Tactus around its verbs: flags that all share, interrupts, exit codes.
 #include <functional>
 #include <string>
 
@@ -7,13 +7,13 @@
 
 namespace tactus {
 
-/// Adds verbs with `set_up`, gives each `--verbose` and `--quiet`, parses and runs; what is thrown becomes
-/// one line on standard error.
+/// Adds verbs with `set_up`, gives each `--verbose` and `--quiet`, parses and runs; an exception becomes one
+/// line on standard error.
 /// @returns the exit code (exit_codes.h).
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up);
 
-/// For a verb whose result is an exit code: what run_program returns when nothing is thrown.
+/// For a verb whose result is an exit code: the value that run_program returns when nothing is thrown.
 void set_exit_code(int code);
 
 }  // namespace tactus

@@ -91,7 +91,7 @@ bool is_gltf(const std::string& path) {
   return extension_of(path) == ".glb" || extension_of(path) == ".gltf";
 }
 
-/// What would spoil the outputs, found before the work.
+/// Refuses options that would spoil the outputs, before the work.
 void check_outputs(const ReconstructOptions& options) {
   if (!options.json_path.empty()) output_is_writable(options.json_path);
   if (!options.views_path.empty()) {
@@ -122,7 +122,7 @@ std::string numbered(const std::string& path, std::int64_t tick, bool several) {
   return path.substr(0, dot) + number + (dot == std::string::npos ? "" : path.substr(dot));
 }
 
-/// One line of what is not empty.
+/// One line of the parts that are not empty, with "; " between them.
 std::string joined(std::initializer_list<std::string_view> parts) {
   std::string line;
   for (const std::string_view part : parts) {
@@ -160,7 +160,7 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
   return hull;
 }
 
-/// What is too small, and the flag that cures it.
+/// The capacity that is too small, and the flag that raises it.
 std::string overflow_text(const HullOverflow& overflow) {
   std::string flag = "--" + overflow.option;
   std::replace(flag.begin(), flag.end(), '_', '-');
@@ -174,7 +174,7 @@ auto& room_of(const HullOverflow& overflow, Options& options) {
   return overflow.option == "max_vertices" ? options.max_vertices : options.max_triangles;
 }
 
-/// What makes meshes, in as much room as its options give.
+/// The stages that make meshes, with the capacities of the options.
 struct SurfaceStages {
   SurfaceStages(DeviceSet& devices, const Rig& rig, const ReconstructOptions& options,
                 const HullOptions& hull_options)

@@ -1,5 +1,5 @@
 #pragma once
-/// What `tactus reconstruct` measures of a mesh, for its table and its JSON.
+/// Measurements of a mesh, for the table and the JSON of `tactus reconstruct`.
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>

@@ -12,7 +12,7 @@
 namespace tactus {
 namespace {
 
-/// What a scene is shown instead of its own source.
+/// The recording or live rig that replaces a scene's own source.
 SourceDescription source_of_file(const std::string& path) {
   SourceDescription source;
   source.path = path;
@@ -21,7 +21,7 @@ SourceDescription source_of_file(const std::string& path) {
   return source;
 }
 
-/// What needs cameras, of a scene that nobody films.
+/// Refuses options that need cameras where the scene has no source of images.
 void check_filmed(const RunOptions& options, const Scene& scene) {
   if (scene.source.kind != SourceKind::none) return;
   const auto refuse = [](const std::string& what) {
@@ -42,7 +42,7 @@ void check_recorded(const RunOptions& options, const Scene& scene) {
                     "it would not replay to the same bits");
 }
 
-/// What is wrong with the number of frames; "" for nothing.
+/// The error in a number of frames; "" for none.
 std::string a_frame_count(const std::string& text) {
   const bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == text.npos;
   if (whole && std::stoi(text) > 0) return "";

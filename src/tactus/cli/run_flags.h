@@ -13,7 +13,7 @@ namespace tactus {
 struct RunOptions {
   std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
   std::string checkpoint_path, restart_path;
-  std::string source_path, record_path;  ///< instead of the scene's source; what it saw
+  std::string source_path, record_path;  ///< replaces the scene's source; gets its frames
   bool plain = false;                    ///< a live rig without keys
   std::string budget;                    ///< of a frame, as 11ms; "": none
   int frames = 0;                        ///< 0: all

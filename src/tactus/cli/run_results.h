@@ -1,5 +1,5 @@
 #pragma once
-/// Who looks on while `tactus run` goes, and what it leaves behind.
+/// The sinks of `tactus run`, and its results.
 #include <optional>
 
 #include "tactus/cli/run_flags.h"
@@ -35,8 +35,8 @@ struct RunSinks {
   }
 };
 
-/// What follows the last frame: files, a table, warnings. @throws Error when no frame came, or the real
-/// surface was open.
+/// Writes the results after the last frame: files, a table, warnings. @throws Error when no frame came, or
+/// the real surface was open.
 void finish_run(const RunOptions& options, const Scene& scene, const FrameSource& source,
                 Simulation& simulation, const FrameLoop& loop, RunSinks& sinks, const std::string& stem,
                 const std::string& devices);

@@ -37,7 +37,8 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-/// What the picture has to show, and how far away its middle is.
+/// Bounds, way into the body (weighted with lengths), direction and length of the lines that the picture
+/// shows.
 struct Lines {
   Vec3d low_m{1e30, 1e30, 1e30}, high_m{-1e30, -1e30, -1e30}, inward{};
   double cos_twice = 0, sin_twice = 0;  ///< of the lines' direction in the horizontal plane

@@ -26,7 +26,7 @@ std::vector<std::string> names_of(const std::vector<FlagWords>& flags) {
 
 bool takes_scene(const VerbWords& verb) { return verb.path == "run"; }
 
-/// What stands for the words of a verb: its own verbs, or those of its first argument.
+/// Words that complete a verb: its own verbs, or those of its first argument.
 std::vector<std::string> first_words(const VerbWords& verb) {
   if (!verb.verbs.empty()) return names_of(verb.verbs);
   return verb.arguments.empty() ? std::vector<std::string>{} : verb.arguments.front().words;

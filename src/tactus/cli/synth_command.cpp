@@ -84,7 +84,7 @@ void write_truth(const std::string& path, const SyntheticSubject& subject, doubl
   write_file(path, bytes);
 }
 
-/// What the camera photographs: paint before a dark grey wall.
+/// The camera's photograph of the subject: paint before a dark grey wall.
 ColorImage photograph(const SyntheticSubject& subject, const Camera& camera, const DepthImage& distance_m,
                       double time_s) {
   ColorImage image(camera.width_px, camera.height_px, Rgb8{40, 40, 44});

@@ -17,8 +17,8 @@ constexpr Index kCell_px = 250;
 constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
 
 /// Turns the world so that up is up: data sets have their own. Rigs are rings, so up is the ring's axis,
-/// where there is one; its sign is that of what the photos hold upright or, when they lie on their side, that
-/// of the side that the cameras look from.
+/// where there is one; its sign is that of the cameras' mean up direction or, when the photos lie on their
+/// side, that of the side that the cameras look from.
 Mat3f upright(const Rig& rig) {
   const auto count = static_cast<double>(rig.cameras.size());
   Vec3d up{}, middle{};

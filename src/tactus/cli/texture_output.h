@@ -1,5 +1,5 @@
 #pragma once
-/// Photographic colours of what `tactus reconstruct` makes, and pictures of them.
+/// Photographic colours of the surfaces that `tactus reconstruct` makes, and pictures of them.
 #include <vector>
 
 #include "tactus/geom/textured_mesh.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// The verbs as a tree, for whatever is made from them: completions and the man page.
+/// The verbs as a tree, for the texts made from them: completions and the man page.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -15,7 +15,7 @@ enum class ValueKind : std::uint8_t { none, number, text, file, words };
 struct FlagWords {
   std::string name;  ///< "--devices"; of a positional argument "scene"
   std::string help;
-  ValueKind value = ValueKind::none;  ///< of what follows it
+  ValueKind value = ValueKind::none;  ///< of the word that follows it
   std::vector<std::string> words;     ///< where the value is one of these
 };
 

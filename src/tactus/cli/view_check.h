@@ -21,10 +21,10 @@ class ViewCheck {
   }
   /// Adds `view_scores`, and `repairs` when there are any.
   void add_to(nlohmann::json& row) const;
-  /// What the finished surface says about rig and masks (hull_findings.h); "" when all is well.
+  /// Findings of the finished surface about rig and masks (hull_findings.h); "" when all is well.
   /// @throws Error when nothing can be right and no frame before was well.
   std::string judge(ExecContext& ctx, const FrameSet& frame, const MeshView& surface);
-  /// Which views are suspect and what was repaired; empty when all is well.
+  /// The suspect views and the repairs; empty when all is well.
   std::string status() const;
 
  private:
