@@ -13,7 +13,8 @@ class GlContext {
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  /// Makes the context the thread's own for as long as this lives, then restores what was there.
+  /// Makes the context the thread's own for as long as this lives, then restores the context that was current
+  /// before.
   class Current {
    public:
     explicit Current(const GlContext& context);

@@ -66,7 +66,7 @@ void GlLight::draw_sun(std::span<const GlMesh* const> casters, const PictureLayo
   glClear(GL_DEPTH_BUFFER_BIT);
   glUseProgram(depth_.get());
   set(depth_, "view_proj", layout.sun_clip);
-  glEnable(GL_DEPTH_CLAMP);  // what is outside of the box still hides the light
+  glEnable(GL_DEPTH_CLAMP);  // a caster outside of the box still hides the light
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1.5F, 3);
   for (const GlMesh* mesh : casters) mesh->draw(depth_);

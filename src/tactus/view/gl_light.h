@@ -1,6 +1,6 @@
 #pragma once
-/// The maps that hold a picture's light: who sees the sun and the sky. Internal to view/; a context is
-/// current wherever they are used.
+/// The maps that hold a picture's light: where the sun and the sky are visible. Internal to view/; a context
+/// is current wherever they are used.
 #include <span>
 
 #include "tactus/view/gl_mesh.h"

@@ -19,7 +19,7 @@ class GlLiquid {
  public:
   GlLiquid(GLsizei width_px, GLsizei height_px);
 
-  /// Makes the maps of one liquid, as far as what is drawn already doesn't hide it.
+  /// Makes the maps of one liquid, except where the picture so far hides it.
   /// @param drawn framebuffer of the picture so far
   void draw_maps(const ViewLiquid& liquid, const LiquidProjection& view, GLuint drawn);
   /// Draws it into the framebuffer that is bound. `surface()` has been told of the light.

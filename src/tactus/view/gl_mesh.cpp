@@ -152,7 +152,7 @@ void GlMesh::upload(const ViewMesh& view) {
     glVertexArrayVertexBuffer(array.get(), 2, colors.get(), 0, sizeof(Rgb8));
   if (view.colors.empty()) {
     glDisableVertexArrayAttrib(array.get(), 2);
-    glVertexAttrib3f(2, -1, -1, -1);  // what no photo shows is shaded (kPhotoFragment)
+    glVertexAttrib3f(2, -1, -1, -1);  // a fragment that no photo shows is shaded (kPhotoFragment)
   } else {
     glEnableVertexArrayAttrib(array.get(), 2);
   }

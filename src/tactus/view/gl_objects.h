@@ -67,12 +67,12 @@ struct GlFloatMap {
   GlTexture texture;
   GlFramebuffer framebuffer;
   GLsizei side_px = 0;
-  /// @param format GL_R32F, GL_RG32F or GL_RGBA32F  @param filter GL_NEAREST, GL_LINEAR, or with mipmaps
-  /// Outside the map is 0 where there are mipmaps, else what is at its rim.
+  /// @param format GL_R32F, GL_RG32F or GL_RGBA32F @param filter GL_NEAREST, GL_LINEAR, or with mipmaps
+  /// Outside the map is 0 where there are mipmaps, else the value at its rim.
   GlFloatMap(GLsizei side, GLenum format, GLint filter);
 };
 
-/// What the picture is drawn into, and the single-sampled copy that is read back.
+/// The buffers that the picture is drawn into, and the single-sampled copy that is read back.
 struct GlPictureTarget {
   GlRenderbuffer color, depth, resolved_color, resolved_depth;
   GlFramebuffer framebuffer, resolved;

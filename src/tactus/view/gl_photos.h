@@ -1,5 +1,5 @@
 #pragma once
-/// Photographs of a surface on the GPU, and what each camera sees of it. Internal to view/.
+/// Photographs of a surface on the GPU, and depth maps of each camera's view of it. Internal to view/.
 #include "tactus/view/gl_mesh.h"
 
 namespace tactus {
@@ -10,13 +10,13 @@ struct GlPhotoPrograms {
   GlProgram map, widen, outline, surface;
 };
 
-/// What one surface wears. Slots are reused from frame to frame.
+/// The photos of one surface, and their maps. Slots are reused from frame to frame.
 class GlPhotos {
  public:
   GlPhotos();
   /// Sends photos and cameras.
   void upload(const ViewMesh& view);
-  /// Draws what each camera sees of the mesh. Leaves the frame buffer and the view port changed.
+  /// Draws each camera's depth map of the mesh. Leaves the frame buffer and the view port changed.
   void draw_maps(const GlPhotoPrograms& programs, const GlMesh& mesh, const GlVertexArray& no_attributes);
   /// Binds all that `programs.surface` reads.
   void bind(const GlPhotoPrograms& programs) const;

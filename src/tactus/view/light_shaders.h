@@ -1,14 +1,14 @@
 #pragma once
 /// Shaders of the maps that hold a picture's light (GLSL 4.50). Internal to view/. Light on the ground is
-/// worked out a texel, not a pixel: that leaves time for shadows that widen with the distance from what casts
-/// them. Heights are metres above `floor_m`.
+/// worked out a texel, not a pixel: that leaves time for shadows that widen with the distance from their
+/// casters. Heights are metres above `floor_m`.
 
 namespace tactus::shaders {
 
 inline constexpr const char* kDepthFragment = "void main() {}\n";
 
-/// Of everything above a texel: the highest and, negative, the lowest point (blended by GL_MAX). Where
-/// nothing is, the highest is the floor and the lowest beyond 1e8. What is below the floor hides nothing of
+/// The highest and, negative, the lowest point of all surfaces above a texel (blended by GL_MAX). Where
+/// nothing is, the highest is the floor and the lowest beyond 1e8. Surfaces below the floor hide nothing of
 /// it.
 inline constexpr const char* kBandFragment = R"(
 in vec3 p;
@@ -21,7 +21,7 @@ void main() {
 }
 )";
 
-/// What 4 x 4 texels of the bands hold: the covered share, and that times the lowest and the highest point.
+/// Means of 4 x 4 texels of the bands: the covered share, and that times the lowest and the highest point.
 inline constexpr const char* kReduceFragment = R"(
 layout(binding = 6) uniform sampler2D bands;
 layout(location = 0) out vec4 color;
@@ -58,9 +58,10 @@ void main() {
 }
 )";
 
-/// The share of the sky that is hidden from a place on the ground. In each of twelve directions, what stands
-/// or hangs there hides elevations from its lowest to its highest point; of a sky that shines on a plane
-/// evenly, that is the difference of the squares of their sines. Samples are as wide as they are apart.
+/// The share of the sky that is hidden from a place on the ground. In each of twelve directions, a surface
+/// that stands or hangs there hides elevations from its lowest to its highest point; of a sky that shines on
+/// a plane evenly, that is the difference of the squares of their sines. Samples are as wide as they are
+/// apart.
 inline constexpr const char* kFloorSkyFragment = R"(
 uniform vec2 lit_low, lit_size;  // [m], of the ground
 uniform mat4 sky_matrix;
@@ -95,8 +96,8 @@ void main() {
 )";
 
 /// Red: how much of the key light a place on the ground gets. The light is a disc, so a shadow is the
-/// blurrier the farther away what casts it is (percentage closer soft shadows, Fernando 2005). Green: how
-/// much of the sky.
+/// blurrier the farther away its caster is (percentage closer soft shadows, Fernando 2005). Green: how much
+/// of the sky.
 inline constexpr const char* kFloorLightFragment = R"(
 uniform vec2 lit_low, lit_size;
 uniform float floor_y_m;

@@ -47,8 +47,8 @@ void main() {
 }
 )";
 
-/// One of the two passes of a narrow-range filter (after Truong & Yuksel 2018), along `step_px`. What is much
-/// nearer or farther than the pixel's own surface is another one.
+/// One of the two passes of a narrow-range filter (after Truong & Yuksel 2018), along `step_px`. A depth much
+/// nearer or farther than the pixel's own belongs to another surface.
 inline constexpr const char* kLiquidSmoothFragment = R"(
 uniform ivec2 step_px;
 uniform float spacing_m;

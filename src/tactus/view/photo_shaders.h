@@ -17,7 +17,7 @@ void main() {
   gl_Position = vec4(2.0 * (texels_per_px * h.xy + 0.5 * h.z) / map_size - h.z, 0, h.z);
 }
 )";
-/// 1/z; what is nearest to the camera remains (blended by GL_MAX).
+/// 1/z; the surface nearest to the camera remains (blended by GL_MAX).
 inline constexpr const char* kPhotoMapFragment = R"(
 layout(location = 0) out vec4 inverse_z;
 void main() { inverse_z = vec4(gl_FragCoord.w); }
@@ -30,7 +30,7 @@ uniform int layer;
 layout(binding = 3) uniform sampler2DArray map;
 float texel_at(ivec2 at) { return texelFetch(map, ivec3(clamp(at, ivec2(0), last_texel), layer), 0).r; }
 )";
-/// Widens what a map holds by a texel on every side.
+/// Widens the surfaces in a map by a texel on every side.
 inline constexpr const char* kPhotoWidenFragment = R"(
 layout(location = 0) out vec4 inverse_z;
 void main() {
@@ -40,7 +40,8 @@ void main() {
   inverse_z = vec4(nearest);
 }
 )";
-/// Keeps what is there and adds 1 where the outline of the body is more than about a texel away, else 0.
+/// Keeps the map's value and adds a second one: 1 where the outline of the body is more than about a texel
+/// away, else 0.
 inline constexpr const char* kPhotoOutlineFragment = R"(
 layout(location = 0) out vec4 texel;
 void main() {

@@ -6,7 +6,7 @@
 namespace tactus {
 namespace {
 
-/// What is farther than this many half widths of the picture from its middle hides no light in it.
+/// A surface farther than this many half widths of the picture from its middle hides no light in it.
 constexpr float kNear = 1.6F;
 
 /// A box that holds the turned one.
@@ -31,8 +31,8 @@ void unite_inside(std::optional<Box3f>& all, const Box3f& box, const Box3f& regi
   if (!is_empty(inside)) unite(all, inside);
 }
 
-/// What hides light, as far as it is in `region`: triangle by triangle, as parts of one body may be far
-/// apart.
+/// Bounds of the meshes that hide light, within `region`: triangle by triangle, as parts of one body may be
+/// far apart.
 std::optional<Box3f> casters(const ViewScene& scene, const Box3f& region) {
   std::optional<Box3f> all;
   for (const ViewMesh& view : scene.meshes) {
@@ -77,7 +77,7 @@ PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float as
   l.has_ground = scene.ground && eye.y > scene.ground_height_m;
   Box3f region{camera.target_m - Vec3f{near_m, near_m, near_m},
                camera.target_m + Vec3f{near_m, near_m, near_m}};
-  if (l.has_ground) {  // what is below it isn't seen
+  if (l.has_ground) {  // nothing below the ground is seen
     region.min.y = scene.ground_height_m;
     region.max.y = max(region.max.y, scene.ground_height_m + near_m);
   }

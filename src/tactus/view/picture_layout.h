@@ -8,12 +8,12 @@
 namespace tactus {
 
 struct PictureLayout {
-  /// Of the meshes that cast shadows, as far as they are near the picture: a part that has fallen deep or
-  /// flown far doesn't widen it. Where there are none, a small box around the camera's target.
+  /// Bounds of the meshes that cast shadows, as far as they are near the picture: a part that has fallen deep
+  /// or flown far doesn't widen it. Where there are none, a small box around the camera's target.
   Box3f box;
   Vec3f sun;  ///< unit vector towards the key light
   float radius_m, reach_m, ground_radius_m, near_m;
-  float floor_m;  ///< what heights begin at: the ground, else the lowest point of the box
+  float floor_m;  ///< zero of the heights: the ground, else the lowest point of the box
   Vec3f ground_center;
   Vec3f sun_half_m;  ///< half sides of the sun map's box, along its axes; z is towards the sun
   Vec3f sky_half_m;  ///< of the map of heights

@@ -256,7 +256,7 @@ struct Renderer::Impl {
     gl->liquid->draw(liquid, l.eye);
   }
 
-  /// Distance along the view of what the picture shows at a pixel, counted from above.
+  /// Distance along the view of the surface at a pixel of the picture [m]; `y` counts from above.
   float depth_m_at(Index x, Index y) {
     const Index row = options.height_px - 1 - y;
     glBlitNamedFramebuffer(gl->picture.framebuffer.get(), gl->picture.resolved.get(), x, row, x + 1, row + 1,

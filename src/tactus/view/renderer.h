@@ -16,7 +16,7 @@ struct RendererOptions {
   /// three times the rest of the frame, 1 and edges that are smoothed afterwards.
   int samples = 0;
   Index shadow_map_px = 1024;     ///< side of the key light's shadow map, 64 to 8192; 0: no shadows
-  bool ambient_occlusion = true;  ///< darken what lies under and beside other surfaces
+  bool ambient_occlusion = true;  ///< darken surfaces under and beside others
 };
 
 /// Draws snapshots into images. Buffers live as long as the renderer and grow by doubling, so drawing a scene
@@ -36,8 +36,8 @@ class Renderer {
   ColorImage render(const ViewScene& scene, const ViewCamera& camera);
   /// The same into `image`, whose memory is reused.
   void render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image);
-  /// How far what the last picture shows is from the eye, along its axis [m]; row by row from above. Where
-  /// nothing is, as far as the farthest that could be drawn.
+  /// Distances of the surfaces in the last picture from the eye, along its axis [m]; row by row from above.
+  /// Where nothing is, as far as the farthest that could be drawn.
   std::vector<float> depths_m();
 
   /// The driver's name and version, for reports.

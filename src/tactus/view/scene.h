@@ -1,5 +1,6 @@
 #pragma once
-/// What a picture shows: a snapshot that owns its data, so that the simulation never waits for the picture.
+/// The contents of a picture: a snapshot that owns its data, so that the simulation never waits for the
+/// picture.
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,37 +14,37 @@
 
 namespace tactus {
 
-/// How a surface looks. Colours are sRGB, 0 to 1 (what a colour picker shows).
+/// How a surface looks. Colours are sRGB, 0 to 1 (as in a colour picker).
 struct Material {
   Vec3f color{0.8F, 0.8F, 0.8F};
   float roughness = 0.5F;  ///< width of the highlight, 0.05 (wet) to 1 (matt)
   float specular = 0.04F;  ///< reflectance at normal incidence, 0 to 1
   float softness = 0;      ///< light that leaks around the terminator, as through skin or jelly, 0 to 1
-  float opacity = 1;       ///< 0 to 1; below 1 the nearest layer is blended over what is behind it
+  float opacity = 1;       ///< 0 to 1; below 1 the nearest layer is blended over the picture behind it
   bool two_sided = true;   ///< also draw triangles seen from behind
   float wireframe = 0;     ///< strength of the triangles' edges drawn on top, 0 to 1
 };
 
-/// Warm clay: what is real.
+/// Warm clay: real surfaces.
 inline Material clay_material() {
   return {.color = {0.83F, 0.57F, 0.43F}, .roughness = 0.55F, .softness = 0.3F};
 }
-/// Wine red, moist and translucent: what is soft and virtual.
+/// Wine red, moist and translucent: virtual soft bodies.
 inline Material soft_material() {
   return {.color = {0.66F, 0.10F, 0.17F}, .roughness = 0.24F, .specular = 0.05F, .softness = 0.7F};
 }
-/// What cuts.
+/// Steel: blades.
 inline Material steel_material() {
   return {.color = {0.72F, 0.74F, 0.77F}, .roughness = 0.2F, .specular = 0.5F};
 }
 
-/// Photographs that colour a surface fragment by fragment, for whoever looks (Shao et al. 2019, "Texture
+/// Photographs that colour a surface fragment by fragment, for the viewer (Shao et al. 2019, "Texture
 /// mapping"; PhotoChoice has the formula). Surfaces that wear them have normals.
 struct ViewPhotos {
   std::vector<Camera> cameras;     ///< 1 to 64, in the frame of the mesh
   std::vector<ColorImage> images;  ///< one a camera, of its size; an empty one: the camera missed the tick
   Index k = 1;                     ///< cameras that a fragment is coloured from, 1 as in the paper
-  float voxel_size_m = 0;          ///< grain of the test for what hides, > 0: the voxel of the hull
+  float voxel_size_m = 0;          ///< grain of the visibility test, > 0: the voxel of the hull
   Vec3f center_m{};                ///< (mesh frame) middle of the workspace, where that grain is meant
 };
 
@@ -62,13 +63,13 @@ struct ViewMesh {
   TriangleMesh mesh{};  ///< [m]; drawn flat-shaded when it has no normals
   Material material{};
   /// One a vertex, or none: photographed colours, which hold their light already and are shown as they are.
-  /// With `photos`, they are for what no photo shows.
+  /// With `photos`, they colour the fragments that no photo shows.
   std::vector<Rgb8> colors{};
   std::shared_ptr<const ViewPhotos> photos{};
   std::optional<DeviceSurface> device{};  ///< instead of `mesh`; stays valid until the picture is drawn
   /// Turns the mesh, and the cameras of its photos with it: data sets have their own idea of up.
   Mat3f R_world_mesh = Mat3f::identity();
-  bool casts_shadow = true;  ///< false: for what only explains the picture, as drawn cameras
+  bool casts_shadow = true;  ///< false: for meshes that only explain the picture, as drawn cameras
 };
 
 /// A liquid, drawn from its particles as one smooth surface that light goes through.
@@ -119,8 +120,8 @@ struct ViewScene {
 /// Adds a camera of the rig: its housing and lens, the pyramid of its image's corners up to `depth_m` with
 /// its rim, and its name.
 void add_camera(ViewScene& scene, const Camera& camera, float depth_m, Vec3f color = {0.20F, 0.42F, 0.60F});
-/// Adds those edges of a box that the eye sees behind what is in it: the ones of a side that faces away from
-/// what is outside, towards the eye. An edge between two sides that face the eye would cross the contents.
+/// Adds those edges of a box that the eye sees behind its contents: the ones of a side whose inside faces the
+/// eye. An edge between two sides that face the eye would cross the contents.
 void add_far_edges(std::vector<ViewLine>& lines, const ViewBox& box, Vec3f eye_m);
 
 }  // namespace tactus
