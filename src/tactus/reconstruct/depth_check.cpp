@@ -18,9 +18,9 @@ constexpr int kFewest = 12;
 /// fewer do, but then none comes in for them.
 constexpr double kLostBehind = 0.03;
 /// How far a point may project beside a silhouette [px]: its border is given to whole pixels, so 1. With
-/// more, masks that are too small lose nothing; the last is what none is beyond.
+/// more, masks that are too small lose nothing; no mask is off by more than the last.
 constexpr int kBorder = 1, kMasksOff[] = {kBorder, 3, 5}, kMasksFarOff = 7;
-/// What is named must explain all points but this share.
+/// A reading that is named must explain all points but this share.
 constexpr double kUnexplained = 0.03;
 
 struct Ray {
@@ -31,7 +31,7 @@ struct Ray {
 struct Reading {
   const char* name;
   double factor;
-  int cosines;  ///< -1: what is given is z; 1: what is given was taken for z, and isn't; 0: neither
+  int cosines;  ///< -1: z is given; 1: radial distance was taken for z; 0: neither
   double scale(const Ray& ray) const {
     return factor * (cosines == 0 ? 1.0 : cosines < 0 ? 1 / ray.cosine : ray.cosine);
   }
@@ -101,8 +101,9 @@ class Judge {
     }
     return false;
   }
-  /// Standard deviation of the noise from second differences along rows: their median over what Gaussian
-  /// noise gives (six times a pixel's variance). Slopes don't count, curvature little.
+  /// Standard deviation of the noise from second differences along rows: their median over that of Gaussian
+  /// noise of unit variance (second differences have six times a pixel's variance). Slopes don't count,
+  /// curvature little.
   static double noise_m(std::span<float> bends) {
     if (bends.size() < 16) return 0;
     const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
@@ -194,7 +195,8 @@ const Reading* much_better(const Judge& judge, int as_given) {
 }
 
 /// Radial distance taken for z was made too long by 1/cos: points leave the object at its back, and none lies
-/// before it. What is so in truth loses points at the front when it is read as shorter, which rules it out.
+/// before it. If the points really lie there, the shorter reading loses points at the front, which rules it
+/// out.
 const Reading* radial_as_z(const Judge& judge, int as_given) {
   static constexpr Reading kReading{"radial distance given as z (distance along the optical axis)", 1, 1};
   const double fewest = std::max(kFewest + 0.0, kLostBehind * judge.samples());

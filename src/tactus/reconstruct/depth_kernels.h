@@ -52,7 +52,7 @@ TACTUS_HD inline float sample_depth_m(const DepthCamera& c, const float* carving
   return known ? distance_m - fma(fv, bottom - top, top) : kUnknownDepth_m;
 }
 
-/// What depth says of a box of nodes (centre and half extent in padded node units), conservatively: outside
+/// State of a box of nodes by depth (centre and half extent in padded node units), conservatively: outside
 /// when every point of it is seen in front of the surface, inside when none is (method: "Extended voxel
 /// visual hull"). `low` and `high` are the pyramid's smallest and largest usable distances, 0 in `low` where
 /// a pixel is not usable.

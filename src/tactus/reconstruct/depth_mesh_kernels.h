@@ -64,8 +64,8 @@ struct CutAtDepth {
       s.outer_D_m[t] = carves ? sample_depth_m(c, pixels, s.at(t, 1.F)) : kUnknownDepth_m;
       s.inner_D_m[t] = carves ? sample_depth_m(c, pixels, s.at(t, 0.F)) : kUnknownDepth_m;
     });
-    // One smooth surface changes D along an edge by little more than its length. More is the border of what
-    // is known, or an object before another: not linear, so [P 2] does not hold.
+    // One smooth surface changes D along an edge by little more than its length. A larger change is the
+    // border of the measurement, or an object before another: not linear, so [P 2] does not hold.
     const float smooth_m = c.voxel_size_m + c.jump_m;
     b.for_threads(count, [&](int t) {
       const float outer = s.outer_D_m[t], inner = s.inner_D_m[t];

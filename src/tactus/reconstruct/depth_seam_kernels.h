@@ -1,6 +1,6 @@
 #pragma once
 /// The seam between the measured surface and the silhouettes' one. Full correction beside none would leave a
-/// step, so depth carves a little less towards a hole in what it measured: a ramp, as long as `fade_m`
+/// step, so depth carves a little less towards a hole in the measurement: a ramp, as long as `fade_m`
 /// reaches. A pixel without depth is a hole only where the silhouettes' hull goes on in front of the measured
 /// surface; beside the object there is nothing to join.
 #include "tactus/reconstruct/depth_kernels.h"

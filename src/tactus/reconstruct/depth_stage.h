@@ -22,12 +22,12 @@ struct DepthLayout {
   /// an image smaller than 2x2 or larger than 16 megapixels; more than 32 cameras; a jump that is not
   /// positive.
   void add(const Camera& camera, const HullCamera& image, Vec3d origin_m, float voxel_size_m, float jump_m);
-  /// Copies an image into host memory that all devices copy from, buffer_pixels() zeros before; what is no
-  /// distance becomes 0. Empty or null: no measurement. Returns the number of measured pixels.
+  /// Copies an image into host memory that all devices copy from, buffer_pixels() zeros before; values that
+  /// are no distance become 0. Empty or null: no measurement. Returns the number of measured pixels.
   std::int64_t stage(std::size_t camera, const DepthImage* image, float* staging) const;
 };
 
-/// Of one device.
+/// Buffers of depth on one device, and their launches.
 struct DepthPart {
   Buffer<DepthCamera> cameras;
   Buffer<Vec3i> tiles;
@@ -48,7 +48,7 @@ struct DepthPart {
   }
   /// After the buffers are there.
   void set_up(ExecContext& ctx, const DepthLayout& layout);
-  /// Usable pixels and pyramid: what the vote needs.
+  /// Usable pixels and pyramid, which the vote needs.
   void prepare(ExecContext& ctx);
   /// The ramps at holes, which signs and cuts need; `bits` are the prepared silhouettes.
   void fade(ExecContext& ctx, View<const HullCamera> silhouettes, View<const std::uint32_t> bits);

@@ -239,7 +239,7 @@ std::optional<FocalFit> better_focal_lengths(std::span<const SeenView> seen) {
     views.push_back(view_of(s));
   }
   if (views.size() < 4) return {};
-  // Of all cameras and of each: whichever explains all planes best.
+  // One factor for all cameras, or for one of them: the fit that explains all planes best.
   std::optional<FocalFit> best;
   double least = 0;
   for (int v = -1; v < static_cast<int>(views.size()); ++v) {

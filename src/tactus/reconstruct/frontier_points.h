@@ -1,6 +1,6 @@
 #pragma once
-/// What two silhouettes must have in common, whatever the object: the planes through both cameras that touch
-/// it (its frontier points). They tell a focal length that recall of the hull can't see.
+/// Features that two silhouettes of any object must have in common: the planes through both cameras that
+/// touch it (its frontier points). They tell a focal length that recall of the hull can't see.
 #include <optional>
 #include <span>
 #include <string>

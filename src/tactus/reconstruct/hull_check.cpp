@@ -27,7 +27,7 @@ constexpr double kSuspectSurface = 0.02;
 /// Recall of the tiles below which the host measures: of the worst view, of all. Tiles flatter thin hulls.
 constexpr double kSuspectRecall = 0.93, kSuspectMean = 0.95;
 constexpr Index kMostTicksToHost = 4096;
-/// So many ticks later it is told what the host found, however fast it is: then a run tells it in the same
+/// The findings of the host come so many ticks later, however fast it is: then a run has them in the same
 /// frame on every machine.
 constexpr Index kTicksToAnswer = 8;
 /// A mask with fewer pixels says little about its view.
@@ -150,8 +150,9 @@ void HullCheck::take_mask(std::size_t number, const BitMask& mask) {
   }
 }
 
-/// Of each mask, what lies in the image of the workspace; whether most masks have something there. (A camera
-/// that does not look at the workspace at all can't miss anything in it.)
+/// Counts the set tiles of each mask and clears those outside of the workspace's image; finds whether most
+/// masks have something there. (A camera that does not look at the workspace at all can't miss anything in
+/// it.)
 void HullCheck::find_content() {
   Index masks = 0, with_content = 0;
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
@@ -326,7 +327,7 @@ void HullCheck::find_bounds(Exam& exam) {
     if (!exam.given[c].words.empty()) used.push_back(cameras_[c]);
   bounds_told_ = true;
   if (std::optional<HullFinding> bad = find_bad_bounds(used, exam.mesh.positions_m)) {
-    // That the workspace cuts what no camera bounds is no fault of the workspace.
+    // The workspace is not at fault where it cuts space that no camera bounds.
     std::erase_if(exam.found, [](const HullFinding& f) { return f.fault == HullFault::cut_by_workspace; });
     exam.found.push_back(std::move(*bad));
   }

@@ -16,7 +16,7 @@
 
 namespace tactus {
 
-/// Owned by whoever steps frames. Per frame: `submit` when the mesh is made, then `tell` or `judge`.
+/// Owned by the code that steps frames. Per frame: `submit` when the mesh is made, then `tell` or `judge`.
 class HullCheck {
  public:
   /// Most vertices that are looked at.
@@ -32,7 +32,7 @@ class HullCheck {
     prepare(given);
     measure(ctx, mesh);
   }
-  /// Its two halves: what the host does, and what may be recorded.
+  /// Its two halves: the host's work, and the launches, which may be recorded.
   /// @param carved of each camera, or none: its mask as it carved, without tools. Their pixels are explained,
   /// and where there are some, whole masks judge the rig by a lattice of samples (silhouette_consistency.h).
   void prepare(std::span<const BitMask> given, std::span<const BitMask> carved = {});
@@ -40,9 +40,9 @@ class HullCheck {
   /// Waits. Recall counts tiles (IoU is set to it): those of the mask that lie in the image of the workspace,
   /// whose four quarter points are set.
   HullQuality quality(ExecContext& ctx);
-  /// Waits, judges, and returns what was not found before since construction: a fault is told once.
+  /// Waits, judges, and returns the findings that are new since construction: a fault comes once.
   std::vector<HullFinding> news(ExecContext& ctx);
-  /// After the last frame: what the host still looks at is waited for, and returned likewise.
+  /// After the last frame: waits for the frame that the host still examines, and returns its new findings.
   std::vector<HullFinding> last_news();
   /// The texts of `news`. @throws Error when one is fatal and no frame before was well: then the rig is
   /// wrong. (Later the object may have left.)
@@ -56,11 +56,11 @@ class HullCheck {
   void find_content();
   bool is_doubtful(const HullQuality& quality) const;
   std::vector<HullFinding> find(ExecContext& ctx, bool in_haste);
-  /// Of these, what was not told before.
+  /// Those of the findings that `told_` does not have yet; adds them to it.
   std::vector<HullFinding> fresh(const std::vector<HullFinding>& found);
   TriangleMesh to_host_mesh(ExecContext& ctx, Index vertices) const;
   BitMask within_workspace(std::size_t camera, BitMask mask) const;
-  /// What the host measures of one frame.
+  /// The host's measurements of one frame.
   struct Exam {
     HullQuality quality;
     bool exactly = false, has_phantoms = false, has_tools = false, is_first = false;

@@ -1,5 +1,5 @@
 #pragma once
-/// What the silhouettes and the workspace say about a finished surface, from a fixed number of its vertices.
+/// Checks a finished surface against the silhouettes and the workspace, by a fixed number of its vertices.
 #include "tactus/base/vec.h"
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/kernel.h"

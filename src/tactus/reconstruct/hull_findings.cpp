@@ -43,7 +43,7 @@ double deviation(const std::vector<double>& values) {
   return median(std::move(off));
 }
 
-/// Recall, or IoU where that is lower: recall sees what is missing, IoU also what is too much.
+/// Recall, or IoU where that is lower: missing parts lower recall, excess parts lower IoU, too.
 double score(const ViewQuality& v) { return std::min(v.recall, v.iou); }
 
 void find_odd_views(std::span<const Camera> cameras, const HullQuality& quality, const HullLimits& limits,
@@ -70,8 +70,8 @@ void find_odd_views(std::span<const Camera> cameras, const HullQuality& quality,
   }
 }
 
-/// What is no part of the workspace, in one view more than in the others. Not where the workspace cuts the
-/// object: then all masks show more.
+/// Finds masks with a larger share outside of the workspace's image than those of the other views. Not where
+/// the workspace cuts the object: then all masks show more.
 void find_masks_outside(std::span<const Camera> cameras, const HullQuality& quality, const HullLimits& limits,
                         std::vector<HullFinding>& findings) {
   std::vector<double> shares;

@@ -1,7 +1,7 @@
 #pragma once
-/// What a finished hull says about the rig and the masks it was made of: the measurements, and the verdict.
+/// Judges the rig and the masks by the hull that was made of them: the measurements, and the verdict.
 ///
-/// The hull lies inside the cone of every silhouette, so its projection hardly leaves a mask, and what counts
+/// The hull lies inside the cone of every silhouette, so its projection hardly leaves a mask, and the measure
 /// is recall: the share of a mask that the projected hull covers. A mask that is too large loses recall in
 /// its own view alone. A hole, a wrong pose or a late camera takes from the hull and so from the recall of
 /// all the other views.
@@ -35,7 +35,7 @@ struct HullQuality {
 enum class HullFault : std::uint8_t {
   empty,             ///< the masks show something, the hull is empty
   fills_workspace,   ///< nothing was carved away
-  covers_no_view,    ///< less than half of what the masks show is left
+  covers_no_view,    ///< the hull covers less than half of the masks
   cut_by_workspace,  ///< the surface ends at the faces of the workspace
   view_differs,      ///< one mask is not explained as the others are
   mask_outside,      ///< one mask shows more outside the workspace than the others do
@@ -50,7 +50,7 @@ struct HullFinding {
   HullFault fault = HullFault::empty;
   int camera = -1;        ///< of faults of one view
   bool is_fatal = false;  ///< nothing can be right
-  std::string text;       ///< what, how much, what to do
+  std::string text;       ///< the fault, its extent and its remedy
 };
 
 /// Limits of the verdict. Recall of healthy rigs is 0.95 to 1 in every view (docs/robustness.md).
@@ -76,7 +76,8 @@ std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras
 /// Fewer cameras than this are few: half of them, at least three where there are so many.
 Index few_cameras(std::size_t cameras);
 
-/// Along which direction cameras bound an object worst. A silhouette bounds what is across its line of sight.
+/// Along which direction cameras bound an object worst. A silhouette bounds the object across its line of
+/// sight.
 struct WeakDirection {
   Vec3d direction;      ///< unit
   double sine = 1;      ///< of the angle to the line of sight that is most across it; 0: nothing bounds it

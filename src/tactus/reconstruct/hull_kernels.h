@@ -59,7 +59,7 @@ struct HullGrid {
   TACTUS_HD bool holds(Vec3i b) const { return b.x < bricks.x && b.y < bricks.y && b.z < bricks.z; }
 };
 
-/// What a word of a tile holds for the brick with bit_in_tile 0: shifted for the others. Neither: outside.
+/// Bits in the word of a tile for the brick with bit_in_tile 0: shifted for the others. Neither: outside.
 inline constexpr std::uint32_t kActiveBit = 1, kInsideBit = 1U << kTileBricks;
 TACTUS_HD inline Index active_in_tile(std::uint32_t word) { return popcount(word & (kInsideBit - 1)); }
 
@@ -89,7 +89,7 @@ struct BrickMap {
   View<const Index> tile_first;     ///< active bricks before each tile; all of them behind the last
   View<const PartRange> range;      ///< one
   Index capacity;                   ///< slots of this part
-  /// kOutsideBrick, kInsideBrick or the slot. What this part doesn't hold is outside.
+  /// kOutsideBrick, kInsideBrick or the slot. Bricks that this part doesn't hold are outside.
   TACTUS_HD Index slot_of(Vec3i brick) const {
     if (!grid.holds(brick)) return kOutsideBrick;
     const Index tile = grid.tile_of(brick);
@@ -154,7 +154,7 @@ struct SortRegions {
   Index tolerated;
   View<const HullCamera> cameras;
   View<const std::uint32_t> cells;
-  View<std::uint32_t> tiles;       ///< out, of what is outside: as ClassifyBricks
+  View<std::uint32_t> tiles;       ///< out, for outside regions: as ClassifyBricks
   View<CameraBits> block_cameras;  ///< likewise
   View<Index> tile_active;         ///< likewise
   View<Index> open_regions;        ///< out: the other regions, in any order
@@ -191,8 +191,8 @@ struct SortRegions {
   }
 };
 
-/// Sorts bricks into outside, inside and active. One block is 4^3 bricks. Outside is what more than
-/// `tolerated` cameras see before background.
+/// Sorts bricks into outside, inside and active. One block is 4^3 bricks. Space is outside where more than
+/// `tolerated` cameras see background.
 struct ClassifyBricks {
   HullGrid grid;
   Index tolerated;

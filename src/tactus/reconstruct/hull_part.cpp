@@ -12,7 +12,7 @@ constexpr std::size_t element_bytes(const Buffer<T>&) {
   return sizeof(T);
 }
 
-/// One number of what a kernel found.
+/// One number of a record that a kernel wrote.
 template <class T>
 View<const Index> number(View<const T> found, const Index T::*which) {
   return {&(found.data()->*which), 1};

@@ -1,6 +1,6 @@
 #pragma once
-/// The memory of one device of a VisualHull, and the launches on it: carve -> count -> emit. What a part
-/// needs of the others is the signs of bricks behind its own, and where its mesh begins in that of all.
+/// The memory of one device of a VisualHull, and the launches on it: carve -> count -> emit. A part needs the
+/// others' signs of bricks behind its own, and where its mesh begins in that of all.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -14,8 +14,8 @@ namespace tactus {
 /// Which part of how many, and how they get at each other's memory.
 struct HullRole {
   Index number = 0, parts = 1;
-  /// Kernels read and write the other parts' memory: signs of ghosts are fetched, and what is emitted goes
-  /// right into the mesh of the first part. Otherwise every part carves its ghosts itself, and its mesh is
+  /// Kernels read and write the other parts' memory: signs of ghosts are fetched, and vertices and triangles
+  /// go right into the mesh of the first part. Otherwise every part carves its ghosts itself, and its mesh is
   /// copied.
   bool reaches_peers = true;
   bool is_apart() const { return number > 0 && !reaches_peers; }

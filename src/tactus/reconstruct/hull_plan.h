@@ -1,6 +1,6 @@
 #pragma once
-/// What a VisualHull decides before it allocates: the grid, where all images lie, how much room there is for
-/// the surface. The same for all devices.
+/// The decisions of a VisualHull before it allocates: the grid, where all images lie, the capacities for the
+/// surface. The same for all devices.
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -8,14 +8,15 @@
 namespace tactus {
 namespace {
 
-/// Samples that count lie one sample within the edge of what is carved, and the next sample may miss it by
+/// Samples that count lie one sample within the edge of the carved space, and the next sample may miss it by
 /// another.
 constexpr double kReachSamples = 2;
 /// Points along a ray, per sample of the lattice.
 constexpr double kStepsPerSample = 4;
 constexpr std::size_t kTurnsPerView = 4;
 
-/// The pixels of one mask that are to blame for what its view carves alone, and where along their rays it is.
+/// The pixels of one mask that are to blame for the space that its view carves alone, and the range of that
+/// space along their rays.
 struct Blame {
   BitMask pixels;
   double begin_m = 1e30, end_m = 0;  ///< distances from the camera
@@ -79,8 +80,8 @@ BitMask open_background(const BitMask& mask) {
   return open;
 }
 
-/// What to fill next: all that is carved through holes within the mask; when that is little, the largest
-/// region carved from its outside. Empty when both are below `least` samples.
+/// The points to fill next: all that are carved through holes within the mask; when those are few, the
+/// largest region carved from its outside. Empty when both are below `least` samples.
 struct NextFill {
   std::vector<Vec3f> points_m;
   bool through_holes = false;

@@ -1,6 +1,6 @@
 #pragma once
-/// Holes in the mask of a suspect view, filled from what all other views keep. Only where that view alone
-/// carves deep into their hull: contours that merely disagree stay as they are, so nothing else grows.
+/// Fills holes in the mask of a suspect view from the space that all other views keep. Only where that view
+/// alone carves deep into their hull: contours that merely disagree stay as they are, so nothing else grows.
 #include <span>
 #include <string>
 #include <vector>
@@ -20,12 +20,12 @@ struct MaskRepairOptions {
 };
 
 /// Repairs the masks of views that `found` (measured by `scores` from these very masks) calls suspect, the
-/// worst view first, and measures anew after each step until nobody is suspect: first what a view carves
-/// through holes within its mask, then, region by region and the largest first, what it carves from outside.
-/// Filled are background pixels within two samples of what is carved, where some point before the camera is
-/// inside all other silhouettes. A hole that is really there and that only one camera looks through is
-/// filled, too. The masks are on the host; results are the same on every device. Views that missed the tick
-/// (0x0) take no part.
+/// worst view first, and measures anew after each step until no view is suspect: first the space that a view
+/// carves through holes within its mask, then, region by region and the largest first, the space that it
+/// carves from outside. It fills background pixels within two samples of the carved space, where some point
+/// before the camera is inside all other silhouettes. A hole that is really there and that only one camera
+/// looks through is filled, too. The masks are on the host; results are the same on every device. Views that
+/// missed the tick (0x0) take no part.
 /// @returns the masks that were changed.
 std::vector<RepairedMask> repair_masks(ExecContext& ctx, ViewScores& scores, std::span<const ViewScore> found,
                                        std::vector<BitMask>& silhouettes,

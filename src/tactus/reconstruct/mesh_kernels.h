@@ -8,7 +8,7 @@
 
 namespace tactus {
 
-/// What the mesh passes read: signs and numbering of the active bricks.
+/// Input of the mesh passes: signs and numbering of the active bricks.
 struct BrickTable {
   BrickMap map;
   View<const Index> bricks;            ///< number of the brick in each slot
@@ -68,7 +68,7 @@ struct PaddedSigns {
   }
 };
 
-/// Number of vertices, triangles and active bricks of one part: what the others and the report need.
+/// Number of vertices, triangles and active bricks of one part, for the others and the report.
 struct PartCounts {
   Index vertices = 0, triangles = 0;
   Index active_bricks = 0;  ///< of the own layers
@@ -123,7 +123,8 @@ struct CountBrickMesh {
   }
 };
 
-/// After an overflow there are triangles whose vertices are not there: whoever reads vertices must not trip.
+/// After an overflow there are triangles of vertices that do not exist: their readers must stay within the
+/// vertices.
 TACTUS_HD inline Vec3i existing(Vec3i triangle, Index max_vertices) {
   return max(triangle.x, max(triangle.y, triangle.z)) < max_vertices ? triangle : Vec3i{0, 0, 0};
 }
@@ -131,8 +132,8 @@ TACTUS_HD inline Vec3i existing(Vec3i triangle, Index max_vertices) {
 /// Numbers of the vertices on the edges that a brick's cells touch.
 struct PaddedNumbers {
   static constexpr int kRows = PaddedSigns::kRows;
-  // Of the rows of PaddedSigns; behind those of the eighth node are those of the ninth, which is another
-  // brick's first.
+  // First vertex numbers of the rows of PaddedSigns; behind those of the eighth node are those of the ninth,
+  // which is another brick's first.
   Index first[2 * kRows];
   std::uint32_t crossed[2 * kRows];  ///< crossed edges, as PaddedSigns::crossings
 
@@ -144,7 +145,7 @@ struct PaddedNumbers {
     b.for_range(2 * kRows, [&](int i) {
       const int ninth = i >= kRows ? 1 : 0, r = i - ninth * kRows, y = r % 9, z = r / 9;
       const Index owner = signs.neighbour[ninth | (y >> 3) << 1 | (z >> 3) << 2];
-      // Of a uniform brick nobody asks, but after an overflow of slots, which the status reports.
+      // Numbers of a uniform brick are not read, except after an overflow of slots, which the status reports.
       const Index slot = max(owner, 0), row = slot * kBrickRows + (z & 7) * kBrick + (y & 7);
       const Index number =
           MeshCount{mesh_start[slot]}.vertices() + static_cast<Index>(row_start[row] & 0xFFFFU);
@@ -153,7 +154,7 @@ struct PaddedNumbers {
       crossed[i] = owner < 0 ? 0U : edges;
     });
   }
-  /// Of the vertex on edge `e` of the cell at (x, y, z) of the brick.
+  /// Number of the vertex on edge `e` of the cell at (x, y, z) of the brick.
   TACTUS_HD Index vertex(int x, int y, int z, int e) const {
     // Corners of all edges, three bits each: without a branch.
     constexpr std::uint64_t kCorners = [] {

@@ -31,8 +31,8 @@ struct NumberBricks {
     }
     b.on_one_thread([&] {
       mesh_start[n] = s.before;
-      // Beyond the capacity there are no counts to trust: the numbers of bricks tell the host what was
-      // missing.
+      // Beyond the capacity there are no counts to trust: the numbers of bricks show the host how many slots
+      // were missing.
       const MeshCount own{mesh_start[min(range[0].own, mesh_start.size() - 1)]};
       counts[0] = {own.vertices(), own.triangles(), range[0].own, range[0].held};
     });

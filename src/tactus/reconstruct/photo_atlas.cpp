@@ -12,7 +12,7 @@ namespace {
 
 constexpr Index kMarginPx = 3;         // bilinear and a step of mipmaps stay within the page
 constexpr Index kWhitePx = 4;          // the patch at the top left corner
-constexpr Index kMaxHeightPx = 16384;  // what graphics hardware takes
+constexpr Index kMaxHeightPx = 16384;  // limit of graphics hardware
 
 /// A rectangle of a photo and where it lies in the atlas.
 struct Page {

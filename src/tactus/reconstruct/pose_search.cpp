@@ -11,8 +11,8 @@ namespace {
 /// No view misses more than its rim.
 constexpr double kGoodCost = 2e-3;
 
-/// Sum of what all views miss. A hull that the view carves away altogether misses everything, so the search
-/// starts where its mask lies on the hull's image.
+/// Sum of the shares of their masks that all views miss. A hull that the view carves away altogether misses
+/// everything, so the search starts where its mask lies on the hull's image.
 double cost_of(const SilhouetteConsistency& trusted, const SeenView& view) {
   double cost = 0;
   const std::vector<double> recalls = trusted.recalls({&view, 1});
@@ -22,7 +22,7 @@ double cost_of(const SilhouetteConsistency& trusted, const SeenView& view) {
 
 CameraMotion motion_of(const std::array<double, 6>& p) { return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}}; }
 
-/// Of the trusted hull's points, in the camera's frame [m].
+/// Mean of the trusted hull's points, in the camera's frame [m].
 Vec3d middle_m(const SilhouetteConsistency& trusted, const SeenView& view) {
   Vec3d sum;
   for (const Vec3f p : trusted.points_m()) sum = sum + vec_cast<double>(p);

@@ -33,9 +33,9 @@ Camera Examination::slip(const RigHypothesis& h, const Camera& given) const {
   return cured;
 }
 
-/// A hole costs the others no recall where they see the object from the side. What it carves alone, deep in
-/// the others' hull, tells it (ViewScores). Where few views look, one alone sees through a gap between
-/// fingers: that is worth a word, and no fault.
+/// A hole costs the others no recall where they see the object from the side. The space that its view alone
+/// carves, deep in the others' hull, reveals it (ViewScores). Where few views look, one alone sees through a
+/// gap between fingers: that is worth a word, and no fault.
 void Examination::find_holes() {
   const std::optional<Box3f> box = box_of(views());
   if (!box) return;
@@ -73,7 +73,8 @@ void Examination::find_holes() {
   for (std::size_t v = 0; v < found.size(); ++v) diagnosis_.masks[used_[v]] = repaired[v];
 }
 
-/// One slip of the whole rig, or two. Of those that agree, the one whose hull fits best into the workspace.
+/// One slip of the whole rig, or two. Among the slips that make all views agree, the one with the hull that
+/// fits best into the workspace.
 bool Examination::cure_all() {
   std::vector<RigHypothesis> all;
   for (const RigHypothesis& h : rig_hypotheses()) {
@@ -137,7 +138,7 @@ std::vector<std::size_t> Examination::find_excluded(std::span<const SeenView> vi
       for (std::size_t v = 0; v < views.size(); ++v) {
         if (std::find(sets[i].begin(), sets[i].end(), v) == sets[i].end()) rest.push_back(views[v]);
       }
-      // A coarse lattice forgives more: what it refuses is refused.
+      // A coarse lattice forgives more: views that it refuses need no finer one.
       found[i] = agreement(rest, kScreen);
       if (found[i].is_consistent(limits_)) found[i] = agreement(rest, size == 1 ? kFine : kCoarse);
     });
@@ -182,7 +183,7 @@ bool Examination::cure_excluded(const std::vector<std::size_t>& excluded) {
   for (const std::size_t v : excluded) {
     if (cure_swap(v, excluded)) return true;
   }
-  // Each against those that agree; whoever is cured joins them.
+  // Each camera is cured against those that agree, then joins them.
   std::vector<std::size_t> left = excluded;
   while (!left.empty()) {
     std::vector<SeenView> rest;
@@ -281,7 +282,7 @@ bool Examination::try_motion(std::size_t view, const SilhouetteConsistency& trus
   const std::size_t c = used_[view];
   SeenView seen{diagnosis_.cameras[c], &diagnosis_.masks[c]};
   Agreement found;
-  // A camera that stands or looks elsewhere carves what the others keep; a leak carves nothing.
+  // A camera that stands or looks elsewhere carves space that the others keep; a leak carves nothing.
   if (lost_by_others(seen, trusted) < 0.005) return false;
   for (const int samples : {kSearch, kFine}) {
     const SilhouetteConsistency hull(trusted.box_m(), trusted.trusted(), samples);
@@ -353,7 +354,7 @@ bool Examination::name_leaks() {
   return true;
 }
 
-/// A mask that no pose explains: what it shows beyond the others' hull leaks, what it lacks is a hole.
+/// A mask that no pose explains: pixels beyond the others' hull are a leak, missing pixels are a hole.
 void Examination::name_mask(std::size_t view, const SilhouetteConsistency& trusted) {
   const std::size_t c = used_[view];
   const SeenView seen{diagnosis_.cameras[c], &diagnosis_.masks[c]};

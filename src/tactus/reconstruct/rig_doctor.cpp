@@ -22,7 +22,8 @@ bool Examination::cameras_stand_within() const {
   return 2 * within > used_.size();
 }
 
-/// What frontier points say of focal lengths. @param cured the cameras with what they name
+/// The finding of frontier points about focal lengths. @param cured out: the cameras with the better focal
+/// lengths
 std::optional<DoctorFinding> Examination::focal_finding(std::vector<Camera>& cured) const {
   cured = diagnosis_.cameras;
   const std::optional<FocalFit> fit = better_focal_lengths(views());
@@ -82,14 +83,14 @@ bool Examination::is_bounded_badly(const SilhouetteConsistency& hull) {
   return true;
 }
 
-/// Whether the workspace holds what the cones name, and whether a unit explains that it does not.
+/// Whether the workspace holds the hull of all cones, and whether a unit explains that it does not.
 void Examination::check_workspace(const Agreement& after) {
   const std::vector<SeenView> all = views();
   const std::optional<Box3f> box = box_of(all);
   if (!box) return;
   const SilhouetteConsistency hull(*box, all, kCoarse);
   if (hull.sample_count() == 0 || is_bounded_badly(hull)) return;
-  // What few cameras see is mostly no part of the object, but of cones that nothing bounds.
+  // Samples that few cameras see are mostly no part of the object, but of cones that nothing bounds.
   std::vector<Vec3f> points_m;
   const Index few = few_cameras(all.size());
   for (const Vec3f p : hull.points_m()) {

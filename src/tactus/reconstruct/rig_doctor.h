@@ -1,7 +1,7 @@
 #pragma once
-/// Which camera of a rig is wrong, in what way, and what cures it, by silhouettes alone: hypotheses are
-/// tried, and recall of the re-projected hull decides. What silhouettes can't see, a scale common to all
-/// cameras above all, other evidence has to tell.
+/// Finds the wrong cameras of a rig, their faults and the cures, by silhouettes alone: hypotheses are tried,
+/// and recall of the re-projected hull decides. Silhouettes can't see some faults, above all a scale common
+/// to all cameras: those need other evidence.
 #include <optional>
 #include <span>
 #include <string>
@@ -35,7 +35,7 @@ struct Diagnosis {
   Verdict verdict = Verdict::unsure;
   std::vector<DoctorFinding> findings;
   std::string why;                                  ///< the verdict in a sentence
-  std::string help;                                 ///< of `unsure`: what would help
+  std::string help;                                 ///< of `unsure`: evidence that would help
   std::vector<double> recall_before, recall_after;  ///< per view
   /// The rig with all cures.
   std::vector<Camera> cameras;

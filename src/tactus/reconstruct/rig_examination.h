@@ -1,6 +1,6 @@
 #pragma once
-/// The examination behind rig_doctor.h: what it knows of the rig, and the cures it tries. For the files of
-/// this folder.
+/// The examination behind rig_doctor.h: its knowledge of the rig, and the cures that it tries. For the files
+/// of this folder.
 #include <algorithm>
 #include <cstdio>
 #include <numeric>

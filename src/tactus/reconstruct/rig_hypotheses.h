@@ -1,5 +1,5 @@
 #pragma once
-/// What people get wrong when they bring cameras along: as functions that undo it.
+/// Slips that people make when they bring cameras along: as functions that undo them.
 #include <optional>
 #include <span>
 #include <string>

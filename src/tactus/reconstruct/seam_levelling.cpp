@@ -225,7 +225,7 @@ class GainMap {
       }
     }
   }
-  /// Filtering reaches over a triangle's edge: pixels beside what is known get the mean of it.
+  /// Filtering reaches over a triangle's edge: pixels beside known gains get the mean of those.
   void widen() {
     std::vector<std::uint8_t> was = known_;
     for (Index y = 1; y + 1 < height_; ++y) {

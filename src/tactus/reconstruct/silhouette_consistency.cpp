@@ -59,7 +59,7 @@ SilhouetteConsistency::SilhouetteConsistency(const Box3f& box_m, std::span<const
     grow_mask(*view.mask, static_cast<int>(std::lround(kGrowth * image_of_spacing_px(view.camera))),
               carvers.back().mask);
   }
-  // Row by row, so that each camera sees only what those before kept.
+  // Row by row, so that each camera tests only the samples that those before kept.
   std::vector<Vec3f> row;
   for (float z = box_m.min.z + 0.5F * step; z < box_m.max.z; z += step) {
     for (float y = box_m.min.y + 0.5F * step; y < box_m.max.y; y += step) {
@@ -101,7 +101,7 @@ bool SilhouetteConsistency::carve(const SeenView& view, std::vector<std::uint8_t
   const FloatCamera camera(view.camera);
   BitMask mask;
   grow_mask(*view.mask, static_cast<int>(std::lround(kGrowth * image_of_spacing_px(view.camera))), mask);
-  // What leaves the image of a camera whose silhouette does not is not the object.
+  // Where a silhouette ends within its image, samples outside of that image are not the object.
   const PixelRect rect = bounds_of(*view.mask);
   const bool ends_within = !rect.empty() && rect.min_x > 0 && rect.min_y > 0 &&
                            rect.max_x + 1 < view.mask->width_px && rect.max_y + 1 < view.mask->height_px;

@@ -8,14 +8,14 @@
 
 namespace tactus {
 
-/// A camera and what it shows. The mask stays where it is; null or 0x0: it missed the tick.
+/// A camera and its silhouette. The mask stays where it is; null or 0x0: it missed the tick.
 struct SeenView {
   Camera camera;
   const BitMask* mask = nullptr;
   bool has_mask() const { return mask != nullptr && !mask->words.empty(); }
 };
 
-/// The hull of some views as samples, and what becomes of it when further views carve.
+/// The hull of some views as samples, and the recall of views when further ones carve it.
 ///
 /// A sample is kept when every view that sees it has a set pixel within 0.6 of the spacing's image. Recall of
 /// a view is the share of its mask that the kept samples cover, each a square of the spacing's image. So both
@@ -26,7 +26,7 @@ class SilhouetteConsistency {
   SilhouetteConsistency(const Box3f& box_m, std::span<const SeenView> trusted, int samples = 96);
 
   /// Recall of each of `trusted`, then of each of `further`, when those carve, too; 1 for a view without
-  /// mask. A further view also carves what lies outside of its image where its mask ends within, and has a
+  /// mask. A further view also carves samples outside of its image where its mask ends within, and has a
   /// recall of 0 when it sees less than half of the trusted hull: one that looks elsewhere explains nothing.
   std::vector<double> recalls(std::span<const SeenView> further = {}) const;
   /// The mask of a view, and how much the trusted hull alone covers of it.

@@ -1,8 +1,8 @@
 #pragma once
 /// Silhouettes on the device: words of overlapping patches of bits that answer a bilinear sample in one read,
 /// and two ways to answer "all set, all clear or mixed?" for a rectangle in four: a summed-area table of "any
-/// pixel set" / "any pixel clear" cells for large ones; for small ones, to the pixel, what windows of 4x4 and
-/// of 8x8 pixels hold.
+/// pixel set" / "any pixel clear" cells for large ones; for small ones, to the pixel, the contents of windows
+/// of 4x4 and of 8x8 pixels.
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
 
@@ -241,7 +241,7 @@ struct PrepareWindows {
   static constexpr int kThreads = 64;
   static constexpr int kGrain = 16;
   struct Shared {
-    /// Of the rows of a window, for both sizes; one word more than there are: windows look ahead.
+    /// OR and AND of the rows of a window, for both sizes; one word more than a row has: windows look ahead.
     std::uint32_t any[2][PrepareSilhouettes::kMaxRawWords + 1], all[2][PrepareSilhouettes::kMaxRawWords + 1];
   };
 
@@ -295,7 +295,7 @@ struct PrepareWindows {
   }
 };
 
-/// What an image says of a box of nodes; mixed when neither.
+/// State of a box of nodes in an image; mixed when neither.
 struct Footprint {
   bool outside, inside;
 };
@@ -310,7 +310,7 @@ TACTUS_HD constexpr T select_bits(T mask, T a, T b) {
 }
 
 /// Where the camera sees a box of nodes with this centre and these half extents (padded node units),
-/// conservatively. Seen in part: never outside; inside only when what is seen is all set (method: "Extended
+/// conservatively. Seen in part: never outside; inside only when the seen part is all set (method: "Extended
 /// voxel visual hull"). Without branches, like the sample.
 TACTUS_HD TACTUS_ALWAYS_INLINE inline std::uint32_t classify_footprint(const HullCamera& c,
                                                                        const std::uint32_t* cells,

@@ -21,7 +21,7 @@ struct SilhouetteLayout {
   void add(HullCamera camera, Vec3f center, const std::string& name);
 };
 
-/// Of one device.
+/// Buffers of silhouettes on one device, and their launches.
 struct SilhouettePart {
   Buffer<HullCamera> cameras;
   Buffer<Vec2i> cell_rows, cell_columns, window_rows;

@@ -48,7 +48,7 @@ struct Fans {
   }
 };
 
-/// Twice the area vector of every triangle as unit normal and length; and what it adds to the volume.
+/// Unit normal and area of every triangle, and its contribution to the volume.
 struct MeasureFaces {
   static constexpr int kGrain = 512;
   View<const Vec3f> positions_m;

@@ -6,8 +6,8 @@ namespace tactus {
 
 namespace {
 
-/// Of normals: a sum and the normal. Of smoothing: four numbers and two areas for each of a triangle's
-/// corners, its normals; a vertex has two triangles.
+/// Bytes a vertex. Normals: a sum and the normal. Smoothing: four numbers and two areas for each of a
+/// triangle's corners, its normals; a vertex has two triangles.
 constexpr double kNormalBytes = 20, kSmoothingBytes = 160;
 
 HullOptions with_companions(const SurfaceOptions& options) {

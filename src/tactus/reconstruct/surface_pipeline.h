@@ -1,6 +1,6 @@
 #pragma once
 /// From the silhouettes of a frame to its surface: hull, mesh, smoothed where that is asked for, and normals.
-/// What reconstructs uses this, so a surface is the same wherever it is made.
+/// All code that reconstructs uses this, so a surface is the same wherever it is made.
 #include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
@@ -18,13 +18,13 @@ class SurfacePipeline {
   SurfacePipeline(DeviceSet& devices, std::span<const Camera> cameras, std::span<const Camera> depth_cameras,
                   const SurfaceOptions& options);
 
-  /// What a frame does with new images. "hull/upload" calls `upload`, which is to send them by hull().upload.
-  /// They write VisualHull::kMesh.
+  /// The stages of a frame with new images. "hull/upload" calls `upload`, which is to send them by
+  /// hull().upload. They write VisualHull::kMesh.
   std::vector<Stage> stages(std::function<void()> upload);
 
   /// All of it at once. Asynchronous.
   void make(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m = {});
-  /// Of the surface's vertices; pictures need them, contact doesn't. Asynchronous.
+  /// Normals of the surface's vertices; pictures need them, contact doesn't. Asynchronous.
   void compute_normals();
 
   /// In the memory of the first device.

@@ -87,7 +87,7 @@ MeshView SurfaceSmoothing::smooth(ExecContext& ctx, const MeshView& mesh, float 
                      FollowNormals{at, mesh.triangles, fans, areas_.const_view(), normals, next});
     std::swap(at, next);
   }
-  // The second time for what the first order left.
+  // The second time removes the rest that the first order left.
   for (int i = 0; i < 2; ++i) restore_volume(ctx, mesh, at, edge_m);
   return {at,
           mesh.triangles,

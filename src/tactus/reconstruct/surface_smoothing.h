@@ -6,8 +6,8 @@
 namespace tactus {
 
 /// Takes the grain of grid and masks off a mesh, keeps its edges (more than 60 degrees between faces stay as
-/// they are) and its volume: to 1e-4 of it for closed meshes. Vertices leave the silhouettes by what is taken
-/// off. The same bits on every device.
+/// they are) and its volume: to 1e-4 of it for closed meshes. Vertices leave the silhouettes by the grain
+/// that is taken off. The same bits on every device.
 class SurfaceSmoothing {
  public:
   SurfaceSmoothing(Device& device, Index max_vertices, Index max_triangles);

@@ -34,7 +34,7 @@ struct TextureOptions {
   Vec3f center_m{};         ///< middle of the workspace, where that grain is meant
   Index max_vertices = 0;   ///< largest mesh
   Index max_triangles = 0;  ///< largest mesh for `choose`; 0: not used
-  int fill_steps = 4;       ///< what nobody sees takes its neighbours' colours, this many rings deep
+  int fill_steps = 4;       ///< unseen vertices take their neighbours' colours, this many rings deep
 };
 
 /// View-dependent texture (Shao et al. 2019, "Texture mapping") as a pass over vertices.
@@ -54,13 +54,13 @@ class SurfaceTexture {
              std::optional<Vec3f> eye_m = {});
 
   /// Finds the best photo of every triangle, seen along its normals; for texture atlases. After `shade`,
-  /// whose tests of what is hidden it uses. Asynchronous. @throws Error when the mesh may have more than
+  /// whose visibility tests it uses. Asynchronous. @throws Error when the mesh may have more than
   /// max_triangles.
   void choose(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals);
 
   /// (max_triangles) number of the camera; -1: no camera sees all of it.
   View<const Index> triangle_cameras() const { return triangle_cameras_.const_view(); }
-  /// (max_vertices) packed as VertexColor: r, g, b, and who gave it.
+  /// (max_vertices) packed as VertexColor: r, g, b, and the camera that gave most of it.
   View<const std::uint32_t> colors() const { return colors_.const_view(); }
   /// The photos on the device, one camera after another, row by row; bit c of `live_photos`: camera c has
   /// one.
@@ -81,7 +81,7 @@ class SurfaceTexture {
   CameraBits live_ = 0;
 };
 
-/// The colour bytes of packed colours; what nobody saw is grey.
+/// The colour bytes of packed colours; vertices that no camera saw are grey.
 std::vector<Rgb8> to_rgb(std::span<const std::uint32_t> packed);
 
 }  // namespace tactus

@@ -1,5 +1,5 @@
 #pragma once
-/// Colours of a surface from photographs: a depth map per camera tells what it sees, then every vertex takes
+/// Colours of a surface from photographs: a depth map per camera decides visibility, then every vertex takes
 /// its colour from the cameras that look most like the viewer (Shao et al. 2019, "Texture mapping"; weights
 /// after Buehler et al. 2001, "Unstructured lumigraph rendering").
 #include "tactus/base/vec.h"
@@ -96,8 +96,8 @@ struct DrawDepthMaps {
   }
 };
 
-/// Widens what is in the maps by a texel on every side, so that a texel is open only where nothing near it
-/// hides. One block is one row of one map.
+/// Widens the surfaces in the maps by a texel on every side, so that a texel is open only where nothing near
+/// it hides. One block is one row of one map.
 struct WidenDepthMaps {
   View<const TextureCamera> cameras;
   View<const Vec2i> rows;  ///< (camera, row of its map)
@@ -160,8 +160,8 @@ struct MarkOutlines {
   }
 };
 
-/// What a vertex got: colour and, in the top byte, the number + 1 of the camera that gave most of it; 0:
-/// nobody sees it; kFilled: from its neighbours.
+/// Colour of a vertex and, in the top byte, the number + 1 of the camera that gave most of it; 0: no camera
+/// sees it; kFilled: from its neighbours.
 struct VertexColor {
   static constexpr std::uint32_t kFilled = 255;
   TACTUS_HD static std::uint32_t pack(std::uint32_t r, std::uint32_t g, std::uint32_t b, std::uint32_t from) {
@@ -173,7 +173,7 @@ struct VertexColor {
 /// How much a camera counts for a point (PhotoChoice has the formula).
 struct PhotoScore {
   View<const std::uint32_t> maps;
-  float bias_m;  ///< what is that much nearer hides
+  float bias_m;  ///< a surface that much nearer hides
   float hard;    ///< 1: seen or not, as for k = 1; 0: fading
 
   static constexpr float kLeastCosine = PhotoChoice::kLeastCosine, kFullCosine = PhotoChoice::kFullCosine;
@@ -202,8 +202,8 @@ struct PhotoScore {
  private:
   /// 0 or 1, without a branch: loops over vertices vectorise.
   TACTUS_HD static float as_float(bool b) { return static_cast<float>(static_cast<Index>(b)); }
-  /// 1 where the camera sees the point, 0 from about a texel before what hides it.
-  /// Near the outline of the body it is almost 0: used where there is nothing better.
+  /// 1 where the camera sees the point, 0 from about a texel before the surface that hides it. Near the
+  /// outline of the body it is almost 0: used where there is nothing better.
   TACTUS_HD float visibility(const TextureCamera& c, float u_px, float v_px, float z_m) const {
     const float x = clamp(u_px * c.texels_per_px, 0.F, static_cast<float>(c.map_width - 2)),
                 y = clamp(v_px * c.texels_per_px, 0.F, static_cast<float>(c.map_height - 2));

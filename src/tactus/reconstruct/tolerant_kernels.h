@@ -1,11 +1,11 @@
 #pragma once
-/// Vertices of the hull that keeps what up to m cameras carve (k of n): a point is outside when more than m
-/// cameras see background there, so an edge is left where the (m+1)-th silhouette is left.
+/// Vertices of the hull that keeps points carved by up to m cameras (k of n): a point is outside when more
+/// than m cameras see background there, so an edge is left where the (m+1)-th silhouette is left.
 #include "tactus/reconstruct/vertex_kernels.h"
 
 namespace tactus {
 
-/// In place of BrickSigns when views are tolerated. Plain: what it saves is the work of the strict kernel.
+/// In place of BrickSigns when views are tolerated. Plain code: only the strict kernel is optimised.
 struct TolerantSigns {
   BrickSigns plain;
   Index tolerated;  ///< m, 1 .. EmitTolerantVertices::kMostTolerated

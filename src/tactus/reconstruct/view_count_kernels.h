@@ -10,7 +10,7 @@ struct ViewCounter {
   View<const HullCamera> views;  ///< of silhouettes and of depth
   Index min_views;
 
-  /// As sample_silhouette decides what a camera sees.
+  /// At least min_views cameras see the node: each decides as sample_silhouette does.
   TACTUS_HD bool is_seen(Vec3f node) const {
     Index seen = 0;
     for (Index c = 0; c < views.size(); ++c) {

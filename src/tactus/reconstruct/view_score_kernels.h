@@ -1,5 +1,5 @@
 #pragma once
-/// Which camera carves what all others keep, on a coarse lattice of samples.
+/// Which camera carves space that all others keep, on a coarse lattice of samples.
 #include "tactus/base/vec.h"
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/kernel.h"
@@ -13,7 +13,7 @@ struct ScoreCamera {
   Index width_px, height_px, begin, row_words;
 };
 
-/// Who carves each sample of a lattice. One block is 4^3 samples.
+/// Which camera carves each sample of a lattice. One block is 4^3 samples.
 struct BlameSamples {
   View<const ScoreCamera> cameras;
   View<const std::uint32_t> masks;

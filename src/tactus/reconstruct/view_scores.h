@@ -1,7 +1,7 @@
 #pragma once
-/// Consistency of the silhouettes of one frame: which camera carves what all others keep. A hole in one mask,
-/// a camera that was pushed, or one that is late carve tunnels and slabs out of the inside of the others'
-/// hull; good masks only shave its skin.
+/// Consistency of the silhouettes of one frame: which camera carves space that all others keep. A hole in one
+/// mask, a camera that was pushed, or one that is late carve tunnels and slabs out of the inside of the
+/// others' hull; good masks only shave its skin.
 #include <span>
 #include <string>
 #include <vector>
@@ -24,7 +24,7 @@ struct ViewScoreOptions {
   Index samples = 48;  ///< along the longest side of the workspace, 8 to 512
   /// A view is suspect when it carves more than this share of the hull alone, ...
   double least_share = 0.03;
-  /// ... and that many times what the view in the middle of the ranking does.
+  /// ... and more than that many times the share of the view in the middle of the ranking.
   double times_median = 4;
 };
 

@@ -1,8 +1,8 @@
 #pragma once
 /// The visual hull of silhouettes as a closed triangle mesh: Shao et al. 2019, "3D reconstruction of real
 /// objects", with coarse-to-fine classification and vertices on the silhouettes themselves. Cost follows the
-/// surface. With depth cameras it is the extended hull: what lies in front of a measured surface is carved
-/// away, too, so concavities that no silhouette shows are there [P 1-2].
+/// surface. With depth cameras it is the extended hull: space in front of a measured surface is carved away,
+/// too, so concavities that no silhouette shows are there [P 1-2].
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,40 +19,40 @@
 namespace tactus {
 
 struct HullOptions {
-  Box3f workspace_m;      ///< what is reconstructed, world frame
+  Box3f workspace_m;      ///< bounds of the reconstruction, world frame
   Index resolution = 64;  ///< voxels along the longest side of the workspace; voxels are cubes
-  /// Silhouettes grow by this many pixels before they carve: what calibration and segmentation may be wrong
-  /// by. Cameras that disagree by less then keep what one of them sees.
+  /// Silhouettes grow by this many pixels before they carve: the error of calibration and segmentation.
+  /// Cameras that disagree by less then keep parts that only one of them shows.
   int slack_px = 0;
   /// A point is outside when more than so many cameras see background there: the k-of-n hull with
   /// k = n - tolerated_views. 0 is the visual hull; 0 to 7, fewer than cameras. One bad mask of m carves
   /// nothing, but every contour that fewer cameras see stays uncut: the hull grows.
   Index tolerated_views = 0;
   /// Space that fewer cameras look at is outside, 0 to 64; at most one less than there are cameras (with
-  /// those of depth) counts. Two is the least with which a point has a bound along every ray: what one camera
-  /// alone sees is a cone that ends at the workspace, a phantom. Three would cut what four cameras in a half
-  /// circle see of a room. A camera that missed the tick still counts.
+  /// those of depth) counts. Two is the least with which a point has a bound along every ray: space that one
+  /// camera alone sees is a cone that ends at the workspace, a phantom. Three would cut parts of a room that
+  /// four cameras in a half circle see. A camera that missed the tick still counts.
   Index min_views = 2;
-  /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report says
-  /// what to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices share the
-  /// work, those near a border count twice. 0: from the resolution, enough for several times the sides of the
-  /// workspace.
+  /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report
+  /// names the option to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices
+  /// share the work, those near a border count twice. 0: from the resolution, enough for several times the
+  /// sides of the workspace.
   Index max_active_bricks = 0;
   Index max_vertices = 0;   ///< 0: from the resolution
   Index max_triangles = 0;  ///< 0: twice max_vertices
   float depth_jump_m =
       0.1F;  ///< neighbouring depth pixels that differ by more are mixed ("flying") and not used
-  /// What others will ask for beside the hull, for each vertex that there is room for: a resolution that
-  /// leaves too little for it is refused, too.
+  /// Bytes that others will allocate on the first device beside the hull, for each vertex of its capacity: a
+  /// resolution that leaves too little for them is refused, too.
   double beside_vertex_bytes = 0;
 };
 
-/// What a frame had too little room for.
+/// A capacity that a frame exceeded.
 struct HullOverflow {
   std::string what;  ///< "vertices"
   Index wanted = 0, room = 0;
   std::string option;  ///< of HullOptions; `wanted` or more cures it
-  /// "123 vertices, room for 10: raise max_vertices to 123 or more". @param as what users call the option
+  /// "123 vertices, room for 10: raise max_vertices to 123 or more". @param as the users' name of the option
   std::string text(const std::string& as) const;
   std::string text() const { return text(option); }
 };
@@ -75,23 +75,23 @@ class VisualHull {
   VisualHull(VisualHull&&) noexcept;
 
   /// Sends one silhouette per camera to every device. An empty mask (0x0) is a camera that missed the tick:
-  /// it carves nothing. Likewise one depth image per depth camera: radial distance [m]; 0, NaN and what is
-  /// not positive are no measurement; an empty image or none at all is a camera that missed the tick. Depth
-  /// that contradicts the silhouettes (wrong unit, z as radial distance) or holds no measurement is not used;
-  /// the report says so. Asynchronous; all is copied before it returns. @throws Error when a size contradicts
-  /// its camera or a number of images that of the cameras.
+  /// it carves nothing. Likewise one depth image per depth camera: radial distance [m]; only finite values
+  /// above 0 are measurements; an empty image or none at all is a camera that missed the tick. Depth that
+  /// contradicts the silhouettes (wrong unit, z as radial distance) or holds no measurement is not used; the
+  /// report says so. Asynchronous; all is copied before it returns. @throws Error when a size contradicts its
+  /// camera or a number of images that of the cameras.
   void upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m = {});
-  /// Makes the mesh of what was uploaded. Asynchronous.
+  /// Makes the mesh of the uploaded images. Asynchronous.
   void reconstruct();
   /// The first half of `reconstruct`, to time it: finds which nodes are inside every silhouette and not in
   /// front of a measured surface. Asynchronous.
   void carve();
-  /// The second: makes the mesh of what `carve` found. Asynchronous.
+  /// The second: makes the mesh of the nodes that `carve` found. Asynchronous.
   void extract();
-  /// The same as stages of a frame: "hull/upload" calls `upload`, which is to send what is new; then the
-  /// nodes inside every silhouette and not in front of a measured surface are found, and made a mesh.
+  /// The same as stages of a frame: "hull/upload" calls `upload`, which is to send new images; then the nodes
+  /// inside every silhouette and not in front of a measured surface are found, and made a mesh.
   std::vector<Stage> stages(std::function<void()> upload);
-  static constexpr const char* kMesh = "hull/mesh";  ///< what they write
+  static constexpr const char* kMesh = "hull/mesh";  ///< the resource that they write
 
   /// In the memory of the first device, without normals.
   MeshView mesh() const;

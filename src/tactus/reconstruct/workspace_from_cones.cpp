@@ -37,7 +37,7 @@ class ConvexBody {
   }
   bool empty() const { return faces_.empty(); }
 
-  /// Keeps what lies inside the plane (Sutherland and Hodgman 1974, and the new face).
+  /// Keeps the part inside the plane (Sutherland and Hodgman 1974, and the new face).
   void cut(const Plane& plane) {
     std::vector<std::vector<Vec3d>> kept;
     std::vector<Vec3d> rim;
@@ -97,7 +97,7 @@ Plane plane_of_line(const Camera& camera, double a, double b, double c) {
   return {a * KR.row[0] + b * KR.row[1] + c * KR.row[2], a * Kt.x + b * Kt.y + c * Kt.z};
 }
 
-/// Planes of the pyramid over a rectangle of pixels, and the one through the camera: what is behind it is not
+/// Planes of the pyramid over a rectangle of pixels, and the one through the camera: space behind it is not
 /// seen.
 std::vector<Plane> pyramid(const Camera& camera, const PixelRect& rect) {
   std::vector<Plane> planes{plane_of_line(camera, 0, 0, 1)};
@@ -145,8 +145,9 @@ std::optional<Box3f> carve(const Box3f& box, std::span<const Camera> cameras,
   return kept;
 }
 
-/// As far as a camera stands from the middle of all, and as much again beyond: what lies farther out no two
-/// cameras can bound.
+/// The cube that the cones are cut from, about the middle of all cameras. Half its side is four times the
+/// distance of the farthest camera; no two cameras can bound space farther out. It is 10 where all cameras
+/// stand at one point.
 struct Reach {
   Vec3d center;
   double half = 0;
