@@ -90,7 +90,7 @@ ViewCamera camera_of(const Lines& lines, const Box3f& body_m) {
   return camera;
 }
 
-/// Every second piece of a line that is cut into pieces of this length, whatever its points are.
+/// Every second part of a line that is cut into parts of this length, independent of its points.
 std::vector<std::pair<Vec3d, Vec3d>> dashes(const std::vector<Vec3d>& line_m, double dash_m) {
   std::vector<std::pair<Vec3d, Vec3d>> all;
   double left_m = dash_m;  // of the piece

@@ -60,7 +60,7 @@ struct HullLimits {
   double on_faces = 0.1;          ///< of the surface: the hull is cut
   double recall_drop = 0.06;      ///< below the median of all views, ...
   double drop_in_deviations = 5;  ///< ... and that many median absolute deviations
-  double least_recall = 0.7;      ///< below it a view is odd, whatever the others
+  double least_recall = 0.7;      ///< below it a view is odd, independent of the others
   double mean_recall = 0.93;      ///< below it the views contradict one another
   double outside = 0.025;         ///< of a mask, above the median of all views
 };

@@ -338,8 +338,8 @@ struct ColorVertices {
   }
 };
 
-/// Adds the colours of a triangle's coloured corners to those that nobody sees: 16 bits each for red, green,
-/// blue and their number.
+/// Adds the colours of a triangle's coloured corners to those that no camera sees: 16 bits each for red,
+/// green, blue and their number.
 struct AddNeighbourColors {
   static constexpr int kGrain = 1024;
   View<const Vec3i> triangles;

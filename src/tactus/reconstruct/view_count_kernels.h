@@ -1,6 +1,6 @@
 #pragma once
-/// Space that fewer than `min_views` cameras look at is outside, whatever their masks say. Which blocks that
-/// concerns is known beforehand; in most rigs there are none.
+/// Space that fewer than `min_views` cameras look at is outside, independent of their masks. Which blocks
+/// that concerns is known beforehand; in most rigs there are none.
 #include "tactus/reconstruct/hull_kernels.h"
 
 namespace tactus {

@@ -70,9 +70,9 @@ struct BlameSamples {
   }
 };
 
-/// The one camera that carves sample `i` alone, where also nobody else carves any of the six neighbours; else
-/// negative. (Silhouettes rightly shave skins off one another's hulls, not insides.) Not at the lattice's
-/// faces.
+/// The one camera that carves sample `i` alone, where also no other camera carves any of the six neighbours;
+/// else negative. (Silhouettes rightly shave skins off one another's hulls, not insides.) Not at the
+/// lattice's faces.
 TACTUS_HD inline Index blamed_view(const std::int8_t* blame, Vec3i samples, Index i) {
   const std::int8_t who = blame[i];
   if (who < 0) return who;
@@ -83,7 +83,7 @@ TACTUS_HD inline Index blamed_view(const std::int8_t* blame, Vec3i samples, Inde
   return deep ? who : BlameSamples::kSeveral;
 }
 
-/// Counts samples that nobody carves, and for each camera those that are its blame.
+/// Counts samples that no camera carves, and for each camera those that are its blame.
 struct CountBlame {
   static constexpr int kGrain = 64;
   View<const std::int8_t> blame;

@@ -46,7 +46,7 @@ class FrameLoop {
   const RunNotices& notices() const { return notices_; }
   int frames() const { return frames_; }          ///< that were simulated
   int bad_frames() const { return bad_frames_; }  ///< that no camera delivered
-  /// Whose real surface had too little room: it is not closed.
+  /// Frames with a real surface that exceeded its capacity: it is not closed.
   int open_frames() const { return open_frames_; }
 
  private:

@@ -8,7 +8,7 @@
 namespace tactus {
 
 void RunNotices::note(const std::string& status, Severity severity) {
-  // A line a camera is told once, whatever others do.
+  // Each line of a camera is logged once, also when lines of other cameras change.
   for (const std::string_view line : camera_lines(status)) {
     if (line.empty() || std::find(statuses_.begin(), statuses_.end(), line) != statuses_.end()) continue;
     statuses_.emplace_back(line);

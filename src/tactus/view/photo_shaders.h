@@ -52,7 +52,7 @@ void main() {
 }
 )";
 
-/// The colour of a fragment from its best k cameras; where nobody sees it, that of its vertices.
+/// The colour of a fragment from its best k cameras; where no camera sees it, that of its vertices.
 inline constexpr const char* kPhotoFragment = R"(
 in vec3 p;
 in vec3 n;
