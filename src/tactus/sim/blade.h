@@ -1,5 +1,5 @@
 #pragma once
-/// Blades of a scene, and what they have cut.
+/// Blades of a scene, and the scores of their cuts.
 #include <string>
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace tactus {
 /// The edge of a blade at a time of its keyframes.
 std::vector<Vec3f> blade_edge_m(const BladeDescription& blade, double time_s);
 
-/// What a blade's edge swept from one time to another; no points outside of its keyframes.
+/// Strip that a blade's edge swept from one time to another; no points outside of its keyframes.
 cut::BladeStrip swept(const BladeDescription& blade, double from_s, double to_s, int frame);
 
 /// A blade that didn't cut a body for so long begins a new stroke.
@@ -24,7 +24,7 @@ struct CutStep {
   double area_m2 = 0;  ///< of new walls, one side, at rest
 };
 
-/// What a stroke of a blade did to a body so far.
+/// Result of a blade's stroke in a body so far.
 struct CutScore {
   std::string blade, body;
   double path_m = 0;              ///< of the middle of the edge, from the first to the last cut
@@ -34,8 +34,8 @@ struct CutScore {
   Index cut_cubes = 0;
   Index slivers = 0;   ///< parts that had less than 1/64 of a cube, and got as much from the part beside them
   Index stroke = 0;    ///< of the body: 0, 1, ..
-  double due_m3 = 0;   ///< what the wound gave off and holds back; 0 where the body doesn't bleed
-  double bled_m3 = 0;  ///< of that, what came out
+  double due_m3 = 0;   ///< blood due from the wound, out or held back; 0 where the body doesn't bleed
+  double bled_m3 = 0;  ///< the part of due_m3 that came out
   double pending_m = 0;             ///< way of the edge since cubes fell apart last
   std::vector<CutStep> steps = {};  ///< frame by frame
 };

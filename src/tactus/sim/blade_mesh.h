@@ -1,5 +1,5 @@
 #pragma once
-/// What pictures show of the blades that a scene moves.
+/// Meshes with which pictures show the blades that a scene moves.
 #include <vector>
 
 #include "tactus/geom/mesh.h"
@@ -10,7 +10,7 @@ namespace tactus {
 /// The steel behind a blade's edge, closed, at a time of its keyframes. Where it cuts it trails in the wound.
 TriangleMesh blade_mesh(const BladeDescription& blade, double time_s);
 
-/// Of all that aren't tracked, until the end of their paths.
+/// Meshes of all blades that aren't tracked, until the end of their paths.
 std::vector<TriangleMesh> scripted_blades(const Scene& scene, double time_s);
 
 }  // namespace tactus

@@ -120,7 +120,7 @@ std::span<const std::array<Vec3d, 3>> SoftBody::walls_of(Index stroke) const {
 
 namespace {
 
-/// Vertices of a surface, and who moves them.
+/// Vertices of a surface, and the cubes that move them.
 struct AnchoredVertices {
   std::vector<Index> vertex, cube;
   std::vector<Vec3f> local;

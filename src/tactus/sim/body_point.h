@@ -31,7 +31,7 @@ struct StrainAtPoint {
 };
 StrainAtPoint strain_at_point(const BodyShape& shape, const BodyPoint& point);
 
-/// What keeps a point out of a body.
+/// How far a point lies outside of a body.
 struct OutsideBody {
   float distance_m;  ///< to the body's surface
   Vec3f nearest_m;   ///< the point on it, world
@@ -40,8 +40,8 @@ struct OutsideBody {
 /// "[0.1, -0.2, 0]", to the micrometre: for messages.
 std::string point_text(Vec3d p_m);
 
-/// The point at rest at `rest_m` (world), or why there is none. What lies up to a tenth of a cube outside the
-/// surface counts as on it: seen surfaces are polygons. Host.
+/// The point at rest at `rest_m` (world), or why there is none. Points up to a tenth of a cube outside the
+/// surface count as on it: seen surfaces are polygons. Host.
 struct PointInBody {
   BodyPoint point;
   std::optional<OutsideBody> outside;

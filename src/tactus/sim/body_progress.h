@@ -1,5 +1,5 @@
 #pragma once
-/// What takes seconds says how far it is.
+/// Progress of preparations that take seconds.
 #include <cstdio>
 
 #include "tactus/base/log.h"

@@ -27,8 +27,8 @@ class RegionFinder {
   std::vector<VoxelLabel> labels_;  ///< per cube; empty where no region asks for it
 };
 
-/// What the description holds, moves and loads, into the shape. @throws Error naming the region that would do
-/// nothing, and what contradicts itself.
+/// Enter the description's fixed, moved and loaded regions into the shape. @throws Error naming a region that
+/// would do nothing, or regions that contradict each other.
 void fix_nodes(const BodyDescription& body, const RegionFinder& finder, BodyShape& shape);
 void move_nodes(const BodyDescription& body, const RegionFinder& finder, BodyShape& shape);
 void load_surface(const BodyDescription& body, BodyShape& shape);

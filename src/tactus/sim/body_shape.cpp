@@ -84,7 +84,7 @@ std::string odd_size(const ShapeDescription& shape, Vec3f extent_m) {
 }
 
 /// Facets cut corners, and nets of labels are smoothed. Moves a closed surface along its normals until it
-/// encloses what the shape does, by half of the net's `fineness_m` at most.
+/// encloses the shape's volume, by half of the net's `fineness_m` at most.
 void grow_to_volume(TriangleMesh& mesh, double volume, float fineness_m) {
   float moved_m = 0;
   for (int k = 0; k < 3; ++k) {
@@ -96,8 +96,8 @@ void grow_to_volume(TriangleMesh& mesh, double volume, float fineness_m) {
   }
 }
 
-/// The shape's surface in body coordinates; smooth ones are sampled at half the lattice's spacing. What can't
-/// become a lattice is refused before that is done.
+/// The shape's surface in body coordinates; smooth ones are sampled at half the lattice's spacing. Shapes
+/// that can't become a lattice are refused before they are sampled.
 TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
                           const LatticeOptions& options, std::string& odd) {
   const ShapeDescription& shape = body.shape;
@@ -151,7 +151,7 @@ void check_thickness(const TriangleMesh& mesh, double spacing_m) {
   throw Error(text);
 }
 
-/// Turns a mesh right side out, and notes what is odd about it.
+/// Turns a mesh right side out, and warns of its oddities.
 void check_surface(const ShapeDescription& description, double spacing_m, BodyShape& shape) {
   TriangleMesh& mesh = shape.surface_m;
   const EdgeDefects edges = find_edge_defects(mesh);
@@ -207,7 +207,7 @@ double thickness_m(const TriangleMesh& mesh, std::size_t samples = 200) {
   return 2 * double{widest};
 }
 
-/// What the lattice can't resolve, and what its cubes don't hold.
+/// Warns of shapes thinner than a cube, and of a lattice whose volume is not the mesh's.
 void check_spacing(const BodyDescription& body, BodyShape& shape) {
   const TriangleMesh& mesh = shape.surface_m;
   const double h = body.spacing_m, volume = volume_m3(mesh);
@@ -261,7 +261,7 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
     std::size_t painted = 0, elements = 0;
     for (std::size_t c = 0; c < lattice.cubes.size(); ++c) {
       if (!finder.holds_cube(region.where, c)) continue;
-      // What an earlier region did to the mass is undone.
+      // The mass change by an earlier region is undone.
       const float before = shape.materials[shape.material_of_cube[c]].density_kg_m3;
       lattice.cube_mass_kg[c] *= relative_density * shape.materials.front().density_kg_m3 / before;
       shape.material_of_cube[c] = static_cast<std::uint8_t>(r + 1);
@@ -289,7 +289,7 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
 }  // namespace
 
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes) {
-  // Of a cube, all that is made from it included: measured at the peak for bodies of 10^6 cubes on the CPU
+  // Bytes per cube, with all data made from it: measured at the peak for bodies of 10^6 cubes on the CPU
   // (0.43 and 1.19 GB less the program's 0.08). History: 24 floats.
   constexpr double kElementBytes = 350, kHistoryBytes = 96, kMatchedBytes = 1110;
   LatticeOptions options;

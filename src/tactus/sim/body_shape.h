@@ -1,5 +1,5 @@
 #pragma once
-/// From what a scene says of a body to its surface, its cubes and what they are made of.
+/// From a scene's description of a body to its surface, its cubes and their materials.
 #include <map>
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace tactus {
 
-/// What shapes need from files, by the body's name; in the file's own coordinates, metres.
+/// File contents that shapes need, by the body's name; in the file's own coordinates, metres.
 struct BodyAssets {
   std::map<std::string, TriangleMesh> meshes = {};
   std::map<std::string, LabelVolume> labels = {};
@@ -20,7 +20,7 @@ struct BodyAssets {
   std::map<std::string, TriangleMesh> blade_meshes = {};     ///< by the blade's name
 };
 
-/// A body's shape, placed in the world, and what its cubes are made of.
+/// A body's shape, placed in the world, and the materials of its cubes.
 struct BodyShape {
   TriangleMesh surface_m;  ///< closed, world
   CubeLattice lattice;     ///< with masses and the fixed nodes of the description
@@ -30,9 +30,9 @@ struct BodyShape {
   std::vector<float> bleeding_of_cube;  ///< factor of the body's rate, per regular cube; empty: 1
   std::vector<NodeMotion> motions;
   std::vector<SurfaceLoad> loads;
-  std::vector<std::string> warnings;  ///< what is odd about it and probably not meant
+  std::vector<std::string> warnings;  ///< oddities that are probably not meant
 };
-/// @param memory_bytes what the device has: spacings whose fields would not fit are refused
+/// @param memory_bytes of the device: spacings whose fields would not fit are refused
 /// @throws Error naming the body for a shape that cannot become a lattice (mesh that bounds no solid, spacing
 /// larger than the body, ...) and for regions that would do nothing.
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes = 8e9);

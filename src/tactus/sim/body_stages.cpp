@@ -1,4 +1,4 @@
-// What a soft body does in a frame.
+// Stages of a soft body in a frame.
 #include "tactus/sim/soft_body.h"
 
 namespace tactus {

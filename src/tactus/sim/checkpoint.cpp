@@ -24,7 +24,7 @@ void SoftBody::archive(StateArchive& a) {
   if (is_stopped_) tissue_.stop();
 }
 
-/// What was cut, before the state of what it made: lists and places follow the same cuts.
+/// Cuts come before the state of the nodes and cubes that they made: lists and places follow the same cuts.
 void Simulation::archive_cuts(StateArchive& a) {
   if (scene_.blades.empty()) return;
   for (const BladeDescription& blade : scene_.blades)
@@ -49,7 +49,7 @@ void Simulation::archive_cuts(StateArchive& a) {
   }
 }
 
-/// Of what blades did so far.
+/// Archives the results of the blades' strokes so far.
 void Simulation::archive_scores(StateArchive& a) {
   constexpr Index kMostStrokes = 1 << 20, kMostSteps = 1 << 20;
   auto count = static_cast<Index>(cuts_.size());
@@ -91,7 +91,7 @@ void Simulation::archive_scores(StateArchive& a) {
 void Simulation::archive(StateArchive& a, const FrameSet* last) {
   if (a.reads()) {
     is_settled_ = true;
-    energy_watch_.turn_off();  // what its bodies' strain holds isn't known
+    energy_watch_.turn_off();  // its bodies' strain energy isn't known
     if (last != nullptr) step(last, 0);
   }
   devices_.synchronize();

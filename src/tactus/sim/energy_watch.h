@@ -10,8 +10,8 @@
 namespace tactus {
 
 /// Follows bodies that begin undeformed, and that gravity, fixed nodes and obstacles at rest alone act on.
-/// What they have of kinetic and gravitational energy is then never above that at the start: strain holds the
-/// rest. Where something else acts, what strain holds isn't known, and the watch is turned off for good.
+/// Their kinetic and gravitational energy is then never above that at the start: strain holds the rest. Where
+/// something else acts, the strain energy isn't known, and the watch is turned off for good.
 class EnergyWatch {
  public:
   static constexpr const char* kRemedy =
@@ -40,9 +40,10 @@ class EnergyWatch {
  private:
   double potential_J(const Body& body) const { return -body.mass_kg * dot(gravity_m_s2_, body.center_m); }
 
-  /// Of the energy that was turned over so far; and of a lattice cube, by which contact may lift what lies.
+  /// Tolerances: a share of the energy that was turned over so far, and the part of a cube's edge by which
+  /// contact may lift a body that lies.
   static constexpr double kShare = 0.02, kLift = 0.1;
-  /// What rounding alone sets in motion, where nothing pulls.
+  /// Speed that rounding alone gives bodies on which nothing acts.
   static constexpr double kRounding_m_s = 1e-3;
 
   std::vector<Body> begin_;

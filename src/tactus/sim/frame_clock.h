@@ -8,7 +8,7 @@
 
 namespace tactus {
 
-/// What a clock gives for one frame.
+/// Times of one frame.
 struct FrameTimes {
   double dt_s = 0;           ///< simulated
   double dt_capture_s = 0;   ///< between the last two captures; 0: the surface stands still

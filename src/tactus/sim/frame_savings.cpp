@@ -18,7 +18,7 @@ const char* saving_text(Saving saving) {
   return "samples of the real surface are twice as far apart";
 }
 
-/// One more. What was needed again so soon should not have been given up.
+/// Makes one more saving. One that is needed again within kLeastHold_s should not have been given up.
 void FrameBudget::save(double now_s) {
   if (now_s - given_up_s_ < kLeastHold_s) {
     hold_s_ = std::clamp(2 * hold_s_, kLeastHold_s, kMostHold_s);

@@ -1,5 +1,5 @@
 #pragma once
-/// What frames leave out when they have too little time, and the budget that decides when.
+/// Savings of frames that have too little time, and the budget that decides when they are made.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace tactus {
 
-/// In the order in which they are made: what is missed least comes first.
+/// In the order in which they are made: the saving that is missed least comes first.
 enum class Saving : std::uint8_t {
   photographs,  ///< the real surface is drawn without them
   hull,         ///< voxels are twice as large, and the hull isn't checked
@@ -23,9 +23,9 @@ const char* saving_text(Saving saving);
 /// theirs.
 ///
 /// Two frames in a row above the budget make one saving more. A saving is given up again when the last 10
-/// frames would all have stayed below 0.9 of the budget without it, by what it brought when it was made. A
-/// saving that is needed again within a second is then kept for a second, and each time this happens for
-/// twice as long, up to 8 s. So savings come and go at most once a second.
+/// frames would all have stayed below 0.9 of the budget without it, by the time that it saved when it was
+/// made. A saving that is needed again within a second is then kept for a second, and each time this happens
+/// for twice as long, up to 8 s. So savings come and go at most once a second.
 class FrameBudget {
  public:
   /// @param budget_s of a frame, > 0 @param savings that can be made

@@ -5,8 +5,9 @@
 namespace tactus {
 
 /// A body swings without friction through its rest. Where its kinetic energy peaks it is nearest to it: all
-/// of it is stopped there and starts again. Each stop takes the energy of what swings slowest and most, so no
-/// damping has to be chosen. After a stop, what its nodes gain in momentum is the force that is left.
+/// of it is stopped there and starts again. Each stop takes the energy of the slowest and largest swing, so
+/// no damping has to be chosen. After a stop, the momentum that its nodes gain per time is the force that is
+/// left.
 ///
 ///   KineticDamping damping;
 ///   per piece of dt: if (auto back = damping.after_piece(kinetic_J)) stop(x - *back * dt * v, v = 0);

@@ -1,4 +1,4 @@
-// What the liquid does in a frame.
+// Stages of the liquid in a frame.
 #include <algorithm>
 
 #include "tactus/sim/scene_liquid.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// What a user should know of a frame.
+/// Notices to the user about a frame.
 #include <string>
 #include <vector>
 
@@ -14,7 +14,7 @@ struct Notice {
   std::string code;  ///< stable, for programs: "hull.overflow"
   Severity severity = Severity::warning;
   std::string text;
-  std::string remedy;  ///< what to do about it; may be empty
+  std::string remedy;  ///< how to mend it; may be empty
   /// "text: remedy".
   std::string message() const { return remedy.empty() ? text : text + ": " + remedy; }
 };

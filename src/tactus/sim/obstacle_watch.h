@@ -12,7 +12,7 @@
 namespace tactus {
 
 /// Follows centres of mass from frame to frame. The first time, it only notes where they are. The centre of a
-/// ring may be in what the ring lies round: a centre counts where it is in its own body, too.
+/// ring may be in a thing that the ring lies round: a centre counts where it is in its own body, too.
 class ObstacleWatch {
  public:
   static constexpr const char* kRemedy =

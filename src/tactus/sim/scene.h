@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene file says: plain data, complete with defaults, checked when it was read (io/scene_file.h).
+/// Contents of a scene file: plain data, complete with defaults, checked when it was read (io/scene_file.h).
 /// docs/scene.md, generated from the declaration in io/scene_schema.cpp, explains every field to users.
 #include <cstdint>
 #include <optional>
@@ -51,7 +51,7 @@ struct ReconstructionDescription {
   std::optional<BoxRegion> workspace_m;  ///< none: the rig's
   bool depth = true;                     ///< use the depth camera when the source has one
   bool repair_masks = false;             ///< fill holes in the mask of a suspect view
-  int tolerated_views = 0;               ///< keep what up to so many views carve
+  int tolerated_views = 0;               ///< keep space that up to so many views carve
   int min_views = 2;                     ///< space that fewer cameras look at is outside
   int smooth = 0;                        ///< steps of smoothing that keep edges and volume
   double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
@@ -92,7 +92,8 @@ enum class TissueModel : std::uint8_t { flsm, tled, hybrid };
 enum class Stiffness : std::uint8_t { material, paper };
 enum class Axis : std::uint8_t { x, y, z };
 
-/// Of a hybrid body: nodes of elements to nodes of shape matching, the elements at the low end of the axis.
+/// Ratio in a hybrid body of nodes of elements to nodes of shape matching. The elements are at the low end of
+/// the axis.
 struct RatioDescription {
   double tled = 6, flsm = 4;
   Axis axis = Axis::x;  ///< of the world
@@ -169,7 +170,7 @@ struct LoadKeyDescription {
   double time_s = 0, factor = 1;
 };
 
-/// What lies on a part of the body's surface: one of the three.
+/// Load on a part of the body's surface: one of the three.
 struct LoadedRegion {
   std::string name;
   SpaceRegion where;
@@ -187,7 +188,6 @@ struct FixedRegion {
 
 enum class BladeShape : std::uint8_t { scalpel, mesh };
 
-/// A tool whose shape is known, followed by what the cameras see of it.
 /// A square marker on a tool, in the coordinates of its model's file.
 struct BladeMarkerDescription {
   int id = 0;
@@ -218,7 +218,7 @@ struct BladeDescription {
   std::optional<Vec3d> pivot_m;            ///< on the axis, it moves along; none: from_m
 };
 
-/// What comes out of the walls of cuts.
+/// Bleeding of the walls of cuts.
 struct BleedingDescription {
   double rate_m_s = 0;             ///< volume per time and area
   std::optional<double> fading_s;  ///< the rate falls as exp(-t / fading_s); none: it stays
@@ -306,7 +306,7 @@ struct LiquidDescription {
   double zero_shear_viscosity_pa_s = 0.056, relaxation_s = 3.313, power_index = 0.3568;  ///< carreau: blood
   double surface_tension_n_m = 0, contact_angle_deg = 90;
   double artificial_viscosity = 0.05;
-  std::optional<double> max_speed_m_s;  ///< none: of what falls through the box
+  std::optional<double> max_speed_m_s;  ///< none: that of a fall through the box
   LiquidLooks looks = LiquidLooks::blood;
   std::optional<int> least_particles;  ///< LiquidSettings'; in no file: results don't depend on it
 };
@@ -350,7 +350,7 @@ struct ViewDescription {
   Vec2i size_px = {1280, 720};
   ViewCameraDescription camera;
   bool show_frusta = true;
-  bool show_models = false;  ///< colour hybrid bodies by what deforms them
+  bool show_models = false;  ///< colour hybrid bodies by the model that deforms them
   int photographs = 0;       ///< from how many each piece of the real surface takes its colour; 0: none
   bool overlay = true;
 };

@@ -65,7 +65,7 @@ LiquidSettings settings_of(const Scene& scene) {
   return s;
 }
 
-/// What stands where particles are to be.
+/// Bodies and obstacles that stand where particles are to be placed.
 class Solids {
  public:
   Solids(const std::vector<std::unique_ptr<SoftBody>>& bodies, std::span<const ObstacleDescription> obstacles)

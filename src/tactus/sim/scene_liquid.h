@@ -19,7 +19,7 @@
 
 namespace tactus {
 
-/// The speed that a liquid is made for where the scene says none: what falls through its box.
+/// The speed that a liquid is made for where the scene says none: that of a fall through its box.
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2);
 
 /// Mean force of the liquid over a frame.
@@ -32,8 +32,8 @@ struct LiquidReaction {
 /// every substep. The real surface and obstacles push it; it and bodies push one another.
 class SceneLiquid {
  public:
-  /// Fills the blocks, but for what lies in bodies and obstacles. Synchronizes.
-  /// @throws Error naming what can't be.
+  /// Fills the blocks with particles, except inside bodies and obstacles. Synchronizes.
+  /// @throws Error naming a value that is not allowed.
   SceneLiquid(DeviceSet& devices, const Scene& scene, const std::vector<std::unique_ptr<SoftBody>>& bodies,
               std::span<const ObstacleDescription> obstacles);
 
@@ -53,15 +53,15 @@ class SceneLiquid {
   }
   /// @throws usage Error when so many substeps are unstable.
   void check_substeps(double dt_s, int substeps) const;
-  /// Over the frame that was waited for. @returns what a user should know
+  /// Over the frame that was waited for. @param notices for the user, added to
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 
-  /// Adds what the liquid did to walls in the part of a frame that was waited for, as a mean over the frame.
+  /// Adds the liquid's forces on walls in the part of a frame that was waited for, as a mean over the frame.
   /// @param name_of owners of contact (contact/body_points.h), and from kOwners on, bodies
   void add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
-  /// What strokes bled until the frame that was waited for.
+  /// Adds the volumes that strokes bled until the frame that was waited for.
   void add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const;
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);
@@ -70,9 +70,9 @@ class SceneLiquid {
   void balance(const Readback& readback);
 
   const Liquid& liquid() const { return liquid_; }
-  /// Of those that are here, by id [m]. Synchronizes.
+  /// Positions of the particles that are here, by id [m]. Synchronizes.
   std::vector<Vec3f> positions_m() const;
-  /// Of bodies that were cut, once they have these cuts and told of them.
+  /// Where bodies were cut, call this once they have these cuts and the liquid follows them.
   void archive(StateArchive& a);
 
  private:

@@ -30,7 +30,7 @@ class MovingObstacles {
   /// @param end_s simulated time at its end @param end_age_s of the real surface then: poses count from its
   /// capture
   void begin_frame(double dt_s, double end_s, double end_age_s);
-  /// Of each, for contact.
+  /// Motion of each obstacle, for contact.
   std::vector<ToolMotion> motions() const;
   /// Box at the frame's end and speed of the fastest point.
   struct Reach {

@@ -12,7 +12,7 @@
 namespace tactus {
 namespace {
 
-/// Of the force of all loads, what may be left.
+/// Share of the force of all loads that may be left.
 constexpr double kResidual = 1e-3;
 /// No more work than so many frames.
 constexpr int kMostFrames = 200;
@@ -85,7 +85,7 @@ class Settling {
       body_->stop_nodes(ctx, *back * seconds);
   }
   bool is_done() const { return is_done_; }
-  /// Of the pieces: a quarter of a swing took few, or many.
+  /// Shorter or longer pieces are wanted: a quarter of a swing took few of them, or many.
   bool wants_shorter() const { return !is_done_ && stopped_ && damping_.pieces_of_swing() < kFewPieces; }
   bool wants_longer() const {
     const int since = damping_.pieces_since_stop();
@@ -116,7 +116,7 @@ class Settling {
 
 }  // namespace
 
-/// What nothing holds would fall for ever, unless another body is below.
+/// A body that nothing holds would fall for ever, unless another body is below.
 void Simulation::check_settles() const {
   if (scene_.frame.start != FrameStart::settled || !scene_.obstacles.empty() ||
       (scene_.contact.bodies && scene_.bodies.size() > 1))
@@ -129,13 +129,13 @@ void Simulation::check_settles() const {
   }
 }
 
-/// Of a substep that is stable as bodies are strained now.
+/// Length of a substep that is stable as bodies are strained now.
 double Simulation::settling_dt_s() const {
   const double frame_s = scene_.frame.dt_s.value_or(1.0 / 30);
   return frame_s / substeps_for(frame_s, 0);
 }
 
-/// A piece: so many substeps. Time doesn't go on for what moves and loads the bodies.
+/// A piece: so many substeps. Time doesn't go on for the motions and loads of the bodies.
 void Simulation::settle_piece(int substeps, StepReport& report) {
   Timings unused;
   const double dt_s = settling_dt_s();

@@ -11,7 +11,7 @@
 namespace tactus {
 namespace {
 
-/// Where nobody films, no image ever comes, and what would reconstruct is as small as can be.
+/// Without cameras no image ever comes, and the reconstruction is as small as can be.
 std::vector<Camera> cameras_or_one(const Rig& rig) {
   if (!rig.cameras.empty()) return rig.cameras;
   return {look_at({0, 0, 1}, {}, {0, 1, 0}, 8, 8, 8)};
@@ -295,7 +295,7 @@ bool Simulation::must_look_first(double dt_s) const {
   });
 }
 
-/// What the frame left in its records.
+/// Fills the report from the frame's records.
 void Simulation::collect(StepReport& report) {
   const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
@@ -312,7 +312,7 @@ void Simulation::collect(StepReport& report) {
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
-  // What lacks room is open, and no fault of the rig.
+  // A hull that lacks room is open, which is no fault of the rig.
   if (incoming_ != nullptr && !report.hull.overflow && !saves(Saving::hull))
     warn("hull.check", hull_check_.tell(devices_.context(0)));
   incoming_ = nullptr;
@@ -324,7 +324,7 @@ void Simulation::collect(StepReport& report) {
   if (report.substeps > 0) tell_of_fast_pieces(surface, report);
 }
 
-/// What was done to one body by one thing in several parts of a frame is one reaction.
+/// The reactions of one body to one thing in several parts of a frame become one.
 void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   const auto name_of = [&](Index owner) {
@@ -393,7 +393,7 @@ std::vector<CubeStrain> Simulation::probe_strains() {
   return strains;
 }
 
-/// @param use what is done with a probe and its body's nodes
+/// @param use is called with each probe and its body's nodes
 void Simulation::for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use) {
   std::vector<std::vector<Vec3f>> nodes_m(bodies_.size());  // of bodies with probes, each once
   for (const Probe& probe : probes_) {

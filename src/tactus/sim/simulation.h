@@ -28,7 +28,7 @@
 
 namespace tactus {
 
-/// What one body did to one thing over a frame.
+/// Reaction of one body on one thing over a frame.
 struct BodyContact {
   std::string body;
   std::string piece;  ///< "3": label of a piece of the real surface, the same from frame to frame; or an
@@ -42,14 +42,14 @@ struct StepReport {
   ContactReport contact;                      ///< of all bodies with all that is real
   std::vector<BodyContact> contacts;          ///< of each body with each thing that it touched
   LiquidReport liquid;                        ///< where the scene has one
-  std::vector<LiquidReaction> liquid_forces;  ///< on what it touched
+  std::vector<LiquidReaction> liquid_forces;  ///< on everything that it touched
   int substeps = 0;
   int settling_substeps = 0;    ///< before the first frame, where 'frame.start' is settled
   double dt_s = 0;              ///< simulated
   std::vector<Notice> notices;  ///< all of this frame
 };
 
-/// What viewers and exporters get: owns its data, never the simulation's.
+/// Meshes for viewers and exporters: owns its data, never the simulation's.
 struct FrameSnapshot {
   TriangleMesh real;                    ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;     ///< in the scene's order
@@ -63,16 +63,17 @@ struct FrameSnapshot {
 
 /// Owns all state; one thread calls it. Its solvers declare their work as stages; a Schedule orders them
 /// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies are stepped by as many
-/// as pay, with the same bits; what is seen of them is on the first.
+/// as pay, with the same bits; their seen surfaces are on the first.
 class Simulation {
  public:
   /// @param can_save prepares for save(), which takes memory
-  /// @throws Error naming what is wrong with rig, body or material.
+  /// @throws Error naming the fault of the rig, body or material.
   Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
              bool can_save = false);
 
-  /// One frame. @param frame what the rig saw, or nullptr when nothing new came: the real surface then goes
-  /// on with its motion. @param dt_s time since the last frame, to this capture or to now; 0 for the first
+  /// One frame. @param frame the rig's new images, or nullptr when nothing new came: the real surface then
+  /// goes on with its motion. @param dt_s time since the last frame, to this capture or to now; 0 for the
+  /// first
   /// @throws Error when 'frame.substeps' is not stable.
   StepReport step(const FrameSet* frame, double dt_s);
   StepReport step(const FrameSet& frame, double dt_s) { return step(&frame, dt_s); }
@@ -84,36 +85,36 @@ class Simulation {
   }
   /// Where it is now. @throws usage Error for an obstacle that does not move.
   Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
-  /// What save() can leave out of this scene's frames, what is missed least first.
+  /// Savings that save() can make in this scene's frames, the one that is missed least first.
   std::vector<Saving> savings() const;
   /// From the next new images on, frames make these savings and no others. On a GPU, each choice is recorded
   /// in its first frame.
   void save(std::span<const Saving> savings);
-  /// After the last frame: what frames told later than they were made, as the check of masks does.
+  /// After the last frame: notices that came later than their frames, as those of the check of masks.
   std::vector<Notice> last_notices();
-  /// Copies what is to be seen to the host. Synchronizes.
+  /// Copies everything that is to be seen to the host. Synchronizes.
   FrameSnapshot snapshot();
-  /// Whoever looks at it has the snapshot of the last frame: counts the latency of live images.
+  /// The viewer has the snapshot of the last frame: counts the latency of live images.
   void note_shown();
   /// World positions of the scene's probes [m], in its order. Synchronizes.
   std::vector<Vec3f> probe_positions_m();
   /// Likewise, strain and stress there.
   std::vector<CubeStrain> probe_strains();
-  /// Of every body, in the scene's order. Synchronizes.
+  /// Monitors of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();
-  /// Per body and moved region: mean force of whoever moves it on the body over the last frame [N].
+  /// Per body and moved region: mean force of the prescribed motion on the body over the last frame [N].
   /// Synchronizes.
   std::vector<std::vector<Vec3d>> motion_forces_N();
   /// Likewise, mean torque about the moved region's pivot [N m].
   std::vector<std::vector<Vec3d>> motion_torques_N_m();
 
-  /// All that the coming frames depend on, and nothing else. What is read must be of the same scene, on the
-  /// same devices. Synchronizes. @param last the frame that was stepped last, or nullptr for none: of the
-  /// real surface only what can't be made from it is in the archive
+  /// All that the coming frames depend on, and nothing else. An archive that is read must be of the same
+  /// scene, on the same devices. Synchronizes. @param last the frame that was stepped last, or nullptr for
+  /// none: the archive has only those data of the real surface that can't be made from it
   /// @throws Error when it is of another scene; the simulation is of no use then.
   void archive(StateArchive& a, const FrameSet* last);
 
-  /// What blades did to bodies so far.
+  /// Results of the blades' strokes so far.
   const std::vector<CutScore>& cuts() const { return cuts_; }
   /// The same, with lines on the skin and how they keep to the scene's plans. Looks at all walls of all cuts.
   std::vector<StrokeResult> stroke_results() const;
@@ -123,10 +124,10 @@ class Simulation {
   const Timings& timings() const { return timings_; }
   /// How often the frame was put together for replay.
   int recordings() const { return schedule_.recordings(); }
-  /// The stages of a frame in order, with what they read and write.
+  /// The stages of a frame in order, with the resources that they read and write.
   std::string frame_text() const { return schedule_.text(); }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
-  /// Whether anybody films: else nothing is reconstructed.
+  /// Whether there are cameras: else nothing is reconstructed.
   bool is_filmed() const { return is_filmed_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
@@ -149,13 +150,13 @@ class Simulation {
   // simulation_images.cpp
   std::vector<Stage> surface_stages();
   void add_surface_stages(StageDevices touching);
-  /// What makes it as savings are.
+  /// The pipeline that makes the real surface with the present savings.
   const SurfacePipeline& surface() const { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
   SurfacePipeline& surface() { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
   bool saves(Saving saving) const { return (savings_made_ >> static_cast<unsigned>(saving) & 1U) != 0; }
   void begin_savings();
   void note_latency();
-  /// The frame's silhouettes, repaired when the scene asks for it; tells what was suspect.
+  /// The frame's silhouettes, repaired when the scene asks for it; notes suspect masks.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
   /// The same without tools that are tracked.
   std::span<const BitMask> follow_blades(std::span<const BitMask> masks, const FrameSet& frame, double dt_s,
@@ -164,8 +165,8 @@ class Simulation {
   void move_tools(const FrameTimes& times, bool has_new_images);
   /// The frame's depth images, or none when depth is not used.
   std::span<const DepthImage> depths(const FrameSet& frame) const;
-  /// Of a frame: what moves fast would strain bodies far more than at its beginning, so their steps follow
-  /// the strain from part to part.
+  /// Part of a frame. Things that move fast would strain bodies far more than at its beginning, so steps
+  /// follow the strain from part to part.
   struct FramePart {
     double dt_s = 0;
     int substeps = 0;
@@ -177,7 +178,8 @@ class Simulation {
   /// As many as the bodies' stable steps ask for.
   int substeps_for(double dt_s, double substeps_per_s) const;
   bool must_look_first(double dt_s) const;
-  /// The fastest point of the real surface [m/s]; with a body, of what can reach it in so much time.
+  /// Speed of the fastest point of the real surface [m/s]; with a body, among the pieces that can reach it in
+  /// so much time.
   double surface_m_s() const;
   double surface_m_s(const SoftBody& body, double seconds) const;
   // simulation_watch.cpp
@@ -196,7 +198,7 @@ class Simulation {
   double settling_dt_s() const;
   void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
   void collect(StepReport& report);
-  /// Of each part of a frame.
+  /// After each part of a frame.
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
   /// By blades, after the frame's substeps. @param from_s,to_s of its simulated time
   void cut_bodies(double from_s, double to_s, StepReport& report);
@@ -256,7 +258,7 @@ class Simulation {
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
   std::vector<Notice> start_notices_;  ///< for the first frame to tell
-  std::set<std::string> told_cuts_;    ///< what was said of blades and bodies
+  std::set<std::string> told_cuts_;    ///< notices given of blades and bodies
   SubstepChoice substep_choice_;
   Timings timings_;
 };

@@ -1,4 +1,4 @@
-// What a frame takes in of images, what pictures show of it, and what it leaves out on demand.
+// A frame's input from images, its meshes for pictures, and the savings made on demand.
 #include <algorithm>
 
 #include "tactus/sim/blade_mesh.h"
@@ -92,7 +92,7 @@ void Simulation::save(std::span<const Saving> savings) {
   }
 }
 
-/// What the coming frame's stages submit.
+/// Sets up the savings that the coming frame's stages make.
 void Simulation::begin_savings() {
   if (savings_made_ == savings_asked_) return;
   savings_made_ = savings_asked_;
@@ -115,7 +115,7 @@ void Simulation::note_shown() {
   if (released_s_ > 0) timings_.add("capture to snapshot", captured_s_, now_s());
 }
 
-/// Of the one surface or the other.
+/// Stages of the real surface: each submits the work of the fine or the coarse pipeline, as the savings say.
 std::vector<Stage> Simulation::surface_stages() {
   const auto stages_of = [this](SurfacePipeline& surface) {
     return surface.stages([this, &surface] { surface.hull().upload(masks_, depths(*incoming_)); });
@@ -130,7 +130,7 @@ std::vector<Stage> Simulation::surface_stages() {
   return stages;
 }
 
-/// What new images are made of.
+/// Adds the stages that make the real surface of new images.
 void Simulation::add_surface_stages(StageDevices touching) {
   if (!is_filmed_)  // contact reads a surface that has no piece
     return schedule_.add({.name = "surface/none",

@@ -1,4 +1,4 @@
-/// Into which parts a frame is split, and how many substeps each has: by what moves how fast near what.
+/// Splits a frame into parts and chooses the substeps of each, by the speed of everything near a body.
 #include <algorithm>
 #include <cmath>
 
@@ -53,8 +53,8 @@ Simulation::FramePart Simulation::next_part(double left_s, double age_s, double 
   };
   // A part in which things move by a spacing, and in each of its substeps by a quarter.
   const double part_s = left_s / std::ceil(std::clamp(left_s * spacings_per_s, 1.0, double{kMostSubsteps}));
-  // Substeps of a whole frame, which its parts share: a step that changes with each part adds energy. What a
-  // fast mover needs in its part is not kept for the frames after it.
+  // Substeps of a whole frame, which its parts share: a step that changes with each part adds energy. The
+  // many substeps that a fast mover needs in its part are not kept for the frames after it.
   const double frame_s = last_dt_s_, rest_of_frame = left_s / frame_s;
   const int most = std::max(scene_.frame.max_substeps - done, unstrained),
             most_of_frame = static_cast<int>(std::min(most / rest_of_frame, double{kMostSubsteps})),

@@ -1,4 +1,4 @@
-// What a user should know of bodies that went where they can't, or that gained energy.
+// Notices of bodies that are where none can be, or that gained energy.
 #include <algorithm>
 #include <utility>
 
@@ -12,7 +12,7 @@ bool holds(Vec3d low, Vec3d high, Vec3d p) {
   return std::max({out.x, out.y, out.z}) < 0;
 }
 
-/// Whether what bodies do is known to be gravity's doing alone.
+/// Whether gravity alone is known to act on the bodies.
 bool nothing_acts(const Scene& scene) {
   if (scene.frame.start == FrameStart::settled || scene.fluid || !scene.blades.empty()) return false;
   if (std::any_of(scene.obstacles.begin(), scene.obstacles.end(), [](const auto& o) { return o.moves(); }))
@@ -42,7 +42,7 @@ EnergyWatch Simulation::make_energy_watch() const {
   return {std::move(bodies), scene_.gravity_m_s2};
 }
 
-/// What the real object or a tool did is work that nobody sums up.
+/// The work of the real object or a tool is summed up nowhere.
 void Simulation::note_contact(const ContactReport& contact) {
   const auto still = static_cast<Index>(scene_.obstacles.size());
   for (const OwnerReaction& r : contact.owners)

@@ -20,17 +20,17 @@ struct BodyBoundary {
 BodyBoundary body_boundary(const CubeLattice& lattice, const TriangleMesh& surface,
                            const ElementMask& elements);
 
-/// A slab has every point whose nodes it holds, and finds and applies what each wants. A point near a cut is
-/// on both sides of it, with the same bits, so nothing of contact is exchanged. It is recorded by the slab
-/// that owns its node[0].
+/// A slab has every point whose nodes it holds, and finds and applies the correction of each. A point near a
+/// cut is on both sides of it, with the same bits, so nothing of contact is exchanged. It is recorded by the
+/// slab that owns its node[0].
 class SlabPoints {
  public:
-  /// Nobody touches.
+  /// Nothing touches.
   SlabPoints() = default;
   /// @param tissue shares its nodes; must outlive this @param room for points that cuts add. Synchronizes.
   SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary, Index room = 0);
 
-  /// Of the body; those that elements move come first.
+  /// Number of the body's points; those that elements move come first.
   Index count() const { return count_; }
   /// Takes a cut over, between frames. Points count as in the boundary; those that a cut adds have the places
   /// behind the first part, so the others are further behind, by the room. Synchronizes. @throws Error.
@@ -43,7 +43,7 @@ class SlabPoints {
   /// Synchronizes. @throws Error.
   void archive(StateArchive& a);
   void add_reports(Readback& readback);
-  /// Of the frame that was waited for, per owner.
+  /// Totals of the frame that was waited for, per owner.
   std::vector<OwnerTotals> totals(const Readback& readback) const;
   /// node[0] of the points that touch, as the body counts them. Synchronizes.
   std::vector<Index> touched() const;

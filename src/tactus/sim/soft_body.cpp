@@ -15,7 +15,7 @@
 namespace tactus {
 namespace {
 
-/// Of a cube's volume over that at rest.
+/// Least volume of a cube over that at rest.
 constexpr float kLeastJ = -2;
 
 double memory_bytes(const Device& device) {
@@ -63,7 +63,7 @@ BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const Bo
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
   const std::optional<double> least =
       on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
-  // Of bodies that touch bodies, those are the second.
+  // Where bodies touch bodies, that contact changes nodes once more.
   const int changes = !body.contact ? 0 : on_first_device ? 2 : 1;
   try {
     return BodySolver(
@@ -122,7 +122,7 @@ std::string SoftBody::devices_text() const {
   return one + ", as it is too small to be cut, or for more to pay";
 }
 
-/// What is torn faster than its waves can follow inverts its cubes.
+/// A body that is torn faster than its waves can follow inverts its cubes.
 void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
   const FastestMove fastest = fastest_move(shape_.lattice, motion);
   if (fastest.speed_m_s <= wave_m_s() || motion.nodes.size() == shape_.lattice.nodes.size()) return;
@@ -179,7 +179,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
 }
 
 std::string SoftBody::impossible_state() const {
-  // Of the kinetic energy what is neither flight nor turning, which no material limits.
+  // Kinetic energy without that of flight and turning, which no material limits.
   const double moving_J = motion_.kinetic_J -
                           0.5 * motion_.mass_kg * dot(motion_.velocity_m_s, motion_.velocity_m_s) -
                           0.5 * dot(motion_.spin_rad_s, motion_.angular_momentum_kg_m2_s);
@@ -212,7 +212,7 @@ std::string SoftBody::newly_inverted() {
 
 double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
   if (is_stopped_ || nothing_acts()) return 0;
-  // What touches nothing may step as far as its material allows.
+  // A body that touches nothing may step as far as its material allows.
   const double own_m_s =
       description_.contact ? double{fastest_m_s()} : std::sqrt(double{node_check_.fastest_element2_m2_s2});
   double speed = std::max(own_m_s, description_.contact ? surface_m_s : 0);
@@ -248,7 +248,7 @@ std::string SoftBody::acting_near(Vec3f p_m) const {
   const CubeLattice& lattice = shape_.lattice;
   float nearest_m = std::numeric_limits<float>::infinity();
   std::string text;
-  // Of what is equally near, all.
+  // Names all causes that are equally near.
   const auto add = [&](const std::vector<Index>& nodes, const std::string& what) {
     float least_m = std::numeric_limits<float>::infinity();
     for (const Index node : nodes) least_m = std::min(least_m, length(lattice.rest_m(node) - p_m));
@@ -264,7 +264,7 @@ std::string SoftBody::acting_near(Vec3f p_m) const {
   }
   for (std::size_t k = 0; k < shape_.loads.size(); ++k)
     add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
-  // What holds a body far away is no cause of what happens here.
+  // Fixed nodes far away are no cause of an event here.
   std::vector<Index> fixed;
   for (Index i = 0; i < lattice.node_count(); ++i)
     if (lattice.fixed[static_cast<std::size_t>(i)] != 0 &&

@@ -24,12 +24,12 @@ namespace tactus {
 
 class SoftBody {
  public:
-  /// What is seen of it is on the first device; it is stepped by as many as pay, or by the first alone.
+  /// Its seen surface is on the first device; it is stepped by as many as pay, or by the first alone.
   SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
            bool on_first_device = false);
 
   const std::string& name() const { return description_.name; }
-  /// What its last stage leaves for the host.
+  /// Record that its last stage leaves for the host.
   Resource report_resource() const { return stage("report"); }
   Resource contact_resource() const { return stage("contact report"); }
   Index node_count() const { return shape_.lattice.node_count(); }
@@ -42,12 +42,12 @@ class SoftBody {
   Resource nodes_resource() const { return stage("nodes"); }
   ContactNodes contact_nodes() const { return points_.nodes(0); }
   MeshFill fill() const { return description_.shape.fill; }
-  /// What it says of steps holds for the body; its nodes may be a part of the body's.
+  /// Its limits of steps hold for the body; its nodes may be a part of the body's.
   const Hybrid& model() const { return tissue_.model(); }
   /// Substeps for which the body is stable as strained as it was at the end of the last part of a frame.
   int substeps_for(float dt_s) const { return model().substeps_for(dt_s, strain_.speed_ratio); }
-  /// What goes fastest of its elements and of what acts on it, in the time of its motions given [m/s]; 0 for
-  /// a body on which nothing acts. Shape matching is as stable, however it is strained.
+  /// Speed of the fastest among its elements and the things that act on it, in the time of its motions given
+  /// [m/s]; 0 for a body on which nothing acts. Shape matching is as stable, however it is strained.
   double fastest_near_m_s(double surface_m_s, double from_s, double to_s) const;
   /// At the end of the last frame that was waited for.
   const RigidMotion& motion() const { return motion_; }
@@ -58,7 +58,7 @@ class SoftBody {
   void stop_nodes(ExecContext& ctx, double ago_s);
   /// Takes from the velocity of each node. Synchronizes.
   void slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s);
-  /// Of the moved regions, in the description's order: mean force on the body over the last frame [N].
+  /// Per moved region, in the description's order: mean force on the body over the last frame [N].
   /// Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
   /// Likewise, mean torque about the axis' pivot [N m].
@@ -66,23 +66,23 @@ class SoftBody {
   /// Declares its work in a frame: steps, contact, the check of nodes, and the surface that is seen. `world`
   /// and the schedule's frame must outlive its runs.
   void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
-  /// What it did to what it touched, over the frame that was waited for.
+  /// Its reactions on the things that it touched, over the frame that was waited for.
   ContactReport contact(const Readback& readback, float dt_frame_s, int substeps) const;
-  /// After the frame was waited for: takes over how strained the elements are and what was noted. A body that
-  /// blew up goes back to where it was at the beginning of the frame and stays there from then on, which
-  /// synchronizes.
+  /// After the frame was waited for: takes over the strain of the elements and the records of the check of
+  /// nodes. A body that blew up goes back to where it was at the beginning of the frame and stays there from
+  /// then on, which synchronizes.
   /// @param substeps of the frame
-  /// @returns "" or what happened: substep, node, and what acts there.
+  /// @returns "" or a text: substep, node, and the causes that act there.
   std::string end_frame(ExecContext& ctx, const Readback& readback, int substeps);
   const tled::CubeExtremes& strain() const { return strain_; }
   bool is_stopped() const { return is_stopped_; }
   /// Fastest over the last frame [m/s]; node -1: nothing moved.
   float fastest_m_s() const;
   Index fastest_node() const { return node_check_.fastest_node; }
-  /// How fast strain travels through what it is made of, at most [m/s].
+  /// Speed of the fastest strain wave in its material [m/s].
   double wave_m_s() const;
-  /// What acts on the body next to where it rests at p_m: "'moved[0]' (grip) moves it, at up to 0.3 m/s",
-  /// "'fixed' holds it, 0.02 m from there"; "" for nothing. Synchronizes.
+  /// The causes that act on the body next to its point p_m at rest: "'moved[0]' (grip) moves it, at up to 0.3
+  /// m/s", "'fixed' holds it, 0.02 m from there"; "" for nothing. Synchronizes.
   std::string acting_near(Vec3f p_m) const;
   /// Centre of a cube at rest [m].
   Vec3f cube_center_m(Index cube) const;
@@ -99,12 +99,13 @@ class SoftBody {
   std::string cube_text(Index cube) const;
   /// Strain and stress of its cubes. Synchronizes.
   std::vector<CubeStrain> strains(ExecContext& ctx) const;
-  /// Of some of its cubes, whose nodes are at x_m.
+  /// Strain and stress of some of its cubes, whose nodes are at x_m.
   std::vector<CubeStrain> strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const;
   std::vector<Vec3f> velocities_m_s(ExecContext& ctx) const {
     return to_host(ctx, tissue_.body().v_m_s.const_view());
   }
-  /// All of it that a run goes on from. Synchronizes. @throws Error when what is read is another body's.
+  /// All of its state that a run goes on from. Synchronizes. @throws Error when the archive is another
+  /// body's.
   void archive(StateArchive& a);
   /// Energies, momentum, volume. Synchronizes.
   /// @param step_s the last substep
@@ -112,13 +113,13 @@ class SoftBody {
 
   // body_cut.cpp
   bool is_cuttable() const { return cutter_.has_value(); }
-  /// Cuts it by what an edge swept since the last frame, between two frames, as the body saw it.
-  /// Synchronizes.
+  /// Cuts it by the strip that an edge swept since the last frame, as the body saw it. Called between two
+  /// frames. Synchronizes.
   /// @param blade number of the blade @param told of each change, after the body took it over
   using TellCut = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
   cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
                      const TellCut& told = {});
-  /// What is cut from now on counts to this stroke, 0, 1, .. of the body.
+  /// Cuts from now on count to this stroke, 0, 1, .. of the body.
   /// @param frame of the simulation
   void begin_stroke(Index stroke, int frame) {
     stroke_ = stroke;
@@ -127,8 +128,8 @@ class SoftBody {
   /// Walls that a stroke made, at rest, in lattice coordinates.
   std::span<const std::array<Vec3d, 3>> walls_of(Index stroke) const;
   const cut::BodyCutter& cutter() const { return *cutter_; }
-  /// Its cuts so far; what is read is done once more. Of a body that is cuttable, before archive().
-  /// Synchronizes. @throws Error when what is read is another body's.
+  /// Its cuts so far; cuts that are read are done once more. For a cuttable body, before archive().
+  /// Synchronizes. @throws Error when the archive is another body's.
   /// @param end_frame when all cuts of a frame were done
   void archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told,
                     const std::function<void()>& end_frame);
@@ -141,7 +142,7 @@ class SoftBody {
   }
   /// Its surface as a liquid feels it, all of it. Synchronizes.
   WallChange walls(ExecContext& ctx);
-  /// What cuts changed of it since the last call, or since walls().
+  /// Changes of its surface by cuts since the last call, or since walls().
   WallChange take_wall_change();
   /// From now on, walls of cuts are wounds of a liquid, if the body bleeds. @param spacing_m of its particles
   /// @returns the pieces that there will be at most; 0: it doesn't bleed
@@ -151,7 +152,8 @@ class SoftBody {
   /// Some found no room.
   bool wounds_are_full() const { return wounds_.is_full(); }
   void forget_wall_change() { wall_changes_ = {}; }
-  /// Of a cuttable body: its parts, copies in use, and the volumes that its surface encloses. Synchronizes.
+  /// State of a cuttable body: its parts, copies in use, and the volumes that its surface encloses.
+  /// Synchronizes.
   struct CutState {
     int parts = 1;
     Index copies = 0;
@@ -224,8 +226,8 @@ class SoftBody {
     std::int32_t frame = 0;
   };
   std::vector<JournalOrigin> journal_origins_;
-  float wound_spacing_m_ = 0;  ///< 0: nobody asked for wounds
-  /// What cuts changed since take_wall_change().
+  float wound_spacing_m_ = 0;  ///< 0: no wounds are kept
+  /// Ids that cuts changed since take_wall_change().
   struct WallChangeIds {
     std::set<Index> vertices, cubes, triangles;
   };

@@ -10,7 +10,8 @@
 namespace tactus {
 namespace {
 
-/// Of a body's free mass; rounding and the nodes that stand out of a surface are far less.
+/// Tolerated share of a body's free mass inside; rounding and the nodes that stand out of a surface are far
+/// less.
 constexpr double kShare = 0.05;
 /// Nodes that are looked at: 5 % of them is a number that chance changes little.
 constexpr Index kMostNodes = 20000;
@@ -20,7 +21,7 @@ bool overlap(const Box3f& a, const Box3f& b) {
   return std::max({apart.x, apart.y, apart.z}) < 0;
 }
 
-/// Signed distance to the surface of something that stands there; < 0: inside.
+/// Signed distance to the surface of an obstacle; < 0: inside.
 using Distance = std::function<float(Vec3f)>;
 
 float box_distance_m(Vec3f p, Vec3f half_m) {
@@ -28,7 +29,7 @@ float box_distance_m(Vec3f p, Vec3f half_m) {
   return std::max({out.x, out.y, out.z});  // right inside; outside only its sign counts
 }
 
-/// Where what stands there could be; none: everywhere.
+/// Box round an obstacle; none: it may be everywhere.
 std::optional<Box3f> box_of(const ObstacleDescription& o) {
   if (o.kind == ObstacleKind::plane) return {};
   const TriangleMesh& mesh = o.mesh;

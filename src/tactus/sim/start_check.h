@@ -1,6 +1,6 @@
 #pragma once
-/// What lies in one another before the first frame. Contact would push it apart at once, which looks like an
-/// explosion and is seldom meant.
+/// Finds bodies and obstacles that lie in one another before the first frame. Contact would push them apart
+/// at once, which looks like an explosion and is seldom meant.
 #include <memory>
 #include <span>
 #include <vector>
@@ -17,8 +17,8 @@ namespace tactus {
 std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
                                       std::span<const ObstacleDescription> obstacles);
 
-/// A warning for each body that lies farther outside of what cameras see than that is long: nothing real can
-/// touch it there. @param workspace_m what is reconstructed
+/// A warning for each body that lies farther outside of the workspace than the workspace is long: nothing
+/// real can touch it there. @param workspace_m the reconstructed box
 void tell_of_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
                         const Box3f& workspace_m, std::vector<Notice>& notices);
 

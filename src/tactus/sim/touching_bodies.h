@@ -15,7 +15,7 @@ struct BodyOverlap {
   float depth_m = 0;
   Vec3f at_m;  ///< the deepest point
 };
-/// Of the surfaces, each sampled every `spacing_m`; nothing for bodies that only touch.
+/// Overlap of the surfaces, each sampled every `spacing_m`; nothing for bodies that only touch.
 std::optional<BodyOverlap> overlap_at_rest(const TriangleMesh& a, MeshFill fill_a, const TriangleMesh& b,
                                            MeshFill fill_b, float spacing_m);
 
@@ -31,13 +31,13 @@ class TouchingBodies {
   /// @param body place in the scene @param points as the body's contact points count them
   void apply(Index body, const cut::BodyCutter& cutter, const TopologyChange& change,
              std::span<const PointChange> points);
-  /// What contact keeps from frame to frame. Synchronizes. @throws Error.
+  /// State that contact keeps from frame to frame. Synchronizes. @throws Error.
   void archive(StateArchive& a) {
     if (pairs_) pairs_->archive(ctx_, a);
   }
-  /// What its last stage leaves for the host; none where nothing can touch.
+  /// Record that its last stage leaves for the host; none where nothing can touch.
   std::vector<Resource> report_resources() const;
-  /// What bodies did to one another over the frame that was waited for, by their places in the scene.
+  /// Reactions of bodies on one another over the frame that was waited for, by their places in the scene.
   std::vector<PairReaction> reactions(const Readback& readback, float dt_frame_s) const;
 
  private:

@@ -18,7 +18,7 @@ BladeModel model_of(const BladeDescription& blade, const BodyAssets& assets) {
   return model;
 }
 
-/// A quarter of the finest lattice that it may cut: finer than what a cut of whole cubes shows.
+/// A quarter of the finest lattice that it may cut: finer than a cut of whole cubes can show.
 double two_sigma_m(const BladeDescription& blade, const Scene& scene) {
   if (blade.tracked->two_sigma_m) return *blade.tracked->two_sigma_m;
   double spacing_m = 1;
@@ -35,8 +35,8 @@ int equal_tools(const BladeDescription& blade, const Scene& scene) {
   }));
 }
 
-/// Of the places of markers' corners, 1 sigma along each axis: edges of a square meet there, each found to
-/// half a pixel over many of them; the rest is rounding and blur.
+/// Error of the places of markers' corners, 1 sigma along each axis: edges of a square meet there, each found
+/// to half a pixel over many of them; the rest is rounding and blur.
 constexpr double kCorner_px = 0.5;
 
 /// Clockwise from the top left of its pattern.
@@ -140,7 +140,7 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
   for (std::size_t c = 0; c < seen.depths_m.size(); ++c)
     depths.push_back({&depth_cameras_[c], &seen.depths_m[c]});
   for (Blade& blade : blades_) {
-    // What is another's can't be found again as this one.
+    // Pixels of another tool can't be found again as this one.
     taken.clear();
     if (blades_.size() > 1 && blade.tracker->now().state == BladeState::absent) {
       for (const BitMask& mask : masks) taken.emplace_back(mask.width_px, mask.height_px);

@@ -1,6 +1,7 @@
 #pragma once
-/// Blades of a scene that are real tools: where they are, and what their edges swept. They are taken out of
-/// the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing; its model does instead.
+/// Blades of a scene that are real tools: their poses, and the strips that their edges swept. They are taken
+/// out of the silhouettes, so the hull of a tool, which is fatter than it, pushes nothing; its model does
+/// instead.
 #include <array>
 #include <map>
 #include <memory>
@@ -15,7 +16,7 @@
 
 namespace tactus {
 
-/// Where a tool was found: its longest axis, from end to end, and what is known of it.
+/// Where a tool was found: its longest axis, from end to end, and how well it is known.
 struct ToolAxis {
   std::string name;
   BladeState state = BladeState::absent;
@@ -25,10 +26,10 @@ struct ToolAxis {
 
 class TrackedBlades {
  public:
-  /// @throws Error naming the blade and what is wrong with its model.
+  /// @throws Error naming the blade and the fault of its model.
   TrackedBlades(const Scene& scene, const BodyAssets& assets, const Rig& rig);
   bool empty() const { return blades_.empty(); }
-  /// What is seen of tools beside silhouettes.
+  /// Observations of tools beside silhouettes.
   struct Seen {
     std::span<const SeenMarker> markers;
     std::span<const DepthImage> depths_m;  ///< one per depth camera of the rig; or none
@@ -37,30 +38,30 @@ class TrackedBlades {
   /// @returns the masks without the tools; valid until the next call
   std::span<const BitMask> follow(std::span<const BitMask> masks, double dt_s, const Seen& seen,
                                   std::vector<Notice>& notices);
-  /// What the edge of the scene's blade of this number swept with the last images. Nothing where it is not
-  /// known well enough, and where it moved less than it is known: noise is no motion.
+  /// Strip that the edge of the scene's blade of this number swept with the last images. Nothing where the
+  /// edge is not known well enough, and where it moved less than its uncertainty: noise is no motion.
   cut::BladeStrip strip(std::size_t number) const;
-  /// After the last frame: of blades that were never known, what was seen instead.
+  /// After the last frame: for each blade that was never known, a notice of the things seen instead.
   std::vector<Notice> last_notices() const;
   /// Nothing follows those.
   void forget_strips();
   const TrackedBlade& now(std::size_t number) const;
-  /// Of each tracked blade, in the scene's order.
+  /// State of each tracked blade, in the scene's order.
   std::vector<TrackedBlade> now() const;
-  /// What bodies touch: obstacles, and after them, in place of the tools' hulls, their models.
+  /// Obstacles for contact: the given ones, and after them, in place of the tools' hulls, their models.
   std::vector<ObstacleDescription> after(std::vector<ObstacleDescription> obstacles) const;
-  /// Of all tools, as of the last images: there is only what is known and touches. A tool moves from where
-  /// the last images had it to where these have it, as the real surface does.
+  /// Motions of the tools that are known and touch, as of the last images. A tool moves from where the last
+  /// images had it to where these have it, as the real surface does.
   std::vector<ToolMotion> motions() const;
-  /// Of each tool that is there: its box and the speed of its fastest point.
+  /// Box of each tool that is there, and the speed of its fastest point.
   struct Reach {
     Vec3d low_m, high_m;
     double m_s = 0;
   };
   std::vector<Reach> reaches() const;
-  /// Of those that are seen, world.
+  /// Meshes of the tools that are seen, world.
   std::vector<TriangleMesh> meshes() const;
-  /// Of those whose pose is known in any way.
+  /// Axes of the tools whose pose is known in any way.
   std::vector<ToolAxis> axes() const;
 
  private:
