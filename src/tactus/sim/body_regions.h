@@ -27,8 +27,8 @@ class RegionFinder {
   std::vector<VoxelLabel> labels_;  ///< per cube; empty where no region asks for it
 };
 
-/// Enter the description's fixed, moved and loaded regions into the shape. @throws Error naming a region that
-/// would do nothing, or regions that contradict each other.
+/// Enter the description's fixed, moved and loaded regions into the shape. @throws Error naming a moved
+/// region without nodes or a loaded one without triangles. Fixed regions without nodes are a warning.
 void fix_nodes(const BodyDescription& body, const RegionFinder& finder, BodyShape& shape);
 void move_nodes(const BodyDescription& body, const RegionFinder& finder, BodyShape& shape);
 void load_surface(const BodyDescription& body, BodyShape& shape);

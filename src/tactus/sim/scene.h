@@ -196,6 +196,7 @@ struct BladeMarkerDescription {
   double size = 0;    ///< of the black square
 };
 
+/// A tool of known shape that is tracked in the camera images.
 struct TrackedBladeDescription {
   BladeShape model = BladeShape::scalpel;
   std::string path;                   ///< mesh: the file, resolved

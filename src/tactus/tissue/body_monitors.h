@@ -1,5 +1,5 @@
 #pragma once
-/// What a body's state amounts to: energies, momentum, volume. On the host and in double, independent of the
+/// Sums over a body's state: energies, momentum, volume. On the host and in double, independent of the
 /// solvers.
 #include <span>
 
@@ -37,12 +37,12 @@ struct CubeStrain {
   double J = 1;       ///< volume over that at rest
   double von_mises_Pa() const;
 };
-/// Of the lattice's cubes, in their order. Parameters as measure_body's.
+/// Strain and stress of the lattice's cubes, in their order. Parameters as measure_body's.
 std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMask& elements,
                                      std::span<const ElasticMaterial> materials,
                                      std::span<const std::uint8_t> material_of_cube,
                                      const TledOptions& options, std::span<const Vec3f> x_m);
-/// Of some of them.
+/// The same for some of them.
 std::vector<CubeStrain> cube_strains(const CubeLattice& lattice, const ElementMask& elements,
                                      std::span<const ElasticMaterial> materials,
                                      std::span<const std::uint8_t> material_of_cube,

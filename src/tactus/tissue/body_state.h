@@ -1,5 +1,5 @@
 #pragma once
-/// What changes of a soft body from step to step, one entry per lattice node. Plain data on one device.
+/// State of a soft body that changes from step to step, one entry per lattice node. Plain data on one device.
 #include "tactus/compute/exec_context.h"
 #include "tactus/geom/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
@@ -9,7 +9,7 @@ namespace tactus {
 struct BodyState {
   Buffer<Vec3f> x_m;      ///< positions, world
   Buffer<Vec3f> v_m_s;    ///< velocities
-  Buffer<Vec3f> f_ext_N;  ///< external forces of the coming substep besides gravity; whoever adds clears
+  Buffer<Vec3f> f_ext_N;  ///< external forces of the coming substep besides gravity; cleared by their source
 };
 
 /// Nodes of a body that one device holds, and of those the ones that move there. A device that has the whole
@@ -24,7 +24,7 @@ struct NodeWindow {
   bool owns(Index node) const { return node >= held.begin + own.begin && node < held.begin + own.end; }
   bool holds(Index node) const { return node >= held.begin && node < held.end; }
   Index count() const { return held.count() + places; }
-  /// What node i of this device is in the body. Of one patch node there may be a place in each region.
+  /// Number in the body of this device's node i. One patch node may have a place in each region.
   Index body_node(Index i) const {
     return i < held.count() ? held.begin + i : first_virtual + (i - held.count()) % patch.count();
   }

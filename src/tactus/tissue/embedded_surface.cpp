@@ -67,7 +67,7 @@ class CubeFinder {
     }
     return {best, best_square};
   }
-  /// Of the neighbours of a cell that are wanted, the nearest to p, in lattice coordinates; -1: none.
+  /// The wanted neighbour of a cell that is nearest to p, in lattice coordinates; -1: none.
   template <class F>
   Index nearest_around(Vec3i cell, Vec3d p, F&& is_wanted) const {
     const Vec3i low = max(cell - Vec3i{1, 1, 1}, Vec3i{}),
@@ -246,7 +246,7 @@ void EmbeddedSurface::take_room_for_frame(ExecContext& ctx, std::size_t splits) 
   ctx.synchronize();
 }
 
-/// Of the vertices of triangles that change, which triangles they have: ascending, so sums keep their order.
+/// Lists the triangles of each vertex of the changed triangles: ascending, so sums keep their order.
 void EmbeddedSurface::list_triangles(std::span<const TopologyChange::Triangle> changes) {
   const auto is_used = [](const std::array<Index, 3>& t) { return t[0] != t[1] || t[1] != t[2]; };
   for (const TopologyChange::Triangle& change : changes) {

@@ -10,23 +10,23 @@
 
 namespace tactus {
 
-/// Where points of a body at rest sit: in a cube, or near one. Of a cube that was cut, in the copy that has
-/// the nearest corner.
+/// Where points of a body at rest sit: in a cube, or near one. In a cube that was cut, points sit in the copy
+/// that has the nearest corner.
 /// @param outward per point the surface's normal, if it lies on one: points on both walls of a cut differ by
 /// it
 /// @throws Error for one that is further than max_outside spacings from all cubes.
 std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<const Vec3f> points_m,
                                          float max_outside, std::span<const Vec3f> outward = {});
 
-/// A cube so full bears what pushes its surface.
+/// A cube with at least this fill bears loads on its surface.
 inline constexpr float kBearingFill = 0.5F;
-/// What pushes the surface of a cube that holds little would stretch it several times: its own nodes carry
-/// next to nothing. So a point there moves with the nearest neighbour of that cube that bears, continued
-/// linearly. The cube follows: nothing pulls it.
+/// A load on the surface of a cube that holds little would stretch it several times: its own nodes carry next
+/// to nothing. So a point there moves with the nearest neighbour of that cube that bears, continued linearly.
+/// The cube follows: nothing pulls it.
 /// @param anchors of the points, in regular cubes
 std::vector<embed::Anchor> bearing_anchors(const CubeLattice& lattice, std::vector<embed::Anchor> anchors);
 
-/// Points spread over a body's surface, moved by its nodes: what contact acts on.
+/// Points spread over a body's surface and moved by its nodes, on which contact acts.
 /// @throws Error as anchor_points and spread_points.
 std::vector<EmbeddedPoint> surface_points(const CubeLattice& lattice, const TriangleMesh& surface,
                                           float spacing_m, float max_outside = 1);
@@ -48,8 +48,8 @@ struct SurfaceRoom {
 class EmbeddedSurface {
  public:
   /// Vertices outside every cube go to the nearest one (linearly continued); those in cubes that hold little
-  /// to the one that bears what pushes them, unless the body has room for a cut.
-  /// @param room at least what the mesh has
+  /// to the neighbour that bears their loads, unless the body has room for a cut.
+  /// @param room at least for the mesh's vertices and triangles
   /// @throws Error when a vertex is further from all cubes than `max_outside` spacings (which, how far), or
   /// the mesh has no triangles, NaN or a bad index.
   EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,

@@ -7,8 +7,8 @@
 
 namespace tactus {
 
-/// The regular cubes of a lattice for which keep is set, and their nodes; node[i] is what the part's node i
-/// is in the whole. Masses are those of these cubes alone.
+/// The regular cubes of a lattice for which keep is set, and their nodes; node[i] is the number in the whole
+/// of the part's node i. Masses are those of these cubes alone.
 struct LatticePart {
   CubeLattice lattice;
   std::vector<Index> node;
@@ -37,11 +37,11 @@ struct PatchRegions {
   Slab from_below() const { return {own().end, own().end + (below ? room : 0)}; }
   Slab from_above() const { return {from_below().end, from_below().end + (above ? room : 0)}; }
 };
-/// Of a part that lattice_window made, or of a whole lattice.
+/// Regions of a part that lattice_window made, or of a whole lattice.
 PatchRegions patch_regions(const CubeLattice& part, Slab own_layers);
 
-/// Layers of a lattice, and of its patch what lies in them. Places of nodes and copies that lie elsewhere are
-/// room. @param held,own layers of nodes that a slab has, and of those the ones that move there
+/// Layers of a lattice, and the part of its patch that lies in them. Places of nodes and copies that lie
+/// elsewhere are room. @param held,own layers of nodes that a slab has, and of those the ones that move there
 LatticeLayers lattice_window(const CubeLattice& lattice, Slab held, Slab own);
 
 }  // namespace tactus

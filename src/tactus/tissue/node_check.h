@@ -27,7 +27,7 @@ class NodeCheck {
         "node check/nodes", records_.size(),
         CheckNodes{nodes, x_m, v_m_s, only_matched, {}, {}, records_.view(), substep, frame, every});
   }
-  /// Of nodes that are in cells.
+  /// The same for nodes that are in cells.
   void check(ExecContext& ctx, View<const Index> cell, const NodeFields& fields, Index substep,
              View<const FrameParams> frame, Index every) {
     ctx.parallel_for(
@@ -38,7 +38,7 @@ class NodeCheck {
   void summarise(ExecContext& ctx) {
     ctx.parallel_for("node check/summarise", 1, SummariseNodeCheck{records_.const_view(), summary_.view()});
   }
-  /// (1) What summarise() found.
+  /// (1) Result of summarise().
   View<const NodeCheckRecord> summary() const { return summary_.const_view(); }
 
  private:

@@ -5,7 +5,7 @@
 
 namespace tactus {
 
-/// Of 256 nodes, since the frame began.
+/// Record of 256 nodes since the frame began.
 struct NodeCheckRecord {
   Index bad_substep = -1;  ///< the first after which a node was bad; -1: none
   Index bad_node = -1;     ///< the lowest of those
@@ -30,7 +30,7 @@ struct NodeCheckRecord {
 /// A node is bad whose position or speed is not a number or beyond kMost. One block is 256 nodes.
 struct CheckNodes {
   static constexpr int kThreads = 256, kStrip = 16, kStrips = kThreads / kStrip;
-  static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in what scenes are made of is that fast
+  static constexpr float kMost = 1e5F;  ///< m and m/s: no wave in a scene's materials is that fast
   Count nodes;
   View<const Vec3f> x_m, v_m_s;
   View<const Index> only_matched;  ///< per node: 1: in no element; or empty: all are in elements

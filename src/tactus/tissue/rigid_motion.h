@@ -30,9 +30,9 @@ class MotionMeter {
   MotionMeter(ExecContext& ctx, const CubeLattice& lattice, Slab nodes);
   /// Asynchronous. @param x_m,v_m_s of those nodes
   void measure(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> v_m_s);
-  /// Of those nodes [kg].
+  /// Masses of those nodes [kg].
   View<float> mass_kg() { return mass_kg_.view(); }
-  /// What was measured last, in the order of the nodes.
+  /// Sums that were measured last, in the order of the nodes.
   View<const MotionSums> sums() const { return sums_.const_view(); }
 
  private:

@@ -6,7 +6,7 @@
 namespace tactus {
 
 /// Every change of the step stirs a body's fastest modes: one between 34 and 40 substeps in each frame adds
-/// 19 % of energy to a swinging bar in a minute. And what is recorded for one number of substeps has to be
+/// 19 % of energy to a swinging bar in a minute. And a frame recorded for one number of substeps has to be
 /// recorded anew for another. So the step gets shorter when it must, and longer when a much longer one would
 /// do for many frames. Parts of a frame have steps of the same length; a frame that lasts longer has more of
 /// them, and leaves the step as it is.

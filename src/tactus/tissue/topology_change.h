@@ -1,5 +1,5 @@
 #pragma once
-/// What a cut changes of a body between two frames.
+/// Changes of a body by a cut between two frames.
 #include <vector>
 
 #include "tactus/geom/cube_lattice.h"
@@ -7,8 +7,8 @@
 
 namespace tactus {
 
-/// A cut says to everyone who holds ids of nodes or cubes what they have to change. Ids are the body's and
-/// never change their meaning: what a cut adds takes places for which the body has room.
+/// The changes that a cut asks of all objects that hold ids of nodes or cubes. Ids are the body's and never
+/// change their meaning: new nodes and copies take places for which the body has room.
 struct TopologyChange {
   struct Copy {
     Index cube = 0;  ///< its id

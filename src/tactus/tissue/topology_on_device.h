@@ -8,7 +8,7 @@
 
 namespace tactus {
 
-/// What of a change concerns a device, in ids of its part of the body.
+/// The part of a change that concerns a device, in ids of its part of the body.
 struct LocalChange {
   std::vector<Index> cut;  ///< cubes that are no more
   std::vector<cut::LocalCopy> copies;

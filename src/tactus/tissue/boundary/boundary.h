@@ -1,5 +1,5 @@
 #pragma once
-/// What moves and loads a body between the substeps of its solver.
+/// Motions and loads of a body between the substeps of its solver.
 #include "tactus/tissue/boundary/driven_nodes.h"
 #include "tactus/tissue/boundary/surface_loads.h"
 
@@ -24,7 +24,7 @@ class Boundary {
   Boundary(ExecContext& ctx, const CubeLattice& lattice, const BoundaryConditions& conditions,
            const NodeWindow& window);
 
-  /// Forces of those who move it count from here. Asynchronous, as the next two.
+  /// Forces of the motions count from here. Asynchronous, as the next two.
   void begin_frame(ExecContext& ctx, View<const FrameParams> frame = {}) { driven_.begin_frame(ctx, frame); }
   void load(ExecContext& ctx, BodyState& state, const StepTime& time) { loads_.apply(ctx, state, time); }
   void move(ExecContext& ctx, BodyState& state, const StepTime& time) {

@@ -9,7 +9,7 @@
 
 namespace tactus {
 
-/// What some nodes of a body follow from rest on, linear between keyframes; the last one holds.
+/// Motion that some nodes of a body follow from rest on, linear between keyframes; the last one holds.
 struct NodeMotion {
   std::string name;                       ///< for messages
   std::vector<boundary::MotionKey> keys;  ///< times >= 0, increasing; before the first, from rest at 0
@@ -24,8 +24,8 @@ struct NodeMotion {
 ///   tissue.step(ctx, state, ..);            // as if they were free
 ///   driven.move(ctx, state, held, time);
 ///
-/// Elements and regions see position and velocity of these nodes in the next substep, so what they do to the
-/// body (viscous forces included) is what a free node in that motion would.
+/// Elements and regions see position and velocity of these nodes in the next substep, so the nodes act on the
+/// body (viscous forces included) as free nodes in that motion would.
 class DrivenNodes {
  public:
   DrivenNodes() = default;
@@ -37,7 +37,7 @@ class DrivenNodes {
               const NodeWindow& window);
 
   bool empty() const { return nodes_.empty(); }
-  /// What it keeps from frame to frame.
+  /// State that it keeps from frame to frame.
   void archive(ExecContext& ctx, StateArchive& a) {
     if (!motions_.empty()) a.buffer(ctx, "time of what moves", clock_s_);
   }
@@ -46,8 +46,8 @@ class DrivenNodes {
   /// The end of a substep. @param held per node of the state: HeldAxes, all as long as it is driven.
   /// Asynchronous.
   void move(ExecContext& ctx, BodyState& state, View<Index> held, const StepTime& time);
-  /// Adds what each motion did to its nodes here, mean since begin_frame [N]: reaction, weight and inertia.
-  /// Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
+  /// Adds the force of each motion on its nodes here, mean since begin_frame [N]: reaction, weight and
+  /// inertia. Node after node: parts of a body, in order, come to the same bits as the whole. Synchronizes.
   void add_mean_forces_N(ExecContext& ctx, double dt_frame_s, std::span<Vec3d> of_motion) const {
     add_means(ctx, impulse_N_s_, dt_frame_s, of_motion);
   }

@@ -14,7 +14,7 @@ struct LoadCurve {
   Index begin = 0, end = 0;  ///< its keyframes
 };
 
-/// What one load does to the part of the surface that sits in one cube.
+/// Forces of one load on the part of the surface that sits in one cube.
 struct LoadedCube {
   embed::CubeNodes nodes;
   Index load = 0;
@@ -65,7 +65,7 @@ struct LoadCubes {
   }
 };
 
-/// Nodes gather what their cubes' parts give them, in a fixed order.
+/// Nodes gather the forces of their cubes' parts, in a fixed order.
 struct GatherLoads {
   struct Share {
     Index part = 0;  ///< of the loaded cubes

@@ -12,7 +12,7 @@ struct MotionKey {
   double angle_rad = 0;
 };
 
-/// Of one set of nodes.
+/// Motion of one set of nodes.
 struct Motion {
   Index begin = 0, end = 0;  ///< its keyframes
   Vec3f axis{0, 1, 0};       ///< unit, world
@@ -80,8 +80,8 @@ struct ClearImpulses {
   }
 };
 
-/// What the solver made of a node is replaced by what its motion wants; the difference is what whoever moves
-/// it has to give. x+ = x + dt v+ holds for it as for all others.
+/// Replaces the solver's position and velocity of a node by those of its motion. The motion's impulse on the
+/// body is m (v_motion - v_solver). x+ = x + dt v+ holds for the node as for all others.
 struct MoveDriven {
   View<const Index> node, motion;  ///< per driven node
   View<const Vec3f> rest_m;

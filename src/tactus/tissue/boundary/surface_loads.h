@@ -9,7 +9,7 @@
 
 namespace tactus {
 
-/// What lies on some triangles of the seen surface.
+/// Load on some triangles of the seen surface.
 struct SurfaceLoad {
   std::string name;                     ///< for messages
   Vec3d traction_Pa;                    ///< per area at rest, its direction stays
@@ -26,11 +26,11 @@ class SurfaceLoads {
   SurfaceLoads() = default;
   /// @param surface of the body at rest
   /// @param window of the state; its own nodes are loaded
-  /// @throws Error naming load and key for what is out of order or not a number.
+  /// @throws Error naming load and key for times out of order and values that are not numbers.
   SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& surface,
                std::span<const SurfaceLoad> loads, const NodeWindow& window);
 
-  /// What it keeps from frame to frame.
+  /// State that it keeps from frame to frame.
   void archive(ExecContext& ctx, StateArchive& a) {
     if (!curves_.empty()) a.buffer(ctx, "time of loads", clock_s_);
   }

@@ -5,7 +5,7 @@
 
 namespace tactus::boundary {
 
-/// Two keyframes and the share of the second in what holds at a time.
+/// Two keyframes and the share of the second in the value at a time.
 struct CurvePlace {
   Index before, after;
   double share;

@@ -6,7 +6,7 @@
 
 namespace tactus {
 
-/// What the body is made of.
+/// Material of the body.
 struct FlsmMaterial {
   float young_Pa = 3000;
   float density_kg_m3 = 1000;
@@ -14,10 +14,10 @@ struct FlsmMaterial {
   /// Part of critical damping of the fastest mode, 0..0.7 (0.75 is where steps of 1/omega become unstable);
   /// rigid motion is not damped.
   float damping_ratio = 0.3F;
-  float stiffness_scale = 1;  ///< of omega^2, 0.1..10: what a deflection test found (match_deflection)
+  float stiffness_scale = 1;  ///< of omega^2, 0.1..10: from a deflection test (match_deflection)
 };
 
-/// What may change from substep to substep.
+/// Parameters that may change from substep to substep.
 struct FlsmStep {
   float dt_s = 0.001F;  ///< of a substep
   Index substeps = 1;   ///< that this step covers
@@ -34,7 +34,7 @@ struct FlsmStep {
   StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s, in_block}; }
 };
 
-/// What compute_goals left, for solvers that go on with it.
+/// Results of compute_goals, for solvers that go on with them.
 struct FlsmGoals {
   View<const Index> cell;             ///< per node
   View<const double> sum_m;           ///< 3 fields over cells: weighted sum of T_r x0_i over i's regions
@@ -58,7 +58,7 @@ class Flsm {
  public:
   /// @throws Error naming the field for a material out of range, or a body too large.
   Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmMaterial& material);
-  /// Of some layers of a body. @param regions those that flsm_layers left, of the nodes of `lattice`
+  /// For some layers of a body. @param regions those that flsm_layers left, of the nodes of `lattice`
   Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& regions,
        const FlsmMaterial& material);
 
@@ -71,14 +71,14 @@ class Flsm {
   /// Goals of all nodes from the last compute_goals, on the host. Synchronizes.
   std::vector<Vec3d> goals_m(ExecContext& ctx) const;
 
-  /// What it keeps from step to step: where the rotations of regions are looked for.
+  /// State that it keeps from step to step: the rotations of regions, where the next search begins.
   void archive(ExecContext& ctx, StateArchive& a) { a.buffer(ctx, "rotations", quaternion_); }
 
   FlsmGoals goals() const {
     return {cell_.const_view(), goal_sum_.const_view(), inverse_weight_.const_view(), grid_.cells};
   }
 
-  /// What depends on the length of a step.
+  /// Parameters that depend on the length of a step.
   flsm::Pace pace(const FlsmStep& step) const {
     return {omega_, material_.damping_ratio, step.full_stiffness ? 1 : 0, step.substeps};
   }

@@ -5,9 +5,10 @@
 /// along x, then y, then z. Because rest positions are k spacings away from the centre node, `sum m~ x k^T`
 /// needs only first moments: 3 fields (m~ x) become 6 after x (window sums S0, and S1 = sum k f along x), 9
 /// after y, 12 after z. The goals are the transpose: 12 fields -> 9 -> 6 -> 3. Along y and z windows slide
-/// (one value enters, one leaves), in chunks of fixed place, so the bits don't depend on who computes what;
-/// along x, where lanes lie side by side, they are added directly. Sums are double: A_r is right to float32
-/// round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre off the origin).
+/// (one value enters, one leaves), in chunks of fixed place, so the bits don't depend on the split among
+/// threads and devices; along x, where lanes lie side by side, they are added directly. Sums are double: A_r
+/// is right to float32 round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre
+/// off the origin).
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/flsm/flsm_regions.h"
 #include "tactus/tissue/flsm/region_rotation.h"
@@ -34,8 +35,8 @@ struct Pace {
   TACTUS_HD float damping_time_s(float dt_s) const { return 2 * damping_ratio * dt_s / sqrt(kappa(dt_s)); }
 };
 
-/// m~ (x + damping_time v): what is summed over regions. [ours] Goals of the positions a little ahead damp
-/// whatever is not rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.
+/// m~ (x + damping_time v): summed over regions. [ours] Goals of the positions a little ahead damp all motion
+/// except rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.
 struct LoadNodes {
   View<const Vec3f> x_m, v_m_s;
   View<const Index> node;  ///< of the state, per node here; empty: the same
@@ -62,9 +63,9 @@ struct LoadNodes {
 };
 
 // Where a kernel makes several fields of the same rows or blocks, each is a block of threads of its own:
-// field i % fields of row i / fields. Long chains of loads are what a GPU is slow at.
+// field i % fields of row i / fields. A GPU is slow at long chains of loads.
 
-/// What enters and what leaves a window of 2 w + 1 cells as it slides on, kChunk - 1 times. A GPU's thread
+/// Values that enter and leave a window of 2 w + 1 cells as it slides on, kChunk - 1 times. A GPU's thread
 /// reads all of it before it writes sums: afterwards each would be waited for.
 template <class Block, class T>
 class Passing {

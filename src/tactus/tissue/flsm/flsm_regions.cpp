@@ -212,12 +212,12 @@ void weigh_regions(const CubeLattice& lattice, const std::vector<BoxBits>& reach
   };
   double most = 0;
   for (std::size_t i = 0; i < spread.size(); ++i) most = std::max(most, sum_at(i) / r.region_nodes[i]);
-  // Ends give way more than the spread of their regions says, as few regions cross what is near them. Half of
-  // it is made up for: of bars 4 cubes across, pulled, the middle is 0 to 3 % stiffer than the material.
+  // Ends give way more than the spread of their regions says, as few regions cross the cubes near them. Half
+  // of it is made up for: of bars 4 cubes across, pulled, the middle is 0 to 3 % stiffer than the material.
   const double ends = 1 + 0.025 * (r.half_width - 1);
   r.sigma2_m2 = sqr(double{lattice.spacing_m}) / (ends * most);
   for (std::size_t i = 0; i < spread.size(); ++i) {
-    // Weights are what the kernel's float makes of them, or bodies would be pulled to the world's origin.
+    // Weights are rounded as the kernel's floats are, or bodies would be pulled to the world's origin.
     const std::size_t cell = at(r.cell[i]);
     r.turn_m[cell] = static_cast<float>(weight[cell] / most * double{lattice.spacing_m});
     weight[cell] = double{r.turn_m[cell]} / double{lattice.spacing_m};

@@ -35,7 +35,7 @@ struct FlsmRegions {
   int half_width = 1;
   /// Spread that gives omega: omega^2 = E / (rho sigma^2). A region of spread s^2 (the largest variance of
   /// its nodes along any direction) resists strain with its weight times rho omega^2 s^2, so weights are
-  /// proportional to 1 / s^2: what is cut off at an end is as stiff as what is whole.
+  /// proportional to 1 / s^2: regions that are cut off at an end are as stiff as whole ones.
   double sigma2_m2 = 0;
   FlsmGrid grid;
 
@@ -66,8 +66,8 @@ FlsmRegions make_flsm_regions(const CubeLattice& lattice, int half_width);
 /// Layers of nodes that goals of own layers depend on: 2 w, and below as far as the sliding sums begin.
 /// Own layers begin at multiples of FlsmGrid::kChunk, so that every sum is the whole body's, bit for bit.
 Slab flsm_window(Slab own, int half_width, Index layers);
-/// What the goals of own layers need of a body's regions, on a device that holds only the nodes of the
-/// window.
+/// The part of a body's regions that the goals of own layers need, on a device that holds only the nodes of
+/// the window.
 FlsmRegions flsm_layers(const FlsmRegions& all, const CubeLattice& lattice, Slab own);
 
 /// Offsets of all nodes of the region of `node`, by the definition (for tests and other references).

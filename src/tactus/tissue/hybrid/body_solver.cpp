@@ -8,7 +8,7 @@
 namespace tactus {
 namespace {
 
-/// What a shape-matched node costs over an element: 8 times as much on an H200, 6 on a CPU.
+/// Cost of a shape-matched node over that of an element: 8 on an H200, 6 on a CPU.
 constexpr double kMatchedCost = 7;
 
 std::vector<Slab> choose_slabs(const DeviceSet& devices, const BodyModel& model,
@@ -32,7 +32,7 @@ std::vector<Slab> choose_slabs(const DeviceSet& devices, const BodyModel& model,
           : devices.count();
   // Wide enough that neighbours' nodes are the next slab's.
   if (!matches) return split_by_cost(cost, count, 1, max(1 + shared, Index{2}));
-  // Likewise, at multiples of what sums slide along.
+  // Likewise, at multiples of the chunks along which sums slide.
   const Index deepest = FlsmGrid::kChunk + max(2 * model.flsm.half_width + shared, FlsmGrid::kChunk);
   const Index least = ceil_div(deepest, FlsmGrid::kChunk) * FlsmGrid::kChunk;
   return split_by_cost(cost, count, FlsmGrid::kChunk, least);
@@ -101,7 +101,7 @@ BodySolver::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
   for (Buffer<Vec3f>& from : copy) from = Buffer<Vec3f>(ctx.device(), device_owner.size());
 }
 
-/// Copies what a part has of the patch to `to`, where it owns it.
+/// Copies a part's nodes of the patch to `to`, those that it owns.
 void BodySolver::PatchOfAll::take(ExecContext& ctx, Index part, View<const Vec3f> x_m,
                                   View<const Vec3f> v_m_s, BodyState& to) {
   ctx.copy(x_m, copy[0].view());
@@ -137,7 +137,7 @@ void BodySolver::link_neighbours() {
                   .first_there = first_in(owner),
                   .first_here = first_in(holder)};
     add_link(made, node_links, cell_links);
-    // Of the patch: the whole region, as a cut may add nodes to it at any time.
+    // The patch is linked as a whole region, as a cut may add nodes to it at any time.
     const NodeWindow &from = parts_[owner]->tissue.window(), &to = parts_[holder]->tissue.window();
     const bool is_second = owner > holder && to.places == 3 * to.patch.count();
     made.count = from.patch.count();
@@ -187,7 +187,7 @@ BodyStep BodySolver::on_part(const BodyStep& step, std::size_t part, int k) cons
   return own;
 }
 
-/// At once: for the beginning of a recording, and for those who read what slabs hold of others.
+/// At once: for the beginning of a recording, and for readers of the copies that slabs hold of others' nodes.
 void BodySolver::pull_nodes() {
   for_each_slab([&](int p) { node_halo_->begin(p, nodes()); });
   node_halo_->finish(nodes());
@@ -229,7 +229,8 @@ void BodySolver::substep_in_cells(const BodyStep& step, int k, int count) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     const TledStep tled = elements_step(on_part(step, p, k));
-    // Each half reads what the other moved in the last substep, and overwrites what it read then.
+    // Each half reads the nodes that the other moved in the last substep, and overwrites those that the other
+    // read then.
     part.beside.wait(part.moved);
     part.ctx.wait(part.interior_moved);
     cell_halo_->await_readers(static_cast<int>(p), cells(k + 1));
@@ -275,7 +276,8 @@ void BodySolver::check_now(int k, int every) {
 
 void BodySolver::check_nodes(int k, int count) {
   if (stays_in_cells() && changes_ == 0) return;
-  // Blocks begin at a multiple of their own length, the longest first: in most it is known who checks.
+  // Blocks begin at a multiple of their own length, the longest first: in most it is known which substep
+  // checks.
   const bool checks = (k + 1) % check_every() == 0;
   if (frame_ == nullptr ? k + 1 == count || !checks : count % check_every() == 0 && !checks) return;
   if (!stays_in_cells()) return check_now(k, check_every());
@@ -316,7 +318,7 @@ void BodySolver::end_frame(int count) {
     };
     patch_->motion.measure(first, nodes(body_.x_m), nodes(body_.v_m_s));
   }
-  // What comes next must not overwrite what is still being copied.
+  // The next work must not overwrite nodes that are still being copied.
   first.record(stored_);
   for (auto& part : parts_) part->ctx.wait(stored_);
 }
@@ -340,7 +342,8 @@ NodeCheckRecord BodySolver::node_check(const Readback* readback) {
                                : to_host(part.ctx, check.summary())[0];
   };
   for (auto& part : parts_) all.add(found(*part, part->node_check, part->check_report), part->first_own());
-  // Parts share the patch's numbers: of what they saw after the same substep, the lowest node comes first.
+  // Parts share the patch's numbers: among the nodes that were bad after the same substep, the lowest comes
+  // first.
   std::vector<NodeCheckRecord> of_patch;
   for (auto& part : parts_)
     if (part->patch_check) of_patch.push_back(found(*part, *part->patch_check, part->patch_check_report));

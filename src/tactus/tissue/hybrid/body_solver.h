@@ -16,7 +16,7 @@
 namespace tactus {
 
 /// A body cut into slabs of layers along z, one for each device, each with a few layers of its neighbours'
-/// nodes; what moves and loads it acts on each slab's own nodes. A substep begins with pulling the others, or
+/// nodes; its motions and loads act on each slab's own nodes. A substep begins with pulling the others, or
 /// ends with it where contact follows. The same bits on any number of devices.
 ///
 /// Elements that nothing moves or loads stay in their cells, contact or not. Without it, nodes at the cuts
@@ -43,9 +43,9 @@ class BodySolver {
 
   /// From now on, kernels read the step, gravity, and number of a substep from here.
   void follow(const FrameOnDevices& frame) { frame_ = &frame; }
-  /// Clears the forces of those who move the body, and what the check of nodes found.
+  /// Clears the forces of the motions and the results of the check of nodes.
   void begin_frame();
-  /// Nodes that nobody else changes go to where elements step them.
+  /// Nodes that only the elements change go to the cells in which they are stepped.
   void begin_substeps();
   /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
   /// matching_every.
@@ -64,43 +64,43 @@ class BodySolver {
   /// begin_substeps, one block, end_substeps; nodes are checked if the body is moved or loaded.
   void step(const BodyStep& step, int count = 1);
 
-  /// What end_frame leaves for the host is read back with the frame's other records.
+  /// The records that end_frame leaves for the host are read back with the frame's others.
   void add_reports(Readback& readback);
-  /// What was noted since begin_frame; the earliest bad node, of several the lowest. Without a readback, the
-  /// devices are asked, which synchronizes.
+  /// Results of the checks since begin_frame: the earliest bad node, of several the lowest. Without a
+  /// readback, the devices are asked, which synchronizes.
   NodeCheckRecord node_check(const Readback* readback = nullptr);
   /// How strained the elements were at the last end_frame; likewise.
   tled::CubeExtremes extremes(const Readback* readback = nullptr);
   /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
   void stop();
-  /// Of the whole body, at the last end_frame; the same on any number of devices; likewise.
+  /// Motion of the whole body at the last end_frame; the same on any number of devices; likewise.
   RigidMotion rigid_motion(const Readback* readback = nullptr);
   /// How fast the body turns as a whole in the coming frame: this turning is not damped
-  /// (tissue/rigid_motion.h finds it). Of a body with fixed nodes nothing happens. Asynchronous.
+  /// (tissue/rigid_motion.h finds it). It has no effect on a body with fixed nodes. Asynchronous.
   void set_spin(Vec3d spin_rad_s);
-  /// Of each motion: mean force on the body since begin_frame [N]. Synchronizes.
+  /// Mean force of each motion on the body since begin_frame [N]. Synchronizes.
   std::vector<Vec3d> motion_forces_N(double dt_frame_s);
   /// Likewise, mean torque about the motion's pivot where it is then [N m].
   std::vector<Vec3d> motion_torques_N_m(double dt_frame_s);
-  /// All nodes of the body on the first device, as end_frame left them; where that is the only one, what it
-  /// steps.
+  /// All nodes of the body on the first device, as end_frame left them; where that is the only device, the
+  /// state that it steps.
   BodyState& body() { return parts_.size() == 1 ? parts_.front()->state : body_; }
   const BodyState& body() const { return parts_.size() == 1 ? parts_.front()->state : body_; }
-  /// Of the first device: what it says of steps holds for the body.
+  /// Solver on the first device: its limits of steps hold for the body.
   const Hybrid& model() const { return parts_.front()->tissue; }
   const Boundary& boundary() const { return parts_.front()->boundary; }
 
   int slab_count() const { return static_cast<int>(parts_.size()); }
-  /// Nodes of a slab, for those who change them after begin_substeps and after each substep. Then all that it
-  /// holds are up to date, and they are pulled only after the next. So whoever changes them does so in all of
-  /// changed_layers, as their owners do. What a change depends on is at most kShared layers away; so many
-  /// more are held for each.
+  /// Nodes of a slab, for solvers that change them after begin_substeps and after each substep. Then all
+  /// nodes that it holds are up to date, and they are pulled only after the next substep. So a solver changes
+  /// them in all of changed_layers, as their owners do. The nodes that a change depends on are at most
+  /// kShared layers away; so many more are held for each change.
   struct SlabNodes {
     ExecContext& ctx;
     Index count = 0;            ///< of places where a node may be
     View<Vec3f> x_m, v_m_s;     ///< per place
     NodeFields fields;          ///< or places are cells, and nodes are here: where they never leave them
-    View<const Index> held;     ///< per place: HeldAxes, also of what is driven now
+    View<const Index> held;     ///< per place: HeldAxes, also of nodes driven now
     View<const Index> stopped;  ///< (1) != 0: the body stays where it is
     Slab own_layers, changed_layers;  ///< of the body
   };
@@ -113,14 +113,14 @@ class BodySolver {
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
-  /// A cut, between frames: what it adds takes places that the body's lattice has room for. New nodes begin
-  /// where those are that they were split from, copies take over their cubes' history. No address changes, so
-  /// recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a shape-matched
-  /// cube is cut.
+  /// A cut, between frames: its new nodes and copies take places that the body's lattice has room for. New
+  /// nodes begin where those are that they were split from, copies take over their cubes' history. No address
+  /// changes, so recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a
+  /// shape-matched cube is cut.
   void apply(const TopologyChange& change);
   /// State of a body that is not cut; slabs and devices must be the same. Synchronizes.
   void archive(StateArchive& a);
-  /// Of all nodes of the body, on the host. Synchronizes.
+  /// State of all nodes of the body, on the host. Synchronizes.
   std::vector<Vec3f> positions_m();
   std::vector<Vec3f> velocities_m_s();
 
@@ -145,7 +145,7 @@ class BodySolver {
       patch_check->check(ctx, patch.count(), state.x_m.const_view().part(patch.begin, patch.count()),
                          state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
     }
-    /// Of all nodes of the body, those that it holds.
+    /// Values of the nodes that it holds, picked from those of all nodes of the body.
     std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;
     Index first_own() const { return tissue.window().held.begin + tissue.window().own.begin; }
     ExecContext& ctx;
@@ -177,13 +177,13 @@ class BodySolver {
     Readback::Place motion_report;
   };
   void link_neighbours();
-  /// Of nodes, and of the cells that they are in.
+  /// Adds a link of nodes and, where they are in cells, one of the cells.
   void add_link(const HaloLink& nodes, std::vector<HaloLink>& node_links, std::vector<HaloLink>& cell_links);
   template <class F>
   void for_each_slab(F&& body) {
     for (int p = 0; p < slab_count(); ++p) body(p);
   }
-  /// What neighbours read of a part: nodes, or in cells positions ahead.
+  /// Fields of a part that neighbours read: nodes, or in cells positions ahead.
   auto nodes() {
     return [this](int part) {
       BodyState& state = parts_[static_cast<std::size_t>(part)]->state;
@@ -232,7 +232,7 @@ class BodySolver {
   std::size_t motion_count_;
   bool has_boundary_, is_free_;
   int changes_;
-  std::array<Vec3f, 1> spin_rad_s_{};  ///< what is sent to the devices
+  std::array<Vec3f, 1> spin_rad_s_{};  ///< sent to the devices
   const FrameOnDevices* frame_ = nullptr;
   BodyState body_;                   ///< x and v, of several parts
   std::optional<PatchOfAll> patch_;  ///< likewise, where there is room for one

@@ -79,7 +79,7 @@ ElementMask split_by_ratio(const CubeLattice& lattice, int axis, double elements
   return mask;
 }
 
-/// Which nodes and cubes a device holds, and what they are.
+/// The nodes and cubes that a device holds, and their materials and numbers in the body.
 struct Hybrid::Layout {
   Layout(const BodyModel& model, std::optional<Slab> own_layers, Index around);
   NodeWindow window() const;

@@ -33,7 +33,7 @@ struct BodyStep {
   StepTime time() const { return {dt_s, gravity_m_s2, frame, stopped, spin_rad_s, in_block}; }
 };
 
-/// What of a step concerns the elements.
+/// The part of a step that concerns the elements.
 TledStep elements_step(const BodyStep& step);
 
 /// Solver of one body, or of some layers of it, on one device. Between two steps anyone may change x and v
@@ -46,13 +46,13 @@ class Hybrid {
   Hybrid(ExecContext& ctx, const BodyModel& model, std::optional<Slab> own = std::nullopt, Index around = 0);
 
   /// So many substeps; of elements alone, whose nodes stay in cells meanwhile, other roundings than substep
-  /// after substep. @throws Error when dt_s exceeds what the elements bear, naming the limit.
+  /// after substep. @throws Error when dt_s exceeds the elements' stable step, naming it.
   void step(ExecContext& ctx, BodyState& state, const BodyStep& step, int count = 1);
-  /// @throws Error for what step() would not do.
+  /// @throws Error for a step that step() would refuse.
   void check_step(const BodyStep& step, int count) const;
 
-  /// Substep k alone, in two pieces for those who exchange nodes with other devices: goals and forces of own
-  /// nodes (they read all nodes), then the own nodes move.
+  /// Substep k alone, in two pieces for a solver that exchanges nodes with other devices: goals and forces of
+  /// own nodes (they read all nodes), then the own nodes move.
   void sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k);
   void move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k);
 
@@ -65,19 +65,19 @@ class Hybrid {
   float stable_step_s() const;
   /// As Tled's, cubes as the body counts them; without elements nothing is found.
   void find_extremes(ExecContext& ctx, const BodyState& state);
-  /// What find_extremes found, read from tled().extremes(), with cubes as the body counts them.
+  /// Extremes that find_extremes found, read from tled().extremes(), with cubes as the body counts them.
   tled::CubeExtremes in_body(const tled::CubeExtremes& found) const;
   Tled& tled() { return tled_; }
   const Tled& tled() const { return tled_; }
   const std::optional<Flsm>& flsm() const { return flsm_; }
-  /// What the state holds and what moves here.
+  /// Nodes that the state holds, and those that move here.
   const NodeWindow& window() const { return window_; }
   /// Own nodes up to the last one that is in use.
   Count own_in_use() const {
     return has_elements_ && window_.own.count() == tled_.node_count() ? tled_.nodes_in_use()
                                                                       : window_.own.count();
   }
-  /// What it keeps from frame to frame.
+  /// State that it keeps from frame to frame.
   void archive(ExecContext& ctx, StateArchive& a) {
     tled_.archive(ctx, a);
     if (flsm_) flsm_->archive(ctx, a);
@@ -85,8 +85,8 @@ class Hybrid {
   /// Per node here: 1: in no element.
   const Buffer<Index>& only_matched() const { return only_matched_; }
   bool has_elements() const { return has_elements_; }
-  /// What of a change concerns this device. @throws Error for a cut through shape-matched cubes, or beyond
-  /// the room for copies.
+  /// The part of a change that concerns this device. @throws Error for a cut through shape-matched cubes, or
+  /// beyond the room for copies.
   LocalChange local(const TopologyChange& change) const;
   /// Between frames. Asynchronous.
   void apply(ExecContext& ctx, const ChangeLists& change);

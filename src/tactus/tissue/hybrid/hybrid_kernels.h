@@ -9,7 +9,7 @@ namespace tactus::hybrid {
 
 /// Forces of elements and goals of shape matching in one step [P 7, 13-14]: v+ = v + (m^F/m) kappa (g - x)/dt
 /// + dt (f_int + f_ext)/m + dt g, x+ = x + dt v+. m^F is a node's mass from shape-matched cubes alone, so
-/// what both sides hold is counted once and no coefficient couples them. Goals may be older than this
+/// mass that both sides hold is counted once and no coefficient couples them. Goals may be older than this
 /// substep.
 struct Integrate {
   View<Vec3f> x_m, v_m_s;

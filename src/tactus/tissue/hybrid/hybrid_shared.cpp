@@ -44,7 +44,7 @@ Index BodySolver::find(int p, Index node, Index layer) const {
   return place >= 0 && is_changed_in_cells() ? part.cell_of[static_cast<std::size_t>(place)] : place;
 }
 
-/// What is changed is pulled before that, all layers that changes depend on.
+/// Nodes are pulled before others change them, in all layers that changes depend on.
 void BodySolver::changed_substep_in_cells(const BodyStep& step, int k) {
   if (k == 0) {
     for_each_slab([&](int p) { changed_cell_halo_->begin(p, cell_nodes(0)); });

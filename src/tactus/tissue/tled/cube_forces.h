@@ -1,10 +1,10 @@
 #pragma once
-/// What a cube's deformation exerts on its corners [P 3-6].
+/// Forces of a deformed cube on its corners [P 3-6].
 ///
 /// Eight values at the corners of a cube are eight sums with signs (Walsh-Hadamard modes): a constant, three
 /// gradients, and four hourglass modes, orthogonal because all cubes are cubes. Forces come back the same
 /// way. Every `force` is always inlined: a loop over lanes with a call in it doesn't vectorise, and g++ calls
-/// what is large or used by several kernels.
+/// functions that are large or used by several kernels.
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/tled/material_laws.h"
 
@@ -15,20 +15,20 @@ struct CubeModes {
   Vec3f x, y, z, xy, yz, xz, xyz;
 };
 
-/// What cubes of one kind are made of.
+/// Stiffness of cubes of one kind.
 struct alignas(16) Stiffness {
   float mu_Pa = 0, lambda_Pa = 0;
   float hourglass_N_m = 0;
 };
 
-/// What resists the hourglass modes of a cube with one integration point: energy as if strain varied linearly
-/// in the cube without parasitic shear (Belytschko & Bindeman 1993), with three amendments [ours].
+/// Resistance to the hourglass modes of a cube with one integration point: energy as if strain varied
+/// linearly in the cube without parasitic shear (Belytschko & Bindeman 1993), with three amendments [ours].
 /// - Modes that bend have E, not E/(1 - nu^2) and coupling: k = h E / 6 each.
 /// - The twists (x of yz, y of xz, z of xy: A, B, C) have the shear strains A + B, B + C and C + A, and 0.844
 ///   times mu: the torsion constant of a square, 0.1406 h^4, over its polar moment h^4 / 6 (Saint-Venant
 ///   1855). t = 0.844 h mu / 6.
 /// - Axes turn with the cube: A = F.x . yz. A column of F is not of length 1, so bodies stretched by half
-///   would lose what holds their hourglass modes: the difference of t and k fades with tr C.
+///   would lose the resistance to their hourglass modes: the difference of t and k fades with tr C.
 ///   W = (k sum |u|^2 - fade ((k - t) (A^2 + B^2 + C^2) - t (A + B + C)^2)) / 16
 struct HourglassControl {
   static constexpr float kTwist = 0.8436F;

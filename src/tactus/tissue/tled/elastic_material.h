@@ -1,5 +1,5 @@
 #pragma once
-/// What tissue is made of, as users say it.
+/// Materials of tissue, in the users' parameters.
 #include <array>
 #include <cstdint>
 #include <string>
@@ -36,7 +36,7 @@ struct TledOptions {
   /// Part of critical damping of the fastest mode, 0..0.7, by viscous elements: rigid motion is not damped.
   float damping_ratio = 0.05F;
   /// Viscoelastic: mu(t) = mu (1 - sum share (1 - exp(-t / time))), a Prony series (Taylor et al. 2009);
-  /// lambda stays. Materials say what resists at once.
+  /// lambda stays. Materials give the instantaneous stiffness.
   std::array<RelaxationTerm, 2> relaxation{};
   float faded_share() const { return relaxation[0].share + relaxation[1].share; }
 };
@@ -50,7 +50,7 @@ struct ElasticMaterial {
   float lambda_Pa() const { return young_Pa * poisson / ((1 + poisson) * (1 - 2 * poisson)); }
 };
 
-/// @throws Error naming the field and its value for what is out of range.
+/// @throws Error naming a field that is out of range, and its value.
 void check_material(const ElasticMaterial& material);
 
 }  // namespace tactus

@@ -12,7 +12,7 @@ namespace tactus::tled {
 
 /// Columns of cubes that are worked on side by side.
 inline constexpr int kLanes = 8;
-/// Of nodes, of a tile.
+/// Most layers of nodes of a tile.
 inline constexpr int kMostLayers = 16;
 
 /// Cells of a dense box round the lattice: a node and the cube above, behind and right of it share one. Rows
@@ -41,14 +41,14 @@ struct Tile {
   Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
 };
 
-/// Stiffness per cell, as its kind: few bytes, which is what counts on a GPU.
+/// Stiffness per cell, as its kind: few bytes, which counts most on a GPU.
 struct StiffnessKinds {
   View<const std::uint16_t> kind;  ///< 0: no cube
   View<const Stiffness> kinds;
   TACTUS_HD Stiffness operator[](Index cell) const { return kinds[kind[cell]]; }
 };
 
-/// And in three fields, 0 without a cube: lanes of a CPU read what is beside one another best.
+/// And in three fields, 0 without a cube: lanes of a CPU read neighbouring values best.
 struct StiffnessFields {
   View<const float> fields;
   Index cells = 0;
@@ -58,7 +58,7 @@ struct StiffnessFields {
 };
 
 /// A CPU wants tiles as large as its caches allow, a GPU rows that are whole lines of memory, and to read
-/// what it needs later while it works on something else: a processor of it has only 24 warps to wait with.
+/// later values while it works on something else: a processor of it has only 24 warps to wait with.
 struct TilesOnCpu {
   using Stiffnesses = StiffnessFields;
   static constexpr int kGroups = 32, kGroupsX = 6;
@@ -71,7 +71,7 @@ struct TilesOnGpu {
 };
 
 /// Internal forces of all nodes [P 6]. One block is a tile; its columns are walked upwards, a layer of cubes
-/// at a time, and what each layer exerts on the nodes below and above it is handed on in registers.
+/// at a time, and the forces of each layer on the nodes below and above it are handed on in registers.
 template <class Cube, class Tiles, class Sink>
 struct ElementForces {
   static constexpr int kThreads = kLanes * Tiles::kGroups, kLeastBlocks = Cube::kLeastBlocks;
@@ -87,8 +87,8 @@ struct ElementForces {
     Index cell[Tiles::kGroups];        ///< of each group's first column, in the lowest layer
     Index starts_row[Tiles::kGroups];  ///< 1: its first column has none to the left in this tile
     Index shares[Tiles::kGroups];      ///< 1: its first column belongs to the tile before
-    /// Per node: what the row of columns before it exerts on it. Of odd and even layers: while one is read,
-    /// the next is written.
+    /// Per node: force of the row of columns before it, for odd and even layers: while one is read, the next
+    /// is written.
     float from_before[2][3][kThreads];
     typename Sink::Moment now;
     Index column[kThreads];                 ///< cell of each column in the lowest layer, on a GPU
@@ -212,7 +212,7 @@ struct ElementForces {
     }
   }
 
-  /// Where there is no cube, only what the one below exerts is handed on.
+  /// Where there is no cube, only the force of the cube below is handed on.
   template <class C>
   TACTUS_HD void cross_void(C& column, Index cell, int i) const {
     float above[4][3];
@@ -225,7 +225,7 @@ struct ElementForces {
     }
   }
 
-  /// What the sink reads of a node: before its force is known, or then.
+  /// Values of a node that the sink reads: before its force is known, or then.
   struct NodeAhead {
     typename Sink::Node kept;
     TACTUS_HD void read_ahead(const Sink& to, Index cell) { kept = to.read(cell); }
@@ -236,8 +236,8 @@ struct ElementForces {
     TACTUS_HD typename Sink::Node read(const Sink& to, Index cell) const { return to.read(cell); }
   };
 
-  /// Of a cube's force on its lower and upper nodes the sums with signs 1, x if y is 0, with y, xy if it
-  /// is 1.
+  /// Hands on a cube's forces on its lower and upper nodes: the sums with signs 1, x if y is 0, with y, xy if
+  /// it is 1.
   template <class C>
   TACTUS_HD void hand_on(C& column, int y, int i, Vec3f down, Vec3f up, Vec3f down_x, Vec3f up_x) const {
     const Vec3f both = Vec3f{column.up[2 * y][0][i], column.up[2 * y][1][i], column.up[2 * y][2][i]} + down;

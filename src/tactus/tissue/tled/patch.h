@@ -9,13 +9,13 @@
 
 namespace tactus::tled {
 
-/// Copies and their virtual nodes, on one device. Tled gives virtual nodes the cells behind its box, so what
-/// loads and stores nodes needs no second path. A substep sums the copies' forces node by node; then either
-/// nodes of the tiles get them as external acceleration and virtual nodes move (move), or all get them as
-/// forces (add_to).
+/// Copies and their virtual nodes, on one device. Tled gives virtual nodes the cells behind its box, so
+/// kernels that load and store nodes need no second path. A substep sums the copies' forces node by node;
+/// then either nodes of the tiles get them as external acceleration and virtual nodes move (move), or all get
+/// them as forces (add_to).
 ///
-/// There is room for so many copies and virtual nodes. What is in use may change between frames: write it to
-/// copies() and stiffness(), then rebuild(). A recorded frame stays valid.
+/// There is room for so many copies and virtual nodes. The copies in use may change between frames: write
+/// them to copies() and stiffness(), then rebuild(). A recorded frame stays valid.
 class Patch {
  public:
   Patch() = default;
@@ -35,7 +35,7 @@ class Patch {
   View<Stiffness> stiffness() { return stiffness_.view(); }
   View<const Stiffness> stiffness() const { return stiffness_.const_view(); }
   View<const CopyCells> corners() const { return corners_.const_view(); }
-  /// Of substep k, before and after.
+  /// Stresses that relax, before and after substep k.
   View<float> history() { return history_Pa_[0].view(); }  ///< between frames
   void archive(ExecContext& ctx, StateArchive& a) {
     a.buffer(ctx, "stresses that relax of copies", history_Pa_[0]);
@@ -48,7 +48,7 @@ class Patch {
   void rebuild(ExecContext& ctx, Index copies_end, Index nodes_end);
   /// Keeps the external accelerations that load() of the tiles found.
   void load(ExecContext& ctx, View<const float> external_m_s2, Index cells);
-  /// What copies exert for these positions.
+  /// Forces of the copies for these positions.
   template <class Cube>
   void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells) {
     using Kernel = CopyForces<Cube>;

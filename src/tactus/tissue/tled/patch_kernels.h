@@ -13,8 +13,8 @@ struct CopyCells {
 
 inline Index copy_blocks(Index copies) { return ceil_div(copies, Index{kLanes}); }
 
-/// What each copy exerts on its eight corners: the same modes as in ElementForces, summed in the same order.
-/// A block has kLanes copies, which a CPU works out side by side.
+/// Forces of each copy on its eight corners: the same modes as in ElementForces, summed in the same order. A
+/// block has kLanes copies, which a CPU works out side by side.
 template <class Cube>
 struct CopyForces {
   static constexpr int kThreads = kLanes, kGrain = 8;
@@ -66,7 +66,7 @@ struct CopyForces {
     for (int t = 0; t < kLanes; ++t)
       for (int q = 0; q < 8; ++q) f_N[8 * (first + t) + q] = exerted.get(q, t);
   }
-  /// Of a layer of four nodes: sums with signs 1, x, y, xy.
+  /// Sums over a layer of four nodes, with signs 1, x, y, xy.
   struct Layer {
     Vec3f all, x, y, xy;
     TACTUS_HD TACTUS_ALWAYS_INLINE static Layer of(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
@@ -75,7 +75,7 @@ struct CopyForces {
     }
   };
   /// Without loops: g++ leaves a loop over lanes that holds two of them alone.
-  /// @param x_of(q) of a corner @param tell(q, f) what it gets
+  /// @param x_of(q) position of a corner @param tell(q, f) takes its force
   template <class X, class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void exert(Index c, const Stiffness& of, X&& x_of, F&& tell) const {
     const Layer low = Layer::of(x_of(0), x_of(1), x_of(2), x_of(3)),
@@ -202,7 +202,7 @@ struct FindCopyCells {
   }
 };
 
-/// What corners are sorted by: their node, if copy and node are in use here.
+/// Key by which corners are sorted: their node, if copy and node are in use here.
 struct KeyCorners {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   View<const embed::CubeNodes> copies;

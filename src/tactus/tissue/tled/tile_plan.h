@@ -18,7 +18,7 @@ struct TilePlan {
   Index first_virtual_cell = 0;       ///< virtual nodes have the cells from here on
 };
 
-/// Of tiles.
+/// Limits of tiles.
 struct TileLimits {
   Index groups = 0;       ///< at most
   Index groups_x = 0;     ///< at most, along x

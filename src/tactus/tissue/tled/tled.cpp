@@ -25,8 +25,8 @@ float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
   return mu * (3 * lambda + 2 * mu) / (lambda + mu);
 }
 
-/// Of a cube that swells (3 lambda + 2 mu), is sheared (2 mu, more if lambda < 0) or bends (E / 3, less):
-/// times 4 / (rho h^2) the largest eigenvalue.
+/// Stiffness of a cube that swells (3 lambda + 2 mu), is sheared (2 mu, more if lambda < 0) or bends (E / 3,
+/// less): times 4 / (rho h^2) it is the largest eigenvalue.
 float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options) {
   const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
   return std::max(3 * m.lambda_Pa(), 0.F) + 2 * m.mu_Pa() + added;
@@ -58,9 +58,9 @@ struct Kinds {
   }
 };
 
-/// Of a cube. The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly
-/// (the often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of
-/// the relaxed material: what lasts is right.
+/// Stiffness of a cube. The hourglass stiffness k = h E / 6 is the bending stiffness of a cube exactly (the
+/// often used part of (lambda + 2 mu) h depends on Poisson's ratio). It does not relax, so it is that of the
+/// relaxed material: the lasting force is right.
 tled::Stiffness stiffness_of(float exact_fill, float spacing_m, const ElasticMaterial& m, float faded_share) {
   // Every cube at a surface has a fill of its own. Ten bits of it make some thousand kinds at most, which a
   // GPU's caches hold.

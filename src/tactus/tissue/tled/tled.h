@@ -36,14 +36,14 @@ class Tled {
 
   /// @param materials at most 255
   /// @param material_of_cube index into materials, or kNoElement; empty: all 0
-  /// @param own layers of nodes to move; those around follow what moves them elsewhere (BodySolver)
-  /// @throws Error naming field or cube for what is out of range.
+  /// @param own layers of nodes to move; those around are moved by other devices (BodySolver)
+  /// @throws Error naming a field or cube that is out of range.
   Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const ElasticMaterial> materials,
        std::span<const std::uint8_t> material_of_cube = {}, const TledOptions& options = {},
        std::optional<Slab> own = std::nullopt);
 
-  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. What relaxes does so for a
-  /// step of `time`; without one not at all. Asynchronous.
+  /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. Stresses relax for a step of
+  /// `time`; without one not at all. Asynchronous.
   void compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time = {});
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
@@ -52,9 +52,9 @@ class Tled {
   /// substeps.
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
-  /// Substeps in pieces, for those who exchange nodes with other devices: load once; then for k = 0, 1, ..
-  /// move the patch, then the edges and the interior, in any order or at once, each node's neighbours having
-  /// been moved by k - 1; store after `count` moves. Between, nodes are in cells only.
+  /// Substeps in pieces, for a solver that exchanges nodes with other devices: load once; then for k = 0, 1,
+  /// .. move the patch, then the edges and the interior, in any order or at once, each node's neighbours
+  /// having been moved by k - 1; store after `count` moves. Between, nodes are in cells only.
   enum class Tiles : std::uint8_t {
     all,
     edges,     ///< own nodes that other devices read
@@ -72,15 +72,15 @@ class Tled {
 
   /// The step that step() accepts. Until measure_stable_step it is guaranteed: no smaller lattice of these
   /// materials and no deformation up to the monitor's margin has a smaller critical step than min h sqrt(rho
-  /// / (3 lambda + 2 mu)), less what damping costs.
+  /// / (3 lambda + 2 mu)), less the share that damping costs.
   float stable_step_s() const { return stable_step_s_; }
   /// 0.95 of 2/omega_max of this body at rest, by power iteration; becomes stable_step_s(). Not for bodies
   /// that will be cut. Synchronizes.
   float measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations = 300);
-  /// Looks how strained its cubes are, of a cut body those between an own layer of nodes and the next. What
-  /// it found is read later, and kept until it looks again. Asynchronous.
+  /// Looks how strained its cubes are, of a cut body those between an own layer of nodes and the next. Its
+  /// result is read later, and kept until it looks again. Asynchronous.
   void find_extremes(ExecContext& ctx, const BodyState& state);
-  /// (1) What find_extremes found; cubes are counted from first_own_cube().
+  /// (1) Result of find_extremes; cubes are counted from first_own_cube().
   View<const tled::CubeExtremes> extremes() const { return worst_.const_view(); }
   Index first_own_cube() const { return own_cubes_.begin; }
   /// Cubes as the lattice counts them. Synchronizes.
@@ -102,36 +102,37 @@ class Tled {
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
 
-  /// What it keeps from frame to frame: stresses that relax. In this device's layout.
+  /// State that it keeps from frame to frame: stresses that relax. In this device's layout.
   void archive(ExecContext& ctx, StateArchive& a) {
     if (!relaxes()) return;
     a.buffer(ctx, "stresses that relax", history_Pa_[0]);
     if (patch_.has_room()) patch_.archive(ctx, a);
   }
 
-  /// Replaces cubes by copies, between frames. What is recorded stays valid. Asynchronous.
+  /// Replaces cubes by copies, between frames. Recordings stay valid. Asynchronous.
   void apply(ExecContext& ctx, const ChangeLists& change);
-  /// Of a copy that has `fill` of a cube.
+  /// Stiffness of a copy that has `fill` of a cube.
   tled::Stiffness copy_stiffness(Index of_cube, float fill) const;
 
  private:
-  /// Calls use(cube) with what resists in substep k. @param before,after history, `stride` of each field
+  /// Calls use(cube) with the force law of a cube in substep k. @param before,after history, `stride` of each
+  /// field
   template <class F>
   void with_cube(const StepTime& time, View<const float> before, View<float> after, Index stride, F&& use);
-  /// Of the copies in the patch.
+  /// Forces of the copies in the patch.
   void find_patch_forces(ExecContext& ctx, int k, const StepTime& time);
   tled::MoveNodes move_nodes(const TledStep& step, int k);
   static Index used_nodes(const CubeLattice& lattice, Slab own_layers);
   void make_patch(ExecContext& ctx, const CubeLattice& lattice, std::span<const tled::Stiffness> stiffness,
                   Slab own_layers, Index first_virtual_cell);
-  /// Reads what move k - 1 left.
+  /// Reads the positions that move k - 1 left.
   template <class Sink>
   void sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink);
   template <class Cube, class Sink>
   void launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube, const Sink& sink);
   tled::StiffnessKinds kinds() const { return {kind_.const_view(), kinds_.const_view()}; }
   tled::LoadPositions load_positions(const BodyState& state);
-  /// What the last of `count` moves left of the history is where the first looks for it.
+  /// Puts the history that the last of `count` moves left where the first one looks for it.
   void keep_history(ExecContext& ctx, int count, View<const FrameParams> frame = {});
   bool relaxes() const { return options_.faded_share() > 0; }
 

@@ -46,7 +46,7 @@ struct MoveCount {
   TACTUS_HD bool is_odd() const { return (count & 1) != 0; }
 };
 
-/// And back. What is fixed has not moved.
+/// And back. Fixed nodes have not moved.
 struct StoreNodes {
   View<const float> after_even_m, after_odd_m;  ///< positions ahead after so many moves, 3 fields each
   MoveCount moves;
@@ -77,8 +77,8 @@ struct KeepHistory {
   }
 };
 
-/// What becomes of the internal force at a node, and what of the node is read for it: forces are kept, three
-/// fields over cells.
+/// Sink for the internal forces at nodes, with the values of a node that it reads. This one keeps the forces,
+/// three fields over cells.
 struct StoreForces {
   View<float> f_N;  ///< 3 fields
   Index cells;
@@ -99,7 +99,7 @@ struct MoveNodes {
   Index cells;
   StepTime time;
   float drag_per_s, damping_time_s;
-  /// What is the same for all nodes: blocks share it, which frees registers.
+  /// Values that are the same for all nodes: blocks share them, which frees registers.
   struct Moment {
     float dt_s, kick_s;
     float drag;  ///< share of the velocity that drag leaves
@@ -192,7 +192,7 @@ struct FindExtremes {
     e.smallest_cube += first_cube;
     return e;
   }
-  /// What is not a number is worst, and stays; of equals the first.
+  /// A value that is not a number is worst, and stays; of equals the first.
   TACTUS_HD static CubeExtremes worse(const CubeExtremes& a, const CubeExtremes& b) {
     CubeExtremes w = a;
     if (a.speed_ratio == a.speed_ratio && !(b.speed_ratio <= a.speed_ratio))
