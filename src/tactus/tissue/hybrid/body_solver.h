@@ -45,7 +45,7 @@ class BodySolver {
   void follow(const FrameOnDevices& frame) { frame_ = &frame; }
   /// Clears the forces of the motions and the results of the check of nodes.
   void begin_frame();
-  /// Nodes that only the elements change go to the cells in which they are stepped.
+  /// Nodes that only elements and contact change go to the cells in which elements step them.
   void begin_substeps();
   /// Substep k of a block of `count`. Blocks begin after an even number of substeps, and after a multiple of
   /// matching_every.
