@@ -235,7 +235,7 @@ struct BodyDescription {
   bool contact = true;                    ///< the real surface pushes it
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   bool cuttable = false;                  ///< blades cut its elements
-  std::optional<double> cut_energy_j_m2;  ///< that a new wall takes, per area; none: nobody knows
+  std::optional<double> cut_energy_j_m2;  ///< that a new wall takes, per area; none: unknown
   std::optional<int> cut_room;            ///< copies of cubes that there is room for; none: from the cubes
   std::optional<BleedingDescription> bleeding;
   std::vector<PaintedRegion> regions;

@@ -212,7 +212,7 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
-  bool is_filmed_;  ///< else nobody films, and nothing is reconstructed
+  bool is_filmed_;  ///< else there are no cameras, and nothing is reconstructed
   SurfacePipeline fine_surface_;
   std::unique_ptr<SurfacePipeline> coarse_surface_;  ///< where savings may be made
   unsigned savings_made_ = 0, savings_asked_ = 0;    ///< bits

@@ -19,7 +19,7 @@ struct NodeMotion {
   std::vector<Index> nodes;
 };
 
-/// Moves nodes of one body, whatever its solver, on the device and without the host. After each substep:
+/// Moves nodes of one body, with any solver, on the device and without the host. After each substep:
 ///
 ///   tissue.step(ctx, state, ..);            // as if they were free
 ///   driven.move(ctx, state, held, time);

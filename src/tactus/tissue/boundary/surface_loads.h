@@ -19,8 +19,8 @@ struct SurfaceLoad {
 };
 
 /// Shares loads among the nodes as the surface hangs on them: integrals of the trilinear weights, three
-/// points a triangle. Force and moment are those of the triangles, whatever the lattice. They become the
-/// state's external forces.
+/// points a triangle. Force and moment are those of the triangles, for any lattice. They become the state's
+/// external forces.
 class SurfaceLoads {
  public:
   SurfaceLoads() = default;

@@ -42,7 +42,7 @@ struct FlsmGoals {
   Index cells = 0;
 };
 
-/// Solver of one body on one device. Between two steps anyone may change x and v (contact does).
+/// Solver of one body on one device. Between two steps, callers may change x and v (contact does).
 ///
 ///   Flsm flsm(ctx, lattice, material);
 ///   BodyState body = rest_state(ctx, lattice);

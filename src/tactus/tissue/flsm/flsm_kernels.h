@@ -1,14 +1,14 @@
 #pragma once
 /// Kernels of fast lattice shape matching. Fields are arrays over the cells of FlsmGrid, one after the other.
 ///
-/// Sums over regions in O(1) per node, whatever the half width w: a region that is box ∩ body is a window
-/// along x, then y, then z. Because rest positions are k spacings away from the centre node, `sum m~ x k^T`
-/// needs only first moments: 3 fields (m~ x) become 6 after x (window sums S0, and S1 = sum k f along x), 9
-/// after y, 12 after z. The goals are the transpose: 12 fields -> 9 -> 6 -> 3. Along y and z windows slide
-/// (one value enters, one leaves), in chunks of fixed place, so the bits don't depend on the split among
-/// threads and devices; along x, where lanes lie side by side, they are added directly. Sums are double: A_r
-/// is right to float32 round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre
-/// off the origin).
+/// Sums over regions in O(1) per node, for any half width w: a region that is box ∩ body is a window along x,
+/// then y, then z. Because rest positions are k spacings away from the centre node, `sum m~ x k^T` needs only
+/// first moments: 3 fields (m~ x) become 6 after x (window sums S0, and S1 = sum k f along x), 9 after y, 12
+/// after z. The goals are the transpose: 12 fields -> 9 -> 6 -> 3. Along y and z windows slide (one value
+/// enters, one leaves), in chunks of fixed place, so the bits don't depend on the split among threads and
+/// devices; along x, where lanes lie side by side, they are added directly. Sums are double: A_r is right to
+/// float32 round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre off the
+/// origin).
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/flsm/flsm_regions.h"
 #include "tactus/tissue/flsm/region_rotation.h"

@@ -71,7 +71,7 @@ class BodySolver {
   NodeCheckRecord node_check(const Readback* readback = nullptr);
   /// How strained the elements were at the last end_frame; likewise.
   tled::CubeExtremes extremes(const Readback* readback = nullptr);
-  /// From now on the body stays where it is, whatever acts on it. With follow() only. Synchronizes.
+  /// From now on the body stays where it is, under any forces. With follow() only. Synchronizes.
   void stop();
   /// Motion of the whole body at the last end_frame; the same on any number of devices; likewise.
   RigidMotion rigid_motion(const Readback* readback = nullptr);

@@ -36,7 +36,7 @@ struct BodyStep {
 /// The part of a step that concerns the elements.
 TledStep elements_step(const BodyStep& step);
 
-/// Solver of one body, or of some layers of it, on one device. Between two steps anyone may change x and v
+/// Solver of one body, or of some layers of it, on one device. Between two steps, callers may change x and v
 /// (contact does). Either model may be empty.
 class Hybrid {
  public:

@@ -107,7 +107,7 @@ TACTUS_HD inline float faded_share(float x) {
 /// A cube whose shear stress fades (Taylor et al. 2009). S = S_law - sum g_n with g_n' = (share_n S_shear -
 /// g_n) / time_n, S_shear being the second Piola-Kirchhoff stress that mu gives: it does not turn with the
 /// body. A step takes g_n + fade_n (share_n S_shear - g_n), fade_n = 1 - exp(-dt / time_n): exact for a held
-/// strain, whatever the step. Cubes at a tile's border are seen by several tiles, which all write the same.
+/// strain and any step. Cubes at a tile's border are seen by several tiles, which all write the same.
 template <class Law>
 struct RelaxingCube {
   static constexpr int kLeastBlocks = 0, kTerms = 2, kFields = 6 * kTerms;

@@ -28,7 +28,7 @@ struct TledStep {
 };
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
-/// Between two steps anyone may change x and v (contact does). Regular cubes are in dense tiles, copies of
+/// Between two steps, callers may change x and v (contact does). Regular cubes are in dense tiles, copies of
 /// cut ones in a patch.
 class Tled {
  public:
