@@ -187,7 +187,7 @@ double peak_cut_force_N(std::span<const CutStep> steps, double energy_J_m2, doub
       way_m += steps[k].way_m;
       area_m2 += steps[k].area_m2;
     }
-    // What is left at the end is too short to say anything, unless it is all there is.
+    // The rest at the end is too short to say anything, unless it is all there is.
     if (way_m > 0 && (begin == 0 || way_m >= kWindow * spacing_m))
       peak_N = std::max(peak_N, energy_J_m2 * area_m2 / way_m);
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// What a stroke of a blade did, beside the line that was planned for it.
+/// A blade's stroke, compared with the line that was planned for it.
 #include <array>
 #include <optional>
 #include <span>

@@ -84,7 +84,7 @@ void CutSolid::part_samples(const cut::BodyCutter& cutter, const cut::CutSurface
   samples_.erase(split.split.parent);
 }
 
-/// What of the walls lies in the body, per cube.
+/// The new walls in the body, per cube.
 std::vector<CutSolid::WallPatch> CutSolid::new_walls(const cut::BodyCutter& cutter) {
   std::vector<WallPatch> walls;
   std::unordered_map<Index, std::size_t> of_part;

@@ -1,5 +1,5 @@
 #pragma once
-/// What of a body that is cut others, and its own walls, can touch.
+/// The solid of a cut body that others, and its own walls, can touch.
 #include <array>
 #include <span>
 #include <unordered_map>
@@ -12,8 +12,8 @@
 namespace tactus {
 
 /// Owns the signed distances to the surface at rest, of the cubes next to it, as the body is cut. A part of a
-/// cube has max(those of its parent, the distance to the wall, positive beyond it); so what other parts
-/// have there is outside. Cubes that stay whole have max(theirs, minus the distance to the nearest wall), up
+/// cube has max(those of its parent, the distance to the wall, positive beyond it); so the material of other
+/// parts there is outside. Cubes that stay whole have max(theirs, minus the distance to the nearest wall), up
 /// to kWallBand.
 class CutSolid {
  public:

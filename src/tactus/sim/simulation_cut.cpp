@@ -1,4 +1,4 @@
-// What blades do to bodies between two frames.
+// Cuts of bodies by blades between two frames.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 /// A blade that jumps is a mistake, not a stroke [m].
 constexpr float kLongestStrip_m = 0.2F;
 
-/// Of the middle of the edge.
+/// Way of the middle of the edge.
 double way_m(const cut::BladeStrip& strip) {
   Vec3f sum{};
   for (std::size_t k = 0; k < strip.begin_m.size(); ++k) sum += strip.end_m[k] - strip.begin_m[k];
@@ -82,7 +82,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
   tracked_blades_.forget_strips();
 }
 
-/// What stands in a body, or flows round it.
+/// Lets the probes in a body, and the liquid round it, follow its cuts.
 void Simulation::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
   SoftBody& body = *bodies_[number];
   if (liquid_)

@@ -21,7 +21,7 @@ bool holds(const Box3f& box, Vec3f p) {
          p.z <= box.max.z;
 }
 
-/// Of nodes in a box: places in the world, at rest, and products of both.
+/// Sums over nodes in a box: places in the world, at rest, and products of both.
 struct FitSums {
   double count = 0;
   Vec3d x_m{}, rest{};

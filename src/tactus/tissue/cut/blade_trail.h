@@ -17,12 +17,12 @@ struct RestFrame {
   Vec3d middle_m{}, middle{};
   float spacing_m = 1;
 
-  /// Of the nodes in a box, of all where it holds few. @param counts per node, whether it does
+  /// Fits the frame to the nodes in a box, to all where it holds few. @param counts per node, whether it does
   /// @param guess of the turn
   static RestFrame fit(std::span<const Vec3f> before, std::span<const Vec3f> x_m, float spacing_m,
                        const std::function<bool(std::size_t)>& counts, const Box3f& box_m,
                        const Quatf& guess);
-  /// Snapped to whole multiples of 2^-14 spacings: what did not move stays where it is, to the bit.
+  /// Snapped to whole multiples of 2^-14 spacings: points that did not move stay where they are, to the bit.
   void to_rest(std::span<const Vec3f> points_m, std::span<Vec3f> rest) const;
 };
 

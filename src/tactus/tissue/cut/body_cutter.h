@@ -1,22 +1,22 @@
 #pragma once
-/// Cuts a body by what a blade sweeps: its lattice and its surface.
+/// Cuts a body, its lattice and its surface, by the strips that a blade sweeps.
 #include "tactus/tissue/cut/cut_surface.h"
 
 namespace tactus::cut {
 
-/// What a strip did in a frame.
+/// Result of a strip in a frame.
 struct CutReport {
   Index cut_cubes = 0;      ///< cubes and copies that fell apart
   Index slivers = 0;        ///< parts that had too little fill, and got it from the part across their wall
   double area_m2 = 0;       ///< of new walls at rest, one side
   double depth_m = 0;       ///< of the deepest new wall below the original surface, at rest
   bool is_refused = false;  ///< the strip meets cubes that must not be cut
-  bool is_full = false;     ///< there was no room for what it cuts
+  bool is_full = false;     ///< there was no room for its cuts
 };
 
-/// Owns a body's lattice and surface as they are cut, on the host. What changes goes to `apply` of the solver
-/// and of the embedded surface, between two frames. The time of a cut follows the strip, but for one look at
-/// all cubes.
+/// Owns a body's lattice and surface as they are cut, on the host. Changes go to `apply` of the solver and of
+/// the embedded surface, between two frames. The time of a cut follows the strip, but for one look at all
+/// cubes.
 class BodyCutter {
  public:
   /// @param lattice with room for copies @param may_cut per regular cube; empty: all
@@ -25,12 +25,12 @@ class BodyCutter {
              std::span<const embed::Anchor> anchors, CutSurface::Room room)
       : lattice_(lattice, std::move(may_cut)), surface_(lattice_, surface, anchors, room) {}
 
-  /// Room for what a frame changes.
+  /// Takes room for the changes of a frame.
   void take_room_for(TopologyChange& change) const;
 
-  /// @param x_m of all nodes, which rest @param change what it held is dropped
+  /// @param x_m of all nodes, which rest @param change its old contents are dropped
   CutReport cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change);
-  /// Of a body that moves. Trails of all blades have to follow the change.
+  /// The same for a body that moves. Trails of all blades have to follow the change.
   /// @param before_m,x_m of all nodes at the strip's begin and end
   CutReport cut(BladeTrail& trail, const BladeStrip& strip, std::span<const Vec3f> before_m,
                 std::span<const Vec3f> x_m, TopologyChange& change);

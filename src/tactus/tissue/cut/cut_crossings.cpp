@@ -169,7 +169,7 @@ void CutSurface::add_meetings(const Stage& s, const Split& split, std::vector<Me
   }
 }
 
-/// Who meets whom is found on all cores, points get their ids in the order of walls.
+/// Meetings are found on all cores, points get their ids in the order of walls.
 void CutSurface::intersect_all(Stage& s) {
   const std::size_t count = at_surface_.size();
   if (meetings_.size() < count) meetings_.resize(count);

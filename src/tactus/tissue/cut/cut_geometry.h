@@ -1,5 +1,5 @@
 #pragma once
-/// What the surface of a body that is cut asks of points.
+/// Geometry of points for the surface of a body that is cut.
 #include <cmath>
 
 #include "tactus/base/vec.h"

@@ -43,7 +43,8 @@ int CutSurface::side_of_faces(const LatticeCutter& cutter, const Stage& s, const
   return split.split.sides >> nearest & 1;
 }
 
-/// Cubes at the surface reach out of the body. What a wall parts off there has no mass, so it is no part.
+/// Cubes at the surface reach out of the body. Space that a wall parts off there has no mass, so it is no
+/// part.
 void CutSurface::drop_empty_parts(const LatticeCutter& cutter, Stage& s) {
   for (std::size_t k = 0; k < s.splits.size(); ++k) {
     if (s.empty_side[k] == kNoSide || !s.splits[k].has_surface) continue;
@@ -151,7 +152,7 @@ void CutSurface::add_triangles_round(const LatticeCutter& cutter, Corner corner)
 
 /// Each triangle is of one part of the lattice: that of its original vertices, else that of most corners.
 /// Corners on walls go to the copies of that part; where the others are of two parts, the triangle is
-/// dropped, and fans close what it leaves open, in each part on its own.
+/// dropped, and fans close the hole that it leaves, in each part on its own.
 void CutSurface::part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles,
                                 const std::vector<Index>& part_of_node) {
   const auto part = [&](Index cube) {
@@ -251,7 +252,7 @@ void CutSurface::drop_dust(const LatticeCutter& cutter) {
 }
 
 /// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small
-/// as what rounding left open, and gets a fan of triangles.
+/// as the gap that rounding left, and gets a fan of triangles.
 void CutSurface::close(const LatticeCutter& cutter) {
   sum_edges();
   std::map<Index, std::vector<Index>> next;  // against the open edges

@@ -1,4 +1,5 @@
-// Pieces of triangles that walls go through: which there are, on which side they lie, and who moves them.
+// Pieces of triangles that walls go through: which there are, on which side they lie, and which cubes move
+// them.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +10,7 @@
 namespace tactus::cut {
 namespace {
 
-/// Either way round. Without branches, which nobody could foresee.
+/// Either way round. Without branches, as they would be unpredictable.
 bool is_between(const std::array<Index, 2>& segment, Index a, Index b) {
   return (((segment[0] ^ a) | (segment[1] ^ b)) == 0) | (((segment[0] ^ b) | (segment[1] ^ a)) == 0);
 }
@@ -128,7 +129,8 @@ void CutSurface::find_region(const Divided& d, std::size_t piece, Places& found)
   }
 }
 
-/// What of a wall lies in the body. Where the surface goes through the wall, that says it.
+/// Keeps the pieces of a wall that lie in the body. Where the surface goes through the wall, it says which
+/// do.
 void CutSurface::keep_inner_pieces(const Stage& s, std::size_t number, Divided& d) const {
   d.segments.clear();
   for (const Segment& segment : s.wall_segments.of(static_cast<Index>(number))) d.segments.push_back(segment);
@@ -266,7 +268,8 @@ Index CutSurface::part_round(const Stage& s, const Divided& d, std::size_t piece
   return -1;
 }
 
-/// Who moves a point at the end of older walls, if the material next to it in a piece is cut now.
+/// The cube or copy that moves a point at the end of older walls, if the material next to it in a piece is
+/// cut now.
 Index CutSurface::copy_beside(const LatticeCutter& cutter, const Stage& s, Corner corner, Vec3d inner) const {
   const Vec3d p = at(corner.point);
   Vec3i cell;
@@ -279,7 +282,8 @@ Index CutSurface::copy_beside(const LatticeCutter& cutter, const Stage& s, Corne
   return leaf(corner.cube, inner);
 }
 
-/// Who moves the corners of a piece from now on. @param d none: the triangle is not divided
+/// Sets the cubes or copies that move the corners of a piece from now on. @param d none: the triangle is not
+/// divided
 void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Divided* d, std::size_t piece,
                            Triangle& t) const {
   const Vec3d middle = (at(t.corner[0].point) + at(t.corner[1].point) + at(t.corner[2].point)) / 3.0;
@@ -300,7 +304,7 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
       corner.cube = part;
       continue;
     }
-    // Without a wall of its own, a new point of an edge has what its neighbour has.
+    // Without a wall of its own, a new point of an edge has its neighbour's cube.
     if (corner.cube < 0) corner.cube = cutter.regular_of(s.lowest_parent(corner.point));
     const Vec3d inner = point.is_wall ? point.p + 1e-3 * (middle - point.p) : point.p;
     corner.cube = point.is_wall && s.rim.contains(static_cast<std::uint64_t>(corner.point))
@@ -309,7 +313,7 @@ void CutSurface::set_cubes(const LatticeCutter& cutter, const Stage& s, const Di
   }
 }
 
-/// Nothing is deeper than what was measured and the way to there. So one of each kRun points that follow one
+/// No point is deeper than a measured one plus the distance to it. So one of each kRun points that follow one
 /// another is measured, then those of the others that may be deeper than all of these.
 void CutSurface::note_depths() {
   constexpr std::size_t kRun = 16;
@@ -343,7 +347,7 @@ void CutSurface::divide_triangle(const LatticeCutter& cutter, const Stage& s, st
   find_sides(s, d);
 }
 
-/// Shares of cubes, and what is in pieces. None of it changes what others read.
+/// Finds the shares of cubes, and the triangles that are in pieces. It changes nothing that others read.
 void CutSurface::find_pieces(const LatticeCutter& cutter, Stage& s) {
   const std::size_t near = s.near.size(), splits = s.splits.size(), walls = s.walls.size();
   s.shares.resize(splits);

@@ -10,7 +10,7 @@ namespace {
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// The gradient of a cube's trilinear weights along the wall's normal. Where both sides of the cut share most
-/// of what moves the point, at the end of a cut, the wall can't be parted: 0.
+/// of the weights that move the point, at the end of a cut, the wall can't be parted: 0.
 WallSide side_of(const LatticeCutter& cutter, Index cube, Vec3d local, const PointChange& change) {
   const CubeLattice& lattice = cutter.lattice();
   WallSide side;
@@ -51,7 +51,7 @@ CutPoints::CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> po
   }
 }
 
-/// Of the parts in an eighth of a cube, the one nearest to their middle is the point.
+/// In each eighth of a cube, the wall's part that is nearest to the middle of all parts there is the point.
 void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface, double unit_m2) {
   for (const auto& [cubes_of_sides, wall] : wall_cells(surface, 2)) {
     if (!(wall.area > 1e-3)) continue;  // the next cell has a point there

@@ -13,8 +13,8 @@ namespace {
 /// Small numbers that look random, -0.5..0.5.
 double scatter(std::uint64_t i) { return static_cast<double>(mixed(i) >> 11U) * 0x1p-53 - 0.5; }
 
-/// Vertices are whole multiples of it, in spacings: a power of two that is more than what floats leave unsure
-/// about their places, so a face on a plane of the lattice lies on it.
+/// Vertices are whole multiples of it, in spacings: a power of two that is larger than the rounding error of
+/// their places as floats, so a face on a plane of the lattice lies on it.
 double grain_of(const CubeLattice& lattice, const TriangleMesh& surface) {
   double farthest_m = 0;
   for (const Vec3f p : surface.positions_m)
@@ -291,14 +291,15 @@ double CutSurface::share_of(const LatticeCutter& cutter, Index cube, std::size_t
          dot(way, way);
 }
 
-/// Beyond the end of its material a wall parts nothing. What lies between the end of an older cut and a new
+/// Beyond the end of its material a wall parts nothing. Material between the end of an older cut and a new
 /// one on the same way has no corner of its own: it stays with the corner, so a part of a cube has material
 /// on a face, or an edge, only where it has a corner there. All cubes round the face decide the same.
 void CutSurface::keep_in_reach(const LatticeCutter& cutter, Index parent,
                                std::array<double, kPairs>& places) const {
   const Index regular_cubes = cutter.lattice().regular_cubes();
   if (parent < regular_cubes) return;
-  // Of the way from the end of the material to the other corner: a wall that ends nearer goes so far beyond.
+  // Shares of the way from the end of the material to the other corner: a wall nearer to the end than kMargin
+  // goes to kBeyond.
   constexpr double kMargin = 0.02, kBeyond = 0.25;
   const std::uint8_t own = cutter.corners(parent);
   for (std::size_t pair = 0; pair < kPairs; ++pair) {

@@ -16,8 +16,8 @@
 namespace tactus::cut {
 
 /// Works in the body's rest state, in lattice coordinates, where no two pieces of material overlap. A cube
-/// that falls in two has a wall (cut/wall.h). Where a wall crosses the surface both are divided; what of the
-/// wall lies in the body becomes surface of both sides.
+/// that falls in two has a wall (cut/wall.h). Where a wall crosses the surface both are divided; the part of
+/// the wall that lies in the body becomes surface of both sides.
 ///
 /// Corners of triangles are points and the cube or copy that moves them. Two corners at a point are one
 /// vertex if the same nodes move them. So the end of a slit closes by itself, and opens when it goes on.
@@ -41,8 +41,8 @@ class CutSurface {
   /// valid until the next call
   const std::vector<double>& cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
-  /// Finds the triangles that update() looks at. Of the cutter it reads where cubes are, which commit()
-  /// leaves as it is.
+  /// Finds the triangles that update() looks at. It reads only the cubes' places from the cutter, which
+  /// commit() leaves as they are.
   void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
   /// New vertices and triangles, and vertices that other cubes move from now on.
   void update(const LatticeCutter& cutter, TopologyChange& change);
@@ -60,14 +60,14 @@ class CutSurface {
     std::array<Vec3d, 3> corners;
     std::array<Index, 2> part;
   };
-  /// Of the last update().
+  /// New walls of the last update().
   const std::vector<NewWall>& new_walls() const { return new_walls_; }
   /// A cube that fell in two, with its whole wall.
   struct NewSplit {
     CubeSplit split;
     std::size_t first = 0, end = 0;  ///< of the walls' triangles
   };
-  /// Of the last update(), in the order in which they were made.
+  /// New splits of the last update(), in the order in which they were made.
   const std::vector<NewSplit>& new_splits() const { return new_splits_; }
   /// In lattice coordinates, with their normals to part[1].
   std::span<const std::array<Vec3d, 3>> triangles_of(const NewSplit& split) const {
@@ -75,12 +75,11 @@ class CutSurface {
   }
   /// On which side of its wall a cube that was cut has a point: that of part[0] or part[1].
   int side(Index parent, Vec3d p) const { return parted_[index(parted_place_[index(parent)])].wall.side(p); }
-  /// Triangles that close what rounding left open, in all.
+  /// Number of triangles that close the gaps left by rounding, in all.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
   double wall_area() const { return wall_area_; }
-  /// Of walls since the last call: how deep the deepest of their points lies below the original surface, at
-  /// rest [spacings].
+  /// Depth of the deepest point of walls since the last call below the original surface, at rest [spacings].
   double take_depth() { return std::exchange(deepest_, 0.0); }
   /// Parts of cubes since the last call that had less than kLeastFill, and got it from the part across their
   /// wall.
@@ -159,7 +158,7 @@ class CutSurface {
   using Places = ShortList<std::size_t, 12>;
   /// A triangle of the surface, or of a wall, in pieces.
   struct Divided {
-    /// Of a piece, from a corner to the next one.
+    /// Edge of a piece, from a corner to the next one.
     struct Edge {
       int beside;   ///< piece that has it, too; -1: none
       int segment;  ///< that lies there; -1: none
@@ -169,7 +168,7 @@ class CutSurface {
     ShortList<std::array<Edge, 3>, 8> edges;  ///< per piece
     ShortList<int, 8> region_of;              ///< per piece
     ShortList<Side, 4> sides;                 ///< of regions, of splits' walls
-    ShortList<Triangle, 8> triangles;         ///< of the surface: what takes its place
+    ShortList<Triangle, 8> triangles;         ///< of the surface: those that take its place
     Vec3d normal{};
     bool is_round = true;
     const Side* find_side(int region, Index split) const {
@@ -393,7 +392,7 @@ class CutSurface {
   };
   std::vector<Parted> parted_;
   std::vector<Index> parted_place_;  ///< per cube and copy: in parted_; -1: it is whole
-  std::vector<Index> parent_;        ///< per cube and copy: what it is a part of; -1: of none
+  std::vector<Index> parent_;        ///< per cube and copy: the one that it is a part of; -1: none
   /// Per copy and pair with one corner of its own: point of the wall where its material ends.
   std::vector<std::array<Index, kPairs>> ends_;
   Chains<Vertex> vertices_at_;  ///< per point of a wall
@@ -427,7 +426,7 @@ class CutSurface {
   std::vector<std::uint8_t> is_mended_;        ///< of these
   std::vector<Index> suspects_;                ///< triangles that may reach from part to part one day
   std::vector<Piece> named_;                   ///< their vertices
-  std::vector<std::uint64_t> weight_changes_;  ///< what these change of edge_weight_
+  std::vector<std::uint64_t> weight_changes_;  ///< their changes of edge_weight_
   std::vector<Index> use_points_;              ///< ascending
   std::vector<Index> first_use_;               ///< per point in use_points_, and the end
   std::vector<Index> uses_at_;                 ///< of points: counts, then places

@@ -250,7 +250,7 @@ void CutSurface::sort_by_nodes(const LatticeCutter& cutter, Index point, std::sp
       if (use.nodes == first + index(kind)) here[to++] = use;
 }
 
-/// Of those known at the point, or one that is free, or a new one.
+/// A vertex known at the point, or one that is free, or a new one.
 Index CutSurface::vertex_of(Index point, const std::array<Index, 8>& nodes) {
   Vertex* free = nullptr;
   for (Vertex& v : vertices_at_.of(point)) {
@@ -303,7 +303,7 @@ void CutSurface::name_point(const LatticeCutter& cutter, Index point, std::span<
     while (end < here.size() && here[end].nodes == here[first].nodes) ++end;
     return end;
   };
-  // Vertices whose nodes nobody has any more are free for the others.
+  // Vertices whose nodes no corner has any more are free for the others.
   if (is_wall) {
     for (Vertex& v : vertices_at_.of(point)) {
       std::size_t first = 0;

@@ -20,7 +20,7 @@ class ExactSum {
     if (value != 0 || kept == 0) parts_[at(kept++)] = value;
     count_ = kept;
   }
-  /// Of three floats: the product of two is exact in double.
+  /// Adds the product of three floats: that of two is exact in double.
   void add_product(double a, double b, double c) {
     const double ab = a * b, abc = ab * c;
     add(abc);

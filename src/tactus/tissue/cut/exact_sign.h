@@ -20,7 +20,7 @@ struct NamedPoint {
 /// The four ids must differ.
 int orientation(const NamedPoint& a, const NamedPoint& b, const NamedPoint& c, const NamedPoint& d);
 
-/// A triangle that many segments are looked up with: what of its plane is the same for all is kept.
+/// A triangle that many segments are tested against: it keeps the values of its plane that all tests need.
 class NamedTriangle {
  public:
   NamedTriangle(const NamedPoint& c, const NamedPoint& d, const NamedPoint& e);
@@ -30,7 +30,7 @@ class NamedTriangle {
   };
   End end(const NamedPoint& a) const;
   /// Where the segment ab crosses the triangle: the share of the way from a to b, 0..1; -1: it does not.
-  /// Of triangles that share an edge exactly one is crossed by a segment that goes through it.
+  /// A segment that goes through an edge crosses exactly one of the triangles that share the edge.
   double crossing(const NamedPoint& a, const End& of_a, const NamedPoint& b, const End& of_b) const;
   const Box3f& box_m() const { return box_m_; }
 
@@ -38,7 +38,7 @@ class NamedTriangle {
   bool is_met(const NamedPoint& a, const NamedPoint& b) const;
   NamedPoint c_, d_, e_;
   Vec3d origin_, normal_;
-  double uncertain_;  ///< per distance: what of a determinant may be rounding
+  double uncertain_;  ///< per distance: the part of a determinant that may be rounding
   Box3f box_m_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Sets, maps and lists that grow in few arrays: what a cut looks up costs no allocation each.
+/// Sets, maps and lists that grow in few arrays: the entries of a cut cost no allocation each.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -168,7 +168,8 @@ class Chains {
   std::vector<Link> links_;
 };
 
-/// Indices that are collected to be gone through once, ascending. Its time follows what is in it.
+/// Indices that are collected to be gone through once, ascending. Its time follows the number of indices in
+/// it.
 class IndexSet {
  public:
   void insert(Index i) {

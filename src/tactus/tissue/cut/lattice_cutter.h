@@ -1,6 +1,6 @@
 #pragma once
-/// Cuts the lattice of a body by what a blade sweeps, frame by frame (Molino et al. 2004, Sifakis et al.
-/// 2007).
+/// Cuts the lattice of a body by the strips that a blade sweeps, frame by frame (Molino et al. 2004, Sifakis
+/// et al. 2007).
 #include <functional>
 #include <span>
 #include <vector>
@@ -17,12 +17,12 @@ namespace tactus::cut {
 /// Walls stay so far from nodes, in spacings.
 inline constexpr double kFromNode = 5e-5;
 
-/// What the edge of a blade sweeps in a frame: a polyline at the frame's begin and end [m], as many points;
-/// no end: it stays.
+/// The strip that the edge of a blade sweeps in a frame: a polyline at the frame's begin and end [m], as many
+/// points; no end: it stays.
 struct BladeStrip {
   std::vector<Vec3f> begin_m, end_m;
-  /// Of the strip; the next one of a stroke has the next number. Then an edge that passes where two strips
-  /// meet is cut by one of them.
+  /// Number of the strip; the next one of a stroke has the next number. Then an edge that passes where two
+  /// strips meet is cut by one of them.
   int frame = 0;
 
   Box3f box_m() const;
@@ -83,7 +83,7 @@ class LatticeCutter {
     std::vector<Edge> edges;
     std::vector<Index> cubes;
   };
-  /// Of all mark()s that cut something.
+  /// Journals of all mark()s that cut something.
   const std::vector<Journal>& journals() const { return journals_; }
   /// In place of mark() with a strip. @throws Error naming an id that is out of range.
   void mark(const Journal& journal);
@@ -93,7 +93,8 @@ class LatticeCutter {
     Vec3f by{};
   };
   std::vector<KeptOff> kept_off() const;
-  /// In place of what journals left. @param nodes ascending @throws Error naming an id that is out of range.
+  /// Replaces the kept-off nodes that journals left. @param nodes ascending @throws Error naming an id that
+  /// is out of range.
   void keep_off(std::span<const KeptOff> nodes);
   /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
   /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
@@ -101,11 +102,11 @@ class LatticeCutter {
   /// @returns valid until the next call; nothing where there is no room: is_full() says so, and the cuts stay
   std::span<const std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
   bool is_full() const { return is_full_; }
-  /// Gives a stage's parts what their parents had, before the next stage parts them again. @param share per
-  /// split: part[1]'s share of the parent's fill
+  /// Gives a stage's parts their parents' fill and mass, before the next stage parts them again. @param share
+  /// per split: part[1]'s share of the parent's fill
   void divide(const std::vector<CubeSplit>& stage, const std::vector<double>& share);
   /// Gives copies their nodes, and these their masses, once all stages were divided.
-  /// @param change what it held is dropped
+  /// @param change its old contents are dropped
   void commit(std::span<const std::vector<CubeSplit>> stages, TopologyChange& change);
 
   /// Where a strip crossed the way between two corners: share of the way from `a`; -1: none did.
@@ -140,7 +141,7 @@ class LatticeCutter {
  private:
   static constexpr Index kCubeBlock = 16;  ///< regular cubes that are looked at together
   static std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
-  /// Of the box.
+  /// Place of a cell in the box.
   std::size_t cell(Vec3i p) const {
     const Vec3i n = lattice_.node_dims - Vec3i{1, 1, 1};
     return index((std::int64_t{p.z} * n.y + p.y) * n.x + p.x);
@@ -236,7 +237,7 @@ class LatticeCutter {
     std::uint32_t cut_edges = 0;
     Parts parts;
   };
-  std::vector<DirtyCube> dirty_cubes_;  ///< what dirty_ are now; of those that are no more, no parts
+  std::vector<DirtyCube> dirty_cubes_;  ///< state of dirty_ now; no parts for cubes that are no more
   std::vector<Journal> journals_;
   IndexSet touched_;
   std::vector<SharedNodes> affected_;  ///< corners round the cubes of the last splits()
@@ -254,7 +255,7 @@ class LatticeCutter {
     Index cube, parts;
   };
   std::vector<Falling> falling_;
-  std::vector<std::pair<Index, Live>> before_;  ///< places in live_, and what they had
+  std::vector<std::pair<Index, Live>> before_;  ///< places in live_, and their old entries
   std::vector<std::vector<CubeSplit>> stages_;  ///< those from stage_count_ on are empty
   std::size_t stage_count_ = 0;
   std::vector<Index> found_, root_;

@@ -41,7 +41,7 @@ void keep_node_off(Index node, std::vector<Vec3f>& kept_off, std::vector<Index>&
   kept_off[at(node)] += by;
 }
 
-/// What a segment of a blade's edge is about to sweep, as a plane near a point of it.
+/// The surface that a segment of a blade's edge is about to sweep, as a plane near a point of it.
 class SweptPlane {
  public:
   SweptPlane(std::span<const Vec3f> begin, std::span<const Vec3f> end, std::size_t k)
@@ -256,8 +256,8 @@ void LatticeCutter::place_nodes(const RestFrame& frame, std::span<const Vec3f> x
   for (const Index i : near_wall_) nodes[at(i)] += kept_off_[at(i)];
 }
 
-/// Where the blade's edge and all nodes are is taken relative to the nodes round it, so that what moves
-/// together doesn't move. They go to their new places in turns, in small steps.
+/// Places of the blade's edge and of all nodes are taken relative to the nodes round the edge, so a common
+/// motion of both is none. They go to their new places in turns, in small steps.
 LatticeCutter::Marked LatticeCutter::mark(BladeTrail& trail, const BladeStrip& strip,
                                           std::span<const Vec3f> before_m, std::span<const Vec3f> x_m) {
   // Nodes near walls were kept off them.

@@ -24,7 +24,8 @@ std::uint32_t points_round(int q, std::uint8_t own) {
   return from_low << static_cast<unsigned>(13 - d.x - 3 * d.y - 9 * d.z);
 }
 
-/// Who hangs together at a lattice corner: sets of points that some of them own, no two of which meet.
+/// Sets of cubes and copies that hang together at a lattice corner, by the points that they own. No two sets
+/// meet.
 class CornerSets {
  public:
   /// @param points that the next one owns @returns its number
@@ -72,8 +73,8 @@ LatticeCutter::Parts LatticeCutter::components(Index cube, std::uint32_t cut_edg
   return found;
 }
 
-/// Walls go on through the part of a cube where it has no material, so they reach the surface of what it has.
-/// There they follow the strip as far as that goes.
+/// Walls go on through the part of a cube where it has no material, so they reach the surface of its
+/// material. There they follow the strip as far as that goes.
 std::uint8_t LatticeCutter::extended(std::uint32_t cut_edges, std::uint8_t low, std::uint8_t high) {
   unsigned side[2] = {low, high};
   for (const bool across : {false, true}) {
@@ -195,7 +196,7 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::functio
   return std::span(stages_).first(stage_count_);
 }
 
-/// What is left of a cube while its parts are split off has a copy, too.
+/// The rest of a cube while its parts are split off has a copy, too.
 void LatticeCutter::add_splits(Index cube, std::uint32_t cut_edges, const Parts& parts, Index first) {
   std::uint8_t rest = corners(cube);
   Index parent = cube;
@@ -214,9 +215,9 @@ void LatticeCutter::add_splits(Index cube, std::uint32_t cut_edges, const Parts&
   }
 }
 
-/// Who has material or places at a lattice corner shares nodes as far as they own lattice points together:
-/// the corner, or others of the faces and edges that they share there. The regular node is with the corner's
-/// material; a set keeps the virtual node that it had.
+/// Cubes and copies at a lattice corner share nodes as far as they own lattice points together: the corner,
+/// or others of the faces and edges that they share there. The regular node is with the corner's material; a
+/// set keeps the virtual node that it had.
 void LatticeCutter::share_nodes(SharedNodes& shared) {
   const std::span<AtCorner> entries = this->entries(shared);
   CornerSets set;
@@ -276,7 +277,7 @@ void LatticeCutter::share_masses(Index first_new, TopologyChange& change) {
   }
 }
 
-/// Of copies that are new or have other nodes.
+/// Lists the copies that are new or have other nodes.
 void LatticeCutter::add_copies(Index first_copy, TopologyChange& change) {
   touched_.take(found_);
   for (const Index cube : found_) {
@@ -340,7 +341,7 @@ void LatticeCutter::commit(std::span<const std::vector<CubeSplit>> stages, Topol
   share_masses(first_new, change);
 }
 
-/// @param old where it is, and what it is a twin of
+/// @param old node at the same place, of which it is a twin
 void LatticeCutter::add_node(Index node, Index old, TopologyChange& change) {
   const Index place = node - lattice_.regular_nodes(), k = old - lattice_.regular_nodes();
   if (lattice_.virtual_nodes[at(place)] >= 0) return;

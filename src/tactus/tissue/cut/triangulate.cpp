@@ -102,7 +102,7 @@ class Outline {
   void push_back_to_front(const Chain& chain, std::size_t but_last = 0) {
     for (std::size_t i = chain.size() - but_last; i-- > 0;) push(chain[i]);
   }
-  /// What was pushed since `first`.
+  /// Range of the points pushed since `first`.
   Range pushed(std::size_t first) const { return {first, corners_.size() - first}; }
 
   /// @param to place where the chain ends; the polygon's size: inside, as a slit

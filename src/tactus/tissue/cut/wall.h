@@ -8,7 +8,7 @@
 
 namespace tactus::cut {
 
-/// Plane of a wall; what lies above is on side 1.
+/// Plane of a wall; points above it are on side 1.
 struct WallPlane {
   Vec3d point, normal;
   double above(Vec3d p) const { return dot(normal, p - point); }
@@ -59,7 +59,7 @@ using Tet = std::array<Vec3d, 4>;
 double volume(const Tet& tet);
 /// The six tetrahedra of a cube.
 std::array<Tet, 6> whole_cube(Vec3i cube);
-/// What of a tetrahedron lies below and above a plane.
+/// Part of a tetrahedron on one side of a plane, below or above it.
 struct TetPart {
   std::array<Tet, 3> tets;
   std::size_t count;
@@ -68,7 +68,8 @@ struct TetPart {
 using TetParts = std::array<TetPart, 2>;
 TetParts clip(const Tet& tet, const WallPlane& plane);
 
-/// Calls f(side, tet, volume) for what a tetrahedron, which a wall does not leave, has on the wall's sides.
+/// Calls f(side, tet, volume) for the parts of a tetrahedron on the wall's sides. It must lie in one
+/// tetrahedron of the wall.
 template <class F>
 void part(const Tet& tet, const Wall& wall, F&& f) {
   const auto add = [&](int side, const Tet& part) {

@@ -14,7 +14,7 @@ struct WallPart {
   Vec3d normal{};  ///< unit, to side 1
 };
 
-/// What the newest walls have in one cell, the cells_per_spacing-th of a cube's edge.
+/// The newest walls in one cell, the cells_per_spacing-th of a cube's edge.
 struct WallCell {
   std::array<Index, 2> cubes_of_sides;  ///< into which the cube fell apart
   WallPart wall;  ///< the middle of the part that is nearest to the middle of all; area and normal of all
