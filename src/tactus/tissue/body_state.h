@@ -9,7 +9,7 @@ namespace tactus {
 struct BodyState {
   Buffer<Vec3f> x_m;      ///< positions, world
   Buffer<Vec3f> v_m_s;    ///< velocities
-  Buffer<Vec3f> f_ext_N;  ///< external forces of the coming substep besides gravity; cleared by their source
+  Buffer<Vec3f> f_ext_N;  ///< external forces besides gravity; they stay until their source writes others
 };
 
 /// Nodes of a body that one device holds, and of those the ones that move there. A device that has the whole
