@@ -66,7 +66,9 @@ int parse_number(std::string_view digits, std::string_view text) {
   int value = -1;
   const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (code != std::errc() || end != digits.data() + digits.size() || value < 0) {
-    fail_device(text, "'" + std::string(digits) + "' is not a number");
+    std::string why = "'";  // (g++ 12 warns of an overflow in "'" + std::string(digits).)
+    why.append(digits).append("' is not a number");
+    fail_device(text, why);
   }
   return value;
 }

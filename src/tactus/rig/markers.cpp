@@ -47,7 +47,8 @@ std::string markers_missing() {
 #endif
 }
 
-std::vector<SeenMarker> find_markers(std::span<const ColorImage> pictures, const std::string& dictionary) {
+std::vector<SeenMarker> find_markers([[maybe_unused]] std::span<const ColorImage> pictures,
+                                     const std::string& dictionary) {
   [[maybe_unused]] const int number = marker_dictionary(dictionary);
 #ifdef TACTUS_WITH_ARUCO
   const auto of = cv::aruco::getPredefinedDictionary(number);

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <opencv2/core/persistence.hpp>
+#include <opencv2/core.hpp>
 #include <set>
 #include <sstream>
 #ifdef TACTUS_WITH_CALIB3D
