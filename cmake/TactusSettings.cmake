@@ -137,7 +137,7 @@ target_compile_options(tactus_settings INTERFACE
 add_library(tactus_warnings INTERFACE)
 target_compile_options(tactus_warnings INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:$<$<BOOL:${TACTUS_WERROR}>:-Werror> -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict
-    $<$<BOOL:${TACTUS_PCH}>:-Wno-stringop-overflow>>
+    $<$<BOOL:${TACTUS_PCH}>:-Wno-stringop-overflow$<SEMICOLON>-Wno-array-bounds>>
   $<$<COMPILE_LANGUAGE:CUDA>:-Werror=cross-execution-space-call -Xcompiler=-Wall,-Wextra>)
 # Modules and programs are compiled with the compiler's and the C library's checks, and without names of this folder: the same bits
 # come from another one. (Of loops of kernels they cost nothing: `bench frame` and `bench table5` take as long with them.)

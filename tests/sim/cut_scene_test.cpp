@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "support/data_folder.h"
 #include "support/device_sets.h"
 #include "support/message_of.h"
 #include "support/sliced_block.h"
@@ -221,6 +222,26 @@ TEST(CutScene, SeveredPartsDoNotCreep) {
     const Vec3f moved = fallen.probes.back()[probe] - fallen.probes[59][probe];
     EXPECT_LT(length(moved), 0.05F * kTraySpacing_m) << probe;
   }
+}
+
+/// Where a body is on several devices, its nodes were gathered before the frame's cut: new ones were read
+/// where the first node of the lattice is at rest, and the skin, strains and hashes of that frame with them.
+TEST(CutScene, NewNodesAreReadWhereTheyAreOnSeveralDevices) {
+  const Scene scene = read_scene(source_path("scenes/slice.yaml"));
+  DeviceSet one("cpu"), three("cpu:3", 3);
+  Simulation on_one(one, scene, {}, {}), on_three(three, scene, {}, {});
+  ASSERT_EQ(on_three.bodies()[0]->device_count(), 3);
+  for (int k = 0; k < 19; ++k) {
+    on_one.step(nullptr, k > 0 ? 1.0 / 30 : 0);
+    on_three.step(nullptr, k > 0 ? 1.0 / 30 : 0);
+    for (std::size_t b = 0; b < 2; ++b) {
+      EXPECT_EQ(on_one.bodies()[b]->positions_m(on_one.context()),
+                on_three.bodies()[b]->positions_m(on_three.context()))
+          << "frame " << k;
+      EXPECT_EQ(on_one.snapshot().bodies[b].positions_m, on_three.snapshot().bodies[b].positions_m);
+    }
+  }
+  EXPECT_GT(on_one.bodies()[0]->cut_state(on_one.context()).copies, 0);
 }
 
 TEST(CutScene, SaysWhatItCanNotCut) {

@@ -101,13 +101,13 @@ struct SetNodeMasses {
 /// New nodes begin where those are that they were split from.
 struct PlaceNodes {
   View<const LocalNode> nodes;
-  View<Vec3f> x_m, v_m_s, f_ext_N;
+  View<Vec3f> x_m, v_m_s, f_ext_N;  ///< forces: empty where no step reads them
   TACTUS_HD void operator()(Index i) const {
     const LocalNode n = nodes[i];
     if (n.from < 0) return;
     x_m[n.node] = x_m[n.from];
     v_m_s[n.node] = v_m_s[n.from];
-    f_ext_N[n.node] = Vec3f{};
+    if (n.node < f_ext_N.size()) f_ext_N[n.node] = Vec3f{};
   }
 };
 

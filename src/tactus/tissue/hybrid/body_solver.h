@@ -168,7 +168,8 @@ class BodySolver {
   struct PatchOfAll {
     PatchOfAll(ExecContext& ctx, const CubeLattice& lattice, const std::vector<Slab>& slabs);
     void take(ExecContext& ctx, Index part, View<const Vec3f> x_m, View<const Vec3f> v_m_s, BodyState& to);
-    void apply(ExecContext& ctx, const TopologyChange& change, std::span<const std::unique_ptr<Part>> parts);
+    void apply(ExecContext& ctx, const TopologyChange& change, std::span<const std::unique_ptr<Part>> parts,
+               BodyState& gathered);
     Index first;  ///< node of the body
     MotionMeter motion;
     std::vector<Index> owner;  ///< per node: part

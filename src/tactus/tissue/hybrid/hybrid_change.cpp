@@ -75,26 +75,29 @@ void BodySolver::apply(const TopologyChange& change) {
     ctx.parallel_for("hybrid/set_masses", nodes.size(),
                      cut::SetMasses{nodes, part.tissue.window().own.begin, part.motion.mass_kg()});
   }
-  if (patch_) patch_->apply(devices_.context(0), change, parts_);
+  if (patch_) patch_->apply(devices_.context(0), change, parts_, body_);
   devices_.synchronize();
 }
 
-/// On the first device, which needs masses for the body's motion, and owners.
+/// On the first device, which needs masses for the body's motion, owners, and the places of new nodes: the
+/// frame's nodes were gathered before the cut.
 void BodySolver::PatchOfAll::apply(ExecContext& ctx, const TopologyChange& change,
-                                   std::span<const std::unique_ptr<Part>> parts) {
+                                   std::span<const std::unique_ptr<Part>> parts, BodyState& gathered) {
   LocalChange nodes;
   for (const TopologyChange::Node& n : change.nodes) {
     if (n.node < first) continue;
     Index part = 0;
     while (n.layer >= parts[static_cast<std::size_t>(part)]->tissue.own_layers().end) ++part;
     owner[static_cast<std::size_t>(n.node - first)] = part;
-    nodes.nodes.push_back({.node = n.node, .mass_kg = n.mass_kg});
+    nodes.nodes.push_back({.node = n.node, .from = n.from, .mass_kg = n.mass_kg});
   }
   ctx.upload(std::span<const Index>(owner), device_owner.view());
   ChangeLists& lists = *parts.front()->change;
   lists.upload(ctx, nodes);
   ctx.parallel_for("hybrid/set_masses", lists.nodes.size(),
                    cut::SetMasses{lists.nodes, first, motion.mass_kg()});
+  ctx.parallel_for("hybrid/place_nodes", lists.nodes.size(),
+                   cut::PlaceNodes{lists.nodes, gathered.x_m.view(), gathered.v_m_s.view(), {}});
 }
 
 }  // namespace tactus
