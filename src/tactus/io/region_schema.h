@@ -28,6 +28,8 @@ void describe_fixed(FieldVisitor& v, FixedRegion& f);
 void describe_painted(FieldVisitor& v, PaintedRegion& r);
 void describe_moved(FieldVisitor& v, MovedRegion& m);
 void describe_load(FieldVisitor& v, LoadedRegion& l);
+void describe_placement(FieldVisitor& v, PlacementDescription& p);
+void describe_obstacle(FieldVisitor& v, ObstacleSetting& o);
 void describe_tracked(FieldVisitor& v, TrackedBladeDescription& t);
 void describe_plan(FieldVisitor& v, PlanDescription& p);
 /// Each is for a body that is cuttable.

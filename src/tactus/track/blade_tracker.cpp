@@ -287,7 +287,7 @@ void BladeTracker::judge() {
     if (!last_edge_m_.empty())
       way_m = std::max(way_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
   }
-  // Of another shape, twins are not asked: anything fits it as badly.
+  // Twins of a tool of another shape are not asked for: anything fits it as badly.
   if (is_misfit)
     now_.state = BladeState::misfit;
   else if (is_twin_)
