@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # build_examples.sh BUILD EXAMPLES SCRATCH: installs BUILD, then configures, builds and runs the examples against it.
 set -euo pipefail
-build=$1 examples=$2 scratch=$3
+build=$(realpath "$1") examples=$(realpath "$2") scratch=$3
 rm -rf "$scratch"
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
 use() {  # use EXAMPLE [cmake options]

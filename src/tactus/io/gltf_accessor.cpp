@@ -14,7 +14,8 @@ T load(const unsigned char* p) {
   return value;
 }
 
-/// The size of a component; 0 for types that glTF doesn't have (the parser knows signed integers and doubles, too).
+/// The size of a component; 0 for types that glTF doesn't have (the parser knows signed integers and doubles,
+/// too).
 std::size_t bytes_of(int type) {
   if (type == TINYGLTF_COMPONENT_TYPE_INT || type == TINYGLTF_COMPONENT_TYPE_DOUBLE) return 0;
   return static_cast<std::size_t>(
