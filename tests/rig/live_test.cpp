@@ -383,6 +383,9 @@ TEST_F(Live, PlainIsForThisComputerAlone) {
             std::string::npos);
   EXPECT_TRUE(is_loopback("tcp://127.0.0.1:1"));
   EXPECT_TRUE(is_loopback("tcp://[::1]:1"));
+  EXPECT_TRUE(is_loopback("tcp://127.0.0.1:*"));
+  for (const char* port : {"0", "65536", "99999", "-1", "79 33", "7933/x"})
+    EXPECT_THROW(is_loopback(std::string("tcp://127.0.0.1:") + port), Error) << port;
   for (const char* other : {"tcp://*:1", "tcp://localhost:1", "tcp://127.evil.org:1", "tcp://[::]:1"})
     EXPECT_FALSE(is_loopback(other)) << other;
   settings_.address = "tcp://127.0.0.1:*";

@@ -279,7 +279,8 @@ DoctorReport examine(const DoctorOptions& options) {
     input.ticks.push_back(frame.silhouettes);
   }
   if (input.ticks.empty()) throw Error("'" + options.rig + "' gave no usable frame: " + source->status());
-  DoctorReport report{options.rig, input.cameras, input.workspace_m, examine_rig(input), {}, 0};
+  DoctorReport report{options.rig, input.cameras,   input.workspace_m, examine_rig(input), {},
+                      0,           source->damage()};
   Evidence evidence;
   double mean_recall = 0;
   for (const double r : report.diagnosis.recall_after)
@@ -300,12 +301,13 @@ void doctor(const DoctorOptions& options) {
   }
   const DoctorReport report = examine(options);
   print_doctor(report);
+  note_damage(report.damage);
   if (!options.json_path.empty()) write_json_file(options.json_path, doctor_json(report));
   if (!options.html_path.empty()) write_doctor_html(options.html_path, report);
   if (!options.fix_folder.empty())
     write_fixed(options.fix_folder, report.diagnosis, report.diagnosis.workspace_m);
   const Verdict v = report.diagnosis.verdict;
-  set_exit_code(v == Verdict::well ? 0 : v == Verdict::faulty ? kExitFaulty : kExitUnsure);
+  if (v != Verdict::well) set_exit_code(v == Verdict::faulty ? kExitFaulty : kExitUnsure);
 }
 
 }  // namespace

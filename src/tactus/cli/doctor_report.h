@@ -15,6 +15,7 @@ struct DoctorReport {
   Diagnosis diagnosis;
   std::vector<std::string> evidence;  ///< metric and other, a line each
   double seen_by_few = 0;             ///< share of the workspace that fewer than three cameras see
+  std::string damage;                 ///< of the recording (FrameSource::damage); "": it is whole
 };
 
 nlohmann::json doctor_json(const DoctorReport& report);

@@ -18,7 +18,7 @@ inline constexpr ExitCode kExitCodes[] = {
     {kExitBlewUp, "run: all results are written, but a body blew up and rested from then on"},
     {4, "doctor: the rig is faulty"},
     {5, "doctor: unsure whether the rig is right"},
-    {kExitDamaged, "run: all results are written, but parts of the recording were damaged or cut off"},
+    {kExitDamaged, "all results are written, but parts of the recording were damaged or cut off"},
     {kExitInterrupted, "interrupted (SIGINT, SIGTERM, SIGHUP): the results so far are written"},
 };
 

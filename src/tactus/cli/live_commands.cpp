@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -232,6 +233,14 @@ void add_plain(CLI::App& command, LiveFlags& flags) {
   command.add_flag("--plain", flags.plain, "without keys, on this computer alone");
 }
 
+/// The fault of a number of seconds; "" where there is none.
+std::string a_duration(const std::string& text) {
+  char* end = nullptr;
+  const double seconds = std::strtod(text.c_str(), &end);
+  if (end != text.c_str() && *end == 0 && std::isfinite(seconds) && seconds > 0) return "";
+  return "'" + text + "', expected seconds above 0";
+}
+
 }  // namespace
 
 void add_keys_command(CLI::App& app) {
@@ -259,7 +268,7 @@ void add_client_command(CLI::App& app) {
   command->add_option("--quality", flags->of_camera.photo_quality, "of their JPEG")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  command->add_option("--seconds", flags->seconds, "stop after so long");
+  command->add_option("--seconds", flags->seconds, "stop after so long")->check(a_duration);
   add_plain(*command, *flags);
   command->footer(
       "A camera without a device plays its recording (mask or video of the rig file), over and over.\n"
@@ -273,7 +282,7 @@ void add_serve_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("serve", "Receive a live rig without physics: watch it, record it");
   command->add_option("rig", flags->rig, "rig file")->required();
   command->add_option("--record", flags->record, "file to make of all sets");
-  command->add_option("--seconds", flags->seconds, "stop after so long");
+  command->add_option("--seconds", flags->seconds, "stop after so long")->check(a_duration);
   add_plain(*command, *flags);
   command->footer("Example:\n  tactus serve rig.yaml --record calibration.rec --seconds 60");
   command->callback([flags] { serve(*flags); });

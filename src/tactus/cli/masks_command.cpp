@@ -5,6 +5,7 @@
 #include "tactus/base/log.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/program.h"
 #include "tactus/cli/source_flags.h"
 #include "tactus/rig/data_writers.h"
 #include "tactus/run/frame_sources.h"
@@ -56,6 +57,7 @@ void write_masks(const MasksOptions& options) {
   }
   if (frames == 0 && !interrupted())
     throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+  note_damage(source->damage());
   std::printf("%d frames of %zu cameras in %s\n", frames, source->rig().cameras.size(),
               options.folder.c_str());
 }

@@ -108,6 +108,12 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
 
 void set_exit_code(int code) { exit_code = code; }
 
+void note_damage(const std::string& damage) {
+  if (damage.empty()) return;
+  log_warning(damage);
+  set_exit_code(kExitDamaged);
+}
+
 CLI::Option* add_devices(CLI::App& command, std::string& devices) {
   return command.add_option("--devices", devices, "cpu, cpu:N (virtual), cuda:0, cuda:0-3, cuda:all, auto")
       ->envname("TACTUS_DEVICES")

@@ -15,5 +15,7 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
 
 /// For a verb whose result is an exit code: the value that run_program returns when nothing is thrown.
 void set_exit_code(int code);
+/// Warns of a source that is damaged or cut off, and ends the program with kExitDamaged; "" is well.
+void note_damage(const std::string& damage);
 
 }  // namespace tactus

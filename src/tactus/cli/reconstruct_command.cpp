@@ -10,6 +10,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/program.h"
 #include "tactus/cli/motion_output.h"
 #include "tactus/cli/reconstruct_measures.h"
 #include "tactus/cli/source_flags.h"
@@ -374,6 +375,8 @@ void reconstruct(ReconstructOptions options) {
   }
   if (json["frames"].empty() && !interrupted())
     throw Error("'" + options.what + "' gave no usable frame: " + source->status());
+  if (!source->damage().empty()) json["damage"] = source->damage();
+  note_damage(source->damage());
   if (!options.json_path.empty()) write_json_file(options.json_path, json);
   if (!json["frames"].empty()) reconstruction.check_surface(source->status());
 }

@@ -1,9 +1,19 @@
 #include "tactus/rig/live_settings.h"
 
+#include <charconv>
+
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
+
+/// 1 to 65535, or * for any free one. (ZeroMQ takes others modulo 65536.)
+bool is_port(std::string_view text) {
+  if (text == "*") return true;
+  int port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && end == text.data() + text.size() && port >= 1 && port <= 65535;
+}
 
 /// Host of tcp://HOST:PORT, without brackets.
 std::string host_of(const std::string& address) {
@@ -11,6 +21,8 @@ std::string host_of(const std::string& address) {
   const std::size_t port = address.rfind(':');
   if (!address.starts_with(kTcp) || port < kTcp.size() + 1 || port + 1 >= address.size())
     throw usage_error("address '" + address + "', expected tcp://HOST:PORT");
+  if (!is_port(std::string_view(address).substr(port + 1)))
+    throw usage_error("address '" + address + "', expected a port of 1 to 65535, or *");
   std::string host = address.substr(kTcp.size(), port - kTcp.size());
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   return host;
