@@ -83,7 +83,8 @@ if have clang-tidy tidy; then
   if [ -z "$base" ]; then
     tools/tidy.py src bench || failed=1
   else
-    mapfile -t sources < <(chosen 'src/*.cpp' 'bench/*.cpp' 'tests/*.cpp')
+    read -ra folders <<<"${LINT_TIDY:-src bench tests}"
+    mapfile -t sources < <(chosen "${folders[@]/%//*.cpp}")
     if [ ${#sources[@]} -gt 0 ]; then tools/tidy.py "${sources[@]}" || failed=1; else echo "tidy: no source changed"; fi
   fi
 fi
