@@ -325,7 +325,7 @@ def set_realtime(wanted: bool) -> bool:
 
 def main() -> int:
     a = parsed()
-    if Dealer.library(a.tactus) is None:
+    if Dealer.zeromq(a.tactus) is None:
         tell(f"skipped: '{a.tactus}' is not linked to ZeroMQ, so it was built without live cameras")
         return SKIP
     realtime = set_realtime(a.realtime)

@@ -29,7 +29,7 @@ class Dealer:
     DONTWAIT, EVENTS, POLLIN = 1, 15, 1
 
     def __init__(self, key: pathlib.Path, address: str, heartbeat_ms=0):
-        z = self.library()
+        z = self.zeromq()
         words = dict(line.split(" ", 1) for line in key.read_text().splitlines())
         self.context = ctypes.c_void_p(z.zmq_ctx_new())
         self.socket = ctypes.c_void_p(z.zmq_socket(self.context, self.DEALER))
@@ -43,7 +43,7 @@ class Dealer:
         self.room = ctypes.create_string_buffer(1 << 20)
 
     @classmethod
-    def library(cls, tactus: str = ""):
+    def zeromq(cls, tactus: str = ""):
         """The one that the program is linked to; None without."""
         if cls.LIBRARY is None:
             told = subprocess.run(["ldd", tactus], capture_output=True, text=True, check=False).stdout
@@ -55,13 +55,13 @@ class Dealer:
         return cls.LIBRARY
 
     def send(self, data: bytes) -> bool:
-        return self.library().zmq_send(self.socket, data, ctypes.c_size_t(len(data)), self.DONTWAIT) >= 0
+        return self.zeromq().zmq_send(self.socket, data, ctypes.c_size_t(len(data)), self.DONTWAIT) >= 0
 
     def receive(self, wait_s=0.0):
         """The next message; None by then."""
         until = time.monotonic() + wait_s
         while True:
-            n = self.library().zmq_recv(self.socket, self.room, ctypes.c_size_t(len(self.room)), self.DONTWAIT)
+            n = self.zeromq().zmq_recv(self.socket, self.room, ctypes.c_size_t(len(self.room)), self.DONTWAIT)
             if n >= 0:
                 return self.room.raw[:min(n, len(self.room))]
             if time.monotonic() >= until:
@@ -254,7 +254,7 @@ class Mad:
 def main():
     if sys.argv[1] == "witness":
         Witness.work()
-    Dealer.library(sys.argv[2])
+    Dealer.zeromq(sys.argv[2])
     mad = Mad(pathlib.Path(sys.argv[3]), int(sys.argv[4]), int(sys.argv[5]))
     for _ in sys.stdin:
         print(mad.do_something(), flush=True)

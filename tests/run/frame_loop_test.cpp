@@ -28,6 +28,16 @@ bodies:
     material: {young_modulus_pa: 20000}
 )";
 
+/// It meets the block in the half before the checkpoint and pushes it in the other.
+constexpr const char* kRisingBall = R"(
+obstacles:
+  - name: ball
+    kind: sphere
+    radius_m: 0.03
+    placement: {position_m: [0, -0.055, 0]}
+    motion: [{time_s: 0}, {time_s: 0.14, displacement_m: [0, 0.05, 0]}]
+)";
+
 constexpr const char* kFilmed = R"(
 source: {kind: synthetic, figure: sphere, frames: 0-3}
 reconstruction: {resolution: 32}
@@ -120,8 +130,9 @@ TEST(FrameLoop, LookingOnChangesNoBit) {
 
 TEST(FrameLoop, GoesOnAfterACheckpointWithTheSameBits) {
   const std::string scene_path = testing::TempDir() + "frame_loop.yaml", path = scene_path + ".checkpoint";
-  std::ofstream(scene_path) << kFalling;
-  World whole(kFalling), first(kFalling), second(kFalling);
+  const std::string struck = std::string(kFalling) + kRisingBall;
+  std::ofstream(scene_path) << struck;
+  World whole(struck.c_str()), first(struck.c_str()), second(struck.c_str());
   FrameLoop(*whole.source, whole.simulation).run();
   FrameLoop half(*first.source, first.simulation, {.most_frames = 4, .should_stop = {}});
   half.run();

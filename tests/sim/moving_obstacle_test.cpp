@@ -47,7 +47,8 @@ TEST(SphereSurface, HasTheVolumeOfTheBall) {
 class MovingObstacle : public ::testing::TestWithParam<std::string> {};
 TACTUS_INSTANTIATE_DEVICES(MovingObstacle);
 
-/// What the ball gets is what the block loses: impulses are summed in float over some 500 contacts, 1e-4.
+/// What the ball gets is what the block loses: impulses are summed in float over some 500 contacts
+/// a frame, so 500 roundings of 6e-8 each, 3e-5.
 TEST_P(MovingObstacle, GivesTheBodyWhatItLoses) {
   TACTUS_SKIP_WITHOUT_DEVICES(GetParam());
   Scene scene = ball_and_block();

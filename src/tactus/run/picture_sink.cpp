@@ -19,7 +19,7 @@ void PictureSink::frame(RunFrame& frame) {
   const bool with_photographs =
       wears_photographs_ && (budget_ == nullptr || !budget_->leaves_out_photographs());
   pictures_.add(frame.snapshot(), with_photographs ? frame.images.colors : std::vector<ColorImage>{},
-                frame_text(frame), time_text);
+                caption_text(frame), time_text);
 }
 
 }  // namespace tactus

@@ -13,7 +13,7 @@ void ProgressSink::begin(const Simulation& /*simulation*/, std::optional<int> fr
 }
 
 void ProgressSink::frame(RunFrame& frame) {
-  log_debug(frame_text(frame));
+  log_debug(caption_text(frame));
   if (!is_shown_) return;
   const std::string text =
       progress_text(frame.number, frame_count_, now_s() - begin_s_) + "   " + times_text(frame);

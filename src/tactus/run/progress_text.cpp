@@ -35,7 +35,7 @@ std::string times_text(const RunFrame& frame) {
   return hull + text;
 }
 
-std::string frame_text(const RunFrame& frame) {
+std::string caption_text(const RunFrame& frame) {
   return "frame " + std::to_string(frame.images.tick) + "   " + times_text(frame);
 }
 

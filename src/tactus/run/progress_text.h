@@ -12,6 +12,6 @@ std::string progress_text(int done, std::optional<int> total, double elapsed_s);
 /// "hull 0.9 ms   mesh 0.3 ms   bodies 4.1 ms (31 substeps)   frame 5.6 ms"
 std::string times_text(const RunFrame& frame);
 /// The same after its number: "frame 12   hull 0.9 ms ..."
-std::string frame_text(const RunFrame& frame);
+std::string caption_text(const RunFrame& frame);
 
 }  // namespace tactus

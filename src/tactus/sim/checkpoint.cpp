@@ -109,7 +109,7 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
   a.value("whether there is a surface", has_surface_);
   a.value("tick", tick_);
   a.value("choice of substeps", substep_choice_);
-  std::vector<PieceSpeed> speeds = piece_speeds_;
+  std::vector<Reach> speeds = piece_speeds_;
   auto count = static_cast<Index>(speeds.size());
   speeds.resize(static_cast<std::size_t>(kPieces));
   a.value("fast pieces", count);

@@ -133,7 +133,7 @@ std::vector<ToolMotion> MovingObstacles::motions() const {
   return all;
 }
 
-std::vector<MovingObstacles::Reach> MovingObstacles::reaches() const {
+std::vector<Reach> MovingObstacles::reaches() const {
   std::vector<Reach> all;
   for (const Moving& m : all_) {
     const Box3f box = bounds(m.mesh);

@@ -5,6 +5,7 @@
 #include "tactus/contact/obstacles.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/sim/body_shape.h"
+#include "tactus/sim/reach.h"
 
 namespace tactus {
 
@@ -19,8 +20,8 @@ class MovingObstacles {
  public:
   MovingObstacles(const Scene& scene, std::span<const ObstacleDescription> obstacles);
   bool empty() const { return all_.empty(); }
-  /// Where a held obstacle is at the end of the next frame and of those after it. @param T_world_obstacle
-  /// rigid; the scale of its placement stays
+  /// Where a held obstacle is at the end of the next frame and of those after it. It turns the shorter way:
+  /// by less than half a turn a frame. @param T_world_obstacle rigid; the scale of its placement stays
   /// @throws usage Error for a name that is not a held obstacle's, with those that are; Error for a pose that
   /// is not finite or not rigid.
   void set_pose(const std::string& name, const Rigidd& T_world_obstacle);
@@ -32,11 +33,7 @@ class MovingObstacles {
   void begin_frame(double dt_s, double end_s, double end_age_s);
   /// Motion of each obstacle, for contact.
   std::vector<ToolMotion> motions() const;
-  /// Box at the frame's end and speed of the fastest point.
-  struct Reach {
-    Vec3d low_m, high_m;
-    double m_s = 0;
-  };
+  /// The reach of each, at the frame's end.
   std::vector<Reach> reaches() const;
   /// World, at the frame's end.
   std::vector<TriangleMesh> meshes() const;

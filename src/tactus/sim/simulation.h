@@ -246,14 +246,10 @@ class Simulation {
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
   bool is_settled_ = false;   ///< or need not be
-  /// Box at the capture and fastest point of each piece of the real surface.
-  struct PieceSpeed {
-    Vec3d low_m, high_m;
-    double m_s = 0;
-  };
-  std::vector<PieceSpeed> piece_speeds_;
-  std::vector<PieceSpeed> tool_speeds_;  ///< likewise
-  int part_ = 0;                         ///< of the frame that runs
+  std::vector<Reach>
+      piece_speeds_;  ///< of the real surface at its capture, and of all that is in tool_speeds_
+  std::vector<Reach> tool_speeds_;  ///< of moving obstacles and tracked tools
+  int part_ = 0;                    ///< of the frame that runs
   std::vector<CutScore> cuts_;
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;

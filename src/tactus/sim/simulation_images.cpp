@@ -30,9 +30,7 @@ std::span<const BitMask> Simulation::follow_blades(std::span<const BitMask> mask
                                                    double dt_s, std::vector<Notice>& notices) {
   if (tracked_blades_.empty()) return masks;
   const StageTimer timer(timings_, "blades");
-  const std::span<const BitMask> others =
-      tracked_blades_.follow(masks, dt_s, {frame.markers, depths(frame)}, notices);
-  return others;
+  return tracked_blades_.follow(masks, dt_s, {frame.markers, depths(frame)}, notices);
 }
 
 void Simulation::move_tools(const FrameTimes& times, bool has_new_images) {
@@ -43,10 +41,8 @@ void Simulation::move_tools(const FrameTimes& times, bool has_new_images) {
   motions.insert(motions.end(), blades.begin(), blades.end());
   world_.move_tools(motions);
   tool_speeds_.clear();
-  for (const MovingObstacles::Reach& r : moving_obstacles_.reaches())
-    tool_speeds_.push_back({r.low_m, r.high_m, r.m_s});
-  for (const TrackedBlades::Reach& r : tracked_blades_.reaches())
-    tool_speeds_.push_back({r.low_m, r.high_m, r.m_s});
+  for (const Reach& r : moving_obstacles_.reaches()) tool_speeds_.push_back(r);
+  for (const Reach& r : tracked_blades_.reaches()) tool_speeds_.push_back(r);
   if (!has_surface_) piece_speeds_.clear();
   piece_speeds_.insert(piece_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
 }

@@ -15,7 +15,7 @@ int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
 
 double Simulation::surface_m_s() const {
   double fastest = 0;
-  for (const PieceSpeed& piece : piece_speeds_) fastest = std::max(fastest, piece.m_s);
+  for (const Reach& piece : piece_speeds_) fastest = std::max(fastest, piece.m_s);
   return fastest;
 }
 
@@ -23,7 +23,7 @@ double Simulation::surface_m_s() const {
 /// apart than that and contact's reach, the piece doesn't count.
 double Simulation::surface_m_s(const SoftBody& body, double seconds) const {
   double fastest = 0;
-  for (const PieceSpeed& piece : piece_speeds_) {
+  for (const Reach& piece : piece_speeds_) {
     const double way_m = (piece.m_s + static_cast<double>(body.fastest_m_s())) * seconds,
                  reach_m = 2 * (body.spacing_m() + static_cast<double>(sample_spacing_m_));
     const RigidMotion& of = body.motion();

@@ -96,7 +96,7 @@ std::vector<ToolMotion> TrackedBlades::motions() const {
   return all;
 }
 
-std::vector<TrackedBlades::Reach> TrackedBlades::reaches() const {
+std::vector<Reach> TrackedBlades::reaches() const {
   std::vector<Reach> all;
   for (const Blade& blade : blades_) {
     if (blade.motion.is_there == 0 || !blade.touches) continue;

@@ -11,6 +11,7 @@
 #include "tactus/rig/frame_source.h"
 #include "tactus/sim/body_shape.h"
 #include "tactus/sim/notice.h"
+#include "tactus/sim/reach.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 #include "tactus/track/blade_tracker.h"
 
@@ -53,11 +54,7 @@ class TrackedBlades {
   /// Motions of the tools that are known and touch, as of the last images. A tool moves from where the last
   /// images had it to where these have it, as the real surface does.
   std::vector<ToolMotion> motions() const;
-  /// Box of each tool that is there, and the speed of its fastest point.
-  struct Reach {
-    Vec3d low_m, high_m;
-    double m_s = 0;
-  };
+  /// The reach of each tool that is there and touches.
   std::vector<Reach> reaches() const;
   /// Meshes of the tools that are seen, world.
   std::vector<TriangleMesh> meshes() const;
