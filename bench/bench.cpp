@@ -37,9 +37,10 @@ namespace {
 
 std::vector<Benchmark>& all_benchmarks() {
   static std::vector<Benchmark> all{
-      {"affine", run_affine}, {"hull", run_hull},     {"table2", run_table2}, {"table3", run_table3},
-      {"table4", run_table4}, {"table5", run_table5}, {"tissue", run_tissue}, {"fig20", run_fig20},
-      {"cut", run_cut},       {"fluid", run_fluid},   {"frame", run_frame},   {"texture", run_texture},
+      {"affine", run_affine},   {"hull", run_hull},     {"table2", run_table2}, {"table3", run_table3},
+      {"table4", run_table4},   {"table5", run_table5}, {"tissue", run_tissue}, {"fig20", run_fig20},
+      {"cut", run_cut},         {"fluid", run_fluid},   {"film", run_film},     {"frame", run_frame},
+      {"texture", run_texture},
   };
   return all;
 }

@@ -34,6 +34,7 @@ Rows run_tissue(const std::string& device_text);
 Rows run_fig20(const std::string& device_text);
 Rows run_cut(const std::string& device_text);
 Rows run_fluid(const std::string& device_text);
+Rows run_film(const std::string& device_text);
 Rows run_frame(const std::string& device_text);
 
 /// Of benchmarks on one device: the set that the user named; for `auto`, the CPU and the first GPU.

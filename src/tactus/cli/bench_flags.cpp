@@ -19,6 +19,7 @@ constexpr BenchmarkName kNames[] = {
     {"tissue", "substeps of soft bodies: finite elements (TLED) and shape matching (FLSM)"},
     {"fig20", "Fig 20 of Shao et al. 2019: hybrid bodies, 7:3 and 3:7, over their number of nodes"},
     {"cut", "a blade through a body of 20^3 cubes, and substeps with its copies"},
+    {"film", "frames of a film of blood on 20,000 vertices"},
     {"fluid", "steps of the liquid, with the search: 2,000 particles to 8 million"},
     {"frame", "whole frames of the demo and fig17 scenes: host masks to surfaces on the device"},
     {"texture", "normals and view-dependent texture of every vertex from 8 photos 640x480"},

@@ -1,0 +1,118 @@
+#include "tactus/fluid/film/film.h"
+
+#include <cmath>
+#include <string>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+FilmLaw law_of(const FilmSettings& s) {
+  const auto refuse = [](const char* what, float value, const char* expected) {
+    throw Error(std::string("film: ") + what + " is " + std::to_string(value) + ", must be " + expected);
+  };
+  if (!(s.density_kg_m3 > 0)) refuse("density_kg_m3", s.density_kg_m3, "> 0");
+  if (!(s.viscosity_Pa_s > 0)) refuse("viscosity_Pa_s", s.viscosity_Pa_s, "> 0");
+  if (!(s.surface_tension_N_m >= 0)) refuse("surface_tension_N_m", s.surface_tension_N_m, ">= 0");
+  if (!(s.contact_angle_deg >= 0 && s.contact_angle_deg <= 180))
+    refuse("contact_angle_deg", s.contact_angle_deg, "from 0 to 180");
+  if (!(s.resolved_m > 0)) refuse("resolved_m", s.resolved_m, "> 0");
+  if (s.rings < 1) refuse("rings", static_cast<float>(s.rings), "> 0");
+  if (s.most_passes < 1) refuse("most_passes", static_cast<float>(s.most_passes), "> 0");
+  // An equilateral triangle of height l has the eigenvalue 4.5 / l^2.
+  return {.density_kg_m3 = s.density_kg_m3,
+          .mobility_1_Pa_s = 1.F / (3 * s.viscosity_Pa_s),
+          .tension_N_m = s.surface_tension_N_m,
+          .hold_N_m = s.surface_tension_N_m * (1 - std::cos(s.contact_angle_deg * kPi / 180)),
+          .finest_1_m2 = 4.5F / (s.resolved_m * s.resolved_m)};
+}
+
+}  // namespace
+
+Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, Index max_triangles,
+           Index max_incident)
+    : law_(law_of(settings)),
+      rings_(settings.rings),
+      volume_(ctx.device(), max_vertices),
+      area_(ctx.device(), max_vertices),
+      gravity_(ctx.device(), max_vertices),
+      eigen_(ctx.device(), max_vertices),
+      height_(ctx.device(), max_vertices),
+      pressure_(ctx.device(), max_vertices),
+      triangles_(ctx.device(), max_triangles),
+      spokes_(ctx.device(), max_incident),
+      flow_(ctx.device(), 3 * std::int64_t{max_triangles}),
+      mark_(ctx.device(), max_vertices),
+      wider_(ctx.device(), max_vertices),
+      flag_(ctx.device(), max_triangles),
+      gate_(ctx.device(), 2),
+      region_vertex_(ctx.device(), max_vertices),
+      region_triangle_(ctx.device(), max_triangles),
+      region_count_(ctx.device(), 2),
+      rate_(ctx.device(), ceil_div(max_triangles, FindFilmRates::kThreads)),
+      passes_(ctx.device(), 1),
+      vertex_count_(ctx.device(), settings.most_passes),
+      triangle_count_(ctx.device(), settings.most_passes) {
+  ctx.fill_bytes(volume_.view(), 0);
+  ctx.fill_bytes(height_.view(), 0);
+  ctx.fill_bytes(flow_.view(), 0);
+  ctx.fill_bytes(passes_.view(), 0);
+}
+
+FilmRegion Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
+  const Index n = surface.vertices.capacity, m = surface.triangles.capacity;
+  const View<Index> found_vertices = region_count_.view().part(0, 1),
+                    found_triangles = region_count_.view().part(1, 1);
+  const View<Index> list = region_vertex_.view().part(0, n);
+  ctx.parallel_for("film/wet", surface.vertices, MarkWetFilm{volume_.const_view(), mark_.view()});
+  ctx.compact("film/list", surface.vertices, mark_.const_view().part(0, n), list, found_vertices);
+  ctx.parallel_for("film/gate", 1, GateFilm{surface, View<const Index>(found_vertices), gate_.view()});
+  const Count vertices(gate_.const_view().part(0, 1), n), triangles(gate_.const_view().part(1, 1), m);
+  for (Index k = 0; k < rings_; ++k) {
+    Buffer<Index>&from = k % 2 == 0 ? mark_ : wider_, &to = k % 2 == 0 ? wider_ : mark_;
+    ctx.parallel_for("film/ring", vertices, MarkFilmRing{surface, from.const_view(), to.view()});
+  }
+  ctx.compact("film/list", vertices, marks().const_view().part(0, n), list, found_vertices);
+  ctx.parallel_for("film/flag", triangles,
+                   FlagFilmTriangles{surface.corners, marks().const_view(), flag_.view()});
+  ctx.compact("film/list", triangles, flag_.const_view().part(0, m), region_triangle_.view().part(0, m),
+              found_triangles);
+  return {{View<const Index>(found_vertices), n},
+          {View<const Index>(found_triangles), m},
+          region_vertex_.const_view(),
+          region_triangle_.const_view()};
+}
+
+void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame) {
+  const FilmRegion region = find_region(ctx, surface);
+  ctx.parallel_for(
+      "film/triangles", region.triangles,
+      MeasureFilmTriangles{law_, surface, region.triangle, frame, marks().const_view(), triangles_.view()});
+  ctx.parallel_for(
+      "film/vertices", region.vertices,
+      MeasureFilmVertices{surface, region.vertex, triangles_.const_view(), volume_.const_view(), area_.view(),
+                          gravity_.view(), eigen_.view(), height_.view(), spokes_.view()});
+  ctx.parallel_for("film/rates", ceil_div(surface.triangles.capacity, FindFilmRates::kThreads),
+                   FindFilmRates{law_, surface, region, eigen_.const_view(), height_.const_view(),
+                                 triangles_.view(), rate_.view()});
+  ctx.parallel_for("film/plan", 1,
+                   PlanFilmPasses{region, frame, rate_.const_view(), passes_.view(), vertex_count_.view(),
+                                  triangle_count_.view()});
+  for (Index k = 0; k < vertex_count_.size(); ++k) {
+    const Count vertices(vertex_count_.const_view().part(k, 1), surface.vertices.capacity);
+    const Count triangles(triangle_count_.const_view().part(k, 1), surface.triangles.capacity);
+    ctx.parallel_for("film/press", vertices,
+                     PressFilm{law_, region.vertex, surface.lists, spokes_.const_view(), area_.const_view(),
+                               gravity_.const_view(), height_.const_view(), pressure_.view()});
+    ctx.parallel_for(
+        "film/flow", triangles,
+        FlowFilm{law_, region.triangle, surface.corners, triangles_.const_view(), passes_.const_view(),
+                 height_.const_view(), pressure_.const_view(), flow_.view()});
+    ctx.parallel_for("film/gather", vertices,
+                     GatherFilm{region.vertex, surface.lists, spokes_.const_view(), flow_.const_view(),
+                                area_.const_view(), volume_.view(), height_.view()});
+  }
+}
+
+}  // namespace tactus

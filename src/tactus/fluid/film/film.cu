@@ -1,0 +1,14 @@
+#include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/fluid/film/film_kernels.h"
+
+TACTUS_CUDA_KERNEL(tactus::MarkWetFilm);
+TACTUS_CUDA_KERNEL(tactus::GateFilm);
+TACTUS_CUDA_KERNEL(tactus::MarkFilmRing);
+TACTUS_CUDA_KERNEL(tactus::FlagFilmTriangles);
+TACTUS_CUDA_KERNEL(tactus::MeasureFilmTriangles);
+TACTUS_CUDA_KERNEL(tactus::MeasureFilmVertices);
+TACTUS_CUDA_KERNEL(tactus::FindFilmRates);
+TACTUS_CUDA_KERNEL(tactus::PlanFilmPasses);
+TACTUS_CUDA_KERNEL(tactus::PressFilm);
+TACTUS_CUDA_KERNEL(tactus::FlowFilm);
+TACTUS_CUDA_KERNEL(tactus::GatherFilm);

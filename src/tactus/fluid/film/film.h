@@ -1,0 +1,58 @@
+#pragma once
+/// A film of liquid on a surface that may move and be cut.
+#include "tactus/fluid/film/film_kernels.h"
+
+namespace tactus {
+
+struct FilmSettings {
+  float density_kg_m3 = 1060;
+  float viscosity_Pa_s = 0.0035F;
+  float surface_tension_N_m = 0.058F;
+  /// At which an edge advances. It never recedes: liquid that runs off leaves a film behind.
+  float contact_angle_deg = 40;
+  /// Triangles lower than this make the film's surface no stiffer than those of this height do.
+  float resolved_m = 0.001F;
+  Index most_passes = 16;  ///< in a frame
+  Index rings = 3;         ///< of vertices, by which a film's edge advances in a frame at most
+};
+
+/// Owns the volume at each vertex. Steps are asynchronous and may be recorded: nothing is allocated or read
+/// back.
+class Film {
+ public:
+  /// All dry. @throws Error naming the setting that is out of range.
+  /// @param max_incident entries of the surface's lists of triangles
+  Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, Index max_triangles,
+       Index max_incident);
+
+  /// One frame of dt_s times substeps, with the surface where it is.
+  void step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame);
+
+  Index max_vertices() const { return volume_.size(); }
+  const FilmLaw& law() const { return law_; }
+  /// In units of kFilmUnit_m3, one per vertex.
+  View<std::int64_t> volumes() { return volume_.view(); }
+  View<const std::int64_t> volumes() const { return volume_.const_view(); }
+  /// After the last step; 0 where it is dry.
+  View<const float> heights_m() const { return height_.const_view(); }
+  /// (1) of the last step
+  View<const FilmPasses> passes() const { return passes_.const_view(); }
+
+ private:
+  const Buffer<Index>& marks() const { return rings_ % 2 == 0 ? mark_ : wider_; }
+  FilmRegion find_region(ExecContext& ctx, const FilmSurface& surface);
+
+  FilmLaw law_;
+  Index rings_;
+  Buffer<std::int64_t> volume_;
+  Buffer<float> area_, gravity_, eigen_, height_, pressure_;
+  Buffer<FilmTriangle> triangles_;
+  Buffer<FilmSpoke> spokes_;
+  Buffer<Index> flow_;
+  Buffer<Index> mark_, wider_, flag_, gate_, region_vertex_, region_triangle_, region_count_;
+  Buffer<float> rate_;
+  Buffer<FilmPasses> passes_;
+  Buffer<Index> vertex_count_, triangle_count_;
+};
+
+}  // namespace tactus

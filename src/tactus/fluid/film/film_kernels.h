@@ -1,0 +1,374 @@
+#pragma once
+/// A film of liquid on a surface of triangles: one height per vertex, which is a volume over an area.
+///
+/// Lubrication (Oron, Davis, Bankoff 1997): q = h^3 / (3 mu) (rho g_t - grad p), with
+/// p = rho g_n h - sigma laplacian(h). Cells are the vertices' shares of their triangles, bounded by segments
+/// from the middle of an edge to the middle of the triangle. Within a triangle, p is linear, so the flux
+/// through a segment is one number, and what a vertex gives the other one takes. Volumes and fluxes are
+/// integers: their sum is exact, and no order of sums matters.
+///
+/// Steps are explicit. The mobility h^3 / (3 mu) is held below the value at which a pass would be unstable.
+/// So a film at rest is the right one, and thick liquid on fine triangles moves slower than it should.
+#include "tactus/base/vec.h"
+#include "tactus/compute/fold.h"
+#include "tactus/frame/frame_params.h"
+#include "tactus/geom/index_lists.h"
+
+namespace tactus {
+
+/// Volumes are multiples of 2^-56 m^3, 1.4e-8 mm^3.
+inline constexpr float kFilmUnits_1_m3 = 72057594037927936.F;
+inline constexpr float kFilmUnit_m3 = 1.F / kFilmUnits_1_m3;
+
+struct FilmLaw {
+  float density_kg_m3 = 0;
+  float mobility_1_Pa_s = 0;  ///< 1 / (3 mu)
+  float tension_N_m = 0;
+  /// sigma (1 - cos(angle)): the force per length that holds an edge which is about to advance.
+  float hold_N_m = 0;
+  float finest_1_m2 = 0;  ///< largest eigenvalue of the Laplacian that is resolved
+};
+
+/// A surface that a film lies on. It may move, and cuts may change it.
+struct FilmSurface {
+  Count vertices = 0, triangles = 0;
+  View<const Vec3f> x_m;
+  View<const Index> corners;     ///< three vertices each
+  View<const IndexRange> lists;  ///< per vertex, of entries of `incident`
+  View<const Index> incident;    ///< triangles
+};
+
+/// A triangle in its plane: corner 0 at (0, 0), 1 at (bx, 0), 2 at (cx, cy).
+struct FilmTriangle {
+  float bx = 0, cx = 0, cy = 0;  ///< cy 0: it has no area and nothing flows there
+  float bx_1 = 0, cy_1 = 0;      ///< 1 / bx, 1 / cy
+  float gx = 0, gy = 0, gn = 0;  ///< gravity along the plane, and into it [m/s^2]
+  /// Largest eigenvalue of its Laplacian [1/m^2], cut at the finest that is resolved, and the factor that
+  /// cuts it. That factor makes slivers stiffer to flow through, and their surfaces softer.
+  float eigen_1_m2 = 0, factor = 0;
+  /// A mobility m in a step of dt is stable while m dt times this is below 1.
+  float stiffness = 0;
+  Index is_closed = 0;  ///< 1: at the rim of those that a frame looks at; nothing flows there
+
+  struct Slope {
+    float x, y;
+  };
+  TACTUS_HD Slope gradient(float a, float b, float c) const {
+    const float x = (b - a) * bx_1;
+    return {x, (c - a - cx * x) * cy_1};
+  }
+  TACTUS_HD float area_m2() const { return 0.5F * bx * cy; }
+};
+
+/// A triangle as one of its corners sees it.
+struct FilmSpoke {
+  Index left = 0, right = 0;        ///< its other corners
+  float to_left = 0, to_right = 0;  ///< weights of differences in the Laplacian, times the corner's area
+  Index give = 0, take = 0;         ///< flows that leave the corner there and that come
+};
+
+/// How a step is divided.
+struct FilmPasses {
+  Index passes = 0;
+  float dt_s = 0;        ///< of a pass
+  float wanted_1_s = 0;  ///< passes per time that would slow nothing
+};
+
+/// The part of a surface that a frame looks at: wet vertices, some rings more, and their triangles.
+struct FilmRegion {
+  Count vertices = 0, triangles = 0;
+  View<const Index> vertex, triangle;  ///< ascending
+};
+
+/// Thread: vertex.
+struct MarkWetFilm {
+  View<const std::int64_t> volume;
+  View<Index> mark;
+  TACTUS_HD void operator()(Index v) const { mark[v] = volume[v] > 0 ? 1 : 0; }
+};
+
+/// Where nothing is wet, nothing is looked at.
+struct GateFilm {
+  FilmSurface surface;
+  View<const Index> wet;  ///< (1) how many vertices
+  View<Index> gate;       ///< (2) vertices and triangles to look at
+  TACTUS_HD void operator()(Index) const {
+    gate[0] = wet[0] > 0 ? surface.vertices.get() : 0;
+    gate[1] = wet[0] > 0 ? surface.triangles.get() : 0;
+  }
+};
+
+/// Thread: vertex. One ring more.
+struct MarkFilmRing {
+  FilmSurface surface;
+  View<const Index> mark;
+  View<Index> wider;
+  TACTUS_HD void operator()(Index v) const {
+    Index any = mark[v];
+    for (Index e = surface.lists[v].begin; e < surface.lists[v].end && any == 0; ++e)
+      for (int k = 0; k < 3; ++k) any |= mark[surface.corners[3 * surface.incident[e] + k]];
+    wider[v] = any;
+  }
+};
+
+/// Thread: triangle. Those that have a corner in the region.
+struct FlagFilmTriangles {
+  View<const Index> corners, mark;
+  View<Index> flag;
+  TACTUS_HD void operator()(Index t) const {
+    flag[t] = mark[corners[3 * t]] | mark[corners[3 * t + 1]] | mark[corners[3 * t + 2]];
+  }
+};
+
+/// Thread: triangle of the region. Its shape now.
+struct MeasureFilmTriangles {
+  FilmLaw law;
+  FilmSurface surface;
+  View<const Index> region;
+  View<const FrameParams> frame;
+  View<const Index> mark;
+  View<FilmTriangle> triangles;
+  TACTUS_HD void operator()(Index i) const {
+    const Index t = region[i], a = surface.corners[3 * t], b = surface.corners[3 * t + 1],
+                c = surface.corners[3 * t + 2];
+    const Vec3f e = surface.x_m[b] - surface.x_m[a], d = surface.x_m[c] - surface.x_m[a];
+    FilmTriangle out;
+    out.is_closed = 1;
+    out.bx = length(e);
+    const Vec3f e1 = normalized(e), across = cross(e1, d), n = normalized(across), g = frame[0].gravity_m_s2;
+    out.cy = length(across);
+    if (!(out.bx > 1e-9F && out.cy > 1e-9F)) {
+      out.bx = out.cy = 0;
+      triangles[t] = out;
+      return;
+    }
+    out.cx = dot(d, e1);
+    out.bx_1 = 1.F / out.bx;
+    out.cy_1 = 1.F / out.cy;
+    out.gx = dot(g, e1);
+    out.gy = dot(g, cross(n, e1));
+    out.gn = -dot(g, n);
+    out.is_closed = mark[a] == 0 || mark[b] == 0 || mark[c] == 0 ? 1 : 0;
+    // Of the two eigenvalues of a triangle's stiffness, the sum is s = sum of l^2 / (4 area) and the product
+    // 3/4; each corner bears a third of the area.
+    const float c2 = sqr(out.cx) + sqr(out.cy), b2 = sqr(out.bx), a2 = sqr(out.cx - out.bx) + sqr(out.cy);
+    const float s = (a2 + b2 + c2) / (4 * out.area_m2());
+    const float eigen = 3 * (0.5F * (s + sqrt(max(sqr(s) - 3.F, 0.F)))) / out.area_m2();
+    out.eigen_1_m2 = min(eigen, law.finest_1_m2);
+    out.factor = out.eigen_1_m2 / eigen;
+    triangles[t] = out;
+  }
+};
+
+/// Thread: vertex of the region. Its share of the surface, the height of its volume there, and how it sees
+/// its triangles.
+struct MeasureFilmVertices {
+  FilmSurface surface;
+  View<const Index> region;
+  View<const FilmTriangle> triangles;
+  View<const std::int64_t> volume;
+  View<float> area_m2, gravity_m_s2, eigen_1_m2, height_m;
+  View<FilmSpoke> spokes;
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
+    float area = 0, into = 0, eigen = 0;
+    for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e) {
+      const FilmTriangle t = triangles[surface.incident[e]];
+      const float share = (1.F / 3) * t.area_m2();
+      area += share;
+      into += share * t.gn;
+      eigen = max(eigen, t.eigen_1_m2);
+      spokes[e] = spoke(t, surface.incident[e], v);
+    }
+    area_m2[v] = area;
+    gravity_m_s2[v] = area > 0 ? into / area : 0.F;
+    eigen_1_m2[v] = eigen;
+    height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(volume[v]) / area : 0.F;
+  }
+
+ private:
+  TACTUS_HD FilmSpoke spoke(const FilmTriangle& t, Index i, Index v) const {
+    const Index corner[3] = {surface.corners[3 * i], surface.corners[3 * i + 1], surface.corners[3 * i + 2]};
+    const int k = corner[0] == v ? 0 : corner[1] == v ? 1 : 2, left = (k + 1) % 3, right = (k + 2) % 3;
+    // The weight of an edge is half the cotangent of the angle at the third corner.
+    const float cot[3] = {t.cx * t.cy_1, (t.bx - t.cx) * t.cy_1,
+                          (sqr(t.cy) - t.cx * (t.bx - t.cx)) * t.bx_1 * t.cy_1};
+    return {corner[left], corner[right], 0.5F * t.factor * cot[right], 0.5F * t.factor * cot[left],
+            3 * i + k,    3 * i + right};
+  }
+};
+
+/// Block: kThreads triangles of the region. The stiffness of each, and the largest number of passes per time
+/// that one asks for.
+struct FindFilmRates {
+  static constexpr int kThreads = 256;
+  FilmLaw law;
+  FilmSurface surface;
+  FilmRegion region;
+  View<const float> eigen_1_m2, height_m;
+  View<FilmTriangle> triangles;
+  View<float> rate_1_s;  ///< one per block
+  struct Shared {
+    float rate[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index begin = b.index() * kThreads, n = region.triangles.get();
+    if (begin >= n) return;
+    b.for_each_thread([&](int t) { s.rate[t] = begin + t < n ? rate(region.triangle[begin + t]) : 0.F; });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.rate[t] = max(s.rate[t], s.rate[other]); });
+    b.on_one_thread([&] { rate_1_s[b.index()] = s.rate[0]; });
+  }
+
+ private:
+  TACTUS_HD float rate(Index i) const {
+    const FilmTriangle t = triangles[i];
+    float eigen = 0, h = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Index v = surface.corners[3 * i + k];
+      eigen = max(eigen, eigen_1_m2[v]);
+      h = max(h, height_m[v]);
+    }
+    const float stiffness = t.eigen_1_m2 * (law.density_kg_m3 * abs(t.gn) + law.tension_N_m * eigen);
+    triangles[i].stiffness = stiffness;
+    // In a pass, liquid flows a quarter of a triangle's height at most: a corner then has what it gives.
+    const float speed =
+        law.density_kg_m3 * sqrt(sqr(t.gx) + sqr(t.gy)) * law.mobility_1_Pa_s * sqr(h) * sqrt(t.eigen_1_m2);
+    return max(law.mobility_1_Pa_s * h * sqr(h) * stiffness, 2 * speed);
+  }
+};
+
+/// One block. Divides a frame into passes.
+struct PlanFilmPasses {
+  static constexpr int kThreads = 256;
+  FilmRegion region;
+  View<const FrameParams> frame;
+  View<const float> rate_1_s;
+  View<FilmPasses> passes;
+  View<Index> vertex_count, triangle_count;  ///< (most passes) of each pass
+  struct Shared {
+    float rate[kThreads];
+    Index passes;
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index vertices = region.vertices.get(), triangles = region.triangles.get(),
+                blocks = ceil_div(triangles, FindFilmRates::kThreads);
+    b.for_each_thread([&](int t) {
+      float most = 0;
+      for (Index i = t; i < blocks; i += kThreads) most = max(most, rate_1_s[i]);
+      s.rate[t] = most;
+    });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.rate[t] = max(s.rate[t], s.rate[other]); });
+    b.on_one_thread([&] {
+      const FrameParams& f = frame[0];
+      const float dt_s = f.settles != 0 ? 0.F : f.dt_s * static_cast<float>(f.substeps);
+      const float wanted = clamp(s.rate[0] * dt_s, 0.F, static_cast<float>(vertex_count.size()));
+      s.passes = wanted > 0 ? min(floor_to_int(wanted) + 1, vertex_count.size()) : 0;
+      passes[0] = {s.passes, s.passes > 0 ? dt_s / static_cast<float>(s.passes) : 0.F, s.rate[0]};
+    });
+    b.for_range(vertex_count.size(), [&](int k) {
+      vertex_count[k] = k < s.passes ? vertices : 0;
+      triangle_count[k] = k < s.passes ? triangles : 0;
+    });
+  }
+};
+
+/// Thread: vertex of the region. The pressure in its film.
+struct PressFilm {
+  FilmLaw law;
+  View<const Index> region;
+  View<const IndexRange> lists;
+  View<const FilmSpoke> spokes;
+  View<const float> area_m2, gravity_m_s2, height_m;
+  View<float> pressure_Pa;
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
+    const float h = height_m[v], area = area_m2[v];
+    float bend = 0;
+    for (Index e = lists[v].begin; e < lists[v].end; ++e) {
+      const FilmSpoke s = spokes[e];
+      bend += s.to_left * (height_m[s.left] - h) + s.to_right * (height_m[s.right] - h);
+    }
+    pressure_Pa[v] =
+        law.density_kg_m3 * gravity_m_s2[v] * h - (area > 0 ? law.tension_N_m * (bend / area) : 0.F);
+  }
+};
+
+/// Thread: triangle of the region. The volumes that flow from corner 0 to 1, from 1 to 2 and from 2 to 0.
+struct FlowFilm {
+  FilmLaw law;
+  View<const Index> region;
+  View<const Index> corners;
+  View<const FilmTriangle> triangles;
+  View<const FilmPasses> passes;
+  View<const float> height_m, pressure_Pa;
+  View<Index> flow;  ///< three per triangle
+  float dt_s = 0;
+  TACTUS_HD void load() { dt_s = passes[0].dt_s; }
+  TACTUS_HD void operator()(Index n) const {
+    const Index i = region[n], a = corners[3 * i], b = corners[3 * i + 1], c = corners[3 * i + 2];
+    const float ha = height_m[a], hb = height_m[b], hc = height_m[c];
+    if (triangles[i].is_closed != 0 || (ha == 0 && hb == 0 && hc == 0)) {
+      for (int k = 0; k < 3; ++k) flow[3 * i + k] = 0;
+      return;
+    }
+    const FilmTriangle t = triangles[i];
+    const FilmTriangle::Slope p = t.gradient(pressure_Pa[a], pressure_Pa[b], pressure_Pa[c]);
+    const FilmTriangle::Slope h = t.gradient(ha, hb, hc);
+    const Drive drive{law.density_kg_m3 * t.gx - p.x, law.density_kg_m3 * t.gy - p.y,
+                      0.5F * law.tension_N_m * (sqr(h.x) + sqr(h.y)),
+                      t.stiffness > 0 ? 1.F / (dt_s * t.stiffness) : 1e30F};
+    const float bx = t.bx, cx = t.cx, cy = t.cy;
+    flow[3 * i] = through(t, drive, {bx, 0}, {(1.F / 3) * cy, (1.F / 3) * (0.5F * bx - cx)}, ha, hb);
+    flow[3 * i + 1] = through(t, drive, {cx - bx, cy}, {(-1.F / 6) * cy, (1.F / 6) * (bx + cx)}, hb, hc);
+    flow[3 * i + 2] = through(t, drive, {-cx, -cy}, {(-1.F / 6) * cy, (1.F / 6) * (cx - 2 * bx)}, hc, ha);
+  }
+
+ private:
+  struct Drive {
+    float x, y;   ///< force per volume
+    float steep;  ///< sigma / 2 (grad h)^2
+    float most;   ///< mobility that is stable
+  };
+  /// @param along from one corner to the other @param normal of the segment between, times its length
+  TACTUS_HD Index through(const FilmTriangle& t, const Drive& d, FilmTriangle::Slope along,
+                          FilmTriangle::Slope normal, float from_m, float to_m) const {
+    const float push = d.x * normal.x + d.y * normal.y, sign = push > 0 ? 1.F : -1.F;
+    const float h = push > 0 ? from_m : to_m, other = push > 0 ? to_m : from_m;
+    // An edge is held until what presses on it is stronger. Along a line to it, through a film at rest,
+    // sigma / 2 (dh/dx)^2 + rho g_n h^2 / 2 + (weight that the slope bears) = sigma (1 - cos(angle)) at the
+    // angle at which it advances: the first term alone near the edge, the second far from it. So triangles
+    // may be smaller or larger than the edge's curve.
+    const float fall = max(sign * (t.gx * along.x + t.gy * along.y), 0.F);
+    const float press = d.steep + 0.5F * law.density_kg_m3 * h * (max(t.gn, 0.F) * h + fall);
+    if (!(h > 0) || (other == 0 && press < law.hold_N_m)) return 0;
+    const float mobility = t.factor * min(law.mobility_1_Pa_s * h * sqr(h), d.most);
+    // A corner has two such segments in a triangle, and a third of its area.
+    const float most_m3 = (0.49F / 3) * h * t.area_m2();
+    const float units = min(mobility * abs(push) * dt_s, most_m3) * kFilmUnits_1_m3;
+    return static_cast<Index>(sign * min(units, 1e9F));
+  }
+};
+
+/// Thread: vertex of the region. Takes what flows to it.
+struct GatherFilm {
+  View<const Index> region;
+  View<const IndexRange> lists;
+  View<const FilmSpoke> spokes;
+  View<const Index> flow;
+  View<const float> area_m2;
+  View<std::int64_t> volume;
+  View<float> height_m;
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
+    std::int64_t sum = volume[v];
+    for (Index e = lists[v].begin; e < lists[v].end; ++e)
+      sum += std::int64_t{flow[spokes[e].take]} - flow[spokes[e].give];
+    volume[v] = sum;
+    const float area = area_m2[v];
+    height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(sum) / area : 0.F;
+  }
+};
+
+}  // namespace tactus
